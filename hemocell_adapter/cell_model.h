@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A HemoCell cell type: its parameters and the template mesh HemoCell builds from them.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/shape/shape.h"
+
+namespace packmesh::hemocell {
+
+/// How HemoCell constructs the template; named in the case's C++ code, so in our configuration too.
+enum class Construction { rbcFromSphere, ellipsoidFromSphere, wbcSphere, meshFromStl };
+
+/// `RBC_FROM_SPHERE`, `ELLIPSOID_FROM_SPHERE`, `WBC_SPHERE`, `MESH_FROM_STL`.
+std::string toString(Construction construction);
+std::optional<Construction> constructionFromString(const std::string& text);
+
+/// What `<Cell>.xml` says about the shape of a cell.
+struct CellModel {
+  std::string name;
+  Construction construction = Construction::rbcFromSphere;
+  double radius = 0.0;                 ///< [µm]
+  int minNumTriangles = 0;
+  double aspectRatio = 1.0;            ///< ELLIPSOID_FROM_SPHERE only
+  std::filesystem::path stlFile;       ///< MESH_FROM_STL only; absolute or relative to the working directory
+  std::optional<double> hemocellVolume;  ///< `<Volume>` [µm³]; used by HemoCell for its density output only
+};
+
+/// HemoCell's own default parameters of RBC, RBC_m, PLT, PLT_m, PLT_mko, WBC; nothing for other names.
+std::optional<CellModel> defaultModel(const std::string& name);
+
+/// The construction HemoCell cases use for a cell of this name (RBC*, PLT*, WBC*; with an STL: MESH_FROM_STL).
+std::optional<Construction> defaultConstruction(const std::string& name, bool hasStlFile);
+
+/// Reads `<Cell>.xml`. `construction` overrides the default for the name.
+/// @throws InputError with file, line, tag and value
+CellModel readCellXml(const std::filesystem::path& file, const std::string& name,
+                      std::optional<Construction> construction = {});
+
+/// The template exactly as HemoCell builds it: same vertices (to 1e-8 µm), same order, same triangles.
+/// @param dx lattice spacing [µm]: the mesh is inflated by 1e-3 dx; 0: not inflated
+TriangleMesh buildTemplate(const CellModel& model, double dx);
+
+/// The template with everything packing needs; closed form where HemoCell's construction has one.
+std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx);
+
+/// An ellipsoid with full axis lengths e1, e2, e3 along x, y, z [µm] (packCells' `--cell`).
+std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3);
+
+/// Any closed mesh file, centred on its bounding box, times `scale` (its unit in µm). Repairs are appended to
+/// `warnings`.
+std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
+                                               std::vector<std::string>& warnings);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What cells are packed into.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "packMesh/geometry/box.h"
+#include "packMesh/geometry/triangle_mesh.h"
+
+namespace packmesh {
+
+/// Distance to the wall at one point: positive inside the lumen [µm], gradient pointing into the lumen.
+/// Precise where |distance| is below about a micrometre, of the right sign and a lower bound of the distance
+/// within `Wall::slack()` further away.
+struct WallDistance {
+  double distance;
+  Vec3 gradient;
+};
+
+/// The wall as one species of cells meets it.
+class Wall {
+ public:
+  virtual ~Wall() = default;
+
+  /// Distance and gradient at `p` [µm]; defined everywhere, also outside the lumen.
+  virtual WallDistance distance(const Vec3& p) const = 0;
+
+  /// How much distance() may exceed the true distance anywhere [µm]; 0 for closed forms.
+  virtual double slack() const { return 0.0; }
+
+  /// Exact verdict on a placed mesh: nothing when it is wholly inside the lumen and meets no wall, otherwise
+  /// what is wrong with it ("meets the wall", "is outside the lumen", ...).
+  virtual std::optional<std::string> objection(const TriangleMesh& placedCell) const = 0;
+};
+
+/// A lumen: extent, periodicity, volume and wall.
+class Container {
+ public:
+  virtual ~Container() = default;
+
+  /// Bounding box of the lumen [µm]; along a periodic axis it spans exactly one period.
+  virtual Box bounds() const = 0;
+
+  /// Period along each axis [µm], 0 where the container is not periodic.
+  virtual Vec3 period() const = 0;
+
+  /// True volume of the lumen [µm³], of one period where it is periodic.
+  virtual double volume() const = 0;
+
+  /// The wall, or nullptr when there is none (periodic along every axis).
+  virtual const Wall* wall() const = 0;
+
+  /// One line for people: "periodic box 50 x 50 x 50 µm".
+  virtual std::string describe() const = 0;
+
+  /// Closed surface of the lumen, for pictures and for tetrahedralisation.
+  virtual TriangleMesh surface() const = 0;
+};
+
+}  // namespace packmesh

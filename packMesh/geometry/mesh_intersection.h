@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Exact tests between placed meshes.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "packMesh/geometry/triangle_mesh.h"
+
+namespace packmesh {
+
+/// A bounding hierarchy over the triangles of one template mesh, in its body frame; one for all cells of a
+/// species. Bounding volumes are conservative: nothing that meets is ever culled.
+class MeshHierarchy {
+ public:
+  explicit MeshHierarchy(const TriangleMesh& mesh);
+  ~MeshHierarchy();
+  MeshHierarchy(MeshHierarchy&&) noexcept;
+  MeshHierarchy& operator=(MeshHierarchy&&) noexcept;
+
+  const TriangleMesh& mesh() const;
+
+ private:
+  friend struct MeshPairTest;
+  struct Data;
+  std::unique_ptr<const Data> data_;
+};
+
+/// How two placed closed meshes lie to each other.
+enum class MeshRelation {
+  apart,          ///< no common point, neither inside the other
+  meet,           ///< some triangle of one meets some triangle of the other, even in a single point
+  firstInside,    ///< the first lies wholly inside the second
+  secondInside,   ///< the second lies wholly inside the first
+};
+
+struct MeshPairResult {
+  MeshRelation relation = MeshRelation::apart;
+  /// Distance between the two surfaces [µm] when they are apart and it is below `gapOfInterest`, infinity when
+  /// it is not below; 0 otherwise.
+  double gap = std::numeric_limits<double>::infinity();
+};
+
+/// Decides exactly (Shewchuk's adaptive predicates on the world vertices `placement(v)`) how two meshes lie.
+/// @param gapOfInterest only gaps below this are measured [µm]; 0: none
+/// Pre: both meshes closed.
+MeshPairResult relate(const MeshHierarchy& first, const Placement& firstPlacement, const MeshHierarchy& second,
+                      const Placement& secondPlacement, double gapOfInterest = 0.0);
+
+/// Whether `p` lies inside the closed mesh placed by `placement` (exact; a point on the surface counts as inside).
+bool isInside(const Vec3& p, const MeshHierarchy& mesh, const Placement& placement);
+
+}  // namespace packmesh

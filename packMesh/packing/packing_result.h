@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What pack() gives back.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "packMesh/geometry/pose.h"
+#include "packMesh/stages/certificate/certificate.h"
+
+namespace packmesh {
+
+enum class Outcome {
+  certified,     ///< all cells asked for, certificate clean
+  outOfReach,    ///< a limit was met before the packing was free of overlap
+  interrupted,   ///< the caller asked to stop
+};
+
+struct Statistics {
+  std::int64_t sweeps = 0;
+  std::int64_t repairs = 0;          ///< rounds in which pairs failing the exact test got more clearance
+  double placementSeconds = 0.0, relaxationSeconds = 0.0, certificateSeconds = 0.0;  ///< CPU time [s]
+};
+
+struct PackingResult {
+  Outcome outcome = Outcome::certified;
+  std::vector<PlacedCell> cells;      ///< in the order of the species, then of the cells' numbers
+  std::vector<Pose> poses;            ///< the same cells as poses
+  Certificate certificate;            ///< of exactly `cells`
+  Statistics statistics;
+  /// When not everything asked for could be certified: indices into `cells` of a largest certified subset
+  /// that was found (clean by its own certificate); empty otherwise.
+  std::vector<std::int64_t> certifiedSubset;
+};
+
+}  // namespace packmesh

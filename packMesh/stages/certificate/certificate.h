@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The proof that a packing is one: exact predicates over the template meshes, independent of how the
+/// packing was made.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "packMesh/container/container.h"
+#include "packMesh/geometry/pose.h"
+#include "packMesh/shape/shape.h"
+
+namespace packmesh {
+
+/// One cell as it is written: which species, where.
+struct PlacedCell {
+  int species = 0;
+  Placement placement;
+};
+
+/// Two cells that meet. `shift` is added to the second to meet the first (periodic images); a cell can meet
+/// its own image (first == second).
+struct OverlappingPair {
+  std::int64_t first = 0, second = 0;
+  Vec3 shift = Vec3::Zero();
+  bool contained = false;  ///< one lies wholly inside the other
+};
+
+/// A cell that is not (wholly) inside the lumen.
+struct MisplacedCell {
+  std::int64_t cell = 0;
+  std::string reason;
+};
+
+struct Certificate {
+  std::int64_t cells = 0;
+  std::int64_t pairsTested = 0;          ///< pairs near enough to need a proof
+  std::vector<OverlappingPair> overlapping;
+  std::vector<MisplacedCell> misplaced;
+  /// Smallest gap between two membranes [µm], exact below `gapOfInterest`; infinity when no pair is nearer.
+  double minimumGap = std::numeric_limits<double>::infinity();
+  double cellVolume = 0.0;               ///< volume of all meshes [µm³]
+
+  bool clean() const { return overlapping.empty() && misplaced.empty(); }
+};
+
+/// What is certified. Everything is referenced, nothing is copied.
+struct CertificateInput {
+  std::vector<const Shape*> shapes;       ///< per species
+  std::vector<const Wall*> walls;         ///< per species; nullptr: no wall
+  const Container* container = nullptr;
+  const std::vector<PlacedCell>* cells = nullptr;
+};
+
+/// Examines every pair of cells that could meet (periodic images included) and every cell against its wall.
+///
+/// Overlap is decided by exact predicates on the world vertices `placement(v)` of the template meshes: closed
+/// triangles that share a single point already meet, and a mesh inside another one meets it.
+/// @param gapOfInterest gaps above this are not measured [µm]
+Certificate certify(const CertificateInput& input, double gapOfInterest = 1.0);
+
+}  // namespace packmesh
