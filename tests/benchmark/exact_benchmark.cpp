@@ -15,8 +15,10 @@ struct Pair {
   Placement first, second;
 };
 
-/// Random pairs with their centres `nearest` to `furthest` apart, those that lie apart with a gap below `below`.
-std::vector<Pair> apartPairs(const MeshHierarchy& cell, double nearest, double furthest, double below, int count) {
+/// Random pairs with their centres `nearest` to `furthest` apart, those that lie apart with a gap below
+/// `below`.
+std::vector<Pair> apartPairs(const MeshHierarchy& cell, double nearest, double furthest, double below,
+                             int count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(0.0, 100.0), distance(nearest, furthest);
   std::vector<Pair> pairs;
@@ -46,10 +48,10 @@ void relateRedCells(benchmark::State& state) {
 
 BENCHMARK(relateRedCells)
     ->ArgNames({"from", "to", "gapBelow", "interest"})
-    ->Args({25, 75, 100000, 0})   // all that lie apart
-    ->Args({25, 75, 1, 0})        // touching ones
-    ->Args({25, 45, 100000, 0})   // nested and stacked ones
-    ->Args({25, 75, 100000, 2})   // with the gap as a certificate asks for it, once some small gap is known
+    ->Args({25, 75, 100000, 0})    // all that lie apart
+    ->Args({25, 75, 1, 0})         // touching ones
+    ->Args({25, 45, 100000, 0})    // nested and stacked ones
+    ->Args({25, 75, 100000, 2})    // with the gap as a certificate asks for it, once some small gap is known
     ->Args({25, 75, 100000, 100})  // with every gap below a micrometre
     ->Unit(benchmark::kMicrosecond);
 
