@@ -1,4 +1,2 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-int main() {
-  return 0;
-}
+int main() { return 0; }
