@@ -177,6 +177,11 @@ std::vector<int> componentSamples(const TriangleMesh& mesh) {
   return samples;
 }
 
+const TriangleMesh& notEmpty(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw MeshError("a mesh without triangles has no hierarchy");
+  return mesh;
+}
+
 Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
   Vec3 moment = Vec3::Zero();
   double volume = 0.0;
@@ -192,8 +197,7 @@ Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
 
 }  // namespace
 
-MeshTree::MeshTree(const TriangleMesh& source) : mesh(source), hull(source) {
-  if (mesh.triangles.empty()) throw MeshError("a mesh without triangles has no hierarchy");
+MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(source) {
   TreeBuilder{*this};
 
   Box box;
