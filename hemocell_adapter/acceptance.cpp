@@ -49,7 +49,7 @@ class AcceptedWall final : public Wall {
     return wall.distance < voxels.distance ? wall : voxels;
   }
 
-  double slack() const override { return wall_ ? wall_->slack() : 0.0; }
+  double slack() const override { return std::max(voxels_.slack(), wall_ ? wall_->slack() : 0.0); }
 
   std::optional<std::string> objection(const TriangleMesh& placedCell) const override {
     if (wall_)
