@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/shape/shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace packmesh {
+namespace {
+
+/// Largest distance between samples on a cell's surface, as a fraction of its bounding radius and in µm: the
+/// 642 vertices of HemoCell's red cell are just fine enough, its 66-vertex platelet is refined.
+constexpr double sampleSpacingFraction = 0.3;
+constexpr double sampleSpacing = 0.85;
+
+/// Spacing of the distance grid of a general mesh, as a fraction of its bounding radius.
+constexpr double gridSpacingFraction = 1.0 / 40.0;
+
+double boundingRadius(const TriangleMesh& mesh) {
+  double radius = 0.0;
+  for (const Vec3& v : mesh.vertices) radius = std::max(radius, v.norm());
+  return radius;
+}
+
+DistanceGrid gridOf(const TriangleMesh& mesh) {
+  const double spacing = gridSpacingFraction * boundingRadius(mesh);
+  const double band = 0.5 * boundingRadius(mesh);
+  return sampleDistance(mesh, boundingBox(mesh).grownBy(8.0 * spacing), spacing, band);
+}
+
+}  // namespace
+
+ProfileSurface ellipsoidProfile(double rx, double ry, double rz) {
+  ProfileSurface surface;
+  surface.p = {ry * ry, -ry * ry, 0.0, 0.0, 0.0, 0.0};
+  surface.a = 1.0 / (rx * rx);
+  surface.c = 1.0 / (rz * rz);
+  return surface;
+}
+
+Shape::Shape(TriangleMesh mesh, std::variant<ProfileSurface, DistanceGrid> field)
+    : hierarchy_(mesh),
+      volume_(signedVolume(mesh)),
+      radius_(boundingRadius(mesh)),
+      bound_(boundSupport(mesh)),
+      samples_(sampleSurface(mesh, std::min(sampleSpacing, sampleSpacingFraction * radius_))),
+      field_(std::move(field)) {}
+
+Shape::Shape(TriangleMesh mesh, const ProfileSurface& surface)
+    : Shape(std::move(mesh), std::variant<ProfileSurface, DistanceGrid>(surface)) {}
+
+Shape::Shape(TriangleMesh mesh) : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(gridOf(mesh))) {}
+
+}  // namespace packmesh
