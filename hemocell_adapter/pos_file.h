@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "packMesh/geometry/pose.h"
@@ -15,28 +16,42 @@ struct PosLine {
   Vec3 angles = Vec3::Zero();    ///< [degrees] world = Rz(c) Ry(b) Rx(a) v + position
 };
 
-/// The map HemoCell applies for this line.
+/// The map HemoCell applies for this line to the vertices of the centred template.
 Placement placementOf(const PosLine& line);
 
-/// The line that stands for a pose of scale 1: its numbers are what is written, to the last bit.
+/// The line that stands for a pose of scale 1: its numbers are what is written, to the last bit. Angles lie
+/// in
+/// [-180, 180], b in [-90, 90]; at b = ±90, where only a∓c is defined, the pair chosen still maps every
+/// vector to within rounding. Pre: finite pose.
 PosLine posLineOf(const Pose& pose);
 
 /// Text of a .pos file: count, then a line each, shortest decimal numbers that read back to the same bits,
-/// independent of the locale.
+/// independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
 std::string formatPos(const std::vector<PosLine>& lines);
 
 /// Reads a .pos file strictly: exactly the announced number of lines with exactly six finite numbers each.
+/// @param warnings if given, receives a line for everything HemoCell reads but other tools do not: tabs,
+/// repeated,
+///   leading or trailing spaces (pos_to_vtk drops such lines), Windows line ends, blank lines
 /// @throws InputError with file and line: missing file, bad count, count that disagrees with the lines,
 ///   comments, extra or missing fields, non-finite numbers
-std::vector<PosLine> readPos(const std::filesystem::path& file);
+std::vector<PosLine> readPos(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr);
 
 /// Writes text files so that each appears whole or not at all: all are written next to their targets under
 /// temporary names, read back and compared, and only then renamed.
+///
+/// An existing target keeps its permissions; a target that is a symbolic link is written where it points.
 /// @throws InputError when a folder is not writable or a disk full; then no target has changed
 class AtomicFiles {
  public:
+  AtomicFiles() = default;
+  AtomicFiles(const AtomicFiles&) = delete;
+  AtomicFiles& operator=(const AtomicFiles&) = delete;
   ~AtomicFiles();  ///< removes what was not committed
+
+  /// Writes `text` under a temporary name, flushes it to the disk and reads it back.
   void add(const std::filesystem::path& target, const std::string& text);
+  /// Puts all files in place; when one cannot be, those already in place are put back as they were.
   void commit();
 
  private:

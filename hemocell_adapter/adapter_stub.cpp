@@ -1,7 +1,0 @@
-#include "packMesh/shape/shape.h"
-#include "packMesh/packing/pack.h"
-#include "hemocell_adapter/cell_model.h"
-#include "hemocell_adapter/pos_file.h"
-#include "hemocell_adapter/acceptance.h"
-#include "packMesh/container/vessel.h"
-#include "packMesh/container/primitives.h"

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+
+#include "hemocell_adapter/pos_file.h"
+#include "packMesh/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& target, const std::string& what, int error) {
+  throw InputError(target.string() + ": " + what +
+                   (error != 0 ? std::string(": ") + std::strerror(error) : ""));
+}
+
+/// A file of a new name `.<name>.<number>.<kind>` next to `target`.
+struct NewFile {
+  NewFile(const fs::path& target, const char* kind) {
+    const fs::path folder = target.parent_path();
+    for (int attempt = 0;; ++attempt) {
+      path = folder / ("." + target.filename().string() + "." + std::to_string(::getpid()) + "-" +
+                       std::to_string(attempt) + "." + kind);
+      descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (descriptor >= 0) return;
+      if (errno != EEXIST || attempt > 1000)
+        fail(target, "cannot write in the folder '" + (folder.empty() ? "." : folder.string()) + "'", errno);
+    }
+  }
+  fs::path path;
+  int descriptor = -1;
+};
+
+void writeAll(int descriptor, const std::string& text, const fs::path& target) {
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t written = ::write(descriptor, text.data() + done, text.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail(target, "cannot be written", written < 0 ? errno : ENOSPC);
+    done += static_cast<std::size_t>(written);
+  }
+  // Some file systems only find out now that they are full. EINVAL: not a file system that can be flushed.
+  if (::fsync(descriptor) != 0 && errno != EINVAL) fail(target, "cannot be flushed to the disk", errno);
+}
+
+bool holdsExactly(const fs::path& file, const std::string& text) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  std::string buffer(1 << 16, '\0');
+  std::size_t done = 0;
+  bool same = true;
+  while (same) {
+    const ssize_t read = ::read(descriptor, buffer.data(), buffer.size());
+    if (read < 0 && errno == EINTR) continue;
+    if (read < 0) same = false;
+    if (read <= 0) break;
+    same = done + read <= text.size() && std::memcmp(buffer.data(), text.data() + done, read) == 0;
+    done += static_cast<std::size_t>(read);
+  }
+  ::close(descriptor);
+  return same && done == text.size();
+}
+
+/// Makes the renames in `folder` survive a crash of the machine; a file system that cannot is none of our
+/// business.
+void flushFolder(const fs::path& folder) {
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+/// Keeps the present content of `target` under another name; an empty path when there is no target.
+fs::path keepAside(const fs::path& target) {
+  struct stat info;
+  if (::lstat(target.c_str(), &info) != 0) return {};
+  if (S_ISDIR(info.st_mode)) fail(target, "cannot be replaced", EISDIR);
+  const NewFile backup(target, "old");
+  ::close(backup.descriptor);
+  ::unlink(backup.path.c_str());
+  // A second name for the same file; where the file system has no hard links, the file is moved away instead.
+  if (::link(target.c_str(), backup.path.c_str()) != 0 && ::rename(target.c_str(), backup.path.c_str()) != 0)
+    fail(target, "cannot be replaced", errno);
+  return backup.path;
+}
+
+}  // namespace
+
+AtomicFiles::~AtomicFiles() {
+  for (const Entry& entry : entries_) ::unlink(entry.temporary.c_str());
+}
+
+void AtomicFiles::add(const fs::path& requested, const std::string& text) {
+  std::error_code ignored;
+  fs::path target = requested;
+  if (fs::is_symlink(target, ignored) && fs::exists(target, ignored)) target = fs::canonical(target, ignored);
+  struct stat info;
+  const bool exists = ::stat(target.c_str(), &info) == 0;
+  if (exists && !S_ISREG(info.st_mode)) fail(target, "is not a file, so it cannot be replaced by one", 0);
+  if (exists && ::access(target.c_str(), W_OK) != 0) fail(target, "exists and cannot be written", errno);
+  for (const Entry& entry : entries_)
+    if (entry.target == target) fail(target, "would be written twice", 0);
+
+  entries_.reserve(entries_.size() + 1);
+  const NewFile file(target, "new");
+  entries_.push_back({target, file.path});
+  try {
+    if (exists && ::fchmod(file.descriptor, info.st_mode & 07777) != 0)
+      fail(target, "its permissions cannot be kept", errno);
+    writeAll(file.descriptor, text, target);
+  } catch (...) {
+    ::close(file.descriptor);
+    throw;
+  }
+  if (::close(file.descriptor) != 0) fail(target, "cannot be written", errno);
+  if (!holdsExactly(file.path, text)) fail(target, "reads back differently from what was written", 0);
+}
+
+void AtomicFiles::commit() {
+  std::vector<fs::path> backups(entries_.size());
+  std::size_t done = 0;
+  const auto putBack = [&] {
+    for (std::size_t i = 0; i <= done && i < entries_.size(); ++i) {
+      if (!backups[i].empty())
+        ::rename(backups[i].c_str(), entries_[i].target.c_str());
+      else if (i < done)
+        ::unlink(entries_[i].target.c_str());
+      // rename() of two names of one file does nothing: drop the second name.
+      if (!backups[i].empty()) ::unlink(backups[i].c_str());
+    }
+  };
+  try {
+    for (; done < entries_.size(); ++done) {
+      backups[done] = keepAside(entries_[done].target);
+      if (::rename(entries_[done].temporary.c_str(), entries_[done].target.c_str()) != 0)
+        fail(entries_[done].target, "cannot be put in place", errno);
+    }
+  } catch (...) {
+    putBack();
+    throw;
+  }
+  for (const fs::path& backup : backups)
+    if (!backup.empty()) ::unlink(backup.c_str());
+  for (const Entry& entry : entries_) flushFolder(entry.target.parent_path());
+  entries_.clear();
+}
+
+}  // namespace packmesh::hemocell
