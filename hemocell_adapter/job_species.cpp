@@ -65,9 +65,9 @@ JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
     species.origin = fmt::format("HemoCell's defaults, {}", toString(species.model.construction));
     return species;
   }
-  if (request.name == "vRBC") {
+  if (const auto axes = defaultEllipsoid(request.name)) {
     species.kind = JobSpecies::Template::ellipsoid;
-    species.ellipsoidAxes = Vec3(3.5, 6, 11);  // packCells' vRBC
+    species.ellipsoidAxes = Vec3((*axes)[0], (*axes)[1], (*axes)[2]);
     species.origin = "packCells' ellipsoid";
     return species;
   }
@@ -188,7 +188,7 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
     request.name = name;
     const bool own = request.meshFile || request.ellipsoidAxes;
     const bool known = own || (job.config ? fs::exists(job.config->folder / (name + ".xml"))
-                                          : defaultModel(name).has_value() || name == "vRBC");
+                                          : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
     if (known) {
       job.species.push_back(resolved(job, request));
     } else {
