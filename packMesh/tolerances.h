@@ -13,4 +13,12 @@ inline constexpr double defaultClearance = 0.02;
 /// so products and sums of them carry errors below 1e-10 µm.
 inline constexpr double culling = 1e-9;
 
+/// Vertices along open edges that are nearer than this fraction of a mesh's diagonal are one vertex that was
+/// rounded differently: STL in single precision errs by 6e-8 of the coordinates, sums of a few such by 1e-6.
+inline constexpr double crackFraction = 1e-6;
+
+/// A closed surface with less volume than this fraction of the cube of its diagonal encloses nothing: rounding of
+/// single-precision coordinates alone gives a flat surface about 1e-8.
+inline constexpr double zeroVolumeFraction = 1e-8;
+
 }  // namespace packmesh::tolerance

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Numbers and points for messages, whatever the locale.
+#pragma once
+
+#include <charconv>
+#include <string>
+
+#include "packMesh/geometry/vector.h"
+
+namespace packmesh {
+
+/// `value` with at most `digits` significant digits: "12.5".
+inline std::string toText(double value, int digits = 6) {
+  char text[64];
+  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr};
+}
+
+/// "(1, 2.5, 3)".
+inline std::string toText(const Vec3& p) {
+  return "(" + toText(p.x()) + ", " + toText(p.y()) + ", " + toText(p.z()) + ")";
+}
+
+}  // namespace packmesh

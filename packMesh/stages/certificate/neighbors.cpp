@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/certificate/neighbors.h"
+
+#include <cmath>
+#include <utility>
+
+namespace packmesh {
+
+namespace {
+
+using Periods = std::array<std::int32_t, 3>;
+
+std::vector<Periods> wrap(std::vector<Sphere>& spheres, const Vec3& period) {
+  std::vector<Periods> moved(spheres.size(), Periods{0, 0, 0});
+  for (std::size_t i = 0; i < spheres.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      if (period[k] > 0.0) {
+        moved[i][k] = static_cast<std::int32_t>(std::floor(spheres[i].center[k] / period[k]));
+        spheres[i].center[k] -= moved[i][k] * period[k];
+      }
+  return moved;
+}
+
+Box boundsOf(const std::vector<Sphere>& spheres) {
+  Box box;
+  for (const Sphere& s : spheres) box.add(Box{s.center.array() - s.radius, s.center.array() + s.radius});
+  return box;
+}
+
+}  // namespace
+
+PeriodicNeighbors::PeriodicNeighbors(std::vector<Sphere> spheres, const Vec3& period)
+    : wrapped_(std::move(spheres)),
+      moved_(wrap(wrapped_, period)),
+      period_(period),
+      bounds_(boundsOf(wrapped_)),
+      grid_(wrapped_) {}
+
+void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onlyLater,
+                                    const std::function<void(const NearPair&)>& visit) const {
+  const Sphere& own = wrapped_[sphere];
+  // Images j = 0 .. n moved by lo + j periods against the others come near their bounds.
+  Periods lo{0, 0, 0}, hi{0, 0, 0};
+  for (int k = 0; k < 3; ++k)
+    if (period_[k] > 0.0) {
+      const double reach = own.radius + margin;
+      lo[k] = static_cast<std::int32_t>(std::ceil((bounds_.lo[k] - reach - own.center[k]) / period_[k]));
+      hi[k] = static_cast<std::int32_t>(std::floor((bounds_.hi[k] + reach - own.center[k]) / period_[k]));
+    }
+  for (int z = lo[2]; z <= hi[2]; ++z)
+    for (int y = lo[1]; y <= hi[1]; ++y)
+      for (int x = lo[0]; x <= hi[0]; ++x) {
+        const Vec3 image = own.center + Vec3(x * period_[0], y * period_[1], z * period_[2]);
+        grid_.forEachNear({image, own.radius}, margin, [&](int other) {
+          // The image of `sphere` moved by (x, y, z) meets `other`, so `other` moved back meets `sphere`.
+          Periods n{-x, -y, -z};
+          for (int k = 0; k < 3; ++k) n[k] += moved_[sphere][k] - moved_[other][k];
+          NearPair pair{sphere, other, {}};
+          if (other == sphere) {
+            if (n <= Periods{0, 0, 0}) return;  // itself, or the mirror image of a pair that comes up anyway
+          } else if (other < sphere) {
+            if (onlyLater) return;
+            std::swap(pair.first, pair.second);
+            for (std::int32_t& k : n) k = -k;
+          }
+          pair.shift = Vec3(n[0] * period_[0], n[1] * period_[1], n[2] * period_[2]);
+          visit(pair);
+        });
+      }
+}
+
+}  // namespace packmesh

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/geometry/mesh_repair.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "packMesh/error.h"
+#include "packMesh/geometry/self_intersection.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+using Catch::Contains;
+
+namespace {
+
+std::string refusalOf(TriangleMesh mesh) {
+  try {
+    repairClosed(mesh, "cell.stl");
+  } catch (const MeshError& error) {
+    REQUIRE_THAT(error.what(), Contains("cell.stl"));
+    return error.what();
+  }
+  return "no error";
+}
+
+const Vec3 one = Vec3::Ones();
+
+}  // namespace
+
+TEST_CASE("repairClosed leaves sound meshes alone", "[geometry]") {
+  for (const TriangleMesh& sound :
+       {sample::box(-one, one), sample::sphere(one, 3.0, 12, 17), sample::torus(one, 3.0, 1.0, 30, 20),
+        sample::straightTube(0.0, 10.0, 2.0, 11, 24)}) {
+    TriangleMesh mesh = sound;
+    REQUIRE(repairClosed(mesh, "x").empty());
+    REQUIRE(mesh.vertices == sound.vertices);
+    REQUIRE(mesh.triangles == sound.triangles);
+  }
+}
+
+TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry]") {
+  const TriangleMesh sound = sample::torus(Vec3::Zero(), 3.0, 1.0, 30, 20);
+  const double volume = signedVolume(sound);
+  TriangleMesh mesh = sound;
+
+  SECTION("a soup of triangles") {
+    mesh.vertices.clear();
+    mesh.triangles.clear();
+    for (const Triangle& t : sound.triangles) {
+      const int n = static_cast<int>(mesh.vertices.size());
+      for (const int v : t) mesh.vertices.push_back(sound.vertices[v]);
+      mesh.triangles.push_back({n, n + 1, n + 2});
+    }
+    const std::vector<std::string> repairs = repairClosed(mesh, "x");
+    REQUIRE(repairs == std::vector<std::string>{"x: merged 3000 duplicate vertices"});
+    REQUIRE(mesh.vertices.size() == 600);
+  }
+  SECTION("collapsed triangles and unused vertices") {
+    mesh.triangles.push_back({3, 3, 4});
+    mesh.vertices.push_back(Vec3(99, 99, 99));
+    const std::vector<std::string> repairs = repairClosed(mesh, "x");
+    REQUIRE(repairs == std::vector<std::string>{"x: removed 1 collapsed triangle", "x: removed 1 unused vertex"});
+    REQUIRE(boundingBox(mesh).hi.x() < 5.0);
+  }
+  SECTION("triangles turned at random") {
+    std::mt19937 random(5);
+    int turned = 0;
+    for (Triangle& t : mesh.triangles)
+      if (random() % 5 == 0) {
+        std::swap(t[0], t[1]);
+        ++turned;
+      }
+    const std::vector<std::string> repairs = repairClosed(mesh, "x");
+    REQUIRE(repairs.size() == 1);
+    REQUIRE(repairs[0] == "x: turned round " + std::to_string(turned) + " triangles oriented against their neighbours");
+  }
+  SECTION("inside out") {
+    flip(mesh);
+    const std::vector<std::string> repairs = repairClosed(mesh, "x");
+    REQUIRE(repairs == std::vector<std::string>{"x: turned 1 surface that was inside out"});
+  }
+  SECTION("cracks from rounding") {
+    const int copy = static_cast<int>(mesh.vertices.size());
+    mesh.vertices.push_back(mesh.vertices[17] + Vec3(1e-7, -1e-7, 1e-7));
+    bool replaced = false;
+    for (Triangle& t : mesh.triangles)
+      for (int& v : t)
+        if (v == 17 && !replaced) {
+          v = copy;
+          replaced = true;
+        }
+    const std::vector<std::string> repairs = repairClosed(mesh, "x");
+    REQUIRE(repairs == std::vector<std::string>{"x: closed cracks by joining 1 vertex that differed by rounding"});
+    REQUIRE(mesh.vertices.size() == 600);
+  }
+  REQUIRE(signedVolume(mesh) == Approx(volume));
+  REQUIRE(repairClosed(mesh, "again").empty());
+}
+
+TEST_CASE("repairClosed makes enclosed surfaces holes, and what is in a hole solid", "[geometry]") {
+  for (int flips = 0; flips < 16; ++flips) {
+    TriangleMesh mesh;
+    const double edges[4] = {8.0, 6.0, 4.0, 2.0};
+    for (int k = 0; k < 4; ++k) {
+      // The fourth lies beside the third, in the hole that the second makes.
+      const Vec3 at = k < 2 ? Vec3(0, 0, 0) : k == 2 ? Vec3(-0.9, 0, 0) : Vec3(2.3, 0, 0);
+      const double half = k < 2 ? edges[k] / 2 : k == 2 ? 2.0 : 0.5;
+      TriangleMesh part = sample::box(at - half * one, at + half * one);
+      if (flips & (1 << k)) flip(part);
+      sample::append(mesh, part);
+    }
+    repairClosed(mesh, "nested");
+    REQUIRE(signedVolume(mesh) == Approx(512.0 - 216.0 + 64.0 + 1.0));
+    REQUIRE(repairClosed(mesh, "again").empty());
+  }
+}
+
+TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages]") {
+  const TriangleMesh cube = sample::box(Vec3::Zero(), one);
+  CHECK_THAT(refusalOf({}), Contains("no triangles"));
+  CHECK_THAT(refusalOf({cube.vertices, {{0, 1, 99}}}), Contains("names vertex 99 of 8"));
+  CHECK_THAT(refusalOf({cube.vertices, {{0, 0, 1}}}), Contains("all triangles of the mesh are collapsed"));
+  TriangleMesh mesh = cube;
+  mesh.vertices[2].y() = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THAT(refusalOf(mesh), Contains("vertex 2 has a coordinate that is no finite number"));
+  mesh = cube;
+  mesh.triangles.pop_back();
+  CHECK_THAT(refusalOf(mesh), Contains("not closed, it has 3 open edges, the first from (1, 1, 0) to (1, 0, 1)"));
+  mesh = cube;
+  mesh.triangles.push_back(mesh.triangles[0]);
+  CHECK_THAT(refusalOf(mesh), Contains("has 3 open edges") || Contains("more than two triangles meet at 3 edges"));
+  mesh = cube;
+  sample::append(mesh, sample::box({1, 1, 0}, {2, 2, 1}));  // shares an edge
+  CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 1 edge"));
+  mesh = cube;
+  sample::append(mesh, sample::box(one, 2 * one));  // shares a vertex
+  CHECK_THAT(refusalOf(mesh), Contains("touch in the vertex at (1, 1, 1)"));
+  mesh = cube;
+  for (Vec3& v : mesh.vertices) v.z() *= 1e-12;
+  CHECK_THAT(refusalOf(mesh), Contains("encloses no volume"));
+  mesh = cube;
+  for (Vec3& v : mesh.vertices) v.z() = 0.0;
+  CHECK_THAT(refusalOf(mesh), Contains("collapsed") || Contains("manifold") || Contains("no area"));
+}
+
+TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messages]") {
+  TriangleMesh mesh = sample::box(Vec3::Zero(), one);
+  SECTION("two parts that cross") { sample::append(mesh, sample::box(0.5 * one, 1.5 * one)); }
+  SECTION("a vertex that touches a face") { sample::append(mesh, sample::sphere({0.5, 0.5, 2.0}, 1.0, 4, 5)); }
+  SECTION("a vertex pulled through the far side") { mesh.vertices[7] = Vec3(0.4, 0.3, -0.2); }
+  SECTION("a vertex pulled onto the far side") { mesh.vertices[7] = Vec3(0.5, 0.25, 0.0); }
+  SECTION("a torus that is too thick") { mesh = sample::torus(Vec3::Zero(), 1.0, 1.2, 40, 20); }
+  CHECK_THAT(refusalOf(mesh), Contains("meets itself, the triangles around ("));
+}
+
+TEST_CASE("findSelfIntersection agrees with touching and nearly touching parts", "[geometry]") {
+  TriangleMesh mesh = sample::sphere({0, 0, 0}, 1.0, 8, 12);
+  TriangleMesh near = sample::sphere({0, 0, 2.0}, 1.0, 8, 12);
+  TriangleMesh both = mesh;
+  sample::append(both, near);
+  REQUIRE(findSelfIntersection(both));  // poles touch
+  for (Vec3& v : near.vertices) v.z() += 1e-15;
+  both = mesh;
+  sample::append(both, near);
+  REQUIRE_FALSE(findSelfIntersection(both));
+}
+
+TEST_CASE("repairClosed of 200,000 triangles", "[geometry][.slow]") {
+  TriangleMesh mesh = sample::torus(Vec3::Zero(), 50.0, 10.0, 500, 200);
+  REQUIRE(repairClosed(mesh, "large").empty());
+}
