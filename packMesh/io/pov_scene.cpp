@@ -17,12 +17,12 @@
 namespace packmesh {
 namespace {
 
-constexpr int shades = 8;              ///< textures per species, so that neighbours differ
-constexpr int digits = 7;              ///< significant digits: far below a pixel
-constexpr double wallCrease = 0.76;    ///< cosine of 40°: sharper edges of the wall stay sharp and are drawn
-constexpr double aspect = 1.5;         ///< width / height of the frame that is guaranteed to hold everything
-constexpr double halfHeight = 0.19;    ///< tangent of half the vertical view angle: a long lens
-constexpr double frame = 0.95;         ///< part of the picture that is used
+constexpr int shades = 8;            ///< textures per species, so that neighbours differ
+constexpr int digits = 7;            ///< significant digits: far below a pixel
+constexpr double wallCrease = 0.76;  ///< cosine of 40°: sharper edges of the wall stay sharp and are drawn
+constexpr double aspect = 1.5;       ///< width / height of the frame that is guaranteed to hold everything
+constexpr double halfHeight = 0.19;  ///< tangent of half the vertical view angle: a long lens
+constexpr double frame = 0.95;       ///< part of the picture that is used
 constexpr std::size_t chunk = 1 << 20;  ///< bytes collected before they are written
 
 using Color = std::array<double, 3>;
@@ -33,9 +33,13 @@ std::string number(double v) {
   return {text, end};
 }
 
-std::string vector(const Vec3& v) { return '<' + number(v.x()) + ',' + number(v.y()) + ',' + number(v.z()) + '>'; }
+std::string vector(const Vec3& v) {
+  return '<' + number(v.x()) + ',' + number(v.y()) + ',' + number(v.z()) + '>';
+}
 
-std::string vector(const Color& c) { return vector(Vec3(c[0], c[1], c[2])); }
+std::string vector(const Color& c) {
+  return vector(Vec3(c[0], c[1], c[2]));
+}
 
 /// A text file that replaces an older one only when it is complete.
 class SceneFile {
@@ -76,15 +80,21 @@ class SceneFile {
   bool done_ = false;
 };
 
-bool startsWith(const std::string& text, const char* prefix) { return text.rfind(prefix, 0) == 0; }
+bool startsWith(const std::string& text, const char* prefix) {
+  return text.rfind(prefix, 0) == 0;
+}
 
 /// Blood as people know it, and a palette for everything else.
 Color colorOf(const std::string& name, std::size_t species) {
   if (startsWith(name, "RBC") || startsWith(name, "vRBC")) return {0.56, 0.022, 0.020};
   if (startsWith(name, "PLT")) return {0.95, 0.72, 0.22};
   if (startsWith(name, "WBC")) return {0.86, 0.88, 0.93};
-  constexpr std::array<Color, 6> palette{
-      {{0.10, 0.34, 0.62}, {0.16, 0.50, 0.30}, {0.46, 0.25, 0.58}, {0.85, 0.42, 0.10}, {0.10, 0.52, 0.55}, {0.62, 0.28, 0.40}}};
+  constexpr std::array<Color, 6> palette{{{0.10, 0.34, 0.62},
+                                          {0.16, 0.50, 0.30},
+                                          {0.46, 0.25, 0.58},
+                                          {0.85, 0.42, 0.10},
+                                          {0.10, 0.52, 0.55},
+                                          {0.62, 0.28, 0.40}}};
   return palette[species % palette.size()];
 }
 
@@ -135,7 +145,8 @@ void writeMesh2(SceneFile& out, const TriangleMesh& mesh, double crease) {
   const auto indices = [&](const char* kind, const std::vector<Triangle>& list) {
     out << std::string("  ") + kind + " { " + std::to_string(list.size());
     for (const Triangle& t : list)
-      out << ",\n    <" + std::to_string(t[0]) + ',' + std::to_string(t[1]) + ',' + std::to_string(t[2]) + '>';
+      out << ",\n    <" + std::to_string(t[0]) + ',' + std::to_string(t[1]) + ',' + std::to_string(t[2]) +
+                 '>';
     out << " }\n";
   };
   out << "mesh2 {\n";
@@ -203,17 +214,21 @@ void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3&
   const double far = size.norm();
 
   out << "\n#declare Aspect = image_width / image_height;\n"
-         "#declare Tall = " + number(2.0 * halfHeight) + " * max(1, " + number(aspect) + " / Aspect);\n"
-         "camera {\n  location " + vector(eye) + "\n  direction " + vector(Vec3(-toCamera)) + "\n  up Tall * " +
-         vector(up) + "\n  right Tall * Aspect * " + vector(right) + "\n}\n";
+         "#declare Tall = " +
+             number(2.0 * halfHeight) + " * max(1, " + number(aspect) +
+             " / Aspect);\n"
+             "camera {\n  location " +
+             vector(eye) + "\n  direction " + vector(Vec3(-toCamera)) + "\n  up Tall * " + vector(up) +
+             "\n  right Tall * Aspect * " + vector(right) + "\n}\n";
 
   // A soft key light over the left shoulder, a weak fill from the right that throws no shadow.
   const Vec3 key = eye + far * (-1.1 * right + 1.5 * up + 0.3 * toCamera);
   const Vec3 fill = eye + far * (1.6 * right + 0.2 * up);
   out << "light_source {\n  " + vector(key) + " rgb <1.0, 0.97, 0.93> * 1.05\n  area_light " +
-         vector(Vec3(0.9 * far * right)) + ", " + vector(Vec3(0.9 * far * up)) +
-         ", 4, 4 adaptive 0 jitter circular orient\n}\n"
-         "light_source { " + vector(fill) + " rgb <0.80, 0.88, 1.0> * 0.40 shadowless }\n";
+             vector(Vec3(0.9 * far * right)) + ", " + vector(Vec3(0.9 * far * up)) +
+             ", 4, 4 adaptive 0 jitter circular orient\n}\n"
+             "light_source { " +
+             vector(fill) + " rgb <0.80, 0.88, 1.0> * 0.40 shadowless }\n";
 }
 
 void writeWall(SceneFile& out, const Container& container, const TriangleMesh& surface, double size) {
@@ -232,7 +247,8 @@ void writeWall(SceneFile& out, const Container& container, const TriangleMesh& s
   out << "\n#declare Rim = texture { pigment { rgb <0.36, 0.45, 0.58> } finish { diffuse 0.8 } }\n";
   for (const auto& [a, b] : edges)
     if ((a - b).norm() > 1e-6 * size)
-      out << "cylinder { " + vector(a) + ", " + vector(b) + ", " + number(0.0014 * size) + " texture { Rim } no_shadow }\n";
+      out << "cylinder { " + vector(a) + ", " + vector(b) + ", " + number(0.0014 * size) +
+                 " texture { Rim } no_shadow }\n";
 }
 
 }  // namespace
@@ -263,14 +279,22 @@ void writePovScene(const std::filesystem::path& file, const std::vector<const Sh
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     const std::string id = std::to_string(s);
     std::string label = names.at(s);
-    std::replace_if(label.begin(), label.end(), [](unsigned char c) { return c < ' '; }, ' ');
+    std::replace_if(
+        label.begin(), label.end(), [](unsigned char c) { return c < ' '; }, ' ');
     out << "\n// " + label + "\n#declare Cell" + id + " =\n";
     writeMesh2(out, shapes[s]->mesh(), -1.0);
-    out << "}\n#declare Tint" + id + " = " + vector(colorOf(names[s], s)) + ";\n#declare Skin" + id + " = array[" +
-               std::to_string(shades) + "];\n"
-               "#for (I, 0, " + std::to_string(shades - 1) + ")\n"
-               "  #declare Skin" + id + "[I] = texture {\n"
-               "    pigment { rgb Tint" + id + " * (0.82 + 0.36 * I / " + std::to_string(shades - 1) + ") }\n"
+    out << "}\n#declare Tint" + id + " = " + vector(colorOf(names[s], s)) + ";\n#declare Skin" + id +
+               " = array[" + std::to_string(shades) +
+               "];\n"
+               "#for (I, 0, " +
+               std::to_string(shades - 1) +
+               ")\n"
+               "  #declare Skin" +
+               id +
+               "[I] = texture {\n"
+               "    pigment { rgb Tint" +
+               id + " * (0.82 + 0.36 * I / " + std::to_string(shades - 1) +
+               ") }\n"
                "    finish { specular 0.30 roughness 0.025 }\n  }\n#end\n";
   }
   out << "\n";
@@ -283,7 +307,8 @@ void writePovScene(const std::filesystem::path& file, const std::vector<const Sh
     const Vec3& t = cells[i].placement.translation;
     matrix += number(t.x()) + ',' + number(t.y()) + ',' + number(t.z());
     const std::uint64_t shade = (i * 0x9E3779B97F4A7C15ull >> 32) % shades;
-    out << "object { Cell" + id + " texture { Skin" + id + '[' + std::to_string(shade) + "] } matrix <" + matrix + "> }\n";
+    out << "object { Cell" + id + " texture { Skin" + id + '[' + std::to_string(shade) + "] } matrix <" +
+               matrix + "> }\n";
   }
 
   writeWall(out, container, surface, bounds.size().norm());
