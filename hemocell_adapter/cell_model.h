@@ -32,6 +32,10 @@ struct CellModel {
   std::optional<double> hemocellVolume;  ///< `<Volume>` [µm³]; used by HemoCell for its density output only
 };
 
+/// Half the thickness of RBC_FROM_SPHERE at distance r from its axis, both over the radius, is
+/// sqrt(1 - r²) (C0 + C2 r² + C4 r⁴) (Evans and Fung 1972, with the coefficients of HemoCell).
+inline constexpr double biconcaveC0 = 0.054322, biconcaveC2 = 1.001279, biconcaveC4 = -0.561381;
+
 /// HemoCell's own default parameters of RBC, RBC_m, PLT, PLT_m, PLT_mko, WBC; nothing for other names.
 std::optional<CellModel> defaultModel(const std::string& name);
 

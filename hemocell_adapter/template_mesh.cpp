@@ -9,17 +9,12 @@
 #include <utility>
 
 #include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/inflation.h"
 #include "packMesh/error.h"
 #include "packMesh/io/mesh_file.h"
 
 namespace packmesh::hemocell {
 namespace {
-
-/// Distance every vertex is moved outwards, in lattice units (HemoCell inflates each template).
-constexpr double inflation = 1e-3;
-
-/// Coefficients of the biconcave profile (Evans and Fung 1972, as HemoCell rounds them).
-constexpr double c0 = 0.054322, c2 = 1.001279, c4 = -0.561381;
 
 /// HemoCell's rotation of templates: the thin axis of a cell built along z ends along y.
 Vec3 turned(const Vec3& p) {
@@ -95,7 +90,7 @@ TriangleMesh unitSphere(TriangleMesh mesh, int minNumTriangles) {
 /// HemoCell's red cell: the unit sphere squeezed along z.
 Vec3 biconcave(const Vec3& p, double radius) {
   const double r2 = std::min(p.x() * p.x() + p.y() * p.y(), 1.0);
-  const double height = std::sqrt(1.0 - r2) * (c0 + c2 * r2 + c4 * r2 * r2);
+  const double height = std::sqrt(1.0 - r2) * (biconcaveC0 + biconcaveC2 * r2 + biconcaveC4 * r2 * r2);
   return radius * Vec3(p.x(), p.y(), std::copysign(height, p.z()));
 }
 
@@ -103,22 +98,6 @@ Vec3 biconcave(const Vec3& p, double radius) {
 Vec3 oblate(const Vec3& p, double radius, double aspectRatio) {
   const double r2 = std::min(p.x() * p.x() + p.y() * p.y(), 1.0);
   return radius * Vec3(p.x(), p.y(), std::copysign(aspectRatio * std::sqrt(1.0 - r2), p.z()));
-}
-
-/// Moves each vertex along the normalised unweighted mean of the unit normals of its faces. One vertex after
-/// the other and in place, as HemoCell does it: later vertices see their neighbours already moved.
-void inflate(TriangleMesh& mesh, double distance) {
-  std::vector<std::vector<int>> faces(mesh.vertices.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int v : mesh.triangles[t]) faces[v].push_back(static_cast<int>(t));
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    Vec3 sum = Vec3::Zero();
-    for (int t : faces[v]) {
-      const Vec3& a = mesh.corner(t, 0);
-      sum += (mesh.corner(t, 1) - a).cross(mesh.corner(t, 2) - a).normalized();
-    }
-    mesh.vertices[v] += distance * sum.normalized();
-  }
 }
 
 void centerOnBoundingBox(TriangleMesh& mesh) {

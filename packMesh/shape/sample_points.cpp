@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace packmesh {
@@ -70,11 +72,8 @@ void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last
   cluster(middle, last, out);
 }
 
-}  // namespace
-
-SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) {
+SamplePoints clustered(std::vector<Vec3> points) {
   SamplePoints out;
-  std::vector<Vec3> points = pointsOn(mesh, spacing);
   if (points.empty()) return out;
   cluster(points.begin(), points.end(), out);
   while (out.centerX.size() % SamplePoints::width != 0) {
@@ -84,6 +83,27 @@ SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) {
     out.radius.push_back(out.radius.back());
   }
   return out;
+}
+
+}  // namespace
+
+SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) { return clustered(pointsOn(mesh, spacing)); }
+
+SamplePoints sampleCoarsely(const TriangleMesh& mesh) {
+  // Farthest-point sampling (Gonzalez 1985).
+  const std::size_t wanted = std::min<std::size_t>(
+      mesh.vertices.size(), std::max<std::size_t>(2 * SamplePoints::width, mesh.vertices.size() / 4));
+  std::vector<double> distance(mesh.vertices.size(), std::numeric_limits<double>::infinity());
+  std::vector<Vec3> chosen;
+  std::size_t next = 0;
+  while (chosen.size() < wanted) {
+    const Vec3 p = mesh.vertices[next];
+    chosen.push_back(p);
+    for (std::size_t i = 0; i < distance.size(); ++i)
+      distance[i] = std::min(distance[i], (mesh.vertices[i] - p).squaredNorm());
+    next = std::max_element(distance.begin(), distance.end()) - distance.begin();
+  }
+  return clustered(std::move(chosen));
 }
 
 }  // namespace packmesh

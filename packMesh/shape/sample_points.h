@@ -22,4 +22,7 @@ struct SamplePoints {
 /// its triangles, so that no point of the surface is further than about `spacing` from a sample.
 SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing);
 
+/// Every fourth vertex or so, spread evenly: enough to part cells that reach deep into each other.
+SamplePoints sampleCoarsely(const TriangleMesh& mesh);
+
 }  // namespace packmesh

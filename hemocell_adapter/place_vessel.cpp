@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// From an STL to fluid nodes, as HemoCell (Palabos) does it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "hemocell_adapter/inflation.h"
+#include "hemocell_adapter/lattice.h"
+#include "packMesh/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// A node beyond the surface on each side, and the one at which the extent starts.
+constexpr int extraNodes = 3;
+
+/// Where a surface crosses the row of nodes (row % ny, row / ny).
+struct Crossing {
+  std::int64_t row;
+  double x;
+  bool operator<(const Crossing& other) const { return row != other.row ? row < other.row : x < other.x; }
+};
+
+/// The integers in (lo, hi], cut to 0..last: those for which exactly one of lo, hi counts as "not above".
+struct Planes {
+  Planes(double lo, double hi, int last)
+      : first(static_cast<int>(std::clamp(std::floor(lo) + 1.0, 0.0, last + 1.0))),
+        last(static_cast<int>(std::clamp(std::floor(hi), -1.0, double(last)))) {}
+  int first, last;
+};
+
+std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
+  std::vector<Crossing> crossings;
+  for (const Triangle& t : surface.triangles) {
+    const Vec3 *a = &surface.vertices[t[0]], *b = &surface.vertices[t[1]], *c = &surface.vertices[t[2]];
+    const Planes planes(std::min({a->z(), b->z(), c->z()}), std::max({a->z(), b->z(), c->z()}), nz - 1);
+    for (int k = planes.first; k <= planes.last; ++k) {
+      // The section of the triangle with the plane z = k: the two points where its edges cross. Both
+      // triangles at an edge compute the same point from the same vertices in the same order, so that
+      // sections close exactly.
+      Vec3 ends[2];
+      int found = 0;
+      for (int e = 0; e < 3; ++e) {
+        const int low = std::min(t[e], t[(e + 1) % 3]), high = std::max(t[e], t[(e + 1) % 3]);
+        const Vec3 &p = surface.vertices[low], &q = surface.vertices[high];
+        if ((p.z() < k) == (q.z() < k)) continue;
+        ends[found++] = p + (k - p.z()) / (q.z() - p.z()) * (q - p);
+      }
+      if (found != 2) continue;
+      const Vec3 &p = ends[0], &q = ends[1];
+      const Planes rows(std::min(p.y(), q.y()), std::max(p.y(), q.y()), ny - 1);
+      for (int j = rows.first; j <= rows.last; ++j)
+        if ((p.y() < j) != (q.y() < j))
+          crossings.push_back(
+              {j + std::int64_t(ny) * k, p.x() + (j - p.y()) / (q.y() - p.y()) * (q.x() - p.x())});
+    }
+  }
+  return crossings;
+}
+
+/// HemoCell opens the two ends along x by copying planes, in place and in this order.
+void openEnds(Lattice& lattice) {
+  const auto [nx, ny, nz] = lattice.nodes();
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (const auto [to, from] :
+           {std::pair(0, 1), std::pair(1, 2), std::pair(nx - 2, nx - 3), std::pair(nx - 1, nx - 2)})
+        lattice.setFluid(to, j, k, lattice.fluid(from, j, k));
+}
+
+}  // namespace
+
+void fillInside(Lattice& lattice, const TriangleMesh& surface) {
+  const auto [nx, ny, nz] = lattice.nodes();
+  std::vector<Crossing> crossings = crossingsOf(surface, ny, nz);
+  std::sort(crossings.begin(), crossings.end());
+  // In pairs: every closed section crosses a row an even number of times.
+  for (std::size_t c = 0; c + 1 < crossings.size(); c += 2) {
+    const double first = std::clamp(std::ceil(crossings[c].x), 0.0, double(nx));
+    const double last = std::clamp(std::floor(crossings[c + 1].x), -1.0, nx - 1.0);
+    lattice.setFluid(static_cast<int>(first), static_cast<int>(last), static_cast<int>(crossings[c].row % ny),
+                     static_cast<int>(crossings[c].row / ny), true);
+  }
+}
+
+VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN) {
+  if (refDir < 0 || refDir > 2)
+    throw InputError(fmt::format("<refDir> {}, expected 0, 1 or 2 (x, y or z)", refDir));
+  if (refDirN < 1) throw InputError(fmt::format("<refDirN> {}, expected at least one node", refDirN));
+  const Box box = boundingBox(stl);
+  if (box.empty() || !box.size().allFinite() || !(box.size().minCoeff() > 0.0))
+    throw InputError("the vessel has no extent on some axis, so it makes no lattice");
+
+  const double scale = refDirN / box.size()[refDir];
+  std::array<int, 3> nodes;
+  double count = 1.0;
+  for (int k = 0; k < 3; ++k) {
+    const double n = std::floor(box.size()[k] * scale + 2.0 * inflation) + extraNodes;
+    count *= n;
+    if (!(count <= 2147483648.0))
+      throw InputError(
+          fmt::format("<refDirN> {} along {} makes a lattice of more than 2^31 nodes (the vessel is {:.4g} x "
+                      "{:.4g} x {:.4g} in units of its file)",
+                      refDirN, "xyz"[refDir], box.size().x(), box.size().y(), box.size().z()));
+    nodes[k] = static_cast<int>(n);
+  }
+
+  for (Vec3& v : stl.vertices) v = ((v - box.lo) * scale).array() + 1.0;
+  VesselOnLattice vessel{std::move(stl), Lattice(nodes, dx), nodes[0] * dx};
+  for (int k = 0; k < nodes[2]; ++k)
+    for (int j = 0; j < nodes[1]; ++j) vessel.lattice.setFluid(0, nodes[0] - 1, j, k, false);
+  TriangleMesh inflated = vessel.surface;
+  inflate(inflated, inflation);
+  fillInside(vessel.lattice, inflated);
+  openEnds(vessel.lattice);
+  for (Vec3& v : vessel.surface.vertices) v *= dx;
+  return vessel;
+}
+
+}  // namespace packmesh::hemocell
