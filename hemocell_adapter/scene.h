@@ -11,6 +11,7 @@
 #include "hemocell_adapter/lumen.h"
 #include "hemocell_adapter/pos_file.h"
 #include "packMesh/packing/packing_problem.h"
+#include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh::hemocell {
 
