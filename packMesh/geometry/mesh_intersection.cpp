@@ -28,8 +28,9 @@ struct View {
   float point[3][3], shift[3];  ///< the same in floats
   float direction[3][3];        ///< linear / stretch: unit vectors become no longer than 1
   float stretch;
-  double worldPerUnit;  ///< a distance in this frame is at least that many times longer in the world
-  double rounding;      ///< bounds the error of distances computed in floats [units of the frame]
+  double worldPerUnit;    ///< a distance in this frame is at least that many times longer in the world
+  double rounding;        ///< bounds the error of distances computed in floats [units of the frame]
+  double doubleRounding;  ///< the same, computed in doubles
 
   View(const MeshTree& of, const Placement& ofPlacement, const MeshTree& from,
        const Placement& fromPlacement) {
@@ -47,9 +48,11 @@ struct View {
     }
     worldPerUnit = (1.0 - 1024.0 * 1.2e-16) / compression;
     // World vertices are rounded too: tolerance::culling as long as coordinates keep below 1e5 µm.
-    rounding = floatRounding * (from.reach + k * of.reach + translation.norm()) +
-               compression * (tolerance::culling + 1e-14 * (ofPlacement.translation.cwiseAbs().sum() +
+    const double size = from.reach + k * of.reach + translation.norm();
+    doubleRounding = 1e-10 * size + compression * (tolerance::culling +
+                                                   1e-14 * (ofPlacement.translation.cwiseAbs().sum() +
                                                             fromPlacement.translation.cwiseAbs().sum()));
+    rounding = floatRounding * size + doubleRounding;
   }
 
   OrientedBox seen(const OrientedBox& box) const {
@@ -139,7 +142,10 @@ class PairTest {
 
   bool hullsApart() const {
     const View& view = secondFromFirst_;
-    return packmesh::hullsApart(first_, second_, view.linear, view.translation, firstLimit_, view.rounding);
+    const Vec3 between = first_.center - (view.linear * second_.center + view.translation);
+    const Vec3 direction = between.isZero(0.0) ? Vec3(Vec3::UnitX()) : between;
+    return packmesh::hullsApart(first_.hull, second_.hull, view.linear, view.translation, direction,
+                                firstLimit_, view.doubleRounding);
   }
 
   /// Whether any triangles meet. Otherwise gap() is known afterwards.
