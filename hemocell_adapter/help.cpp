@@ -33,6 +33,7 @@ void wrap(std::string& out, const std::string& text, std::size_t column, std::si
   while (start < text.size()) {
     const std::size_t end = std::min(text.find(' ', start), text.size());
     if (column + (end - start) > 99) {
+      while (out.back() == ' ') out.pop_back();
       out += "\n" + std::string(indent, ' ');
       column = indent;
     }

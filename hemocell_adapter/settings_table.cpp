@@ -62,7 +62,7 @@ ValueSpec flag() { return plain(Kind::boolean, ""); }
 ValueSpec name() { return plain(Kind::name, "name"); }
 ValueSpec file() { return plain(Kind::text, "file"); }
 ValueSpec meshScale() { return number("factor", "µm per unit of the file", 0, true, 1e9); }
-ValueSpec seed() { return integer("n", "", 0, 9223372036854775807.0); }
+ValueSpec seed() { return integer("n", "", 0, std::numeric_limits<double>::infinity()); }
 ValueSpec distanceFromSolid() { return integer("d", "µm", 0, 1000); }
 ValueSpec constructions() {
   return choice("kind", {"RBC_FROM_SPHERE", "ELLIPSOID_FROM_SPHERE", "WBC_SPHERE", "MESH_FROM_STL"});

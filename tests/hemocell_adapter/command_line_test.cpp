@@ -90,7 +90,7 @@ TEST_CASE("errors of the command line teach", "[command_line]") {
            {"a.xml b.xml", "found 2 words"},
            {"50 50 50 --hematocrti 0.3", "unknown option '--hematocrti', did you mean '--hematocrit'?"},
            {"50 50 50 --wibble", "unknown option '--wibble'"},
-           {"50 50 50 -q", "option '-q'"},
+           {"50 50 50 -j", "unknown option '-j'"},
            {"50 50 50 --hematocrit", "needs a value (--hematocrit h)"},
            {"50 50 50 --hematocrit --rbc 3", "needs a value"},
            {"50 50 50 --hematocrit 30", "expected a number in (0, 1) [fraction], found '30'"},
