@@ -57,9 +57,15 @@ const std::vector<Row>& rowCodes() {
   return table;
 }
 
-void lower(Row& row, const Row& other, int more) {
-  for (int s = 0; s < lanes; ++s)
-    row[s] = std::min(row[s], static_cast<std::uint8_t>(other[s] + static_cast<std::uint8_t>(more)));
+/// The smaller of `row` and `other` + more, sample by sample. By value, so that compilers keep it in
+/// registers.
+Row lowered(Row row, const Row& other, int more) {
+  const std::uint8_t add = static_cast<std::uint8_t>(more);
+  for (int s = 0; s < lanes; ++s) {
+    const std::uint8_t value = static_cast<std::uint8_t>(other[s] + add);
+    row[s] = value < row[s] ? value : row[s];
+  }
+  return row;
 }
 
 /// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nodes that do not exist.
@@ -81,20 +87,24 @@ using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
 /// Squared distances of all samples of a brick to the nearest cube set in `patterns` (window rows [k][j]).
 BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patterns) {
   static const std::vector<Row>& table = rowCodes();
+  Row none;
+  none.fill(codeLimit);
   std::array<std::array<Row, 9>, window> slices;
   for (int k = 0; k < window; ++k)
     for (int y = 0; y < 9; ++y) {
-      slices[k][y].fill(codeLimit);
+      Row row = none;
       for (int j = 0; j < window; ++j)
         if (const int more = axisCode(j, y); more < codeLimit)
-          lower(slices[k][y], table[patterns[k][j]], more);
+          row = lowered(row, table[patterns[k][j]], more);
+      slices[k][y] = row;
     }
   BrickCodes codes;
   for (int z = 0; z < 9; ++z)
     for (int y = 0; y < 9; ++y) {
-      codes[z][y].fill(codeLimit);
+      Row row = none;
       for (int k = 0; k < window; ++k)
-        if (const int more = axisCode(k, z); more < codeLimit) lower(codes[z][y], slices[k][y], more);
+        if (const int more = axisCode(k, z); more < codeLimit) row = lowered(row, slices[k][y], more);
+      codes[z][y] = row;
     }
   return codes;
 }
@@ -129,7 +139,10 @@ double trilinear(const float (&c)[2][2][2], const double (&t)[3], Vec3& gradient
 }  // namespace
 
 VoxelDistance::VoxelDistance(const Lattice& inside)
-    : dx_(inside.dx()), nodes_(inside.nodes()), step_(coarsenessOf(inside.nodes()).step) {
+    : dx_(inside.dx()),
+      nodes_(inside.nodes()),
+      step_(coarsenessOf(inside.nodes()).step),
+      farError_(coarsenessOf(inside.nodes()).error) {
   for (int k = 0; k < 3; ++k) {
     bricks_[k] = (nodes_[k] + brickNodes - 1) / brickNodes;
     samples_[k] = bricks_[k] * brickNodes / step_ + 1;
@@ -187,7 +200,7 @@ WallDistance VoxelDistance::far(const Vec3& w) const {
   const float corners[2][2][2] = {{{at[0], at[1]}, {at[dy], at[dy + 1]}},
                                   {{at[dz], at[dz + 1]}, {at[dz + dy], at[dz + dy + 1]}}};
   WallDistance result;
-  result.distance = trilinear(corners, t, result.gradient) - coarsenessOf(nodes_).error;
+  result.distance = trilinear(corners, t, result.gradient) - farError_;
   result.gradient /= step_;
   return result;
 }

@@ -54,6 +54,7 @@ class VoxelDistance {
       brickAt_;  ///< of brick (i,j,k), -1: all of it further than farReach from the boundary
   std::vector<Brick> brick_;
   int step_;                      ///< nodes between coarse samples
+  double farError_;               ///< largest excess of their interpolation beyond fineReach [nodes]
   std::array<int, 3> samples_;    ///< coarse samples on each axis
   std::vector<float> transform_;  ///< signed distance at the coarse samples [nodes]
 };

@@ -63,6 +63,18 @@ class AxisPass {
 /// Squared distances along a row of nodes to those with fluid() == kind, at x = step·s.
 void rowDistances(const std::uint64_t* row, int nodes, bool kind, int step, float* out, int samples,
                   std::vector<int>& distance) {
+  bool all = step * (samples - 1) <= nodes, none = true;
+  for (int w = 0; w < (nodes + 63) / 64; ++w) {
+    const std::uint64_t used =
+        nodes - 64 * w >= 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (nodes - 64 * w)) - 1;
+    const std::uint64_t bits = (kind ? row[w] : ~row[w]) & used;
+    all = all && bits == used;
+    none = none && bits == 0;
+  }
+  if (all || none) {
+    std::fill(out, out + samples, all ? 0.0f : infinite);
+    return;
+  }
   const int far = std::numeric_limits<int>::max() / 2, last = step * (samples - 1);
   distance.resize(std::max(last, nodes) + 1);
   const auto has = [&](int i) {
