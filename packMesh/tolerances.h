@@ -4,10 +4,16 @@
 
 namespace packmesh::tolerance {
 
-/// Gap that is kept between membranes when nothing else is asked for [µm]. At 0.02 µm 0-3 of 10^4 touching
-/// pairs still meet in the exact test up to a fraction of 0.50, because sample points bound the distance of
-/// facets only up to their sagitta; a smaller value costs many rounds of repair, a larger one density.
-inline constexpr double defaultClearance = 0.02;
+/// Relaxation aims at this much more than the clearance asked for [µm]: at 0.02 µm 0-3 of 10^4 touching pairs
+/// still meet in the exact test up to a fraction of 0.50, because sample points bound the distance of facets
+/// only up to their sagitta; a smaller margin costs rounds of repair, a larger one density.
+inline constexpr double relaxationMargin = 0.02;
+
+/// A relaxation has resolved a contact when no sample point is deeper in the margin than this [µm].
+inline constexpr double relaxationTolerance = 0.01;
+
+/// What a pair that failed the exact test is given on top of its clearance [µm].
+inline constexpr double repairClearance = 0.012;
 
 /// Floating-point culling in world coordinates errs by less than this [µm]: coordinates stay below 1e5 µm,
 /// so products and sums of them carry errors below 1e-10 µm.

@@ -12,8 +12,8 @@ namespace packmesh {
 /// Uniform blocks over a container's bounds. They depend on the problem alone, never on the number of ranks.
 ///
 /// Blocks of one colour can be worked on at the same time: what a block changes (its own cells and cells
-/// within the interaction range of it) no other block of its colour reads or changes, because every edge is at
-/// least twice the interaction range and, along periodic axes, the number of blocks is one or even.
+/// within the interaction range of it) no other block of its colour reads or changes, because every edge is
+/// at least twice the interaction range and, along periodic axes, the number of blocks is one or even.
 class BlockGrid {
  public:
   static constexpr int colours = 8;

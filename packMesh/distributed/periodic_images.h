@@ -27,8 +27,8 @@ inline Vec3 wrapped(Vec3 p, const Box& bounds, const Vec3& period) {
   return p;
 }
 
-/// Calls `visit(shift)` for every shift (the zero one included) by which a sphere around `p` (inside the bounds)
-/// comes within `reach` of the bounds again, in a fixed order.
+/// Calls `visit(shift)` for every shift (the zero one included) by which a sphere around `p` (inside the
+/// bounds) comes within `reach` of the bounds again, in a fixed order.
 template <class Visit>
 void forEachImage(const Vec3& p, double reach, const Box& bounds, const Vec3& period, Visit&& visit) {
   int lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
@@ -40,7 +40,8 @@ void forEachImage(const Vec3& p, double reach, const Box& bounds, const Vec3& pe
   for (int z = lo[2]; z <= hi[2]; ++z)
     for (int y = lo[1]; y <= hi[1]; ++y)
       for (int x = lo[0]; x <= hi[0]; ++x)
-        visit(ImageShift{static_cast<std::int8_t>(x), static_cast<std::int8_t>(y), static_cast<std::int8_t>(z)});
+        visit(ImageShift{static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
+                         static_cast<std::int8_t>(z)});
 }
 
 }  // namespace packmesh

@@ -30,12 +30,14 @@ std::vector<Vec3> pointsOn(const TriangleMesh& mesh, double spacing) {
     }
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     for (int i = 1; i < most; ++i)
-      for (int j = 1; i + j < most; ++j) points.push_back(a + (b - a) * (double(i) / most) + (c - a) * (double(j) / most));
+      for (int j = 1; i + j < most; ++j)
+        points.push_back(a + (b - a) * (double(i) / most) + (c - a) * (double(j) / most));
   }
   return points;
 }
 
-/// Cuts [first, last) along its longest axis until every part fits a cluster; full clusters wherever possible.
+/// Cuts [first, last) along its longest axis until every part fits a cluster; full clusters wherever
+/// possible.
 void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last, SamplePoints& out) {
   const auto count = last - first;
   if (count <= SamplePoints::width) {
@@ -87,7 +89,9 @@ SamplePoints clustered(std::vector<Vec3> points) {
 
 }  // namespace
 
-SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) { return clustered(pointsOn(mesh, spacing)); }
+SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) {
+  return clustered(pointsOn(mesh, spacing));
+}
 
 SamplePoints sampleCoarsely(const TriangleMesh& mesh) {
   // Farthest-point sampling (Gonzalez 1985).

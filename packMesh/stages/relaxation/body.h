@@ -21,6 +21,7 @@ struct Body {
   double travel = 0.0;
   /// The wall need not be looked at before `travel` reaches this.
   double awayFromWallUntil = 0.0;
+  double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
 
   Pose pose() const { return {scale, orientation, position}; }

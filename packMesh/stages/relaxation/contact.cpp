@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 #include <variant>
 
@@ -21,11 +20,8 @@ constexpr double largestMassRatio = 10.0;
 /// One step turns or moves a cell no further than this [rad; fraction of its radius].
 constexpr double largestTurn = 0.4, largestStep = 0.5;
 
-/// Where the summed normals of a deep contact cancel to less than this, crossed discs would lock: the direction
-/// between the centres is mixed in.
-/// Contacts deeper than this are found with coarse samples [µm].
-const double deepContact = getenv("DEEP")?atof(getenv("DEEP")):0.3;
-
+/// Where the summed normals of a deep contact cancel to less than this, crossed discs would lock: the
+/// direction between the centres is mixed in.
 constexpr double lockedNormal = 0.8, lockedDepth = 0.1;
 
 FieldView viewOf(const Shape& shape) {
@@ -59,6 +55,9 @@ SampleView viewOf(const SamplePoints& s) {
           s.centerX.data(), s.centerY.data(), s.centerZ.data(), s.radius.data()};
 }
 
+/// Contacts deeper than this are found with coarse samples [µm].
+constexpr double deepContact = 0.3;
+
 }  // namespace
 
 SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume)
@@ -73,10 +72,10 @@ SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double
 
 /// One contact: the sampled body is to be pushed along `normal`, the other one back.
 struct ContactSolver::Contact {
-  Vec3 arm;       ///< from the centre of the pushed body to the point [µm]
-  Vec3 backArm;   ///< from the centre of the other body [µm]
-  Vec3 normal;    ///< unit
-  double depth;   ///< penetration into the clearance [µm]
+  Vec3 arm;      ///< from the centre of the pushed body to the point [µm]
+  Vec3 backArm;  ///< from the centre of the other body [µm]
+  Vec3 normal;   ///< unit
+  double depth;  ///< penetration into the clearance [µm]
 };
 
 ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance,
@@ -87,8 +86,8 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Vec3& perio
       wallClearance_(wallClearance),
       kernel_(contactKernel(chosenInstructionSet())) {}
 
-bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface, double clearance,
-                                bool coarsely, Contact& contact, double& nearest) const {
+bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface,
+                                double clearance, bool coarsely, Contact& contact, double& nearest) const {
   RelativeFrame frame;
   const double ratio = sampled.scale / surface.scale;
   const Mat3 m = ratio * (surface.rotation.transpose() * sampled.rotation);
@@ -107,7 +106,8 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
   if (!(sums.weight > 0.0f)) return false;
 
   const double perWeight = 1.0 / sums.weight;
-  const Vec3 point = surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
+  const Vec3 point =
+      surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
   Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perWeight);
   contact.depth = surface.scale * sums.deepest;
   const double coherence = normal.norm();
@@ -150,16 +150,19 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
 }
 
 void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
+  away.overlap += contact.depth;
+  back.overlap += contact.depth;
   const SpeciesModel &a = models_[away.species], &b = models_[back.species];
   const Vec3 turnA = contact.arm.cross(contact.normal), turnB = contact.backArm.cross(contact.normal);
   const double inertiaA = rotate_ ? a.inverseInertia : 0.0, inertiaB = rotate_ ? b.inverseInertia : 0.0;
-  const double compliance = a.inverseMass + b.inverseMass + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
+  const double compliance =
+      a.inverseMass + b.inverseMass + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
   const double impulse = omega_ * contact.depth / compliance;
   move(away, impulse * a.inverseMass * contact.normal, impulse * inertiaA * turnA);
   move(back, -impulse * b.inverseMass * contact.normal, -impulse * inertiaB * turnB);
 }
 
-void ContactSolver::resolve(NearPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
+void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
   Body &a = bodies[pair.first], &b = bodies[pair.second];
   const double travel = a.travel + b.travel;
   if (travel < pair.apartUntil) return;
@@ -169,7 +172,8 @@ void ContactSolver::resolve(NearPair& pair, std::vector<Body>& bodies, SweepSums
   const double distance = fromB.norm();
   if (distance > 1e-12) {
     const Vec3 direction = fromB / distance;
-    const double apart = distance - a.scale * models_[a.species].bound.support(a.rotation.transpose() * direction) -
+    const double apart = distance -
+                         a.scale * models_[a.species].bound.support(a.rotation.transpose() * direction) -
                          b.scale * models_[b.species].bound.support(b.rotation.transpose() * direction);
     if (apart > clearance) {
       pair.apartUntil = travel + (apart - clearance);
@@ -228,7 +232,8 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SampleView& s = model.samples;
   for (int c = 0; c < s.clusters; ++c) {
     const Vec3 center = body.position + toWorld * Vec3(s.centerX[c], s.centerY[c], s.centerZ[c]);
-    const double apart = model.wall->distance(center).distance - model.wall->slack() - body.scale * s.radius[c];
+    const double apart =
+        model.wall->distance(center).distance - model.wall->slack() - body.scale * s.radius[c];
     if (apart > clearance) {
       nearest = std::min(nearest, apart);
       continue;
@@ -242,8 +247,10 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
       int slot = 0;
       while (slot < used && gathered[slot].normal.dot(wall.gradient) < 0.7 * gathered[slot].weight) ++slot;
       if (slot == used) {
-        if (used == static_cast<int>(gathered.size())) slot = used - 1;
-        else ++used;
+        if (used == static_cast<int>(gathered.size()))
+          slot = used - 1;
+        else
+          ++used;
       }
       Gathered& g = gathered[slot];
       g.point += depth * arm;
@@ -260,6 +267,7 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   for (int slot = 0; slot < used; ++slot) {
     const Gathered& g = gathered[slot];
     sums.add(g.depth);
+    body.overlap += g.depth;
     const double length = g.normal.norm();
     if (!(length > 1e-9 * g.weight)) continue;
     const Vec3 normal = g.normal / length;

@@ -40,9 +40,9 @@ struct SweepSums {
   }
 };
 
-/// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the cells of a
-/// contact are moved as rigid bodies, in proportion to their inverse masses and inertias, until `omega` times
-/// the penetration is gone.
+/// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the cells of
+/// a contact are moved as rigid bodies, in proportion to their inverse masses and inertias, until `omega`
+/// times the penetration is gone.
 class ContactSolver {
  public:
   ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance, double wallClearance);
@@ -51,7 +51,7 @@ class ContactSolver {
   void setMobile(bool rotate) { rotate_ = rotate; }
 
   /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
-  void resolve(NearPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
+  void resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
 
   /// Resolves the contacts of a body with its wall.
   void resolveWall(Body& body, SweepSums& sums) const;
@@ -68,7 +68,7 @@ class ContactSolver {
   std::vector<SpeciesModel> models_;
   Vec3 period_;
   double clearance_, wallClearance_;
-  double omega_ = 2.2;
+  double omega_ = 1.0;
   bool rotate_ = true;
   ContactKernel kernel_;
 };

@@ -30,15 +30,17 @@ inline Lanes lowerBound(const FieldView& field, const Point& p) {
   return larger(rounded, flat);
 }
 
-/// Value F and gradient of a function that vanishes on the surface, with |gradient|²/4; distance() of it is the
-/// distance to the surface.
+/// Value F and gradient of a function that vanishes on the surface, with |gradient|²/4; distance() of it is
+/// the distance to the surface.
 struct Level {
   Lanes f;
   Point gradient;
   Lanes quarter;
 };
 
-inline Lanes quarterOf(const Point& g) { return 0.25f * (g.x * g.x + g.y * g.y + g.z * g.z); }
+inline Lanes quarterOf(const Point& g) {
+  return 0.25f * (g.x * g.x + g.y * g.y + g.z * g.z);
+}
 
 /// F = y² - P(s).
 inline Level closedForm(const FieldView& field, const Point& q) {
@@ -57,19 +59,22 @@ inline Level closedForm(const FieldView& field, const Point& q) {
 /// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)): exact for spheres, within 0.0006 µm of the distance near the
 /// surface of a red cell; the smaller root of d² - |grad F| d + F = 0.
 inline Lanes closedFormDistance(const Level& level) {
-  const Lanes denominator = squareRoot(level.quarter) + squareRoot(larger(level.quarter - level.f, splat(0.0f)));
+  const Lanes denominator =
+      squareRoot(level.quarter) + squareRoot(larger(level.quarter - level.f, splat(0.0f)));
   return level.f / larger(denominator, splat(1e-6f));
 }
 
 /// F = the sampled distance, by trilinear interpolation; points outside the grid are further away than any
 /// clearance.
 inline Level sampled(const FieldView& field, const Point& q) {
-  Lanes u[3] = {field.nodesPerLength * (q.x - field.origin[0]), field.nodesPerLength * (q.y - field.origin[1]),
+  Lanes u[3] = {field.nodesPerLength * (q.x - field.origin[0]),
+                field.nodesPerLength * (q.y - field.origin[1]),
                 field.nodesPerLength * (q.z - field.origin[2])};
   Lanes outside = splat(0.0f);
   float at[3][width];
   for (int k = 0; k < 3; ++k) {
-    const Lanes inside = smaller(larger(u[k], splat(0.0f)), splat(static_cast<float>(field.nodes[k]) - 1.0001f));
+    const Lanes inside =
+        smaller(larger(u[k], splat(0.0f)), splat(static_cast<float>(field.nodes[k]) - 1.0001f));
     outside = larger(outside, magnitude(u[k] - inside));
     store(inside, at[k]);
   }
@@ -126,7 +131,8 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
     for (; members != 0; members &= members - 1) {
       const int member = __builtin_ctz(members);
       const int first = (group + member) * width;
-      const Point q = transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
+      const Point q =
+          transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
       const Level level = field.onGrid ? sampled(field, q) : closedForm(field, q);
       if (!field.onGrid) {
         // Is any point nearer than the clearance? d < c where d² - |grad F| d + F = 0, without roots.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Sixteen floats that are worked on together, as many vector registers of the instruction set at hand as
-/// that takes. Every operation is one IEEE operation per lane, so that all instruction sets give the same bits.
+/// @file Sixteen floats that are worked on together, as many vector registers of the instruction set at hand
+/// as that takes. Every operation is one IEEE operation per lane, so that all instruction sets give the same
+/// bits.
 ///
 /// For the contact kernel's translation units only: everything has internal linkage, because each of them is
 /// compiled for another processor.
@@ -22,7 +23,8 @@ constexpr int registerLanes = 4;
 constexpr int registers = laneCount / registerLanes;
 
 typedef float Register __attribute__((vector_size(registerLanes * sizeof(float))));
-typedef float UnalignedRegister __attribute__((vector_size(registerLanes * sizeof(float)), may_alias, aligned(4)));
+typedef float UnalignedRegister
+    __attribute__((vector_size(registerLanes * sizeof(float)), may_alias, aligned(4)));
 typedef int MaskRegister __attribute__((vector_size(registerLanes * sizeof(int))));
 
 struct Mask {
@@ -50,7 +52,8 @@ inline Lanes splat(float v) {
   return each([&](int) { return Register{} + v; });
 }
 inline Lanes load(const float* p) {
-  return each([&](int k) -> Register { return *reinterpret_cast<const UnalignedRegister*>(p + k * registerLanes); });
+  return each(
+      [&](int k) -> Register { return *reinterpret_cast<const UnalignedRegister*>(p + k * registerLanes); });
 }
 inline Lanes operator+(const Lanes& a, const Lanes& b) {
   return each([&](int k) { return a.r[k] + b.r[k]; });
@@ -64,12 +67,24 @@ inline Lanes operator*(const Lanes& a, const Lanes& b) {
 inline Lanes operator/(const Lanes& a, const Lanes& b) {
   return each([&](int k) { return a.r[k] / b.r[k]; });
 }
-inline Lanes operator+(const Lanes& a, float b) { return a + splat(b); }
-inline Lanes operator-(const Lanes& a, float b) { return a - splat(b); }
-inline Lanes operator-(float a, const Lanes& b) { return splat(a) - b; }
-inline Lanes operator*(float a, const Lanes& b) { return splat(a) * b; }
-inline Lanes operator*(const Lanes& a, float b) { return a * splat(b); }
-inline Lanes& operator+=(Lanes& a, const Lanes& b) { return a = a + b; }
+inline Lanes operator+(const Lanes& a, float b) {
+  return a + splat(b);
+}
+inline Lanes operator-(const Lanes& a, float b) {
+  return a - splat(b);
+}
+inline Lanes operator-(float a, const Lanes& b) {
+  return splat(a) - b;
+}
+inline Lanes operator*(float a, const Lanes& b) {
+  return splat(a) * b;
+}
+inline Lanes operator*(const Lanes& a, float b) {
+  return a * splat(b);
+}
+inline Lanes& operator+=(Lanes& a, const Lanes& b) {
+  return a = a + b;
+}
 
 inline Mask operator<(const Lanes& a, const Lanes& b) {
   return eachMask([&](int k) { return a.r[k] < b.r[k]; });
@@ -135,7 +150,9 @@ inline float largest(const Lanes& a) {
     for (int k = 0; k < half; ++k) v[k] = v[k] > v[k + half] ? v[k] : v[k + half];
   return v[0];
 }
-inline float smallest(const Lanes& a) { return -largest(splat(0.0f) - a); }
+inline float smallest(const Lanes& a) {
+  return -largest(splat(0.0f) - a);
+}
 
 }  // namespace
 }  // namespace packmesh

@@ -8,8 +8,8 @@
 
 namespace packmesh {
 
-PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin, const Box& bounds,
-                   const Vec3& period, int blocks) {
+PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
+                   const Box& bounds, const Vec3& period, int blocks) {
   std::vector<Sphere> spheres;
   spheres.reserve(bodies.size());
   double largest = 0.0;
@@ -19,7 +19,7 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
   }
   const SphereGrid grid(spheres);
 
-  std::vector<NearPair> found;
+  std::vector<ContactPair> found;
   for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
     const double reach = spheres[i].radius + largest + margin;
     forEachImage(bodies[i].position, reach, bounds, period, [&](const ImageShift& shift) {
@@ -29,7 +29,8 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
                                 static_cast<std::int8_t>(-shift[2])};
       const Vec3 image = bodies[i].position + displacement(shift, period);
       grid.forEachNear({image, spheres[i].radius}, margin, [&](int j) {
-        // Every unordered pair of images is met twice, once from either side: keep the side of the smaller id.
+        // Every unordered pair of images is met twice, once from either side: keep the side of the smaller
+        // id.
         if (bodies[i].id > bodies[j].id) return;
         if (i == j && (unshifted || shift < opposite)) return;
         found.push_back({i, j, opposite, 0.0, true, 0.0f});
@@ -40,14 +41,14 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
   // Bucket by block, then fix the order within each block.
   PairList list;
   list.start.assign(blocks + 1, 0);
-  for (const NearPair& p : found) ++list.start[bodies[p.first].block + 1];
+  for (const ContactPair& p : found) ++list.start[bodies[p.first].block + 1];
   for (int b = 0; b < blocks; ++b) list.start[b + 1] += list.start[b];
   list.pairs.resize(found.size());
   std::vector<std::int64_t> next(list.start.begin(), list.start.end() - 1);
-  for (const NearPair& p : found) list.pairs[next[bodies[p.first].block]++] = p;
+  for (const ContactPair& p : found) list.pairs[next[bodies[p.first].block]++] = p;
   for (int b = 0; b < blocks; ++b)
     std::sort(list.pairs.begin() + list.start[b], list.pairs.begin() + list.start[b + 1],
-              [&](const NearPair& p, const NearPair& q) {
+              [&](const ContactPair& p, const ContactPair& q) {
                 return std::tie(bodies[p.first].id, bodies[p.second].id, p.shift) <
                        std::tie(bodies[q.first].id, bodies[q.second].id, q.shift);
               });

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <tuple>
 #include <vector>
 
 #include "packMesh/distributed/block_grid.h"
@@ -12,9 +11,9 @@
 
 namespace packmesh {
 
-/// Two cells near each other: `second` displaced by `shift` periods is near `first`. A cell can be paired with
-/// its own image.
-struct NearPair {
+/// Two cells near each other: `second` displaced by `shift` periods is near `first`. A cell can be paired
+/// with its own image.
+struct ContactPair {
   int first, second;  ///< indices into the bodies, first.id <= second.id
   ImageShift shift;
   /// The two need not be looked at before the sum of their travels reaches this [µm].
@@ -23,25 +22,15 @@ struct NearPair {
   float extraClearance;  ///< on top of the problem's clearance [µm]
 };
 
-/// A pair by the global ids of its cells: keeps what is known of it while bodies and lists are re-sorted.
-struct PairKey {
-  std::int64_t first, second;
-  ImageShift shift;
-  bool operator<(const PairKey& o) const {
-    return std::tie(first, second, shift) < std::tie(o.first, o.second, o.shift);
-  }
-  bool operator==(const PairKey& o) const { return !(*this < o) && !(o < *this); }
-};
-
 struct PairList {
-  std::vector<NearPair> pairs;      ///< sorted by block, then by ids and shift
+  std::vector<ContactPair> pairs;   ///< sorted by block, then by ids and shift
   std::vector<std::int64_t> start;  ///< first pair of each block; one past the last at the end
 };
 
-/// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`, each
-/// unordered pair of images once, assigned to the block of the cell with the smaller id.
-/// Pre: bodies wrapped into the bounds.
-PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin, const Box& bounds,
-                   const Vec3& period, int blocks);
+/// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`,
+/// each unordered pair of images once, assigned to the block of the cell with the smaller id. Pre: bodies
+/// wrapped into the bounds.
+PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
+                   const Box& bounds, const Vec3& period, int blocks);
 
 }  // namespace packmesh

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <tuple>
 
 #include "packMesh/random.h"
@@ -11,15 +10,14 @@
 namespace packmesh {
 namespace {
 
-/// Over-relaxation: 2.2 needs a quarter of the sweeps of 1.0 at a fraction of 0.35 and a thirteenth at 0.58;
-/// 2.5 diverges there. The guard lowers it to no less than `smallestOmega`.
-const double startOmega = getenv("OM")?atof(getenv("OM")):1.0, smallestOmega = getenv("OMS")?atof(getenv("OMS")):0.6;
+/// The skin of the pair list [fraction of the largest radius]: wide while cells move far, thin when they
+/// rest.
+constexpr double thinnestSkin = 0.08, widestSkin = 0.5;
 
-/// Pairs are listed up to this much further than they can touch [fraction of the largest radius], so that the
-/// list outlives a few sweeps.
-constexpr double skinFraction = 0.15;
+/// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
+constexpr std::int64_t shortLived = 4, longLived = 30;
 
-/// Edge of a block [multiples of the largest cell's radius]: some 100-200 cells at usual fractions.
+/// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
 constexpr double preferredBlockEdge = 6.5;
 
 double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodies) {
@@ -52,28 +50,31 @@ double largestRadius(const RelaxationInput& input) {
 Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies)
     : input_(input),
       solver_(makeSolver(input, bodies)),
-      blocks_(input.bounds, input.period,
-              2.0 * largestRadius(input) * (1.0 + 0.5 * skinFraction) + input.clearance,
-              preferredBlockEdge * largestRadius(input)),
+      largestRadius_(largestRadius(input)),
+      blocks_(input.bounds, input.period, (2.0 + widestSkin) * largestRadius_ + input.clearance,
+              preferredBlockEdge * largestRadius_),
       blocksOfColour_(BlockGrid::colours),
       bodies_(std::move(bodies)),
-      omega_(startOmega) {
+      skin_(widestSkin * largestRadius_) {
   for (const Shape* shape : input.shapes) radii_.push_back(shape->radius());
   for (int b = 0; b < blocks_.count(); ++b) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
 }
 
 bool Relaxation::listsOutdated() const {
   if (!listed_) return true;
-  const double allowed = 0.5 * skinFraction * largestRadius(input_);
+  const double allowed = 0.5 * skin_;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     if ((bodies_[i].position - listedAt_[i]).squaredNorm() > allowed * allowed) return true;
   return false;
 }
 
 void Relaxation::refreshLists() {
-  // What is known of pairs outlives the lists by the cells' ids.
-  std::vector<std::pair<PairKey, double>> known;
-  // A cell that is wrapped takes its pairs' shifts along.
+  const std::int64_t lasted = sweeps_ - listedInSweep_;
+  if (sweeps_ > 0 && lasted < shortLived) skin_ *= 1.5;
+  if (lasted > longLived) skin_ *= 0.7;
+  skin_ = std::clamp(skin_, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
+  listedInSweep_ = sweeps_;
+
   for (Body& body : bodies_) {
     body.position = wrapped(body.position, input_.bounds, input_.period);
     body.block = blocks_.blockOf(body.position);
@@ -84,11 +85,10 @@ void Relaxation::refreshLists() {
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
-  const double margin = input_.clearance + skinFraction * largestRadius(input_);
-  list_ = listPairs(bodies_, radii_, margin, input_.bounds, input_.period, blocks_.count());
+  list_ = listPairs(bodies_, radii_, input_.clearance + skin_, input_.bounds, input_.period, blocks_.count());
   if (!extraClearance_.empty())
-    for (NearPair& p : list_.pairs) {
-      const auto extra = extraClearance_.find({bodies_[p.first].id, bodies_[p.second].id, {0, 0, 0}});
+    for (ContactPair& p : list_.pairs) {
+      const auto extra = extraClearance_.find({bodies_[p.first].id, bodies_[p.second].id});
       if (extra != extraClearance_.end()) p.extraClearance = extra->second;
     }
   listedAt_.resize(bodies_.size());
@@ -96,43 +96,21 @@ void Relaxation::refreshLists() {
   listed_ = true;
 }
 
-SweepSums Relaxation::sweep() {
+SweepSums Relaxation::sweep(double omega) {
   if (listsOutdated()) refreshLists();
+  for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
-  solver_.setOmega(omega_);
+  solver_.setOmega(omega);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (int block : colour) {
       for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
         solver_.resolve(list_.pairs[p], bodies_, sums);
-      for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i) solver_.resolveWall(bodies_[i], sums);
+      for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
+        solver_.resolveWall(bodies_[i], sums);
     }
   ++sweeps_;
   last_ = sums;
   return sums;
-}
-
-bool Relaxation::settle(double tolerance, std::int64_t maxSweeps, const std::function<bool()>& stop) {
-  for (std::int64_t k = 0; k < maxSweeps && !stop(); ++k) {
-    const SweepSums sums = sweep();
-    if (sums.deepest <= tolerance) return true;
-    growing_ = sums.total > previousTotal_ ? growing_ + 1 : 0;
-    previousTotal_ = sums.total;
-    if (growing_ >= 3) {
-      omega_ = std::max(smallestOmega, 0.85 * omega_);
-      growing_ = 0;
-    } else {
-      omega_ = std::min(startOmega, 1.005 * omega_);
-    }
-  }
-  return false;
-}
-
-void Relaxation::setScale(double scale) {
-  for (Body& body : bodies_) {
-    // Points move outwards by the growth: known gaps shrink by no more than that.
-    body.travel += std::abs(scale - body.scale) * radii_[body.species];
-    body.scale = scale;
-  }
 }
 
 void Relaxation::kick(double amplitude) {
@@ -145,8 +123,8 @@ void Relaxation::kick(double amplitude) {
   }
 }
 
-void Relaxation::demandClearance(const PairKey& pair, double extra) {
-  extraClearance_[{pair.first, pair.second, {0, 0, 0}}] += static_cast<float>(extra);
+void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
+  extraClearance_[std::minmax(first, second)] += static_cast<float>(extra);
   listed_ = false;
 }
 
@@ -158,13 +136,17 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
     }
 }
 
-std::vector<Pose> Relaxation::poses() const {
-  std::vector<Pose> poses(bodies_.size());
-  for (const Body& body : bodies_) {
-    poses[body.id] = body.pose();
-    poses[body.id].position = wrapped(body.position, input_.bounds, input_.period);
-  }
-  return poses;
+void Relaxation::remove(const std::vector<std::int64_t>& ids) {
+  const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
+  listed_ = false;
+}
+
+std::vector<Body> Relaxation::cells() const {
+  std::vector<Body> cells = bodies_;
+  std::sort(cells.begin(), cells.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+  for (Body& body : cells) body.position = wrapped(body.position, input_.bounds, input_.period);
+  return cells;
 }
 
 }  // namespace packmesh

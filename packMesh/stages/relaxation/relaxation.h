@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Relaxation: overlapping rigid cells are pushed apart until none is in another's clearance.
+/// @file Relaxation: overlapping rigid cells are pushed apart, sweep by sweep.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <vector>
 
@@ -30,35 +29,32 @@ struct RelaxationInput {
 /// input alone: pairs are worked on block by block in the order of the blocks' colours.
 class Relaxation {
  public:
-  /// @param bodies in the order of their global ids
   Relaxation(const RelaxationInput& input, std::vector<Body> bodies);
 
   /// One Gauss-Seidel sweep over all near pairs and walls, after re-sorting the bodies into blocks if any has
   /// moved too far since this was done last.
-  SweepSums sweep();
-
-  /// Sweeps until no penetration is deeper than `tolerance` [µm], at most `maxSweeps` times, with a guard that
-  /// lowers omega when the penetrations grow. `stop` is polled between sweeps.
-  /// @return whether it got there
-  bool settle(double tolerance, std::int64_t maxSweeps, const std::function<bool()>& stop);
-
-  /// Gives every cell this scale [fraction].
-  void setScale(double scale);
+  /// @param omega over-relaxation: the fraction of each penetration that either direction of a contact takes
+  /// away
+  SweepSums sweep(double omega);
 
   /// Displaces every cell by a random vector of length up to `amplitude` [µm].
   void kick(double amplitude);
 
   /// A pair (ids) shall keep `extra` more clearance than it had [µm].
-  void demandClearance(const PairKey& pair, double extra);
-  /// A cell (id) shall keep `extra` more clearance from the wall [µm].
+  void demandClearance(std::int64_t first, std::int64_t second, double extra);
+  /// Cell `id` shall keep `extra` more clearance from the wall [µm].
   void demandWallClearance(std::int64_t id, double extra);
 
+  /// Takes cells out. Pre: `ids` sorted.
+  void remove(const std::vector<std::int64_t>& ids);
+
+  /// The cells in the order of their ids, positions wrapped into the bounds.
+  std::vector<Body> cells() const;
+  /// The cells in their present order.
   const std::vector<Body>& bodies() const { return bodies_; }
-  /// Bodies in the order of their ids.
-  std::vector<Pose> poses() const;
+
   std::int64_t sweeps() const { return sweeps_; }
   const SweepSums& lastSweep() const { return last_; }
-  double omega() const { return omega_; }
 
  private:
   void refreshLists();
@@ -66,20 +62,20 @@ class Relaxation {
 
   RelaxationInput input_;
   ContactSolver solver_;
-  std::vector<double> radii_;
+  std::vector<double> radii_;  ///< per species [µm]
+  double largestRadius_;
   BlockGrid blocks_;
   std::vector<std::vector<int>> blocksOfColour_;
-  std::vector<Body> bodies_;
-  std::vector<std::int64_t> bodyStart_;  ///< first body of each block
+  std::vector<Body> bodies_;             ///< sorted by block, then by id
+  std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions when the lists were made
   PairList list_;
-  std::map<PairKey, float> extraClearance_;
+  double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
+  std::int64_t listedInSweep_ = 0;
   bool listed_ = false;
+  std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
   std::int64_t sweeps_ = 0;
   std::uint32_t kicks_ = 0;
-  double omega_;
-  double previousTotal_ = 0.0;
-  int growing_ = 0;
   SweepSums last_;
 };
 
