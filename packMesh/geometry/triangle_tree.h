@@ -33,6 +33,33 @@ class TriangleTree {
     }
   }
 
+  /// Calls `visit(t)` for every triangle whose bounding box is nearer to `p` than the bound, nearer ones
+  /// tending to come first. `visit` returns the new bound (squared [µm²]); `bound` is the first one.
+  template <class Visit>
+  void visitNearer(const Vec3& p, double bound, Visit&& visit) const {
+    struct Waiting {
+      double squared;
+      int node;
+    } stack[64];
+    int top = 0;
+    if (!nodes_.empty()) stack[top++] = {squaredDistance(nodes_[0].box, p), 0};
+    while (top > 0) {
+      const Waiting next = stack[--top];
+      if (!(next.squared < bound)) continue;
+      const Node& node = nodes_[next.node];
+      if (node.count == 0) {
+        Waiting near{squaredDistance(nodes_[node.first].box, p), node.first};
+        Waiting far{squaredDistance(nodes_[node.first + 1].box, p), node.first + 1};
+        if (far.squared < near.squared) std::swap(near, far);
+        if (far.squared < bound) stack[top++] = far;
+        if (near.squared < bound) stack[top++] = near;
+      } else {
+        for (int e = node.first; e < node.first + node.count; ++e)
+          if (squaredDistance(boxes_[e], p) < bound) bound = visit(order_[e]);
+      }
+    }
+  }
+
   /// Calls `visit(s, t)` once for every two triangles whose bounding boxes meet.
   template <class Visit>
   void forEachPair(Visit&& visit) const {
@@ -68,6 +95,10 @@ class TriangleTree {
     int first;  ///< first of its two children, or of its triangles in order_
     int count;  ///< number of triangles; 0: has children
   };
+
+  static double squaredDistance(const Box& box, const Vec3& p) {
+    return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).squaredNorm();
+  }
 
   std::vector<Node> nodes_;
   std::vector<int> order_;

@@ -30,7 +30,8 @@ inline TriangleMesh box(const Vec3& lo, const Vec3& hi) {
 inline TriangleMesh sweep(const std::vector<std::vector<Vec3>>& rings) {
   TriangleMesh mesh;
   const int sides = static_cast<int>(rings[0].size()), count = static_cast<int>(rings.size());
-  for (const std::vector<Vec3>& ring : rings) mesh.vertices.insert(mesh.vertices.end(), ring.begin(), ring.end());
+  for (const std::vector<Vec3>& ring : rings)
+    mesh.vertices.insert(mesh.vertices.end(), ring.begin(), ring.end());
   for (int r = 0; r + 1 < count; ++r)
     for (int k = 0; k < sides; ++k) {
       const int a = r * sides + k, b = r * sides + (k + 1) % sides, c = a + sides, d = b + sides;
@@ -51,8 +52,10 @@ inline TriangleMesh sweep(const std::vector<std::vector<Vec3>>& rings) {
   return mesh;
 }
 
-/// Tube along x from x0 to x1 whose middle line and radius are functions of x; all rings are planes x = constant.
-inline TriangleMesh tube(double x0, double x1, int rings, int sides, const std::function<Vec3(double)>& middle,
+/// Tube along x from x0 to x1 whose middle line and radius are functions of x; all rings are planes x =
+/// constant.
+inline TriangleMesh tube(double x0, double x1, int rings, int sides,
+                         const std::function<Vec3(double)>& middle,
                          const std::function<double(double)>& radius) {
   std::vector<std::vector<Vec3>> all(rings);
   for (int r = 0; r < rings; ++r) {
@@ -67,7 +70,8 @@ inline TriangleMesh tube(double x0, double x1, int rings, int sides, const std::
 }
 
 inline TriangleMesh straightTube(double x0, double x1, double radius, int rings, int sides) {
-  return tube(x0, x1, rings, sides, [](double x) { return Vec3(x, 0.0, 0.0); }, [&](double) { return radius; });
+  return tube(
+      x0, x1, rings, sides, [](double x) { return Vec3(x, 0.0, 0.0); }, [&](double) { return radius; });
 }
 
 /// Sphere of rings and sides, with vertices on the sphere of the given radius.
@@ -77,8 +81,8 @@ inline TriangleMesh sphere(const Vec3& center, double radius, int rings, int sid
   for (int r = 1; r < rings; ++r)
     for (int k = 0; k < sides; ++k) {
       const double theta = M_PI * r / rings, phi = 2.0 * M_PI * (k + 0.5 * (r % 2)) / sides;
-      mesh.vertices.push_back(center + radius * Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
-                                                     std::cos(theta)));
+      mesh.vertices.push_back(center + radius * Vec3(std::sin(theta) * std::cos(phi),
+                                                     std::sin(theta) * std::sin(phi), std::cos(theta)));
     }
   mesh.vertices.push_back(center - Vec3(0, 0, radius));
   const int south = static_cast<int>(mesh.vertices.size()) - 1;

@@ -59,7 +59,8 @@ TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry
     mesh.triangles.push_back({3, 3, 4});
     mesh.vertices.push_back(Vec3(99, 99, 99));
     const std::vector<std::string> repairs = repairClosed(mesh, "x");
-    REQUIRE(repairs == std::vector<std::string>{"x: removed 1 collapsed triangle", "x: removed 1 unused vertex"});
+    REQUIRE(repairs ==
+            std::vector<std::string>{"x: removed 1 collapsed triangle", "x: removed 1 unused vertex"});
     REQUIRE(boundingBox(mesh).hi.x() < 5.0);
   }
   SECTION("triangles turned at random") {
@@ -72,7 +73,8 @@ TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry
       }
     const std::vector<std::string> repairs = repairClosed(mesh, "x");
     REQUIRE(repairs.size() == 1);
-    REQUIRE(repairs[0] == "x: turned round " + std::to_string(turned) + " triangles oriented against their neighbours");
+    REQUIRE(repairs[0] ==
+            "x: turned round " + std::to_string(turned) + " triangles oriented against their neighbours");
   }
   SECTION("inside out") {
     flip(mesh);
@@ -90,7 +92,8 @@ TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry
           replaced = true;
         }
     const std::vector<std::string> repairs = repairClosed(mesh, "x");
-    REQUIRE(repairs == std::vector<std::string>{"x: closed cracks by joining 1 vertex that differed by rounding"});
+    REQUIRE(repairs ==
+            std::vector<std::string>{"x: closed cracks by joining 1 vertex that differed by rounding"});
     REQUIRE(mesh.vertices.size() == 600);
   }
   REQUIRE(signedVolume(mesh) == Approx(volume));
@@ -125,10 +128,12 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   CHECK_THAT(refusalOf(mesh), Contains("vertex 2 has a coordinate that is no finite number"));
   mesh = cube;
   mesh.triangles.pop_back();
-  CHECK_THAT(refusalOf(mesh), Contains("not closed, it has 3 open edges, the first from (1, 1, 0) to (1, 0, 1)"));
+  CHECK_THAT(refusalOf(mesh),
+             Contains("not closed, it has 3 open edges, the first from (1, 1, 0) to (1, 0, 1)"));
   mesh = cube;
   mesh.triangles.push_back(mesh.triangles[0]);
-  CHECK_THAT(refusalOf(mesh), Contains("has 3 open edges") || Contains("more than two triangles meet at 3 edges"));
+  CHECK_THAT(refusalOf(mesh),
+             Contains("has 3 open edges") || Contains("more than two triangles meet at 3 edges"));
   mesh = cube;
   sample::append(mesh, sample::box({1, 1, 0}, {2, 2, 1}));  // shares an edge
   CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 1 edge"));
@@ -145,11 +150,21 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
 
 TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messages]") {
   TriangleMesh mesh = sample::box(Vec3::Zero(), one);
-  SECTION("two parts that cross") { sample::append(mesh, sample::box(0.5 * one, 1.5 * one)); }
-  SECTION("a vertex that touches a face") { sample::append(mesh, sample::sphere({0.5, 0.5, 2.0}, 1.0, 4, 5)); }
-  SECTION("a vertex pulled through the far side") { mesh.vertices[7] = Vec3(0.4, 0.3, -0.2); }
-  SECTION("a vertex pulled onto the far side") { mesh.vertices[7] = Vec3(0.5, 0.25, 0.0); }
-  SECTION("a torus that is too thick") { mesh = sample::torus(Vec3::Zero(), 1.0, 1.2, 40, 20); }
+  SECTION("two parts that cross") {
+    sample::append(mesh, sample::box(0.5 * one, 1.5 * one));
+  }
+  SECTION("a vertex that touches a face") {
+    sample::append(mesh, sample::sphere({0.5, 0.5, 2.0}, 1.0, 4, 5));
+  }
+  SECTION("a vertex pulled through the far side") {
+    mesh.vertices[7] = Vec3(0.4, 0.3, -0.2);
+  }
+  SECTION("a vertex pulled onto the far side") {
+    mesh.vertices[7] = Vec3(0.5, 0.25, 0.0);
+  }
+  SECTION("a torus that is too thick") {
+    mesh = sample::torus(Vec3::Zero(), 1.0, 1.2, 40, 20);
+  }
   CHECK_THAT(refusalOf(mesh), Contains("meets itself, the triangles around ("));
 }
 
