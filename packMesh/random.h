@@ -20,9 +20,11 @@ enum class RandomStream : std::uint32_t { position = 1, orientation = 2, kick = 
 inline std::array<double, 4> uniform4(std::uint64_t seed, RandomStream stream, std::uint64_t cell,
                                       std::uint32_t iteration) {
   using Generator = r123::Philox4x32;
-  const Generator::ctr_type counter = {{static_cast<std::uint32_t>(cell), static_cast<std::uint32_t>(cell >> 32),
-                                        iteration, static_cast<std::uint32_t>(stream)}};
-  const Generator::key_type key = {{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
+  const Generator::ctr_type counter = {{static_cast<std::uint32_t>(cell),
+                                        static_cast<std::uint32_t>(cell >> 32), iteration,
+                                        static_cast<std::uint32_t>(stream)}};
+  const Generator::key_type key = {
+      {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
   const Generator::ctr_type bits = Generator()(counter, key);
   std::array<double, 4> out;
   for (int k = 0; k < 4; ++k) out[k] = bits[k] * 0x1p-32;
@@ -33,7 +35,8 @@ inline std::array<double, 4> uniform4(std::uint64_t seed, RandomStream stream, s
 inline Quaternion uniformRotation(double u, double v, double w) {
   constexpr double twoPi = 6.283185307179586;
   const double a = std::sqrt(1.0 - u), b = std::sqrt(u);
-  return Quaternion(b * std::cos(twoPi * w), a * std::sin(twoPi * v), a * std::cos(twoPi * v), b * std::sin(twoPi * w));
+  return Quaternion(b * std::cos(twoPi * w), a * std::sin(twoPi * v), a * std::cos(twoPi * v),
+                    b * std::sin(twoPi * w));
 }
 
 /// Uniformly distributed direction from two uniform numbers.

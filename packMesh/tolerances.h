@@ -4,10 +4,16 @@
 
 namespace packmesh::tolerance {
 
-/// Gap that is kept between membranes when nothing else is asked for [µm]. At 0.02 µm 0-3 of 10^4 touching
-/// pairs still meet in the exact test up to a fraction of 0.50, because sample points bound the distance of
-/// facets only up to their sagitta; a smaller value costs many rounds of repair, a larger one density.
-inline constexpr double defaultClearance = 0.02;
+/// Relaxation aims at this much more than the clearance asked for [µm]: at 0.02 µm 0-3 of 10^4 touching pairs
+/// still meet in the exact test up to a fraction of 0.50, because sample points bound the distance of facets
+/// only up to their sagitta; a smaller margin costs rounds of repair, a larger one density.
+inline constexpr double relaxationMargin = 0.02;
+
+/// A relaxation has resolved a contact when no sample point is deeper in the margin than this [µm].
+inline constexpr double relaxationTolerance = 0.01;
+
+/// What a pair that failed the exact test is given on top of its clearance [µm].
+inline constexpr double repairClearance = 0.012;
 
 /// Floating-point culling in world coordinates errs by less than this [µm]: coordinates stay below 1e5 µm,
 /// so products and sums of them carry errors below 1e-10 µm.
@@ -20,5 +26,16 @@ inline constexpr double crackFraction = 1e-6;
 /// A closed surface with less volume than this fraction of the cube of its diagonal encloses nothing: rounding of
 /// single-precision coordinates alone gives a flat surface about 1e-8.
 inline constexpr double zeroVolumeFraction = 1e-8;
+
+/// Vertices of a vessel's flat end lie within this fraction of the mesh's diagonal of one plane: what rounding to
+/// single precision and six printed digits leave.
+inline constexpr double flatCapFraction = 1e-6;
+
+/// The outlines of the two ends of a periodic vessel may differ by this fraction of their diagonal: 0.03 µm for a
+/// vessel of 25 µm, less than the facets of such meshes deviate from a round wall.
+inline constexpr double sameOutlineFraction = 1e-3;
+
+/// Beyond its exact band a distance grid is too large by at most this fraction of its spacing (measured: 0.18).
+inline constexpr double spreadErrorFraction = 0.35;
 
 }  // namespace packmesh::tolerance

@@ -71,70 +71,18 @@ struct Simplex {
 
 }  // namespace
 
-Support furthest(const MeshTree& tree, const Vec3& direction) {
-  const Float4 x = splat(static_cast<float>(direction[0])), y = splat(static_cast<float>(direction[1])),
-               z = splat(static_cast<float>(direction[2])),
-               length = splat(static_cast<float>(direction.norm()));
-  // Upper bounds of all clusters; the most promising one is looked into first, to rule out most others.
-  const int quads = static_cast<int>(tree.clusterX.size());
-  constexpr int buffered = 64;  // meshes of more than 4096 vertices compute the bounds twice
-  Float4 bounds[buffered];
-  Float4 highest = splat(-1e30f);
-  Int4 where = {0, 0, 0, 0};
-  const auto bound = [&](int q) {
-    return x * tree.clusterX[q] + y * tree.clusterY[q] + z * tree.clusterZ[q] +
-           length * tree.clusterRadius[q];
-  };
-  for (int q = 0; q < quads; ++q) {
-    const Float4 value = bound(q);
-    if (q < buffered) bounds[q] = value;
-    const Int4 here = Int4{4 * q, 4 * q + 1, 4 * q + 2, 4 * q + 3};
-    where = value > highest ? here : where;
-    highest = max(highest, value);
-  }
-  int best = 0;
-  for (int lane = 1; lane < 4; ++lane)
-    if (highest[lane] > highest[best]) best = lane;
-
-  Support out{-1, -1e30f};
-  const auto look = [&](int c) {
-    const PointCluster& cluster = tree.clusters[c];
-    Float4 value = x * cluster.x[0] + y * cluster.y[0] + z * cluster.z[0];
-    Int4 part = {0, 1, 2, 3};
-    for (int k = 1; k < 4; ++k) {
-      const Float4 other = x * cluster.x[k] + y * cluster.y[k] + z * cluster.z[k];
-      part = other > value ? Int4{4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3} : part;
-      value = max(value, other);
-    }
-    for (int lane = 0; lane < 4; ++lane)
-      if (value[lane] > out.value) out = {cluster.vertex[part[lane]], value[lane]};
-  };
-  const int first = where[best];
-  look(first);
-  for (int q = 0; q < quads; ++q) {
-    const Int4 promising = (q < buffered ? bounds[q] : bound(q)) > splat(out.value);
-    if (!(promising[0] | promising[1] | promising[2] | promising[3])) continue;
-    for (int lane = 0; lane < 4; ++lane)
-      if (promising[lane] && 4 * q + lane != first) look(4 * q + lane);
-  }
-  return out;
-}
-
-bool hullsApart(const MeshTree& first, const MeshTree& second, const Mat3& linear, const Vec3& translation,
-                double distance, double rounding) {
-  Vec3 toOrigin = first.center - (linear * second.center + translation);
-  if (toOrigin.squaredNorm() == 0.0) return false;
+bool hullsApart(const ConvexHull& first, const ConvexHull& second, const Mat3& linear,
+                const Vec3& translation, const Vec3& direction, double distance, double rounding) {
+  const Mat3 transposed = linear.transpose();
+  Vec3 toOrigin = direction;
   Simplex simplex;
   for (int round = 0; round < maxRounds; ++round) {
-    const Vec3 direction = toOrigin.normalized();
-    const Vec3 fromSecond = linear.transpose() * direction;
-    const Support a = furthest(first, -direction), b = furthest(second, fromSecond);
-    const double gap = -double(a.value) - (double(b.value) + direction.dot(translation));
-    if (gap - rounding > distance) return true;
-    const Vec3 point =
-        first.mesh.vertices[a.vertex] - (linear * second.mesh.vertices[b.vertex] + translation);
+    const int a = first.furthest(-toOrigin), b = second.furthest(transposed * toOrigin);
+    const Vec3 point = first.points()[a] - (linear * second.points()[b] + translation);
+    const double length = toOrigin.norm(), gap = toOrigin.dot(point) / length;
+    if (gap > distance + rounding) return true;
     // No nearer than the simplex already is: its distance is that of the hulls, and too small.
-    if (round > 0 && direction.dot(point) > toOrigin.norm() - rounding) return false;
+    if (round > 0 && gap > length - rounding) return false;
     toOrigin = simplex.add(point);
     if (toOrigin.norm() <= distance + rounding) return false;
   }

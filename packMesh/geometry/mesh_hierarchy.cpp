@@ -30,9 +30,6 @@ class TreeBuilder {
     add(0, static_cast<int>(order_.size()));
   }
 
-  /// Triangles in the order of the leaves: neighbours stand together.
-  const std::vector<int>& order() const { return order_; }
-
  private:
   /// Adds the box of order_[begin, end) and everything below it. Returns its index.
   int add(int begin, int end) {
@@ -158,43 +155,6 @@ class TreeBuilder {
   std::vector<Vec3> centroid_;
 };
 
-void buildClusters(MeshTree& tree, const std::vector<int>& triangleOrder) {
-  constexpr int width = PointCluster::width;
-  std::vector<int> vertices;
-  std::vector<bool> seen(tree.mesh.vertices.size(), false);
-  for (int t : triangleOrder)
-    for (int v : tree.mesh.triangles[t])
-      if (!seen[v]) {
-        seen[v] = true;
-        vertices.push_back(v);
-      }
-  const int clusters = (static_cast<int>(vertices.size()) + width - 1) / width;
-  tree.clusters.resize(clusters);
-  const int quads = (clusters + 3) / 4;
-  tree.clusterX.resize(quads), tree.clusterY.resize(quads), tree.clusterZ.resize(quads);
-  tree.clusterRadius.assign(quads, splat(-1e30f));
-  for (int c = 0; c < clusters; ++c) {
-    PointCluster& cluster = tree.clusters[c];
-    Box box;
-    for (int i = 0; i < width; ++i) {
-      const int v = vertices[std::min<std::size_t>(c * width + i, vertices.size() - 1)];
-      const Vec3& p = tree.mesh.vertices[v];
-      cluster.vertex[i] = v;
-      cluster.x[i / 4][i % 4] = static_cast<float>(p[0]);
-      cluster.y[i / 4][i % 4] = static_cast<float>(p[1]);
-      cluster.z[i / 4][i % 4] = static_cast<float>(p[2]);
-      box.add(p);
-    }
-    const Vec3 center = box.center();
-    double radius = 0.0;
-    for (int v : cluster.vertex) radius = std::max(radius, (tree.mesh.vertices[v] - center).norm());
-    tree.clusterX[c / 4][c % 4] = static_cast<float>(center[0]);
-    tree.clusterY[c / 4][c % 4] = static_cast<float>(center[1]);
-    tree.clusterZ[c / 4][c % 4] = static_cast<float>(center[2]);
-    tree.clusterRadius[c / 4][c % 4] = up(radius * (1.0 + storage));
-  }
-}
-
 /// One vertex of every connected component (union-find over the triangles).
 std::vector<int> componentSamples(const TriangleMesh& mesh) {
   std::vector<int> parent(mesh.vertices.size());
@@ -217,6 +177,11 @@ std::vector<int> componentSamples(const TriangleMesh& mesh) {
   return samples;
 }
 
+const TriangleMesh& notEmpty(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw MeshError("a mesh without triangles has no hierarchy");
+  return mesh;
+}
+
 Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
   Vec3 moment = Vec3::Zero();
   double volume = 0.0;
@@ -232,10 +197,8 @@ Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
 
 }  // namespace
 
-MeshTree::MeshTree(const TriangleMesh& source) : mesh(source) {
-  if (mesh.triangles.empty()) throw MeshError("a mesh without triangles has no hierarchy");
-  const TreeBuilder builder(*this);
-  buildClusters(*this, builder.order());
+MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(source) {
+  TreeBuilder{*this};
 
   Box box;
   reach = 0.0;

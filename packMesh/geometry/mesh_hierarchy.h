@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "packMesh/geometry/convex_hull.h"
 #include "packMesh/geometry/float4.h"
 #include "packMesh/geometry/triangle_mesh.h"
 
@@ -42,23 +43,13 @@ struct TreeBox {
   int content;
 };
 
-/// Sixteen points with a sphere around them.
-struct PointCluster {
-  static constexpr int width = 16;
-  Float4 x[4], y[4], z[4];
-  int vertex[width];
-};
-
 struct MeshTree {
   TriangleMesh mesh;
 
   std::vector<TreeBox> boxes;  ///< boxes[0] holds everything
   std::vector<BoxQuad> quads;
   std::vector<TriangleQuad> leaves;
-
-  std::vector<PointCluster> clusters;  ///< all vertices used by triangles
-  /// Their bounding spheres, four by four; unused lanes: radius -infinity.
-  std::vector<Float4> clusterX, clusterY, clusterZ, clusterRadius;
+  ConvexHull hull;
 
   Vec3 center;               ///< of a sphere around all vertices [µm]
   double radius;             ///< of that sphere

@@ -10,7 +10,6 @@
 
 #include "packMesh/container/container.h"
 #include "packMesh/shape/shape.h"
-#include "packMesh/tolerances.h"
 
 namespace packmesh {
 
@@ -25,29 +24,33 @@ struct Species {
 
 /// When to give up.
 struct Limits {
-  double maxSeconds = 0.0;       ///< wall time [s]; 0: no limit
-  std::int64_t maxSweeps = 0;    ///< relaxation sweeps; 0: the method's own limit
+  double maxSeconds = 0.0;          ///< wall time [s]; 0: no limit
+  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps
 };
 
 /// What pack() tells while it works.
 struct Progress {
   std::string stage;
   std::int64_t sweep = 0;
-  double scale = 1.0;            ///< common scale of the cells [fraction]
-  double worstOverlap = 0.0;     ///< deepest penetration into a clearance [µm]
-  std::int64_t unresolved = 0;   ///< pairs that still meet
+  double scale = 1.0;           ///< common scale of the cells [fraction]
+  double worstOverlap = 0.0;    ///< deepest penetration into a clearance [µm]
+  std::int64_t unresolved = 0;  ///< pairs that still meet
 };
 
 struct PackingProblem {
   std::vector<Species> species;
   std::shared_ptr<const Container> container;
-  double clearance = tolerance::defaultClearance;      ///< gap between membranes [µm]
-  double wallClearance = tolerance::defaultClearance;  ///< gap between membrane and wall [µm]
+  /// Least gap between membranes [µm], guaranteed by the certificate. 0, the default, asks that no two meshes
+  /// share a point, which is all that HemoCell needs and leaves most room; what was reached is reported.
+  double clearance = 0.0;
+  /// Least gap between membrane and wall [µm].
+  double wallClearance = 0.0;
   std::uint64_t seed = 1;
   bool rotate = true;  ///< false: every orientation stays the identity
   Limits limits;
 
-  /// How a pose will be written, so that the certificate is about the written numbers; empty: Pose::placement.
+  /// How a pose will be written, so that the certificate is about the written numbers; empty:
+  /// Pose::placement.
   std::function<Placement(const Pose&)> written;
   /// Polled between sweeps; true stops the run cleanly.
   std::function<bool()> interrupted;

@@ -11,26 +11,25 @@
 namespace packmesh {
 
 enum class Outcome {
-  certified,     ///< all cells asked for, certificate clean
-  outOfReach,    ///< a limit was met before the packing was free of overlap
-  interrupted,   ///< the caller asked to stop
+  certified,    ///< all cells asked for, certificate clean
+  outOfReach,   ///< a limit was met before all cells were free of overlap: fewer cells, certified
+  interrupted,  ///< the caller asked to stop
 };
 
 struct Statistics {
-  std::int64_t sweeps = 0;
-  std::int64_t repairs = 0;          ///< rounds in which pairs failing the exact test got more clearance
+  std::int64_t sweeps = 0;   ///< of the relaxation
+  std::int64_t repairs = 0;  ///< rounds in which pairs failing the exact test got more clearance
   double placementSeconds = 0.0, relaxationSeconds = 0.0, certificateSeconds = 0.0;  ///< CPU time [s]
 };
 
 struct PackingResult {
   Outcome outcome = Outcome::certified;
-  std::vector<PlacedCell> cells;      ///< in the order of the species, then of the cells' numbers
-  std::vector<Pose> poses;            ///< the same cells as poses
-  Certificate certificate;            ///< of exactly `cells`
+  /// In the order of the species, then of the cells' numbers. All cells asked for when certified; the densest
+  /// certified packing found when out of reach; none when interrupted.
+  std::vector<PlacedCell> cells;
+  std::vector<Pose> poses;  ///< the same cells as poses
+  Certificate certificate;  ///< of exactly `cells`
   Statistics statistics;
-  /// When not everything asked for could be certified: indices into `cells` of a largest certified subset
-  /// that was found (clean by its own certificate); empty otherwise.
-  std::vector<std::int64_t> certifiedSubset;
 };
 
 }  // namespace packmesh

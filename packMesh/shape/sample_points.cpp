@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <tuple>
 #include <utility>
 
 namespace packmesh {
@@ -28,12 +30,14 @@ std::vector<Vec3> pointsOn(const TriangleMesh& mesh, double spacing) {
     }
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
     for (int i = 1; i < most; ++i)
-      for (int j = 1; i + j < most; ++j) points.push_back(a + (b - a) * (double(i) / most) + (c - a) * (double(j) / most));
+      for (int j = 1; i + j < most; ++j)
+        points.push_back(a + (b - a) * (double(i) / most) + (c - a) * (double(j) / most));
   }
   return points;
 }
 
-/// Cuts [first, last) along its longest axis until every part fits a cluster; full clusters wherever possible.
+/// Cuts [first, last) along its longest axis until every part fits a cluster; full clusters wherever
+/// possible.
 void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last, SamplePoints& out) {
   const auto count = last - first;
   if (count <= SamplePoints::width) {
@@ -70,11 +74,8 @@ void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last
   cluster(middle, last, out);
 }
 
-}  // namespace
-
-SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) {
+SamplePoints clustered(std::vector<Vec3> points) {
   SamplePoints out;
-  std::vector<Vec3> points = pointsOn(mesh, spacing);
   if (points.empty()) return out;
   cluster(points.begin(), points.end(), out);
   while (out.centerX.size() % SamplePoints::width != 0) {
@@ -84,6 +85,29 @@ SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) {
     out.radius.push_back(out.radius.back());
   }
   return out;
+}
+
+}  // namespace
+
+SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing) {
+  return clustered(pointsOn(mesh, spacing));
+}
+
+SamplePoints sampleCoarsely(const TriangleMesh& mesh) {
+  // Farthest-point sampling (Gonzalez 1985).
+  const std::size_t wanted = std::min<std::size_t>(
+      mesh.vertices.size(), std::max<std::size_t>(2 * SamplePoints::width, mesh.vertices.size() / 4));
+  std::vector<double> distance(mesh.vertices.size(), std::numeric_limits<double>::infinity());
+  std::vector<Vec3> chosen;
+  std::size_t next = 0;
+  while (chosen.size() < wanted) {
+    const Vec3 p = mesh.vertices[next];
+    chosen.push_back(p);
+    for (std::size_t i = 0; i < distance.size(); ++i)
+      distance[i] = std::min(distance[i], (mesh.vertices[i] - p).squaredNorm());
+    next = std::max_element(distance.begin(), distance.end()) - distance.begin();
+  }
+  return clustered(std::move(chosen));
 }
 
 }  // namespace packmesh

@@ -14,12 +14,15 @@ struct SamplePoints {
   static constexpr int width = 16;
 
   int clusters = 0;
-  std::vector<float> x, y, z;                          ///< clusters * width
+  std::vector<float> x, y, z;                            ///< clusters * width
   std::vector<float> centerX, centerY, centerZ, radius;  ///< bounding spheres, padded to a multiple of width
 };
 
-/// Samples the surface of `mesh` by its vertices and, where edges are longer than `spacing` [µm], by points on
-/// its triangles, so that no point of the surface is further than about `spacing` from a sample.
+/// Samples the surface of `mesh` by its vertices and, where edges are longer than `spacing` [µm], by points
+/// on its triangles, so that no point of the surface is further than about `spacing` from a sample.
 SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing);
+
+/// Every fourth vertex or so, spread evenly: enough to part cells that reach deep into each other.
+SamplePoints sampleCoarsely(const TriangleMesh& mesh);
 
 }  // namespace packmesh

@@ -44,6 +44,7 @@ Shape::Shape(TriangleMesh mesh, std::variant<ProfileSurface, DistanceGrid> field
       radius_(boundingRadius(mesh)),
       bound_(boundSupport(mesh)),
       samples_(sampleSurface(mesh, std::min(sampleSpacing, sampleSpacingFraction * radius_))),
+      coarseSamples_(sampleCoarsely(mesh)),
       field_(std::move(field)) {}
 
 Shape::Shape(TriangleMesh mesh, const ProfileSurface& surface)

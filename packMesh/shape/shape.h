@@ -39,6 +39,7 @@ class Shape {
   double radius() const { return radius_; }  ///< of the smallest sphere around the body origin [µm]
   const SupportBound& bound() const { return bound_; }
   const SamplePoints& samples() const { return samples_; }
+  const SamplePoints& coarseSamples() const { return coarseSamples_; }
   const std::variant<ProfileSurface, DistanceGrid>& field() const { return field_; }
 
  private:
@@ -47,7 +48,7 @@ class Shape {
   MeshHierarchy hierarchy_;
   double volume_, radius_;
   SupportBound bound_;
-  SamplePoints samples_;
+  SamplePoints samples_, coarseSamples_;
   std::variant<ProfileSurface, DistanceGrid> field_;
 };
 

@@ -11,7 +11,7 @@ namespace packmesh {
 /// Minkowski sum of a disc (radius `ring`, in the body's x-z plane) and an axis-aligned ellipsoid: exact for
 /// ellipsoids, within 1 % for red cells, safe for everything.
 struct SupportBound {
-  double ring = 0.0;            ///< [µm]
+  double ring = 0.0;             ///< [µm]
   Vec3 semiAxes = Vec3::Ones();  ///< [µm]
 
   /// Largest n·x over the body, for a unit vector n in the body frame [µm].

@@ -27,6 +27,7 @@ struct OverlappingPair {
   std::int64_t first = 0, second = 0;
   Vec3 shift = Vec3::Zero();
   bool contained = false;  ///< one lies wholly inside the other
+  double gap = 0.0;        ///< [µm]; positive for a pair that is apart, but by less than the required gap
 };
 
 /// A cell that is not (wholly) inside the lumen.
@@ -54,6 +55,7 @@ struct CertificateInput {
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;
+  double requiredGap = 0.0;  ///< pairs with a smaller gap count as overlapping [µm]
 };
 
 /// Examines every pair of cells that could meet (periodic images included) and every cell against its wall.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file The innermost loop: how deep do the sample points of one cell reach into the surface of another.
 ///
-/// The same source (contact_kernel_body.h) is compiled for the baseline, AVX2 and AVX-512 instruction sets and
-/// chosen at run time. All work in lanes of 16 floats with IEEE operations only (no contraction, sums in
+/// The same source (contact_kernel_body.h) is compiled for the baseline, AVX2 and AVX-512 instruction sets
+/// and chosen at run time. All work in lanes of 16 floats with IEEE operations only (no contraction, sums in
 /// lane order), so that the three give the same bits. This header must not pull in templates of other
 /// libraries: what they instantiate in an AVX-512 object could be linked into the baseline.
 #pragma once
@@ -34,13 +34,14 @@ struct RelativeFrame {
   float m[9], t[3], scale;
 };
 
-/// Sums over the points nearer than the clearance, weighted by how much nearer they are; in the other's frame.
+/// Sums over the points nearer than the clearance, weighted by how much nearer they are; in the other's
+/// frame.
 struct ContactSums {
-  float weight;      ///< sum of penetrations
-  float point[3];    ///< sum of penetration * point
-  float normal[3];   ///< sum of penetration * unit outward normal
-  float deepest;     ///< largest penetration into the clearance
-  float nearest;     ///< no sample point is nearer to the surface than this (negative: inside)
+  float weight;     ///< sum of penetrations
+  float point[3];   ///< sum of penetration * point
+  float normal[3];  ///< sum of penetration * unit outward normal
+  float deepest;    ///< largest penetration into the clearance
+  float nearest;    ///< no sample point is nearer to the surface than this (negative: inside)
 };
 
 using ContactKernel = void (*)(const SampleView&, const RelativeFrame&, const FieldView&, float clearance,

@@ -52,16 +52,6 @@ inline TriangleMesh redCell(int levels = 3) {
   return mesh;
 }
 
-/// Axis-aligned cube of the given side, centred on the origin.
-inline TriangleMesh cube(double side) {
-  TriangleMesh mesh;
-  const double h = side / 2.0;
-  for (int i = 0; i < 8; ++i) mesh.vertices.push_back({i & 1 ? h : -h, i & 2 ? h : -h, i & 4 ? h : -h});
-  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  return mesh;
-}
-
 template <class Random>
 Vec3 randomDirection(Random& random) {
   std::normal_distribution<double> normal;

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/distributed/block_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace packmesh {
+
+BlockGrid::BlockGrid(const Box& bounds, const Vec3& period, double interactionRange, double preferredEdge)
+    : lo_(bounds.lo) {
+  const double edge = std::max(2.0 * interactionRange, preferredEdge);
+  for (int k = 0; k < 3; ++k) {
+    int n = std::max(1, static_cast<int>(std::floor(std::min(bounds.size()[k] / edge, 1e5))));
+    if (period[k] > 0.0 && n > 1) n -= n % 2;
+    blocks_[k] = n;
+    blocksPerLength_[k] = n / bounds.size()[k];
+  }
+}
+
+int BlockGrid::blockOf(const Vec3& p) const {
+  int index[3];
+  for (int k = 0; k < 3; ++k) {
+    const double b = std::floor((p[k] - lo_[k]) * blocksPerLength_[k]);
+    index[k] = b <= 0.0 ? 0 : b >= blocks_[k] - 1 ? blocks_[k] - 1 : static_cast<int>(b);
+  }
+  return index[0] + blocks_[0] * (index[1] + blocks_[1] * index[2]);
+}
+
+int BlockGrid::colourOf(int block) const {
+  const int i = block % blocks_[0], j = block / blocks_[0] % blocks_[1], k = block / blocks_[0] / blocks_[1];
+  return i % 2 + 2 * (j % 2) + 4 * (k % 2);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The fixed cut of the domain into blocks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "packMesh/geometry/box.h"
+
+namespace packmesh {
+
+/// Uniform blocks over a container's bounds. They depend on the problem alone, never on the number of ranks.
+///
+/// Blocks of one colour can be worked on at the same time: what a block changes (its own cells and cells
+/// within the interaction range of it) no other block of its colour reads or changes, because every edge is
+/// at least twice the interaction range and, along periodic axes, the number of blocks is one or even.
+class BlockGrid {
+ public:
+  static constexpr int colours = 8;
+
+  /// @param interactionRange largest distance of two cells' centres that can act on each other [µm]
+  /// @param preferredEdge edge a block should have if the range allows it [µm]
+  BlockGrid(const Box& bounds, const Vec3& period, double interactionRange, double preferredEdge);
+
+  int count() const { return blocks_[0] * blocks_[1] * blocks_[2]; }
+  std::array<int, 3> counts() const { return blocks_; }
+
+  /// The block of a point; points outside the bounds belong to the nearest block.
+  int blockOf(const Vec3& p) const;
+
+  /// 0 ... colours - 1.
+  int colourOf(int block) const;
+
+ private:
+  Vec3 lo_, blocksPerLength_;
+  std::array<int, 3> blocks_;
+};
+
+}  // namespace packmesh

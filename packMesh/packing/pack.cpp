@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/pack.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+
+#include "packMesh/error.h"
+#include "packMesh/packing/validate_problem.h"
+#include "packMesh/stages/placement/placement.h"
+#include "packMesh/stages/relaxation/relaxation.h"
+#include "packMesh/stages/relaxation/schedule.h"
+#include "packMesh/tolerances.h"
+
+namespace packmesh {
+namespace {
+
+/// Rounds of repair before a packing counts as not resolved, and sweeps in each.
+constexpr int repairRounds = 60;
+constexpr std::int64_t repairSweeps = 400;
+
+/// When all cells do not fit: the share of them, the most overlapped, that is taken out before trying again,
+/// and sweeps for each trial.
+constexpr double thinning = 0.01;
+constexpr std::int64_t thinningSweeps = 400;
+
+double cpuSeconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+/// Adds the CPU time of a scope to a total.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& total) : total_(total), start_(cpuSeconds()) {}
+  ~Stopwatch() { total_ += cpuSeconds() - start_; }
+
+ private:
+  double& total_;
+  double start_;
+};
+
+/// One run of pack().
+class Run {
+ public:
+  explicit Run(const PackingProblem& problem) : problem_(problem), start_(std::chrono::steady_clock::now()) {
+    for (const Species& species : problem.species) {
+      shapes_.push_back(species.shape.get());
+      walls_.push_back(species.wall ? species.wall.get() : problem.container->wall());
+    }
+  }
+
+  PackingResult operator()() {
+    Relaxation relaxation = place();
+    bool resolved = false;
+    {
+      Stopwatch watch(result_.statistics.relaxationSeconds);
+      resolved =
+          relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps));
+    }
+    resolved = resolved && certified(relaxation);
+    if (!resolved && !interrupted_) thinOut(relaxation);
+    result_.outcome = interrupted_ ? Outcome::interrupted
+                      : resolved   ? Outcome::certified
+                                   : Outcome::outOfReach;
+    if (interrupted_) result_.cells.clear(), result_.poses.clear();
+    result_.statistics.sweeps = relaxation.sweeps();
+    return std::move(result_);
+  }
+
+ private:
+  Relaxation place() {
+    Stopwatch watch(result_.statistics.placementSeconds);
+    RelaxationInput input;
+    input.shapes = shapes_;
+    input.walls = walls_;
+    input.bounds = problem_.container->bounds();
+    input.period = problem_.container->period();
+    input.clearance = problem_.clearance + tolerance::relaxationMargin;
+    input.wallClearance = problem_.wallClearance + tolerance::relaxationMargin;
+    input.rotate = problem_.rotate;
+    input.seed = problem_.seed;
+    std::vector<Body> bodies;
+    for (std::size_t s = 0; s < shapes_.size(); ++s) {
+      const PlacementInput placement{shapes_[s], walls_[s], static_cast<std::int64_t>(bodies.size()),
+                                     problem_.species[s].count};
+      for (const Pose& pose : placeRandomly(placement, input.bounds, input.seed, input.rotate)) {
+        Body body;
+        body.id = static_cast<std::int64_t>(bodies.size());
+        body.species = static_cast<int>(s);
+        body.position = pose.position;
+        body.orientation = pose.orientation;
+        body.rotation = pose.orientation.toRotationMatrix();
+        bodies.push_back(body);
+      }
+    }
+    return Relaxation(input, std::move(bodies));
+  }
+
+  bool timeIsUp() const {
+    if (problem_.limits.maxSeconds <= 0.0) return false;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count() >
+           problem_.limits.maxSeconds;
+  }
+
+  bool askedToStop() {
+    interrupted_ = interrupted_ || (problem_.interrupted && problem_.interrupted());
+    return interrupted_;
+  }
+
+  ScheduleLimits limits(const Relaxation& relaxation, std::int64_t maxSweeps) {
+    ScheduleLimits limits;
+    limits.maxSweeps = maxSweeps;
+    limits.stop = [this] { return askedToStop() || (!thinning_ && timeIsUp()); };
+    if (problem_.progress)
+      limits.tell = [this, &relaxation](const char* stage) {
+        problem_.progress({stage, relaxation.sweeps(), 1.0, relaxation.lastSweep().deepest,
+                           relaxation.lastSweep().contacts});
+      };
+    return limits;
+  }
+
+  CertificateInput certificateInput() const {
+    CertificateInput input;
+    input.shapes = shapes_;
+    input.walls = walls_;
+    input.container = problem_.container.get();
+    input.cells = &result_.cells;
+    input.requiredGap = problem_.clearance;
+    return input;
+  }
+
+  /// Takes the cells over from the relaxation, as they will be written. Returns which of them changed.
+  std::vector<std::int64_t> takeCells(const std::vector<Body>& bodies) {
+    std::vector<std::int64_t> changed;
+    const bool same = result_.cells.size() == bodies.size();
+    result_.cells.resize(bodies.size());
+    result_.poses.resize(bodies.size());
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const Pose pose = bodies[i].pose();
+      PlacedCell cell{bodies[i].species, problem_.written ? problem_.written(pose) : pose.placement()};
+      PlacedCell& old = result_.cells[i];
+      if (!same || old.placement.linear != cell.placement.linear ||
+          old.placement.translation != cell.placement.translation)
+        changed.push_back(static_cast<std::int64_t>(i));
+      old = cell;
+      result_.poses[i] = pose;
+    }
+    return changed;
+  }
+
+  /// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
+  bool certified(Relaxation& relaxation) {
+    result_.cells.clear();
+    for (int round = 0; round < repairRounds; ++round) {
+      const std::vector<Body> bodies = relaxation.cells();
+      {
+        Stopwatch watch(result_.statistics.certificateSeconds);
+        const std::vector<std::int64_t> changed = takeCells(bodies);
+        const CertificateInput input = certificateInput();
+        std::vector<OverlappingPair> failing;
+        if (round > 0) failing = findOverlaps(input, changed);
+        if (failing.empty()) {
+          result_.certificate = certify(input);
+          if (result_.certificate.clean()) return true;
+          failing = result_.certificate.overlapping;
+        }
+        for (const OverlappingPair& pair : failing)
+          relaxation.demandClearance(bodies[pair.first].id, bodies[pair.second].id,
+                                     tolerance::repairClearance);
+        for (const MisplacedCell& cell : result_.certificate.misplaced)
+          relaxation.demandWallClearance(bodies[cell.cell].id, tolerance::repairClearance);
+      }
+      ++result_.statistics.repairs;
+      Stopwatch watch(result_.statistics.relaxationSeconds);
+      const std::int64_t most = relaxation.sweeps() + repairSweeps;
+      if (!settle(relaxation, tolerance::relaxationTolerance, repairSweeps, limits(relaxation, most)))
+        return false;
+    }
+    return false;
+  }
+
+  /// Takes out the most overlapped cells, a few at a time, until the others are certified.
+  void thinOut(Relaxation& relaxation) {
+    thinning_ = true;
+    while (!interrupted_ && !relaxation.bodies().empty()) {
+      std::vector<Body> bodies = relaxation.bodies();
+      std::sort(bodies.begin(), bodies.end(), [](const Body& a, const Body& b) {
+        return a.overlap != b.overlap ? a.overlap > b.overlap : a.id < b.id;
+      });
+      const auto count = static_cast<std::size_t>(std::ceil(thinning * static_cast<double>(bodies.size())));
+      std::vector<std::int64_t> ids;
+      for (std::size_t i = 0; i < count; ++i) ids.push_back(bodies[i].id);
+      std::sort(ids.begin(), ids.end());
+      relaxation.remove(ids);
+      bool resolved = false;
+      {
+        Stopwatch watch(result_.statistics.relaxationSeconds);
+        const std::int64_t most = relaxation.sweeps() + thinningSweeps;
+        resolved =
+            settle(relaxation, tolerance::relaxationTolerance, thinningSweeps, limits(relaxation, most));
+      }
+      if (resolved && certified(relaxation)) return;
+    }
+    result_.cells.clear();
+    result_.poses.clear();
+    result_.certificate = Certificate();
+  }
+
+  const PackingProblem& problem_;
+  std::chrono::steady_clock::time_point start_;
+  std::vector<const Shape*> shapes_;
+  std::vector<const Wall*> walls_;
+  bool interrupted_ = false, thinning_ = false;
+  PackingResult result_;
+};
+
+}  // namespace
+
+PackingResult pack(const PackingProblem& problem) {
+  validate(problem);
+  return Run(problem)();
+}
+
+}  // namespace packmesh

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Where cells start.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "packMesh/container/container.h"
+#include "packMesh/geometry/pose.h"
+#include "packMesh/shape/shape.h"
+
+namespace packmesh {
+
+/// Cells of one species to be placed.
+struct PlacementInput {
+  const Shape* shape = nullptr;
+  const Wall* wall = nullptr;  ///< nullptr: none
+  std::int64_t firstId = 0;    ///< global id of the first cell
+  std::int64_t count = 0;
+};
+
+/// Random poses of scale 1: centres uniform over the lumen (as far from the wall as the thinnest part of the
+/// shape, where there is room), orientations uniform (or the identity). Cells overlap.
+/// Each pose is a function of the seed and the cell's id alone.
+std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
+                                bool rotate);
+
+}  // namespace packmesh

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/relaxation/contact.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+namespace packmesh {
+namespace {
+
+/// Inverse inertia of a cell of mass 1 and bounding radius R is this over R²: 0.2/µm² for the red cell, found
+/// best between 0.15 and 0.3; a solid sphere has 2.5.
+constexpr double inertiaFactor = 3.0;
+
+/// Masses follow volumes only within these bounds, so that a white cell can still be moved by platelets.
+constexpr double largestMassRatio = 10.0;
+
+/// One step turns or moves a cell no further than this [rad; fraction of its radius].
+constexpr double largestTurn = 0.4, largestStep = 0.5;
+
+/// Where the summed normals of a deep contact cancel to less than this, crossed discs would lock: the
+/// direction between the centres is mixed in.
+constexpr double lockedNormal = 0.8, lockedDepth = 0.1;
+
+FieldView viewOf(const Shape& shape) {
+  FieldView view{};
+  if (const auto* profile = std::get_if<ProfileSurface>(&shape.field())) {
+    view.onGrid = false;
+    for (int k = 0; k < 6; ++k) view.p[k] = static_cast<float>(profile->p[k]);
+    view.a = static_cast<float>(profile->a);
+    view.c = static_cast<float>(profile->c);
+  } else {
+    const auto& grid = std::get<DistanceGrid>(shape.field());
+    view.onGrid = true;
+    view.value = grid.value.data();
+    view.nodesPerLength = static_cast<float>(1.0 / grid.spacing);
+    for (int k = 0; k < 3; ++k) {
+      view.origin[k] = static_cast<float>(grid.origin[k]);
+      view.nodes[k] = grid.nodes[k];
+    }
+  }
+  const SupportBound& bound = shape.bound();
+  view.ring = static_cast<float>(bound.ring);
+  view.thickness = static_cast<float>(bound.semiAxes.maxCoeff());
+  const Box box = boundingBox(shape.mesh());
+  for (int k = 0; k < 3; ++k)
+    view.extent[k] = static_cast<float>(std::max(std::abs(box.lo[k]), std::abs(box.hi[k])));
+  return view;
+}
+
+SampleView viewOf(const SamplePoints& s) {
+  return {s.clusters,       s.x.data(),       s.y.data(),       s.z.data(),
+          s.centerX.data(), s.centerY.data(), s.centerZ.data(), s.radius.data()};
+}
+
+/// Contacts deeper than this are found with coarse samples [µm].
+constexpr double deepContact = 0.3;
+
+}  // namespace
+
+SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume)
+    : samples(viewOf(shape.samples())),
+      coarseSamples(viewOf(shape.coarseSamples())),
+      field(viewOf(shape)),
+      bound(shape.bound()),
+      radius(shape.radius()),
+      inverseMass(std::clamp(referenceVolume / shape.volume(), 1.0 / largestMassRatio, largestMassRatio)),
+      inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
+      wall(wallOfSpecies) {}
+
+/// One contact: the sampled body is to be pushed along `normal`, the other one back.
+struct ContactSolver::Contact {
+  Vec3 arm;      ///< from the centre of the pushed body to the point [µm]
+  Vec3 backArm;  ///< from the centre of the other body [µm]
+  Vec3 normal;   ///< unit
+  double depth;  ///< penetration into the clearance [µm]
+};
+
+ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance,
+                             double wallClearance)
+    : models_(std::move(models)),
+      period_(period),
+      clearance_(clearance),
+      wallClearance_(wallClearance),
+      kernel_(contactKernel(chosenInstructionSet())) {}
+
+bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface,
+                                double clearance, bool coarsely, Contact& contact, double& nearest) const {
+  RelativeFrame frame;
+  const double ratio = sampled.scale / surface.scale;
+  const Mat3 m = ratio * (surface.rotation.transpose() * sampled.rotation);
+  const Vec3 t = surface.rotation.transpose() * fromSurface / surface.scale;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) frame.m[3 * r + c] = static_cast<float>(m(r, c));
+    frame.t[r] = static_cast<float>(t[r]);
+  }
+  frame.scale = static_cast<float>(ratio);
+
+  ContactSums sums;
+  const SpeciesModel& model = models_[sampled.species];
+  kernel_(coarsely ? model.coarseSamples : model.samples, frame, models_[surface.species].field,
+          static_cast<float>(clearance / surface.scale), sums);
+  nearest = surface.scale * sums.nearest;
+  if (!(sums.weight > 0.0f)) return false;
+
+  const double perWeight = 1.0 / sums.weight;
+  const Vec3 point =
+      surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
+  Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perWeight);
+  contact.depth = surface.scale * sums.deepest;
+  const double coherence = normal.norm();
+  if (coherence < lockedNormal && contact.depth > lockedDepth) {
+    const double distance = fromSurface.norm();
+    if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;
+  }
+  const double length = normal.norm();
+  if (!(length > 1e-6)) return false;
+  contact.normal = normal / length;
+  contact.backArm = point;
+  contact.arm = point - fromSurface;
+  return true;
+}
+
+void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotation) const {
+  const double reach = models_[body.species].radius * body.scale;
+  Vec3 step = translation;
+  double length = step.norm();
+  if (length > largestStep * reach) {
+    step *= largestStep * reach / length;
+    length = largestStep * reach;
+  }
+  body.position += step;
+  double angle = 0.0;
+  if (rotate_) {
+    Vec3 turn = rotation;
+    angle = turn.norm();
+    if (angle > largestTurn) {
+      turn *= largestTurn / angle;
+      angle = largestTurn;
+    }
+    const Vec3 half = 0.5 * turn;
+    const Quaternion& q = body.orientation;
+    const Vec3 v = q.vec() + q.w() * half + half.cross(q.vec());
+    body.orientation = Quaternion(q.w() - half.dot(q.vec()), v.x(), v.y(), v.z()).normalized();
+    body.rotation = body.orientation.toRotationMatrix();
+  }
+  body.travel += length + angle * reach;
+}
+
+void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
+  away.overlap += contact.depth;
+  back.overlap += contact.depth;
+  const SpeciesModel &a = models_[away.species], &b = models_[back.species];
+  const Vec3 turnA = contact.arm.cross(contact.normal), turnB = contact.backArm.cross(contact.normal);
+  const double inertiaA = rotate_ ? a.inverseInertia : 0.0, inertiaB = rotate_ ? b.inverseInertia : 0.0;
+  const double compliance =
+      a.inverseMass + b.inverseMass + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
+  const double impulse = omega_ * contact.depth / compliance;
+  move(away, impulse * a.inverseMass * contact.normal, impulse * inertiaA * turnA);
+  move(back, -impulse * b.inverseMass * contact.normal, -impulse * inertiaB * turnB);
+}
+
+void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
+  Body &a = bodies[pair.first], &b = bodies[pair.second];
+  const double travel = a.travel + b.travel;
+  if (travel < pair.apartUntil) return;
+
+  const double clearance = clearance_ + pair.extraClearance;
+  const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
+  const double distance = fromB.norm();
+  if (distance > 1e-12) {
+    const Vec3 direction = fromB / distance;
+    const double apart = distance -
+                         a.scale * models_[a.species].bound.support(a.rotation.transpose() * direction) -
+                         b.scale * models_[b.species].bound.support(b.rotation.transpose() * direction);
+    if (apart > clearance) {
+      pair.apartUntil = travel + (apart - clearance);
+      return;
+    }
+  }
+
+  Contact onA, onB;
+  double nearestA, nearestB;
+  bool pushA = false, pushB = false;
+  if (pair.deep) {
+    pushA = findContact(a, b, fromB, clearance, true, onA, nearestA);
+    pushB = findContact(b, a, -fromB, clearance, true, onB, nearestB);
+    pair.deep = (pushA && onA.depth > deepContact) || (pushB && onB.depth > deepContact);
+  }
+  if (!pair.deep) {
+    pushA = findContact(a, b, fromB, clearance, false, onA, nearestA);
+    pushB = findContact(b, a, -fromB, clearance, false, onB, nearestB);
+    pair.deep = (pushA && onA.depth > deepContact) || (pushB && onB.depth > deepContact);
+  }
+  if (!pushA && !pushB) {
+    pair.apartUntil = travel + std::max(0.0, std::min(nearestA, nearestB) - clearance);
+    return;
+  }
+  if (pushA) {
+    sums.add(onA.depth);
+    push(onA, a, b);
+  }
+  if (pushB) {
+    sums.add(onB.depth);
+    push(onB, b, a);
+  }
+}
+
+void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
+  const SpeciesModel& model = models_[body.species];
+  if (model.wall == nullptr || body.travel < body.awayFromWallUntil) return;
+  const double clearance = wallClearance_ + body.extraWallClearance;
+  const double reach = model.radius * body.scale;
+  const double atCenter = model.wall->distance(body.position).distance - model.wall->slack();
+  if (atCenter > reach + clearance) {
+    body.awayFromWallUntil = body.travel + (atCenter - reach - clearance);
+    return;
+  }
+
+  // Points that reach the wall, gathered into contacts of like direction: in a narrow lumen a cell touches
+  // opposite walls at once.
+  struct Gathered {
+    Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
+    double weight = 0.0, depth = 0.0;
+  };
+  std::array<Gathered, 4> gathered;
+  int used = 0;
+  double nearest = reach + clearance;
+  const Mat3 toWorld = body.scale * body.rotation;
+  const SampleView& s = model.samples;
+  for (int c = 0; c < s.clusters; ++c) {
+    const Vec3 center = body.position + toWorld * Vec3(s.centerX[c], s.centerY[c], s.centerZ[c]);
+    const double apart =
+        model.wall->distance(center).distance - model.wall->slack() - body.scale * s.radius[c];
+    if (apart > clearance) {
+      nearest = std::min(nearest, apart);
+      continue;
+    }
+    for (int k = c * SamplePoints::width; k < (c + 1) * SamplePoints::width; ++k) {
+      const Vec3 arm = toWorld * Vec3(s.x[k], s.y[k], s.z[k]);
+      const WallDistance wall = model.wall->distance(body.position + arm);
+      nearest = std::min(nearest, wall.distance);
+      const double depth = clearance - wall.distance;
+      if (!(depth > 0.0)) continue;
+      int slot = 0;
+      while (slot < used && gathered[slot].normal.dot(wall.gradient) < 0.7 * gathered[slot].weight) ++slot;
+      if (slot == used) {
+        if (used == static_cast<int>(gathered.size()))
+          slot = used - 1;
+        else
+          ++used;
+      }
+      Gathered& g = gathered[slot];
+      g.point += depth * arm;
+      g.normal += depth * wall.gradient;
+      g.weight += depth;
+      g.depth = std::max(g.depth, depth);
+    }
+  }
+  if (used == 0) {
+    body.awayFromWallUntil = body.travel + std::max(0.0, nearest - clearance);
+    return;
+  }
+  const double inertia = rotate_ ? model.inverseInertia : 0.0;
+  for (int slot = 0; slot < used; ++slot) {
+    const Gathered& g = gathered[slot];
+    sums.add(g.depth);
+    body.overlap += g.depth;
+    const double length = g.normal.norm();
+    if (!(length > 1e-9 * g.weight)) continue;
+    const Vec3 normal = g.normal / length;
+    const Vec3 turn = (g.point / g.weight).cross(normal);
+    const double impulse = omega_ * g.depth / (model.inverseMass + inertia * turn.squaredNorm());
+    move(body, impulse * model.inverseMass * normal, impulse * inertia * turn);
+  }
+}
+
+}  // namespace packmesh

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Contacts between two bodies, and of a body with the wall: found and resolved.
+#pragma once
+
+#include <vector>
+
+#include "packMesh/container/container.h"
+#include "packMesh/shape/shape.h"
+#include "packMesh/stages/relaxation/body.h"
+#include "packMesh/stages/relaxation/contact_kernel.h"
+#include "packMesh/stages/relaxation/pair_list.h"
+
+namespace packmesh {
+
+/// What relaxation needs to know of a species.
+struct SpeciesModel {
+  SampleView samples, coarseSamples;
+  FieldView field;
+  SupportBound bound;
+  double radius;          ///< [µm]
+  double inverseMass;     ///< of a cell of scale 1; 1 for the species of the median volume
+  double inverseInertia;  ///< isotropic [1/µm²], times inverseMass
+  const Wall* wall;       ///< nullptr: none
+
+  /// References `shape`, which must outlive the model.
+  /// @param referenceVolume volume of a cell of mass 1 [µm³]
+  SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume);
+};
+
+/// Sums over one sweep.
+struct SweepSums {
+  double deepest = 0.0;  ///< largest penetration into a clearance [µm]
+  double total = 0.0;    ///< sum of the penetrations of all contacts [µm]
+  std::int64_t contacts = 0;
+
+  void add(double depth) {
+    deepest = deepest > depth ? deepest : depth;
+    total += depth;
+    ++contacts;
+  }
+};
+
+/// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the cells of
+/// a contact are moved as rigid bodies, in proportion to their inverse masses and inertias, until `omega`
+/// times the penetration is gone.
+class ContactSolver {
+ public:
+  ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance, double wallClearance);
+
+  void setOmega(double omega) { omega_ = omega; }
+  void setMobile(bool rotate) { rotate_ = rotate; }
+
+  /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
+  void resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
+
+  /// Resolves the contacts of a body with its wall.
+  void resolveWall(Body& body, SweepSums& sums) const;
+
+  const std::vector<SpeciesModel>& models() const { return models_; }
+
+ private:
+  struct Contact;
+  bool findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface, double clearance,
+                   bool coarsely, Contact& contact, double& nearest) const;
+  void push(const Contact& contact, Body& away, Body& back) const;
+  void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
+
+  std::vector<SpeciesModel> models_;
+  Vec3 period_;
+  double clearance_, wallClearance_;
+  double omega_ = 1.0;
+  bool rotate_ = true;
+  ContactKernel kernel_;
+};
+
+}  // namespace packmesh

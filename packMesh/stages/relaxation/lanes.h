@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Sixteen floats that are worked on together, as many vector registers of the instruction set at hand
+/// as that takes. Every operation is one IEEE operation per lane, so that all instruction sets give the same
+/// bits.
+///
+/// For the contact kernel's translation units only: everything has internal linkage, because each of them is
+/// compiled for another processor.
+#pragma once
+
+#include <immintrin.h>
+
+namespace packmesh {
+namespace {
+
+constexpr int laneCount = 16;
+#if defined(__AVX512F__)
+constexpr int registerLanes = 16;
+#elif defined(__AVX__)
+constexpr int registerLanes = 8;
+#else
+constexpr int registerLanes = 4;
+#endif
+constexpr int registers = laneCount / registerLanes;
+
+typedef float Register __attribute__((vector_size(registerLanes * sizeof(float))));
+typedef float UnalignedRegister
+    __attribute__((vector_size(registerLanes * sizeof(float)), may_alias, aligned(4)));
+typedef int MaskRegister __attribute__((vector_size(registerLanes * sizeof(int))));
+
+struct Mask {
+  MaskRegister r[registers];
+};
+
+struct Lanes {
+  Register r[registers];
+};
+
+template <class Operation>
+inline __attribute__((always_inline)) Lanes each(Operation operation) {
+  Lanes out;
+  for (int k = 0; k < registers; ++k) out.r[k] = operation(k);
+  return out;
+}
+template <class Operation>
+inline __attribute__((always_inline)) Mask eachMask(Operation operation) {
+  Mask out;
+  for (int k = 0; k < registers; ++k) out.r[k] = operation(k);
+  return out;
+}
+
+inline Lanes splat(float v) {
+  return each([&](int) { return Register{} + v; });
+}
+inline Lanes load(const float* p) {
+  return each(
+      [&](int k) -> Register { return *reinterpret_cast<const UnalignedRegister*>(p + k * registerLanes); });
+}
+inline Lanes operator+(const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return a.r[k] + b.r[k]; });
+}
+inline Lanes operator-(const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return a.r[k] - b.r[k]; });
+}
+inline Lanes operator*(const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return a.r[k] * b.r[k]; });
+}
+inline Lanes operator/(const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return a.r[k] / b.r[k]; });
+}
+inline Lanes operator+(const Lanes& a, float b) {
+  return a + splat(b);
+}
+inline Lanes operator-(const Lanes& a, float b) {
+  return a - splat(b);
+}
+inline Lanes operator-(float a, const Lanes& b) {
+  return splat(a) - b;
+}
+inline Lanes operator*(float a, const Lanes& b) {
+  return splat(a) * b;
+}
+inline Lanes operator*(const Lanes& a, float b) {
+  return a * splat(b);
+}
+inline Lanes& operator+=(Lanes& a, const Lanes& b) {
+  return a = a + b;
+}
+
+inline Mask operator<(const Lanes& a, const Lanes& b) {
+  return eachMask([&](int k) { return a.r[k] < b.r[k]; });
+}
+inline Mask operator|(const Mask& a, const Mask& b) {
+  return eachMask([&](int k) { return a.r[k] | b.r[k]; });
+}
+inline Lanes select(const Mask& m, const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return m.r[k] ? a.r[k] : b.r[k]; });
+}
+inline Lanes larger(const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return a.r[k] > b.r[k] ? a.r[k] : b.r[k]; });
+}
+inline Lanes smaller(const Lanes& a, const Lanes& b) {
+  return each([&](int k) { return a.r[k] < b.r[k] ? a.r[k] : b.r[k]; });
+}
+inline Lanes magnitude(const Lanes& a) {
+  return each([&](int k) { return a.r[k] < Register{} ? -a.r[k] : a.r[k]; });
+}
+inline Lanes squareRoot(const Lanes& a) {
+  return each([&](int k) {
+#if defined(__AVX512F__)
+    return static_cast<Register>(_mm512_sqrt_ps(static_cast<__m512>(a.r[k])));
+#elif defined(__AVX__)
+    return static_cast<Register>(_mm256_sqrt_ps(static_cast<__m256>(a.r[k])));
+#else
+    return static_cast<Register>(_mm_sqrt_ps(static_cast<__m128>(a.r[k])));
+#endif
+  });
+}
+
+/// Bit k is set where lane k of the mask is.
+inline unsigned bitsOf(const Mask& m) {
+  unsigned bits = 0;
+  for (int k = 0; k < registers; ++k) {
+#if defined(__AVX512F__)
+    bits |= _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m.r[k]), reinterpret_cast<__m512i>(m.r[k]));
+#elif defined(__AVX__)
+    bits |= static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m.r[k]))) << k * registerLanes;
+#else
+    bits |= static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m.r[k]))) << k * registerLanes;
+#endif
+  }
+  return bits;
+}
+
+inline void store(const Lanes& a, float* out) {
+  for (int k = 0; k < registers; ++k) *reinterpret_cast<UnalignedRegister*>(out + k * registerLanes) = a.r[k];
+}
+
+/// Sum in an order that every instruction set keeps: lanes k and k + 8, then k and k + 4, ...
+inline float sum(const Lanes& a) {
+  float v[laneCount];
+  store(a, v);
+  for (int half = laneCount / 2; half > 0; half /= 2)
+    for (int k = 0; k < half; ++k) v[k] = v[k] + v[k + half];
+  return v[0];
+}
+inline float largest(const Lanes& a) {
+  float v[laneCount];
+  store(a, v);
+  for (int half = laneCount / 2; half > 0; half /= 2)
+    for (int k = 0; k < half; ++k) v[k] = v[k] > v[k + half] ? v[k] : v[k + half];
+  return v[0];
+}
+inline float smallest(const Lanes& a) {
+  return -largest(splat(0.0f) - a);
+}
+
+}  // namespace
+}  // namespace packmesh

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/relaxation/pair_list.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "packMesh/geometry/sphere_grid.h"
+
+namespace packmesh {
+
+PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
+                   const Box& bounds, const Vec3& period, int blocks) {
+  std::vector<Sphere> spheres;
+  spheres.reserve(bodies.size());
+  double largest = 0.0;
+  for (const Body& b : bodies) {
+    spheres.push_back({b.position, radii[b.species] * b.scale});
+    largest = std::max(largest, spheres.back().radius);
+  }
+  const SphereGrid grid(spheres);
+
+  std::vector<ContactPair> found;
+  for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
+    const double reach = spheres[i].radius + largest + margin;
+    forEachImage(bodies[i].position, reach, bounds, period, [&](const ImageShift& shift) {
+      // The image of i at +shift meets j: so j displaced by -shift meets i.
+      const bool unshifted = shift == ImageShift{0, 0, 0};
+      const ImageShift opposite{static_cast<std::int8_t>(-shift[0]), static_cast<std::int8_t>(-shift[1]),
+                                static_cast<std::int8_t>(-shift[2])};
+      const Vec3 image = bodies[i].position + displacement(shift, period);
+      grid.forEachNear({image, spheres[i].radius}, margin, [&](int j) {
+        // Every unordered pair of images is met twice, once from either side: keep the side of the smaller
+        // id.
+        if (bodies[i].id > bodies[j].id) return;
+        if (i == j && (unshifted || shift < opposite)) return;
+        found.push_back({i, j, opposite, 0.0, true, 0.0f});
+      });
+    });
+  }
+
+  // Bucket by block, then fix the order within each block.
+  PairList list;
+  list.start.assign(blocks + 1, 0);
+  for (const ContactPair& p : found) ++list.start[bodies[p.first].block + 1];
+  for (int b = 0; b < blocks; ++b) list.start[b + 1] += list.start[b];
+  list.pairs.resize(found.size());
+  std::vector<std::int64_t> next(list.start.begin(), list.start.end() - 1);
+  for (const ContactPair& p : found) list.pairs[next[bodies[p.first].block]++] = p;
+  for (int b = 0; b < blocks; ++b)
+    std::sort(list.pairs.begin() + list.start[b], list.pairs.begin() + list.start[b + 1],
+              [&](const ContactPair& p, const ContactPair& q) {
+                return std::tie(bodies[p.first].id, bodies[p.second].id, p.shift) <
+                       std::tie(bodies[q.first].id, bodies[q.second].id, q.shift);
+              });
+  return list;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/relaxation/relaxation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "packMesh/random.h"
+
+namespace packmesh {
+namespace {
+
+/// The skin of the pair list [fraction of the largest radius]: wide while cells move far, thin when they
+/// rest.
+constexpr double thinnestSkin = 0.08, widestSkin = 0.5;
+
+/// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
+constexpr std::int64_t shortLived = 4, longLived = 30;
+
+/// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
+constexpr double preferredBlockEdge = 6.5;
+
+double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodies) {
+  std::vector<double> volumes;
+  volumes.reserve(bodies.size());
+  for (const Body& b : bodies) volumes.push_back(input.shapes[b.species]->volume());
+  if (volumes.empty()) return 1.0;
+  std::nth_element(volumes.begin(), volumes.begin() + volumes.size() / 2, volumes.end());
+  return volumes[volumes.size() / 2];
+}
+
+ContactSolver makeSolver(const RelaxationInput& input, const std::vector<Body>& bodies) {
+  std::vector<SpeciesModel> models;
+  const double reference = medianVolume(input, bodies);
+  for (std::size_t s = 0; s < input.shapes.size(); ++s)
+    models.emplace_back(*input.shapes[s], input.walls[s], reference);
+  ContactSolver solver(std::move(models), input.period, input.clearance, input.wallClearance);
+  solver.setMobile(input.rotate);
+  return solver;
+}
+
+double largestRadius(const RelaxationInput& input) {
+  double radius = 0.0;
+  for (const Shape* shape : input.shapes) radius = std::max(radius, shape->radius());
+  return radius;
+}
+
+}  // namespace
+
+Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies)
+    : input_(input),
+      solver_(makeSolver(input, bodies)),
+      largestRadius_(largestRadius(input)),
+      blocks_(input.bounds, input.period, (2.0 + widestSkin) * largestRadius_ + input.clearance,
+              preferredBlockEdge * largestRadius_),
+      blocksOfColour_(BlockGrid::colours),
+      bodies_(std::move(bodies)),
+      skin_(widestSkin * largestRadius_) {
+  for (const Shape* shape : input.shapes) radii_.push_back(shape->radius());
+  for (int b = 0; b < blocks_.count(); ++b) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
+}
+
+bool Relaxation::listsOutdated() const {
+  if (!listed_) return true;
+  const double allowed = 0.5 * skin_;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if ((bodies_[i].position - listedAt_[i]).squaredNorm() > allowed * allowed) return true;
+  return false;
+}
+
+void Relaxation::refreshLists() {
+  const std::int64_t lasted = sweeps_ - listedInSweep_;
+  if (sweeps_ > 0 && lasted < shortLived) skin_ *= 1.5;
+  if (lasted > longLived) skin_ *= 0.7;
+  skin_ = std::clamp(skin_, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
+  listedInSweep_ = sweeps_;
+
+  for (Body& body : bodies_) {
+    body.position = wrapped(body.position, input_.bounds, input_.period);
+    body.block = blocks_.blockOf(body.position);
+  }
+  std::sort(bodies_.begin(), bodies_.end(),
+            [](const Body& a, const Body& b) { return std::tie(a.block, a.id) < std::tie(b.block, b.id); });
+  bodyStart_.assign(blocks_.count() + 1, 0);
+  for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
+  for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
+
+  list_ = listPairs(bodies_, radii_, input_.clearance + skin_, input_.bounds, input_.period, blocks_.count());
+  if (!extraClearance_.empty())
+    for (ContactPair& p : list_.pairs) {
+      const auto extra = extraClearance_.find({bodies_[p.first].id, bodies_[p.second].id});
+      if (extra != extraClearance_.end()) p.extraClearance = extra->second;
+    }
+  listedAt_.resize(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
+  listed_ = true;
+}
+
+SweepSums Relaxation::sweep(double omega) {
+  if (listsOutdated()) refreshLists();
+  for (Body& body : bodies_) body.overlap = 0.0;
+  SweepSums sums;
+  solver_.setOmega(omega);
+  for (const std::vector<int>& colour : blocksOfColour_)
+    for (int block : colour) {
+      for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
+        solver_.resolve(list_.pairs[p], bodies_, sums);
+      for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
+        solver_.resolveWall(bodies_[i], sums);
+    }
+  ++sweeps_;
+  last_ = sums;
+  return sums;
+}
+
+void Relaxation::kick(double amplitude) {
+  ++kicks_;
+  for (Body& body : bodies_) {
+    const auto u = uniform4(input_.seed, RandomStream::kick, body.id, kicks_);
+    const double length = amplitude * u[2];
+    body.position += length * uniformDirection(u[0], u[1]);
+    body.travel += length;
+  }
+}
+
+void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
+  extraClearance_[std::minmax(first, second)] += static_cast<float>(extra);
+  listed_ = false;
+}
+
+void Relaxation::demandWallClearance(std::int64_t id, double extra) {
+  for (Body& body : bodies_)
+    if (body.id == id) {
+      body.extraWallClearance += extra;
+      body.awayFromWallUntil = 0.0;
+    }
+}
+
+void Relaxation::remove(const std::vector<std::int64_t>& ids) {
+  const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
+  listed_ = false;
+}
+
+std::vector<Body> Relaxation::cells() const {
+  std::vector<Body> cells = bodies_;
+  std::sort(cells.begin(), cells.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+  for (Body& body : cells) body.position = wrapped(body.position, input_.bounds, input_.period);
+  return cells;
+}
+
+}  // namespace packmesh

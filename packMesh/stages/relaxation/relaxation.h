@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Relaxation: overlapping rigid cells are pushed apart, sweep by sweep.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "packMesh/distributed/block_grid.h"
+#include "packMesh/stages/relaxation/body.h"
+#include "packMesh/stages/relaxation/contact.h"
+#include "packMesh/stages/relaxation/pair_list.h"
+
+namespace packmesh {
+
+/// What relaxation works on; plain data.
+struct RelaxationInput {
+  std::vector<const Shape*> shapes;  ///< per species
+  std::vector<const Wall*> walls;    ///< per species; nullptr: none
+  Box bounds;
+  Vec3 period = Vec3::Zero();
+  double clearance = 0.0;      ///< gap aimed at between membranes [µm]
+  double wallClearance = 0.0;  ///< gap aimed at between membrane and wall [µm]
+  bool rotate = true;
+  std::uint64_t seed = 1;
+};
+
+/// Bodies, who is near whom, and the sweeps over them. The result of a sweep depends on the bodies and the
+/// input alone: pairs are worked on block by block in the order of the blocks' colours.
+class Relaxation {
+ public:
+  Relaxation(const RelaxationInput& input, std::vector<Body> bodies);
+
+  /// One Gauss-Seidel sweep over all near pairs and walls, after re-sorting the bodies into blocks if any has
+  /// moved too far since this was done last.
+  /// @param omega over-relaxation: the fraction of each penetration that either direction of a contact takes
+  /// away
+  SweepSums sweep(double omega);
+
+  /// Displaces every cell by a random vector of length up to `amplitude` [µm].
+  void kick(double amplitude);
+
+  /// A pair (ids) shall keep `extra` more clearance than it had [µm].
+  void demandClearance(std::int64_t first, std::int64_t second, double extra);
+  /// Cell `id` shall keep `extra` more clearance from the wall [µm].
+  void demandWallClearance(std::int64_t id, double extra);
+
+  /// Takes cells out. Pre: `ids` sorted.
+  void remove(const std::vector<std::int64_t>& ids);
+
+  /// The cells in the order of their ids, positions wrapped into the bounds.
+  std::vector<Body> cells() const;
+  /// The cells in their present order.
+  const std::vector<Body>& bodies() const { return bodies_; }
+
+  std::int64_t sweeps() const { return sweeps_; }
+  const SweepSums& lastSweep() const { return last_; }
+
+ private:
+  void refreshLists();
+  bool listsOutdated() const;
+
+  RelaxationInput input_;
+  ContactSolver solver_;
+  std::vector<double> radii_;  ///< per species [µm]
+  double largestRadius_;
+  BlockGrid blocks_;
+  std::vector<std::vector<int>> blocksOfColour_;
+  std::vector<Body> bodies_;             ///< sorted by block, then by id
+  std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
+  std::vector<Vec3> listedAt_;           ///< positions when the lists were made
+  PairList list_;
+  double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
+  std::int64_t listedInSweep_ = 0;
+  bool listed_ = false;
+  std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
+  std::int64_t sweeps_ = 0;
+  std::uint32_t kicks_ = 0;
+  SweepSums last_;
+};
+
+}  // namespace packmesh

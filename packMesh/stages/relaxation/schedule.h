@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file How hard to push, and for how long.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "packMesh/stages/relaxation/relaxation.h"
+
+namespace packmesh {
+
+/// What a schedule may use up, and whom it tells.
+struct ScheduleLimits {
+  std::int64_t maxSweeps = 0;                   ///< all sweeps of the Relaxation together
+  std::function<bool()> stop;                   ///< polled before every sweep
+  std::function<void(const char* stage)> tell;  ///< called after every sweep
+};
+
+/// Sweeps until no penetration is deeper than `tolerance` [µm].
+///
+/// First at full over-relaxation, which resolves everything up to a fraction of about 0.58. Above, full
+/// over-relaxation keeps the cells agitated: it acts as a temperature. So it is lowered slowly from 1.0, as
+/// in simulated annealing, over 1000 sweeps, then, starting hot again, over three times as many, and so on.
+/// @return whether it got there within the limits
+bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits);
+
+/// Sweeps a nearly resolved state until no penetration is deeper than `tolerance` [µm], at most `sweeps`
+/// times.
+bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits);
+
+}  // namespace packmesh

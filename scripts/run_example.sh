@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Sets up, builds and packs the pipe example. The result is left in build/examples/pipe.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+scripts/setup.sh
+scripts/build.sh
+
+case_folder=build/examples/pipe
+mkdir -p "$case_folder"
+cp examples/pipe/*.xml examples/pipe/*.stl "$case_folder/"
+cd "$case_folder"
+../../bin/packMesh config.xml --pov
+../../../scripts/render_packing cells.pov
+cat << MESSAGE
+
+The packed case is in $PWD
+  RBC.pos, PLT.pos   the cells, ready for HemoCell
+  cells.png          a picture of them
+MESSAGE

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Installs the packages of scripts/apt-packages.txt that are missing. Does nothing when none is.
+#   scripts/setup.sh          install
+#   scripts/setup.sh --list   print the packages, one a line
+# PACKMESH_SKIP_SETUP=1 skips it (libraries installed in another way).
+set -euo pipefail
+list="$(dirname "${BASH_SOURCE[0]}")/apt-packages.txt"
+mapfile -t packages < <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$list")
+
+if [[ ${1:-} == --list ]]; then
+  printf '%s\n' "${packages[@]}"
+  exit 0
+fi
+[[ ${PACKMESH_SKIP_SETUP:-0} == 1 ]] && exit 0
+
+if ! command -v apt-get > /dev/null || ! command -v dpkg-query > /dev/null; then
+  cat >&2 << MESSAGE
+(packMesh) (Error) This system has no apt-get, so the packages cannot be installed automatically.
+Install what corresponds to these Debian packages, then run this again with PACKMESH_SKIP_SETUP=1:
+  ${packages[*]}
+MESSAGE
+  exit 1
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null) || status=absent
+  [[ $status == installed ]] || missing+=("$package")
+done
+if [[ ${#missing[@]} -eq 0 ]]; then
+  echo "(packMesh) All ${#packages[@]} packages are installed."
+  exit 0
+fi
+
+echo "(packMesh) Installing: ${missing[*]}"
+as_root=()
+if [[ $(id -u) -ne 0 ]]; then
+  if ! command -v sudo > /dev/null; then
+    echo "(packMesh) (Error) Installing packages needs root or sudo. As root, run: apt-get install ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+install() {
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -q --no-install-recommends -o Dpkg::Use-Pty=0 "${missing[@]}"
+}
+# Package lists are fetched only when they are absent or too old to install from.
+if ! apt-cache show "${missing[@]}" &> /dev/null || ! install; then
+  "${as_root[@]}" apt-get update -q
+  if ! install; then
+    cat >&2 << MESSAGE
+(packMesh) (Error) apt-get could not install: ${missing[*]}
+packMesh is built and tested on Debian 12; other releases may name these packages differently.
+MESSAGE
+    exit 1
+  fi
+fi
