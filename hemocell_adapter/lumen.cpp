@@ -210,11 +210,23 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
     for (int k = 0; k < 3; ++k) nodes[k] = (*job.config->domain.boxNodes)[k];
   } else {
     nodes = (container.bounds().hi / dx).array().ceil() + 1;
+    for (int k = 0; k < 3; ++k) {
+      if (container.period()[k] > 0) nodes[k] = std::round(container.period()[k] / dx);
+    }
     nodes = nodes.cwiseMax(1.0);
     notices.push_back(fmt::format("the case's lattice is taken to have {} x {} x {} nodes; <container><nodes> states it",
                                   nodes[0], nodes[1], nodes[2]));
   }
   const std::array<int, 3> n = checkedNodes(nodes, job.config->file.string());
+  for (int k = 0; k < 3; ++k) {
+    const double period = container.period()[k];
+    constexpr double rounding = 1e-6;
+    if (period > 0 && std::abs(n[k] * dx - period) > rounding * period) {
+      throw InputError(fmt::format("the lumen repeats along {} every {:.15g} µm, but {} nodes at dx {:.15g} µm are {:.15g} µm: a "
+                                   "periodic case needs both to agree",
+                                   "xyz"[k], period, n[k], dx, n[k] * dx));
+    }
+  }
   auto lattice = std::make_shared<Lattice>(n, dx);
   const Wall* wall = container.wall();
   if (!wall) return lattice;
