@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file Containers with a closed form: boxes, cylinders, spheres.
+///
+/// Their distance() is that of the nearest wall (so outside an edge between two walls it is nearer than the
+/// true distance), their objection() is about vertices: they are convex. Touching counts as meeting. The
+/// surface() of a cylinder or sphere circumscribes it: whatever is in the lumen is inside that mesh.
 #pragma once
 
 #include <array>
@@ -15,7 +19,8 @@ std::unique_ptr<Container> makeBox(const Box& box, const std::array<bool, 3>& pe
 
 /// Round cylinder. `axis` 0, 1, 2 = x, y, z; `center` is the middle of the axis; ends are walls or periodic.
 /// @throws InputError when radius or length is not positive and finite
-std::unique_ptr<Container> makeCylinder(const Vec3& center, int axis, double radius, double length, bool periodicEnds);
+std::unique_ptr<Container> makeCylinder(const Vec3& center, int axis, double radius, double length,
+                                        bool periodicEnds);
 
 /// Sphere.
 /// @throws InputError when the radius is not positive and finite

@@ -54,4 +54,21 @@ std::vector<int> firstOfNearVertices(const std::vector<Vec3>& vertices, double d
   return first;
 }
 
+std::size_t removeUnusedVertices(TriangleMesh& mesh) {
+  std::vector<int> number(mesh.vertices.size(), -1);
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) number[v] = 0;
+  int kept = 0;
+  for (std::size_t v = 0; v < number.size(); ++v)
+    if (number[v] == 0) {
+      mesh.vertices[kept] = mesh.vertices[v];
+      number[v] = kept++;
+    }
+  const std::size_t removed = mesh.vertices.size() - kept;
+  mesh.vertices.resize(kept);
+  for (Triangle& t : mesh.triangles)
+    for (int& v : t) v = number[v];
+  return removed;
+}
+
 }  // namespace packmesh

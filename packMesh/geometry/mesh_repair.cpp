@@ -75,23 +75,6 @@ std::size_t removeCollapsed(TriangleMesh& mesh) {
   return before - mesh.triangles.size();
 }
 
-std::size_t removeUnused(TriangleMesh& mesh) {
-  std::vector<int> number(mesh.vertices.size(), -1);
-  for (const Triangle& t : mesh.triangles)
-    for (const int v : t) number[v] = 0;
-  int kept = 0;
-  for (std::size_t v = 0; v < number.size(); ++v)
-    if (number[v] == 0) {
-      mesh.vertices[kept] = mesh.vertices[v];
-      number[v] = kept++;
-    }
-  const std::size_t removed = mesh.vertices.size() - kept;
-  mesh.vertices.resize(kept);
-  for (Triangle& t : mesh.triangles)
-    for (int& v : t) v = number[v];
-  return removed;
-}
-
 /// Joins vertices on open edges that differ by rounding only, if no open edge is left then and nothing else
 /// comes to harm. Returns the number of vertices joined.
 std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults) {
@@ -116,7 +99,7 @@ std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults) {
   removeCollapsed(closed);
   const EdgeFaults left = findEdgeFaults(sortedSides(closed));
   if (left.open > 0 || left.crowded > 0) return 0;
-  removeUnused(closed);
+  removeUnusedVertices(closed);
   mesh = std::move(closed);
   return joined;
 }
@@ -269,7 +252,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   note(given - mesh.vertices.size(), "merged", "duplicate vertex", "duplicate vertices");
   note(removeCollapsed(mesh), "removed", "collapsed triangle", "collapsed triangles");
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
-  note(removeUnused(mesh), "removed", "unused vertex", "unused vertices");
+  note(removeUnusedVertices(mesh), "removed", "unused vertex", "unused vertices");
 
   std::vector<Side> sides = sortedSides(mesh);
   EdgeFaults faults = findEdgeFaults(sides);

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/vessel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "packMesh/container/vessel_ends.h"
+#include "packMesh/error.h"
+#include "packMesh/geometry/mesh_intersection.h"
+#include "packMesh/geometry/triangle_intersection.h"
+#include "packMesh/geometry/triangle_tree.h"
+#include "packMesh/geometry/vector_text.h"
+#include "packMesh/shape/distance_grid.h"
+#include "packMesh/tolerances.h"
+
+namespace packmesh {
+namespace {
+
+constexpr const char* axisName[3] = {"x", "y", "z"};
+
+/// The field is precise this far from the wall [µm], and covers the lumen and this margin around it.
+constexpr double preciseBand = 1.0, fieldMargin = 2.0;
+
+/// How far beyond the ends of a periodic vessel its images count as wall for the field [µm]: more than the
+/// radius of any blood cell.
+constexpr double imageReach = 12.0;
+
+/// How far the wall of a vessel with closed ends continues behind them for the field [µm].
+constexpr double closedReach = 2.0;
+
+/// Largest number of nodes of the field (256 MB); huge vessels get a coarser one.
+constexpr double mostNodes = 6.4e7;
+
+double spacingFor(const Box& region, double detail) {
+  double spacing = detail;
+  const auto nodes = [&] { return ((region.size() / spacing).array() + 2.0).prod(); };
+  while (nodes() > mostNodes) spacing *= std::max(1.01, std::cbrt(nodes() / mostNodes));
+  return spacing;
+}
+
+/// One vertex of each connected component.
+std::vector<int> componentSamples(const TriangleMesh& mesh) {
+  std::vector<int> root(mesh.vertices.size());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
+  std::vector<int> samples;
+  std::vector<char> seen(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    if (const int r = find(t[0]); !std::exchange(seen[r], 1)) samples.push_back(t[0]);
+  return samples;
+}
+
+class Vessel final : public Container, public Wall {
+ public:
+  Vessel(double volume, TriangleMesh closed, TriangleMesh wall, const std::optional<VesselEnds>& ends,
+         double detail)
+      : volume_(volume),
+        ends_(ends),
+        wall_(std::move(wall)),
+        walls_(wall_),
+        closed_(closed),
+        bounds_(boundingBox(closed)) {
+    if (ends_) {
+      bounds_.lo[ends_->axis] = ends_->lo;
+      bounds_.hi[ends_->axis] = ends_->hi;
+    }
+    for (const int v : componentSamples(wall_)) wallSamples_.push_back(wall_.vertices[v]);
+    Box region = bounds_.grownBy(fieldMargin);
+    if (ends_) {
+      region.lo[ends_->axis] = ends_->lo;
+      region.hi[ends_->axis] = ends_->hi;
+    }
+    const double spacing = spacingFor(region, detail);
+    if (!ends_)
+      field_ = sampleDistance(closed, region, spacing, preciseBand);
+    else if (ends_->periodic)
+      field_ = sampleDistance(withImages(wall_, ends_->axis, ends_->lo, ends_->hi, imageReach), region,
+                              spacing, preciseBand);
+    else
+      field_ = sampleDistance(wall_, region, spacing, preciseBand);
+  }
+
+  Box bounds() const override { return bounds_; }
+  Vec3 period() const override {
+    return periodic() ? Vec3((ends_->hi - ends_->lo) * Vec3::Unit(ends_->axis)) : Vec3(Vec3::Zero());
+  }
+  double volume() const override { return volume_; }
+  const Wall* wall() const override { return this; }
+  TriangleMesh surface() const override { return closed_.mesh(); }
+
+  std::string describe() const override {
+    const Vec3 size = bounds_.size();
+    std::string text = "vessel " + toText(size.x()) + " x " + toText(size.y()) + " x " + toText(size.z()) +
+                       " µm of " + std::to_string(closed_.mesh().triangles.size()) + " triangles";
+    if (ends_)
+      text += std::string(periodic() ? ", periodic along " : ", flat ends across ") + axisName[ends_->axis];
+    return text + ", distance field at " + toText(field_.spacing, 3) + " µm";
+  }
+
+  WallDistance distance(const Vec3& p) const override {
+    if (!ends_) return lumenSide(p);
+    const int k = ends_->axis;
+    const double lo = ends_->lo, hi = ends_->hi;
+    Vec3 at = p;
+    if (ends_->periodic) {
+      at[k] -= (hi - lo) * std::floor((at[k] - lo) / (hi - lo));
+      WallDistance result = lumenSide(at);
+      // Nothing is known of the images further away.
+      result.distance = std::min(result.distance, imageReach + std::min(at[k] - lo, hi - at[k]));
+      return result;
+    }
+    at[k] = std::clamp(at[k], lo, hi);
+    WallDistance result = lumenSide(at);
+    if (p[k] - lo < result.distance) result = {p[k] - lo, Vec3::Unit(k)};
+    if (hi - p[k] < result.distance) result = {hi - p[k], -Vec3::Unit(k)};
+    return result;
+  }
+
+  double slack() const override {
+    return field_.interpolationError() + tolerance::spreadErrorFraction * field_.spacing;
+  }
+
+  std::optional<std::string> objection(const TriangleMesh& cell) const override {
+    if (ends_ && !ends_->periodic)
+      for (const Vec3& v : cell.vertices)
+        if (!(v[ends_->axis] > ends_->lo && v[ends_->axis] < ends_->hi)) return "meets an end of the vessel";
+    const Box box = boundingBox(cell);
+    // A mesh may reach beyond the ends it repeats between: hence one image more on either side.
+    const int first = imageOf(box.lo) - periodic(), last = imageOf(box.hi) + periodic();
+    for (int image = first; image <= last; ++image)
+      if (meetsWall(cell, box, image)) return "meets the wall";
+    for (const int v : componentSamples(cell))
+      if (!contains(cell.vertices[v])) return "is outside the lumen";
+    for (int image = first; image <= last; ++image)
+      for (const Vec3& sample : wallSamples_)
+        if (box.contains(shifted(sample, image)) &&
+            isInside(shifted(sample, image), MeshHierarchy(cell), Placement()))
+          return "encloses a part of the wall";
+    return std::nullopt;
+  }
+
+ private:
+  WallDistance lumenSide(const Vec3& p) const {
+    const DistanceGrid::Sample sample = field_.sample(p);
+    return {-sample.distance, -sample.gradient};
+  }
+
+  bool periodic() const { return ends_ && ends_->periodic; }
+
+  /// The image of the vessel that p is in along its axis; 0 when it is not periodic.
+  int imageOf(const Vec3& p) const {
+    return periodic() ? static_cast<int>(std::floor((p[ends_->axis] - ends_->lo) / (ends_->hi - ends_->lo)))
+                      : 0;
+  }
+
+  Vec3 shifted(Vec3 p, int image) const {
+    if (image != 0) p[ends_->axis] += image * (ends_->hi - ends_->lo);
+    return p;
+  }
+
+  /// Whether a triangle of the cell meets a triangle of the wall's image, exactly.
+  bool meetsWall(const TriangleMesh& cell, const Box& box, int image) const {
+    const auto inWallFrame = [&](const Box& b) {
+      return Box{shifted(b.lo, -image), shifted(b.hi, -image)}.grownBy(tolerance::culling);
+    };
+    bool near = false;
+    walls_.forEachNear(inWallFrame(box), [&](int) { near = true; });
+    if (!near) return false;
+    bool meets = false;
+    for (std::size_t c = 0; c < cell.triangles.size() && !meets; ++c) {
+      const int n = static_cast<int>(c);
+      const Vec3 &a0 = cell.corner(n, 0), &a1 = cell.corner(n, 1), &a2 = cell.corner(n, 2);
+      const Box triangle{a0.cwiseMin(a1).cwiseMin(a2), a0.cwiseMax(a1).cwiseMax(a2)};
+      walls_.forEachNear(inWallFrame(triangle), [&](int w) {
+        meets =
+            meets || trianglesMeet(a0, a1, a2, shifted(wall_.corner(w, 0), image),
+                                   shifted(wall_.corner(w, 1), image), shifted(wall_.corner(w, 2), image));
+      });
+    }
+    return meets;
+  }
+
+  bool contains(const Vec3& p) const { return isInside(shifted(p, -imageOf(p)), closed_, Placement()); }
+
+  double volume_;
+  std::optional<VesselEnds> ends_;
+  TriangleMesh wall_;  ///< what cells must not meet: no caps where there are ends
+  TriangleTree walls_;
+  MeshHierarchy closed_;           ///< the lumen, closed at its ends
+  std::vector<Vec3> wallSamples_;  ///< a vertex of each component of the wall
+  Box bounds_;
+  DistanceGrid field_;
+};
+
+}  // namespace
+
+std::unique_ptr<Container> makeVessel(TriangleMesh surface, const std::optional<VesselEnds>& ends,
+                                      double detail) {
+  if (surface.triangles.empty()) throw MeshError("the mesh of the vessel has no triangles");
+  if (!(detail > 0.0) || !std::isfinite(detail))
+    throw InputError("the spacing of the vessel's distance field must be positive and finite, found " +
+                     toText(detail) + " µm");
+  const double volume = signedVolume(surface);
+  if (!ends) return std::make_unique<Vessel>(volume, surface, surface, ends, detail);
+
+  if (ends->axis < 0 || ends->axis > 2)
+    throw InputError("the axis of the vessel must be 0, 1 or 2, found " + std::to_string(ends->axis));
+  if (!(ends->lo < ends->hi) || !std::isfinite(ends->hi - ends->lo))
+    throw InputError("the vessel must end beyond where it begins, found " +
+                     std::string(axisName[ends->axis]) + " = " + toText(ends->lo) + " to " +
+                     toText(ends->hi) + " µm");
+  const OpenedVessel opened = openVessel(surface, ends->axis);
+  if (!(ends->lo < opened.hi && ends->hi > opened.lo))
+    throw InputError("the vessel's mesh (" + std::string(axisName[ends->axis]) + " = " + toText(opened.lo) +
+                     " to " + toText(opened.hi) + " µm) lies outside the container (" + toText(ends->lo) +
+                     " to " + toText(ends->hi) + " µm)");
+  TriangleMesh closed = opened.closedUntil(ends->lo, ends->hi);
+  if (ends->periodic) requireSameOutlines(closed, ends->axis, ends->lo, ends->hi);
+  TriangleMesh wall = ends->periodic ? opened.wallUntil(ends->lo, ends->hi)
+                                     : opened.wallUntil(ends->lo - closedReach, ends->hi + closedReach);
+  return std::make_unique<Vessel>(volume, std::move(closed), std::move(wall), ends, detail);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/vessel.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "packMesh/container/primitives.h"
+#include "packMesh/container/vessel_ends.h"
+#include "packMesh/error.h"
+#include "packMesh/geometry/closest_point.h"
+#include "packMesh/geometry/mesh_repair.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+using Catch::Contains;
+
+namespace {
+
+TriangleMesh moved(TriangleMesh mesh, const Vec3& by) {
+  for (Vec3& v : mesh.vertices) v += by;
+  return mesh;
+}
+
+TriangleMesh cellAt(const Vec3& p, double radius = 1.0) {
+  return sample::sphere(p, radius, 8, 10);
+}
+
+std::string verdict(const Wall& wall, const TriangleMesh& cell) {
+  return wall.objection(cell).value_or("none");
+}
+
+/// One inlet of 4 x 4 at x = 0 that forks into two outlets of 2 x 4 at x = 10; y in [-1, 7], z in [0, 4].
+TriangleMesh fork() {
+  return moved(sample::voxels(10, 1.0,
+                              [](int i, int j, int k) {
+                                if (k >= 4) return false;
+                                return i < 4 ? j >= 2 && j < 6 : i < 6 ? j < 8 : j < 2 || (j >= 6 && j < 8);
+                              }),
+               {0, -1, 0});
+}
+
+TriangleMesh swaying(double x1) {
+  return sample::tube(
+      0.0, x1, 61, 24, [](double x) { return Vec3(x, 3.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
+      [](double x) { return 4.0 + std::cos(2.0 * M_PI * x / 30.0); });
+}
+
+void checkClosed(const Container& vessel) {
+  TriangleMesh mesh = vessel.surface();
+  REQUIRE(repairClosed(mesh, "surface").empty());
+}
+
+}  // namespace
+
+TEST_CASE("A vessel made of a tube is a cylinder", "[container]") {
+  const TriangleMesh tube = sample::straightTube(0.0, 20.0, 5.0, 21, 200);
+  for (const bool periodic : {false, true})
+    for (const double beyond : {0.0, 0.75, -1.5}) {
+      const VesselEnds ends{0, -beyond, 20.0 + beyond, periodic};
+      const auto vessel = makeVessel(tube, ends, 0.25);
+      const auto cylinder = makeCylinder({10, 0, 0}, 0, 5.0, 20.0 + 2.0 * beyond, periodic);
+      checkClosed(*vessel);
+      REQUIRE(vessel->period().isApprox(cylinder->period()));
+      REQUIRE(vessel->bounds().lo.isApprox(cylinder->bounds().lo, 1e-3));
+      REQUIRE(vessel->bounds().hi.isApprox(cylinder->bounds().hi, 1e-3));
+      REQUIRE(vessel->volume() == Approx(M_PI * 25.0 * 20.0).epsilon(1e-3));
+      std::mt19937 random(4);
+      std::uniform_real_distribution<double> x(-6.0, 26.0), y(-6.0, 6.0);
+      for (int n = 0; n < 3000; ++n) {
+        const Vec3 p(x(random), y(random), y(random));
+        const WallDistance found = vessel->wall()->distance(p), expected = cylinder->wall()->distance(p);
+        REQUIRE(found.distance <= expected.distance + vessel->wall()->slack());
+        if (std::abs(expected.distance) > 1.0) {
+          REQUIRE(found.distance * expected.distance > 0.0);
+          continue;
+        }
+        REQUIRE(found.distance == Approx(expected.distance).margin(0.01));
+        const double radial = 5.0 - p.tail<2>().norm(),
+                     axial = std::min(p.x() + beyond, 20.0 + beyond - p.x());
+        if (periodic || std::abs(radial - axial) > 0.02)
+          REQUIRE((found.gradient - expected.gradient).norm() < 0.06);
+      }
+      for (int n = 0; n < 400; ++n) {
+        const TriangleMesh cell = cellAt({x(random), 0.8 * y(random), 0.8 * y(random)});
+        const auto found = vessel->wall()->objection(cell), expected = cylinder->wall()->objection(cell);
+        double margin = 1.0;  // of the outermost vertex
+        for (const Vec3& v : cell.vertices) margin = std::min(margin, std::abs(5.0 - v.tail<2>().norm()));
+        if (margin > 0.002) REQUIRE(found.has_value() == expected.has_value());
+      }
+    }
+}
+
+TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
+  TriangleMesh mesh = sample::sphere({0, 0, 0}, 8.0, 24, 30);
+  sample::append(mesh, sample::sphere({2, 0, 0}, 1.5, 12, 16));
+  repairClosed(mesh, "vessel");
+  const auto vessel = makeVessel(mesh, std::nullopt, 0.2);
+  REQUIRE(vessel->volume() == Approx(signedVolume(mesh)));
+  REQUIRE(vessel->period() == Vec3::Zero());
+  const Wall& wall = *vessel->wall();
+  REQUIRE(wall.distance({2, 0, 0}).distance < 0.0);
+  REQUIRE(wall.distance({-2, 0, 0}).distance == Approx(2.5).margin(0.1));
+  REQUIRE(wall.distance({9, 0, 0}).distance == Approx(-1.0).margin(0.1));
+  REQUIRE_FALSE(wall.objection(cellAt({-3, 0, 0})));
+  REQUIRE(verdict(wall, cellAt({-7, 0, 0}, 2.0)) == "meets the wall");
+  REQUIRE(verdict(wall, cellAt({3.5, 0, 0}, 0.7)) == "meets the wall");
+  REQUIRE(verdict(wall, cellAt({2, 0, 0}, 1.0)) == "is outside the lumen");
+  REQUIRE(verdict(wall, cellAt({20, 0, 0}, 1.0)) == "is outside the lumen");
+  REQUIRE(verdict(wall, cellAt({2, 0, 0}, 3.0)) == "encloses a part of the wall");
+  REQUIRE(verdict(wall, cellAt({0, 0, 0}, 20.0)) == "is outside the lumen");
+  // A cell of two parts, of which one is elsewhere.
+  TriangleMesh two = cellAt({-3, 0, 0});
+  sample::append(two, cellAt({-20, 0, 0}));
+  REQUIRE(wall.objection(two));
+}
+
+TEST_CASE("Touching the wall of a vessel is meeting it, exactly", "[container]") {
+  const auto vessel = makeVessel(sample::box({0, 0, 0}, {10, 10, 10}), VesselEnds{0, 0.0, 10.0, true}, 0.5);
+  REQUIRE(vessel->wall()->objection(sample::box({2, 0, 3}, {3, 1, 4})));
+  REQUIRE_FALSE(vessel->wall()->objection(sample::box({2, 1e-300, 3}, {3, 1, 4})));
+  REQUIRE_FALSE(vessel->wall()->objection(sample::box({-2, 1e-12, 3}, {3, 1, 4})));
+  REQUIRE(vessel->wall()->objection(sample::box({-2, 0, 3}, {3, 1, 4})));
+  REQUIRE_FALSE(vessel->wall()->objection(sample::box({1002, 0.1, 3}, {1013, 1, 4})));
+  REQUIRE(vessel->wall()->objection(sample::box({1002, 0, 3}, {1013, 1, 4})));
+  const auto closed = makeVessel(sample::box({0, 0, 0}, {10, 10, 10}), VesselEnds{0, 0.0, 10.0, false}, 0.5);
+  REQUIRE(verdict(*closed->wall(), sample::box({0, 1, 3}, {3, 2, 4})) == "meets an end of the vessel");
+  REQUIRE_FALSE(closed->wall()->objection(sample::box({1e-300, 1, 3}, {3, 2, 4})));
+}
+
+TEST_CASE("A periodic vessel that bends continues as its own image", "[container]") {
+  const TriangleMesh tube = swaying(30.0);
+  const auto vessel = makeVessel(tube, VesselEnds{0, 0.0, 30.0, true}, 0.2);
+  checkClosed(*vessel);
+  // Three periods in one mesh say what is true.
+  const TriangleMesh longer = sample::tube(
+      -30.0, 60.0, 181, 24, [](double x) { return Vec3(x, 3.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
+      [](double x) { return 4.0 + std::cos(2.0 * M_PI * x / 30.0); });
+  const ClosestPoint truth(longer);
+  const auto whole = makeVessel(longer, std::nullopt, 1.0);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> x(-4.0, 34.0), y(-8.0, 8.0);
+  for (int n = 0; n < 3000; ++n) {
+    const Vec3 p(x(random), y(random), y(random));
+    const double expected = -truth.signedDistance(p), found = vessel->wall()->distance(p).distance;
+    REQUIRE(found <= expected + vessel->wall()->slack());
+    if (std::abs(expected) < 1.0) REQUIRE(found == Approx(expected).margin(0.04));
+  }
+  int inside = 0;
+  for (int n = 0; n < 500; ++n) {
+    const TriangleMesh cell = cellAt({x(random), 0.7 * y(random), 0.5 * y(random)}, 1.5);
+    const bool found = vessel->wall()->objection(cell).has_value();
+    REQUIRE(found == whole->wall()->objection(cell).has_value());
+    REQUIRE(found == vessel->wall()->objection(moved(cell, {60.0, 0.0, 0.0})).has_value());
+    inside += !found;
+  }
+  REQUIRE(inside > 50);
+}
+
+TEST_CASE("A vessel may have several flat outlets in one plane", "[container]") {
+  const auto vessel = makeVessel(fork(), VesselEnds{0, -1.0, 12.0, false}, 0.25);
+  checkClosed(*vessel);
+  REQUIRE(vessel->volume() == Approx(signedVolume(fork())));
+  const Wall& wall = *vessel->wall();
+  REQUIRE(wall.distance({11.0, 0.0, 2.0}).distance == Approx(1.0).margin(0.15));
+  REQUIRE(wall.distance({11.0, 6.0, 2.0}).distance == Approx(1.0).margin(0.15));
+  REQUIRE(wall.distance({11.0, 3.0, 2.0}).distance == Approx(-2.0).margin(0.15));
+  REQUIRE(wall.distance({-0.5, 3.0, 2.0}).distance == Approx(0.5).margin(1e-6));
+  REQUIRE(wall.distance({11.75, 0.0, 2.0}).distance == Approx(0.25).margin(1e-6));
+  REQUIRE_FALSE(wall.objection(cellAt({10.0, 0.0, 2.0}, 0.9)));
+  REQUIRE_FALSE(wall.objection(cellAt({10.0, 6.0, 2.0}, 0.9)));
+  REQUIRE_FALSE(wall.objection(cellAt({0.0, 3.0, 2.0}, 0.9)));
+  REQUIRE(verdict(wall, cellAt({8.0, 3.0, 2.0}, 0.9)) == "is outside the lumen");
+  REQUIRE(verdict(wall, cellAt({10.0, 0.0, 2.0}, 1.1)) == "meets the wall");
+  REQUIRE(verdict(wall, cellAt({11.5, 0.0, 2.0}, 0.9)) == "meets an end of the vessel");
+  CHECK_THROWS_WITH(makeVessel(fork(), VesselEnds{0, 0.0, 10.0, true}, 0.5),
+                    Contains("must have the same outline (x = 0 and 10 µm)"));
+  // Periodic along z it is an extruded letter.
+  const auto extruded = makeVessel(fork(), VesselEnds{2, -0.25, 4.25, true}, 0.25);
+  checkClosed(*extruded);
+  REQUIRE_FALSE(extruded->wall()->objection(cellAt({5.0, 3.0, 4.25}, 0.9)));
+}
+
+TEST_CASE("A periodic vessel may run along any axis and have differently cut outlines of one shape",
+          "[container]") {
+  // A square tube along z whose ends have different vertices.
+  std::vector<std::vector<Vec3>> rings(2);
+  for (int k = 0; k < 8; ++k) {
+    const double half = 3.0;
+    const Vec3 corner[4] = {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
+    const Vec3 a = corner[k / 2], b = corner[(k / 2 + 1) % 4];
+    rings[0].push_back(k % 2 ? Vec3(0.5 * (a + b)) : a);
+    rings[1].push_back((k % 2 ? Vec3(0.7 * a + 0.3 * b) : a) + Vec3(0, 0, 9));
+  }
+  const auto vessel = makeVessel(sample::sweep(rings), VesselEnds{2, 0.0, 9.0, true}, 0.25);
+  REQUIRE(vessel->wall()->distance({2.5, 0.0, 0.1}).distance == Approx(0.5).margin(0.01));
+  REQUIRE_FALSE(vessel->wall()->objection(cellAt({0.0, 0.0, 9.0}, 2.5)));
+  REQUIRE(vessel->wall()->objection(cellAt({0.0, 1.0, 9.0}, 2.5)));
+}
+
+TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {
+  const TriangleMesh tube = sample::straightTube(0.0, 20.0, 5.0, 11, 16);
+  CHECK_THROWS_WITH(makeVessel({}, std::nullopt, 0.25), Contains("no triangles"));
+  CHECK_THROWS_WITH(makeVessel(tube, std::nullopt, 0.0), Contains("spacing of the vessel's distance field"));
+  CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{4, 0, 20, true}, 0.25), Contains("axis"));
+  CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 20, 0, true}, 0.25),
+                    Contains("must end beyond where it begins"));
+  CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 30, 40, true}, 0.25),
+                    Contains("lies outside the container"));
+  CHECK_THROWS_WITH(makeVessel(sample::sphere(Vec3::Zero(), 5.0, 10, 16), VesselEnds{0, -5, 5, false}, 0.25),
+                    Contains("no flat end across x at x = -"));
+  const TriangleMesh cone = sample::tube(
+      0.0, 20.0, 11, 16, [](double x) { return Vec3(x, 0, 0); }, [](double x) { return 5.0 - 0.1 * x; });
+  CHECK_THROWS_WITH(
+      makeVessel(cone, VesselEnds{0, -1, 21, true}, 0.25),
+      Contains("must have the same outline (x = -1 and 21 µm)") && Contains("they differ by 2 µm"));
+  CHECK_NOTHROW(makeVessel(cone, VesselEnds{0, -1, 21, false}, 0.5));
+  const TriangleMesh shifted = sample::tube(
+      0.0, 20.0, 11, 16, [](double x) { return Vec3(x, 0.01 * x, 0); }, [](double) { return 5.0; });
+  CHECK_THROWS_WITH(makeVessel(shifted, VesselEnds{0, 0, 20, true}, 0.5), Contains("same outline"));
+}
+
+TEST_CASE("A vessel describes itself, and a huge one gets a coarser field", "[container]") {
+  const auto vessel =
+      makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, true}, 0.25);
+  REQUIRE(vessel->describe() ==
+          "vessel 21.5 x 10 x 10 µm of 352 triangles, periodic along x, distance field at 0.25 µm");
+}
