@@ -50,6 +50,7 @@ void takeSettings(Job& job, const Settings& s) {
   job.redCellVolume = s.redCellVolume;
   job.periodicEnds = s.periodicEnds;
   job.walls = s.walls;
+  job.maxIterations = s.maxIterations;
   take(job.fluidVolume, s.fluidVolume);
   take(job.keepAll, s.keepAll);
   take(job.dx, s.dx);
@@ -58,7 +59,6 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.seed, s.seed);
   take(job.rotate, s.rotate);
   take(job.maxSeconds, s.maxSeconds);
-  take(job.maxIterations, s.maxIterations);
   take(job.bestEffort, s.bestEffort);
   take(job.outputDirectory, s.outputDirectory);
   take(job.povScene, s.povScene);

@@ -9,7 +9,6 @@
 
 #include "hemocell_adapter/case_config.h"
 #include "hemocell_adapter/command_line.h"
-#include "packMesh/tolerances.h"
 
 namespace packmesh::hemocell {
 
@@ -46,11 +45,11 @@ struct Job {
   std::optional<std::string> walls;
   bool keepAll = false;
 
-  double clearance = tolerance::defaultClearance, wallClearance = tolerance::defaultClearance;  ///< [µm]
+  double clearance = 0.0, wallClearance = 0.0;  ///< [µm]
   std::uint64_t seed = 1;
   bool rotate = true;
-  double maxSeconds = 0.0;
-  std::int64_t maxIterations = 0;
+  double maxSeconds = 0.0;                    ///< 0: no limit
+  std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
   bool bestEffort = false;
 
   std::filesystem::path outputDirectory;

@@ -73,31 +73,7 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells) {
   return kept;
 }
 
-/// The cells to write, with a certificate of exactly these.
-struct Outputs {
-  std::vector<PlacedCell> cells;
-  std::vector<Pose> poses;
-  Certificate certificate;
-};
-
-Outputs subsetOf(const PackingResult& result, const Scene& scene) {
-  Outputs subset;
-  for (const std::int64_t i : result.certifiedSubset) {
-    subset.cells.push_back(result.cells[i]);
-    subset.poses.push_back(result.poses[i]);
-  }
-  CertificateInput input;
-  input.container = scene.lumen.container.get();
-  input.cells = &subset.cells;
-  for (const SceneSpecies& species : scene.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(species.wall ? species.wall.get() : scene.lumen.container->wall());
-  }
-  subset.certificate = certify(input);
-  return subset;
-}
-
-void write(const Job& job, const Scene& scene, const Outputs& outputs) {
+void write(const Job& job, const Scene& scene, const PackingResult& result) {
   try {
     std::error_code error;
     fs::create_directories(job.outputDirectory, error);
@@ -105,8 +81,8 @@ void write(const Job& job, const Scene& scene, const Outputs& outputs) {
     AtomicFiles files;
     for (std::size_t s = 0; s < scene.species.size(); ++s) {
       std::vector<PosLine> lines;
-      for (std::size_t i = 0; i < outputs.cells.size(); ++i) {
-        if (outputs.cells[i].species == int(s)) lines.push_back(posLineOf(outputs.poses[i]));
+      for (std::size_t i = 0; i < result.cells.size(); ++i) {
+        if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
       }
       if (scene.species[s].count > 0) files.add(job.outputDirectory / (scene.species[s].job.name + ".pos"), formatPos(lines));
     }
@@ -116,7 +92,7 @@ void write(const Job& job, const Scene& scene, const Outputs& outputs) {
   }
 }
 
-void writePicture(const Job& job, const Scene& scene, const Outputs& outputs) {
+void writePicture(const Job& job, const Scene& scene, const PackingResult& result) {
   std::vector<const Shape*> shapes;
   std::vector<std::string> names;
   for (const SceneSpecies& species : scene.species) {
@@ -124,7 +100,7 @@ void writePicture(const Job& job, const Scene& scene, const Outputs& outputs) {
     names.push_back(species.job.name);
   }
   try {
-    writePovScene(job.outputDirectory / "cells.pov", shapes, names, outputs.cells, *scene.lumen.container);
+    writePovScene(job.outputDirectory / "cells.pov", shapes, names, result.cells, *scene.lumen.container);
   } catch (const InputError& error) {
     throw OutputError(error.what());
   }
@@ -155,7 +131,7 @@ ExitCode endInterrupted() {
 
 /// What was reached when not everything could be.
 std::string reachedText(const Job& job, const Scene& scene, const PackingResult& result) {
-  const Tally tally = tallyOf(scene, result.cells, &result.certifiedSubset);
+  const Tally tally = tallyOf(scene, result.cells);
   std::string counts;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count, scene.species[s].job.name);
@@ -182,36 +158,32 @@ ExitCode runPacking(const Job& job) {
   ProgressLog progress;
   const PackingResult result = pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
   if (result.outcome == Outcome::interrupted || interrupted()) return endInterrupted();
-  Outputs outputs;
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result);
-    if (!job.bestEffort || result.certifiedSubset.empty()) {
-      log::error(reached + (result.certifiedSubset.empty() ? "; nothing was written"
+    if (!job.bestEffort || result.cells.empty()) {
+      log::error(reached + (result.cells.empty() ? "; nothing was written"
                                                            : "; nothing was written (--best-effort writes that one)"));
       return ExitCode::outOfReach;
     }
     log::warning(reached + "; writing that one (--best-effort)");
-    outputs = subsetOf(result, scene);
-  } else {
-    outputs = {result.cells, result.poses, result.certificate};
   }
-  const Kept kept = keptOf(scene, outputs.cells);
+  const Kept kept = keptOf(scene, result.cells);
   const bool allKept = kept.reasons.empty();
   const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
-  if (!outputs.certificate.clean() || (promised && !allKept)) {
+  if (!result.certificate.clean() || (promised && !allKept)) {
     log::error(fmt::format("the packing does not hold ({} overlapping pairs, {} cells misplaced, HemoCell would drop some: "
                            "{}); nothing was written. This is a fault of packMesh; please report it with the command",
-                           outputs.certificate.overlapping.size(), outputs.certificate.misplaced.size(),
+                           result.certificate.overlapping.size(), result.certificate.misplaced.size(),
                            allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
-  write(job, scene, outputs);
-  for (const std::string& line : footLines(job, scene, outputs.cells, outputs.certificate, kept, stopwatch.elapsed())) log::info(line);
+  write(job, scene, result);
+  for (const std::string& line : footLines(job, scene, result.cells, result.certificate, kept, stopwatch.elapsed())) log::info(line);
   for (const SceneSpecies& species : scene.species) {
     if (species.count > 0) log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
   }
   warnOfStaleFiles(job, scene);
-  if (job.povScene) writePicture(job, scene, outputs);
+  if (job.povScene) writePicture(job, scene, result);
   return ExitCode::ok;
 }
 

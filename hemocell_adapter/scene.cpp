@@ -99,7 +99,7 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   problem.seed = job.seed;
   problem.rotate = job.rotate;
   problem.limits.maxSeconds = job.maxSeconds;
-  problem.limits.maxSweeps = job.maxIterations;
+  if (job.maxIterations) problem.limits.maxSweeps = *job.maxIterations;
   problem.written = [](const Pose& pose) { return placementOf(posLineOf(pose)); };
   problem.interrupted = std::move(interrupted);
   problem.progress = std::move(progress);

@@ -182,9 +182,11 @@ std::vector<Setting> lumenSettings() {
 
 std::vector<Setting> packingSettings() {
   return {
-      {"clearance", 0, "clearance", false, {clearance()}, "0.02", "gap kept between membranes", Topic::packing,
+      {"clearance", 0, "clearance", false, {clearance()}, "0: they do not meet",
+       "least gap between membranes", Topic::packing,
        false, [](Settings& s, const Values& v) { s.clearance = real(v[0]); }},
-      {"wall-clearance", 0, "wallClearance", false, {clearance()}, "0.02", "gap kept between membrane and wall",
+      {"wall-clearance", 0, "wallClearance", false, {clearance()}, "0: they do not meet",
+       "least gap between membrane and wall",
        Topic::packing, false, [](Settings& s, const Values& v) { s.wallClearance = real(v[0]); }},
       {"seed", 0, "seed", false, {seed()}, "1", "another seed, another packing; same seed, same bytes",
        Topic::packing, false, [](Settings& s, const Values& v) { s.seed = std::uint64_t(whole(v[0])); }},
@@ -194,7 +196,7 @@ std::vector<Setting> packingSettings() {
        Topic::packing, false, [](Settings& s, const Values& v) { s.rotate = yes(v[0]); }},
       {"max-time", 0, "maxTime", false, {number("s", "s", 0, true, 1e9)}, "no limit", "give up after this time",
        Topic::limits, false, [](Settings& s, const Values& v) { s.maxSeconds = real(v[0]); }},
-      {"max-iterations", 0, "maxIterations", false, {integer("n", "sweeps", 1, 1e15)}, "the method's own",
+      {"max-iterations", 0, "maxIterations", false, {integer("n", "sweeps", 1, 1e15)}, "100000",
        "give up after so many relaxation sweeps", Topic::limits, false,
        [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},
       {"maxiter", 0, "", false, {integer("n", "sweeps", 1, 1e15)}, "", "packCells' name of --max-iterations",
