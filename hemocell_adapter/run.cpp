@@ -36,7 +36,8 @@ void requireWritable(const fs::path& folder) {
   fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder);
   while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
   if (!fs::is_directory(existing, ignored)) {
-    throw OutputError(fmt::format("{}: is not a folder; the .pos files cannot be written there", existing.string()));
+    throw OutputError(
+        fmt::format("{}: is not a folder; the .pos files cannot be written there", existing.string()));
   }
   if (access(existing.c_str(), W_OK | X_OK) != 0) {
     throw OutputError(fmt::format("{}: the folder is not writable", existing.string()));
@@ -52,9 +53,10 @@ void warnOfStaleFiles(const Job& job, const Scene& scene) {
     bool ours = false;
     for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.count > 0);
     if (!ours) {
-      log::warning(fmt::format("{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
-                               "is meant",
-                               entry.path().string()));
+      log::warning(fmt::format(
+          "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
+          "is meant",
+          entry.path().string()));
     }
   }
 }
@@ -77,14 +79,17 @@ void write(const Job& job, const Scene& scene, const PackingResult& result) {
   try {
     std::error_code error;
     fs::create_directories(job.outputDirectory, error);
-    if (error) throw InputError(fmt::format("{}: the folder cannot be made: {}", job.outputDirectory.string(), error.message()));
+    if (error)
+      throw InputError(
+          fmt::format("{}: the folder cannot be made: {}", job.outputDirectory.string(), error.message()));
     AtomicFiles files;
     for (std::size_t s = 0; s < scene.species.size(); ++s) {
       std::vector<PosLine> lines;
       for (std::size_t i = 0; i < result.cells.size(); ++i) {
         if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
       }
-      if (scene.species[s].count > 0) files.add(job.outputDirectory / (scene.species[s].job.name + ".pos"), formatPos(lines));
+      if (scene.species[s].count > 0)
+        files.add(job.outputDirectory / (scene.species[s].job.name + ".pos"), formatPos(lines));
     }
     files.commit();
   } catch (const InputError& error) {
@@ -115,8 +120,9 @@ class ProgressLog {
     const double pause = log::level() == log::Level::verbose ? 1.0 : 10.0;  // [s]
     if (now - last_ < pause) return;
     last_ = now;
-    log::info(fmt::format("{}: sweep {}, scale {:.3f}, worst overlap {:.4f} µm, {} pairs unresolved", progress.stage,
-                          progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved));
+    log::info(fmt::format("{}: sweep {}, scale {:.3f}, worst overlap {:.4f} µm, {} pairs unresolved",
+                          progress.stage, progress.sweep, progress.scale, progress.worstOverlap,
+                          progress.unresolved));
   }
 
  private:
@@ -134,12 +140,15 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
   const Tally tally = tallyOf(scene, result.cells);
   std::string counts;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count, scene.species[s].job.name);
+    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
+                          scene.species[s].job.name);
   }
-  return fmt::format("out of reach within the limits ({} sweeps{}): the densest certified packing has hematocrit {:.4f} of the "
-                     "{} ({})",
-                     result.statistics.sweeps, job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
-                     tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
+  return fmt::format(
+      "out of reach within the limits ({} sweeps{}): the densest certified packing has hematocrit {:.4f} of "
+      "the "
+      "{} ({})",
+      result.statistics.sweeps, job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
+      tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
 }  // namespace
@@ -156,13 +165,14 @@ ExitCode runPacking(const Job& job) {
   if (interrupted()) return endInterrupted();
 
   ProgressLog progress;
-  const PackingResult result = pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
+  const PackingResult result =
+      pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
   if (result.outcome == Outcome::interrupted || interrupted()) return endInterrupted();
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result);
     if (!job.bestEffort || result.cells.empty()) {
       log::error(reached + (result.cells.empty() ? "; nothing was written"
-                                                           : "; nothing was written (--best-effort writes that one)"));
+                                                 : "; nothing was written (--best-effort writes that one)"));
       return ExitCode::outOfReach;
     }
     log::warning(reached + "; writing that one (--best-effort)");
@@ -171,16 +181,20 @@ ExitCode runPacking(const Job& job) {
   const bool allKept = kept.reasons.empty();
   const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
   if (!result.certificate.clean() || (promised && !allKept)) {
-    log::error(fmt::format("the packing does not hold ({} overlapping pairs, {} cells misplaced, HemoCell would drop some: "
-                           "{}); nothing was written. This is a fault of packMesh; please report it with the command",
-                           result.certificate.overlapping.size(), result.certificate.misplaced.size(),
-                           allKept ? "no" : kept.reasons.front().first));
+    log::error(fmt::format(
+        "the packing does not hold ({} overlapping pairs, {} cells misplaced, HemoCell would drop some: "
+        "{}); nothing was written. This is a fault of packMesh; please report it with the command",
+        result.certificate.overlapping.size(), result.certificate.misplaced.size(),
+        allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
   write(job, scene, result);
-  for (const std::string& line : footLines(job, scene, result.cells, result.certificate, kept, stopwatch.elapsed())) log::info(line);
+  for (const std::string& line :
+       footLines(job, scene, result.cells, result.certificate, kept, stopwatch.elapsed()))
+    log::info(line);
   for (const SceneSpecies& species : scene.species) {
-    if (species.count > 0) log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
+    if (species.count > 0)
+      log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
   }
   warnOfStaleFiles(job, scene);
   if (job.povScene) writePicture(job, scene, result);
