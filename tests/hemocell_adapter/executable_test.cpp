@@ -202,7 +202,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {h, 2, "tube.stl", file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
       {h, 2, "RBC.xml", [](const fs::path& folder) { fs::remove(folder / "RBC.xml"); }},
       {h, 2, "RBC.xml", file("RBC.xml", cellXml("RBC", -1, 600, ""))},
-      {h, 2, "larger than the lumen", file("RBC.xml", cellXml("RBC", 39, 600, ""))},
+      {"config.xml --rbc 1", 2, "larger than the lumen", file("RBC.xml", cellXml("RBC", 39, 600, ""))},
       {"config.xml", 1, "how many cells?"},
       {"config.xml --wbc 2", 2, "WBC.xml"},
       {"config.xml --hematocrit 0.2 --plt_ratio 0.1", 2, "PLT.xml",
