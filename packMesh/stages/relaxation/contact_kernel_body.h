@@ -42,12 +42,14 @@ inline Lanes quarterOf(const Point& g) {
   return 0.25f * (g.x * g.x + g.y * g.y + g.z * g.z);
 }
 
-/// F = y² - P(s).
+/// F = y² - P(s); beyond the rim (s > 1) P goes on straight.
 inline Level closedForm(const FieldView& field, const Point& q) {
   const Lanes s = field.a * q.x * q.x + field.c * q.z * q.z;
+  const Lanes onDisc = smaller(s, splat(1.0f));
   Lanes value = splat(field.p[5]), slope = splat(5.0f * field.p[5]);
-  for (int k = 4; k >= 0; --k) value = value * s + field.p[k];
-  for (int k = 4; k >= 1; --k) slope = slope * s + static_cast<float>(k) * field.p[k];
+  for (int k = 4; k >= 0; --k) value = value * onDisc + field.p[k];
+  for (int k = 4; k >= 1; --k) slope = slope * onDisc + static_cast<float>(k) * field.p[k];
+  value += slope * (s - onDisc);
   Level level;
   level.f = q.y * q.y - value;
   const Lanes radial = -2.0f * slope;
@@ -56,8 +58,9 @@ inline Level closedForm(const FieldView& field, const Point& q) {
   return level;
 }
 
-/// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)): exact for spheres, within 0.0006 µm of the distance near the
-/// surface of a red cell; the smaller root of d² - |grad F| d + F = 0.
+/// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0: exact for
+/// spheres, within 0.0006 µm of the distance near the surface of a red cell; outside between 0.5 and 2 times
+/// the distance for all ellipsoids and red cells.
 inline Lanes closedFormDistance(const Level& level) {
   const Lanes denominator =
       squareRoot(level.quarter) + squareRoot(larger(level.quarter - level.f, splat(0.0f)));
@@ -115,35 +118,55 @@ inline Level sampled(const FieldView& field, const Point& q) {
 }  // namespace
 
 void contact(const SampleView& samples, const RelativeFrame& frame, const FieldView& field, float clearance,
-             ContactSums& out) {
+             float margin, ClusterMask& mask, ContactSums& out) {
+  const bool everywhere = mask == allClusters;
+  const float limit = everywhere ? clearance + margin : clearance;
+  // The closed form overestimates distances outside, by less than twice.
+  const float doubtfulLimit = everywhere ? clearance + 2.0f * margin : clearance;
+  ClusterMask near = 0;
   Lanes weight = splat(0.0f), px = weight, py = weight, pz = weight, nx = weight, ny = weight, nz = weight,
         deepest = weight;
   Lanes nearest = splat(1e30f);
   bool touching = false;
   for (int group = 0; group < samples.clusters; group += width) {
-    const Point center = transform(frame, load(samples.centerX + group), load(samples.centerY + group),
-                                   load(samples.centerZ + group));
-    const Lanes apart = lowerBound(field, center) - frame.scale * load(samples.radius + group);
-    const Mask close = apart < splat(clearance);
-    nearest = smaller(nearest, select(close, nearest, apart));
-    unsigned members = bitsOf(close);
-    if (samples.clusters - group < width) members &= (1u << (samples.clusters - group)) - 1u;
+    const int count = samples.clusters - group < width ? samples.clusters - group : width;
+    unsigned members = 0;
+    if (everywhere) {
+      const Point center = transform(frame, load(samples.centerX + group), load(samples.centerY + group),
+                                     load(samples.centerZ + group));
+      const Lanes apart = lowerBound(field, center) - frame.scale * load(samples.radius + group);
+      const Mask close = apart < splat(limit);
+      nearest = smaller(nearest, select(close, nearest, apart));
+      members = bitsOf(close) & ((1u << count) - 1u);
+    } else if (samples.clustersPerBit == 1) {
+      members = static_cast<unsigned>(mask >> group) & ((1u << count) - 1u);
+    } else {
+      for (int k = 0; k < count; ++k)
+        members |= static_cast<unsigned>(mask >> ((group + k) / samples.clustersPerBit) & 1u) << k;
+    }
     for (; members != 0; members &= members - 1) {
-      const int member = __builtin_ctz(members);
-      const int first = (group + member) * width;
+      const int cluster = group + __builtin_ctz(members);
+      const int first = cluster * width;
       const Point q =
           transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
       const Level level = field.onGrid ? sampled(field, q) : closedForm(field, q);
       if (!field.onGrid) {
-        // Is any point nearer than the clearance? d < c where d² - |grad F| d + F = 0, without roots.
-        const Lanes f = level.f + clearance * clearance;
-        const Mask near = (f < splat(0.0f)) | (f * f < (4.0f * clearance * clearance) * level.quarter);
-        if (touching && bitsOf(near) == 0) continue;
+        // Is any point nearer than the limit? d < c where d² - |grad F| d + F = 0, without roots.
+        const Lanes f = level.f + doubtfulLimit * doubtfulLimit;
+        const Mask within =
+            (f < splat(0.0f)) | (f * f < (4.0f * doubtfulLimit * doubtfulLimit) * level.quarter);
+        if (bitsOf(within) == 0) {
+          nearest = smaller(nearest, splat(limit));
+          continue;
+        }
       }
+      near |= ClusterMask{1} << cluster / samples.clustersPerBit;
       const Lanes distance = field.onGrid ? level.f : closedFormDistance(level);
-      nearest = smaller(nearest, distance);
       const Lanes penetration = larger(clearance - distance, splat(0.0f));
-      if (bitsOf(splat(0.0f) < penetration) == 0) continue;
+      if (bitsOf(splat(0.0f) < penetration) == 0) {
+        nearest = smaller(nearest, field.onGrid ? distance : clearance + 0.5f * (distance - clearance));
+        continue;
+      }
       touching = true;
       const Lanes perLength = penetration / larger(2.0f * squareRoot(level.quarter), splat(1e-6f));
       weight += penetration;
@@ -156,6 +179,7 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
       deepest = larger(deepest, penetration);
     }
   }
+  if (everywhere) mask = near;
   out.nearest = smallest(nearest);
   out.weight = 0.0f;
   if (!touching) return;
