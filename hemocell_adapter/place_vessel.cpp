@@ -24,9 +24,9 @@ struct Crossing {
 
 /// The integers in (lo, hi], cut to 0..last: those for which exactly one of lo, hi counts as "not above".
 struct Planes {
-  Planes(double lo, double hi, int last)
-      : first(static_cast<int>(std::clamp(std::floor(lo) + 1.0, 0.0, last + 1.0))),
-        last(static_cast<int>(std::clamp(std::floor(hi), -1.0, double(last)))) {}
+  Planes(double lo, double hi, int highest)
+      : first(static_cast<int>(std::clamp(std::floor(lo) + 1.0, 0.0, highest + 1.0))),
+        last(static_cast<int>(std::clamp(std::floor(hi), -1.0, double(highest)))) {}
   int first, last;
 };
 
@@ -64,7 +64,7 @@ void openEnds(Lattice& lattice) {
   const auto [nx, ny, nz] = lattice.nodes();
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
-      for (const auto [to, from] :
+      for (const auto &[to, from] :
            {std::pair(0, 1), std::pair(1, 2), std::pair(nx - 2, nx - 3), std::pair(nx - 1, nx - 2)})
         lattice.setFluid(to, j, k, lattice.fluid(from, j, k));
 }

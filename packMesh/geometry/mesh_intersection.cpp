@@ -21,6 +21,12 @@ constexpr int stackSize = 256;
 /// Rounding to float of a number computed by some tens of operations, relative to the largest term.
 constexpr double floatRounding = 64.0 * 5.97e-8;
 
+/// An oriented box seen from another frame; it may have become a parallelepiped.
+struct SeenBox {
+  float center[3], axis[3][3], half[3];  ///< centre + sum of s_j axis_j, |s_j| <= half_j
+  float extent[3];                       ///< bounds its extent along the axes
+};
+
 /// One mesh seen from the body frame of another: x -> linear·x + translation.
 struct View {
   Mat3 linear;
@@ -28,6 +34,7 @@ struct View {
   float point[3][3], shift[3];  ///< the same in floats
   float direction[3][3];        ///< linear / stretch: unit vectors become no longer than 1
   float stretch;
+  float skew;             ///< bounds the cosines between directions of axes that were orthogonal
   double worldPerUnit;    ///< a distance in this frame is at least that many times longer in the world
   double rounding;        ///< bounds the error of distances computed in floats [units of the frame]
   double doubleRounding;  ///< the same, computed in doubles
@@ -39,6 +46,8 @@ struct View {
     translation = inverse * (ofPlacement.translation - fromPlacement.translation);
     const double k = largestStretch(linear), compression = largestStretch(inverse);
     stretch = static_cast<float>(k);
+    const Mat3 gram = linear.transpose() * linear / (k * k) - Mat3::Identity();
+    skew = static_cast<float>(gram.cwiseAbs().rowwise().sum().maxCoeff());
     for (int i = 0; i < 3; ++i) {
       shift[i] = static_cast<float>(translation[i]);
       for (int j = 0; j < 3; ++j) {
@@ -55,12 +64,14 @@ struct View {
     rounding = floatRounding * size + doubleRounding;
   }
 
-  OrientedBox seen(const OrientedBox& box) const {
-    OrientedBox out;
+  SeenBox seen(const OrientedBox& box) const {
+    SeenBox out;
+    const float skewed = skew * stretch * (box.half[0] + box.half[1] + box.half[2]);
     for (int i = 0; i < 3; ++i) {
       out.center[i] =
           point[i][0] * box.center[0] + point[i][1] * box.center[1] + point[i][2] * box.center[2] + shift[i];
       out.half[i] = box.half[i] * stretch;
+      out.extent[i] = out.half[i] + skewed;
       for (int j = 0; j < 3; ++j)
         out.axis[j][i] = direction[i][0] * box.axis[j][0] + direction[i][1] * box.axis[j][1] +
                          direction[i][2] * box.axis[j][2];
@@ -71,7 +82,7 @@ struct View {
 
 /// Lower bounds of the distances between one box and four: the largest separation along the axes of either
 /// (no cross products of axes: they seldom decide, Gottschalk et al. 1996).
-Float4 separation(const OrientedBox& one, const BoxQuad& four) {
+Float4 separation(const SeenBox& one, const BoxQuad& four) {
   Float4 offset[3], cosine[3][3];
   for (int k = 0; k < 3; ++k) offset[k] = one.center[k] - four.center[k];
   for (int i = 0; i < 3; ++i)
@@ -83,7 +94,7 @@ Float4 separation(const OrientedBox& one, const BoxQuad& four) {
                       (cosine[0][j] * one.half[0] + cosine[1][j] * one.half[1] + cosine[2][j] * one.half[2]));
   for (int i = 0; i < 3; ++i)
     most = max(most,
-               abs(dot(one.axis[i], offset)) - one.half[i] -
+               abs(dot(one.axis[i], offset)) - one.extent[i] -
                    (cosine[i][0] * four.half[0] + cosine[i][1] * four.half[1] + cosine[i][2] * four.half[2]));
   return most;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "packMesh/stages/certificate/neighbors.h"
@@ -48,8 +49,12 @@ class Cells {
   const std::vector<PlacedCell>& cells_;
 };
 
-OverlappingPair overlapping(const NearPair& pair, MeshRelation relation) {
-  return {pair.first, pair.second, pair.shift, relation != MeshRelation::meet};
+/// The fault of a pair, if it has one.
+std::optional<OverlappingPair> faultOf(const NearPair& pair, const MeshPairResult& result, double requiredGap) {
+  if (result.relation == MeshRelation::apart && !(result.gap < requiredGap)) return {};
+  const bool contained =
+      result.relation == MeshRelation::firstInside || result.relation == MeshRelation::secondInside;
+  return OverlappingPair{pair.first, pair.second, pair.shift, contained, result.gap};
 }
 
 void sortByCells(std::vector<OverlappingPair>& pairs) {
@@ -60,20 +65,17 @@ void sortByCells(std::vector<OverlappingPair>& pairs) {
             [&](const OverlappingPair& a, const OverlappingPair& b) { return key(a) < key(b); });
 }
 
-void certifyPairs(const Cells& cells, double gapOfInterest, Certificate& out) {
+void certifyPairs(const Cells& cells, double requiredGap, double gapOfInterest, Certificate& out) {
   const PeriodicNeighbors neighbors = cells.neighbors();
   double gap = gapOfInterest;  // smallest so far: larger ones need not be measured
   for (std::int64_t i = 0; i < cells.count(); ++i)
-    neighbors.forEachNear(i, gapOfInterest, true, [&](const NearPair& pair) {
+    neighbors.forEachNear(i, std::max(gap, requiredGap), true, [&](const NearPair& pair) {
       ++out.pairsTested;
-      const MeshPairResult result = cells.relation(pair, gap);
-      if (result.relation != MeshRelation::apart)
-        out.overlapping.push_back(overlapping(pair, result.relation));
-      else if (result.gap < gap)
-        out.minimumGap = gap = result.gap;
+      const MeshPairResult result = cells.relation(pair, std::max(gap, requiredGap));
+      if (const auto fault = faultOf(pair, result, requiredGap)) out.overlapping.push_back(*fault);
+      if (result.gap < gap) out.minimumGap = gap = result.gap;
     });
   sortByCells(out.overlapping);
-  if (!out.overlapping.empty()) out.minimumGap = 0.0;
 }
 
 void certifyWalls(const Cells& cells, Certificate& out) {
@@ -94,7 +96,7 @@ Certificate certify(const CertificateInput& input, double gapOfInterest) {
   Certificate out;
   out.cells = cells.count();
   for (std::int64_t i = 0; i < cells.count(); ++i) out.cellVolume += cells.volume(i);
-  certifyPairs(cells, gapOfInterest, out);
+  certifyPairs(cells, input.requiredGap, gapOfInterest, out);
   certifyWalls(cells, out);
   return out;
 }
@@ -108,11 +110,11 @@ std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
   std::vector<OverlappingPair> out;
   for (std::int64_t i = 0; i < cells.count(); ++i) {
     if (!moved[i]) continue;
-    neighbors.forEachNear(i, 0.0, false, [&](const NearPair& pair) {
+    neighbors.forEachNear(i, input.requiredGap, false, [&](const NearPair& pair) {
       const std::int64_t other = pair.first == i ? pair.second : pair.first;
       if (other < i && moved[other]) return;  // was its turn
-      const MeshPairResult result = cells.relation(pair, 0.0);
-      if (result.relation != MeshRelation::apart) out.push_back(overlapping(pair, result.relation));
+      const MeshPairResult result = cells.relation(pair, input.requiredGap);
+      if (const auto fault = faultOf(pair, result, input.requiredGap)) out.push_back(*fault);
     });
   }
   sortByCells(out);

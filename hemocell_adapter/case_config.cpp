@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/case_config.h"
+
+#include <fmt/format.h>
+
+#include "hemocell_adapter/xml_tags.h"
+#include "packMesh/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+using tinyxml2::XMLElement;
+namespace fs = std::filesystem;
+
+/// 2^20 nodes along one axis are half a millimetre of vessel at dx 0.5 µm: more is a slip.
+constexpr double mostNodes = 1 << 20;
+
+/// A tag of `<domain>`.
+struct DomainTag {
+  const char* name;
+  Kind kind;
+  const char* unit;
+  double low, high;
+  bool lowExcluded;
+};
+constexpr DomainTag dxTag = {"dx", Kind::number, "m; 5e-7 is 0.5 µm", 0, 1e-4, true};
+constexpr DomainTag refDirTag = {"refDir", Kind::integer, "0, 1, 2 for x, y, z", 0, 2, false};
+constexpr DomainTag refDirNTag = {"refDirN", Kind::integer, "lattice nodes", 1, mostNodes, false};
+
+ValueSpec specOf(const DomainTag& tag) {
+  ValueSpec spec;
+  spec.kind = tag.kind;
+  spec.unit = tag.unit;
+  spec.low = tag.low;
+  spec.high = tag.high;
+  spec.lowExcluded = tag.lowExcluded;
+  return spec;
+}
+
+Value required(const XMLElement& domain, const DomainTag& tag, const fs::path& file) {
+  const XMLElement* element = onlyChild(domain, tag.name, file);
+  if (!element) {
+    throw InputError(fmt::format("{}: has no <{}>; expected {}", placeOf(domain, file), tag.name,
+                                 expectation(specOf(tag))));
+  }
+  return valueOf(*element, specOf(tag), file);
+}
+
+/// `<nx> <ny> <nz>` or `<Nx> <Ny> <Nz>`: all three or none.
+std::optional<std::array<int, 3>> boxNodes(const XMLElement& domain, const fs::path& file) {
+  for (const auto& names : {std::array<const char*, 3>{"nx", "ny", "nz"}, {"Nx", "Ny", "Nz"}}) {
+    if (!domain.FirstChildElement(names[0])) continue;
+    std::array<int, 3> nodes{};
+    for (int k = 0; k < 3; ++k) {
+      const DomainTag tag = {names[k], Kind::integer, "lattice nodes", 1, mostNodes, false};
+      nodes[k] = int(std::get<std::int64_t>(required(domain, tag, file)));
+    }
+    return nodes;
+  }
+  return {};
+}
+
+Domain readDomain(const XMLElement& domain, const fs::path& file) {
+  Domain result;
+  constexpr double micrometresPerMetre = 1e6;
+  result.dx = std::get<double>(required(domain, dxTag, file)) * micrometresPerMetre;
+  if (const XMLElement* geometry = onlyChild(domain, "geometry", file)) {
+    ValueSpec path;
+    path.kind = Kind::text;
+    result.geometry = file.parent_path() / std::get<std::string>(valueOf(*geometry, path, file));
+    result.geometryWhere = placeOf(*geometry, file);
+    result.refDir = int(std::get<std::int64_t>(required(domain, refDirTag, file)));
+    result.refDirN = int(std::get<std::int64_t>(required(domain, refDirNTag, file)));
+  }
+  result.boxNodes = boxNodes(domain, file);
+  if (!result.geometry && !result.boxNodes) {
+    if (!domain.FirstChildElement(refDirNTag.name)) {
+      throw InputError(fmt::format("{}: has neither <geometry> (with <refDir> and <refDirN>) nor <nx> <ny> <nz> nor "
+                                   "<Nx> <Ny> <Nz> nor <refDirN>: the lattice is unknown",
+                                   placeOf(domain, file)));
+    }
+    const int n = int(std::get<std::int64_t>(required(domain, refDirNTag, file)));
+    result.boxNodes = {n, n, n};
+  }
+  return result;
+}
+
+void load(tinyxml2::XMLDocument& document, const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) {
+    throw InputError(fmt::format("{}: is a folder; give the config.xml in it", file.string()));
+  }
+  if (!fs::exists(file, ignored)) throw InputError(fmt::format("{}: no such file", file.string()));
+  switch (document.LoadFile(file.c_str())) {
+    case tinyxml2::XML_SUCCESS:
+      return;
+    case tinyxml2::XML_ERROR_FILE_NOT_FOUND:
+    case tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED:
+    case tinyxml2::XML_ERROR_FILE_READ_ERROR:
+      throw InputError(fmt::format("{}: cannot be read", file.string()));
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      throw InputError(fmt::format("{}: is empty; expected XML with the root <hemocell>", file.string()));
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      throw InputError(fmt::format("{}:{}: is not well-formed XML: an element is not closed by its own end tag",
+                                   file.string(), document.ErrorLineNum()));
+    default:
+      throw InputError(fmt::format("{}:{}: is not well-formed XML ({})", file.string(), document.ErrorLineNum(),
+                                   document.ErrorName()));
+  }
+}
+
+}  // namespace
+
+CaseConfig readCaseConfig(const fs::path& file) {
+  tinyxml2::XMLDocument document;
+  load(document, file);
+  const XMLElement* root = document.RootElement();
+  if (!root) throw InputError(fmt::format("{}: is not XML; expected the root <hemocell>", file.string()));
+  if (std::string(root->Name()) != "hemocell") {
+    throw InputError(fmt::format("{}: expected the root <hemocell>", placeOf(*root, file)));
+  }
+  CaseConfig result;
+  result.file = file;
+  result.folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const XMLElement* domain = onlyChild(*root, "domain", file);
+  if (!domain) throw InputError(fmt::format("{}: has no <domain>", placeOf(*root, file)));
+  result.domain = readDomain(*domain, file);
+  result.hasPreInlet = root->FirstChildElement("preInlet") || domain->FirstChildElement("preInlet");
+  if (const XMLElement* packing = onlyChild(*root, "packing", file)) {
+    result.hasPacking = true;
+    result.packing = readPackingSection(*packing, file);
+  }
+  return result;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include <fmt/format.h>
+
+#include "hemocell_adapter/log.h"
+#include "hemocell_adapter/run.h"
+#include "hemocell_adapter/scene.h"
+#include "hemocell_adapter/summary.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// The cells of all files, and where each came from.
+struct FoundCells {
+  std::vector<PlacedCell> cells;
+  std::vector<std::int64_t> lineNumber;  ///< in its .pos file
+};
+
+FoundCells readCells(const Job& job, const Scene& scene) {
+  FoundCells found;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    std::vector<std::string> warnings;
+    const std::vector<PosLine> lines = readPos(job.outputDirectory / (scene.species[s].job.name + ".pos"), &warnings);
+    for (const std::string& warning : warnings) log::warning(warning);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      found.cells.push_back({int(s), placementOf(lines[i])});
+      found.lineNumber.push_back(std::int64_t(i) + 2);
+    }
+  }
+  return found;
+}
+
+/// The first few faults of a kind, all of them when verbose.
+class FaultList {
+ public:
+  void add(const std::string& line) {
+    constexpr std::int64_t shown = 5;
+    if (log::level() == log::Level::verbose || ++count_ <= shown) {
+      log::info("  " + line);
+    } else {
+      ++hidden_;
+    }
+  }
+  ~FaultList() {
+    if (hidden_ > 0) log::info(fmt::format("  ... and {} more (--verbose lists them)", hidden_));
+  }
+
+ private:
+  std::int64_t count_ = 0, hidden_ = 0;
+};
+
+class Report {
+ public:
+  Report(const Job& job, const Scene& scene, const FoundCells& found)
+      : job_(job), scene_(scene), found_(found), objections_(found.cells.size()) {
+    CertificateInput input;
+    input.container = scene.lumen.container.get();
+    input.cells = &found.cells;
+    for (const SceneSpecies& species : scene.species) {
+      input.shapes.push_back(species.shape.get());
+      input.walls.push_back(scene.lumen.container->wall());
+    }
+    certificate_ = certify(input);
+    for (std::size_t i = 0; i < found.cells.size(); ++i) {
+      objections_[i] = hemocellObjection(scene, found.cells[i]);
+      if (!objections_[i]) kept_.push_back(std::int64_t(i));
+    }
+  }
+
+  bool print() {
+    printHead();
+    printOverlap();
+    printMisplaced();
+    if (knowsAcceptance(scene_)) printKept();
+    printHematocrit("in the files", nullptr);
+    if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size()) printHematocrit("of what HemoCell keeps", &kept_);
+    log::info(fmt::format("Minimum gap: {}", certificate_.overlapping.empty() ? gapText(certificate_.minimumGap)
+                                                                              : "none, cells overlap"));
+    const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
+    const bool clean = certificate_.clean() && (!droppedIsFault || kept_.size() == found_.cells.size());
+    log::info(clean ? "Verdict: clean" : "Verdict: NOT clean");
+    return clean;
+  }
+
+ private:
+  std::string nameOf(std::int64_t cell) const {
+    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].job.name, found_.lineNumber[cell]);
+  }
+
+  void printHead() const {
+    if (job_.config) log::info(fmt::format("Check of {}", job_.config->file.string()));
+    for (const std::string& line : lumenLines(scene_)) log::info(line);
+    for (const SceneSpecies& species : scene_.species) {
+      if (!species.acceptance) continue;
+      log::info(fmt::format("{}: {}; minimum distance from solid {} µm{}", species.job.name, species.job.origin,
+                            species.job.minimumDistanceFromSolid,
+                            species.job.minimumDistanceStated
+                                ? ""
+                                : fmt::format(" (assumed; --minimum-distance-from-solid {} d states it)", species.job.name)));
+    }
+    const Tally tally = tallyOf(scene_, found_.cells);
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      log::info(fmt::format("{}: {} cells", scene_.species[s].job.name, tally.counts[s]));
+    }
+  }
+
+  void printOverlap() const {
+    std::int64_t amongKept = 0;
+    for (const OverlappingPair& pair : certificate_.overlapping) {
+      amongKept += !objections_[pair.first] && !objections_[pair.second];
+    }
+    log::info(fmt::format("Overlapping pairs: {}{}", certificate_.overlapping.size(),
+                          knowsAcceptance(scene_) && !certificate_.overlapping.empty()
+                              ? fmt::format(", {} of them among cells HemoCell keeps", amongKept)
+                              : ""));
+    FaultList list;
+    for (const OverlappingPair& pair : certificate_.overlapping) {
+      const std::string second = pair.first == pair.second ? "its own periodic image" : nameOf(pair.second);
+      const bool image = !pair.shift.isZero() && pair.first != pair.second;
+      list.add(fmt::format("{} and {}{}: {}", nameOf(pair.first), second, image ? " (periodic image)" : "",
+                           pair.contained ? "one lies inside the other" : "the meshes meet"));
+    }
+  }
+
+  void printMisplaced() const {
+    if (!scene_.lumen.container->wall()) return;
+    log::info(fmt::format("Cells not wholly inside the lumen: {}", certificate_.misplaced.size()));
+    FaultList list;
+    for (const MisplacedCell& cell : certificate_.misplaced) list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
+  }
+
+  void printKept() const {
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      Kept reasons;
+      std::int64_t total = 0, kept = 0;
+      for (std::size_t i = 0; i < found_.cells.size(); ++i) {
+        if (found_.cells[i].species != int(s)) continue;
+        ++total;
+        if (objections_[i]) {
+          countReason(reasons, *objections_[i]);
+        } else {
+          ++kept;
+        }
+      }
+      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].job.name);
+      for (const auto& [reason, count] : reasons.reasons) text += fmt::format("; drops {}: {}", count, reason);
+      log::info(text);
+    }
+    FaultList list;
+    if (log::level() != log::Level::verbose) return;
+    for (std::size_t i = 0; i < found_.cells.size(); ++i) {
+      if (objections_[i]) list.add(fmt::format("dropped: {}: {}", nameOf(std::int64_t(i)), *objections_[i]));
+    }
+  }
+
+  void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
+    const Tally tally = tallyOf(scene_, found_.cells, chosen);
+    for (const std::string& line : hematocritLines(job_, scene_, tally)) log::info(fmt::format("{} ({})", line, which));
+  }
+
+  const Job& job_;
+  const Scene& scene_;
+  const FoundCells& found_;
+  std::vector<std::optional<std::string>> objections_;  ///< HemoCell's, per cell
+  std::vector<std::int64_t> kept_;
+  Certificate certificate_;
+};
+
+}  // namespace
+
+ExitCode runCheck(const Job& job) {
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  const Scene scene = buildScene(job);
+  for (const auto* list : {&scene.warnings, &scene.lumen.notices}) {
+    for (const std::string& warning : *list) log::warning(warning);
+  }
+  const FoundCells found = readCells(job, scene);
+  return Report(job, scene, found).print() ? ExitCode::ok : ExitCode::faultsFound;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The command line, packCells' and ours.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/settings.h"
+#include "hemocell_adapter/settings_table.h"
+
+namespace packmesh::hemocell {
+
+enum class Command { pack, check, help, version, reference };
+
+/// One option with its values, in the order of the command line.
+struct Assignment {
+  const Setting* setting = nullptr;
+  std::vector<Value> values;
+};
+
+/// What the user typed, understood word by word.
+struct CommandLine {
+  Command command = Command::pack;
+  bool asPackCells = false;                         ///< started under the name packCells
+  std::optional<std::filesystem::path> configFile;  ///< case mode
+  std::optional<std::array<std::string, 3>> sizes;  ///< box mode, as typed
+  std::vector<Assignment> assignments;
+
+  /// The options alone.
+  Settings settings() const;
+};
+
+/// `base` with the options applied on top.
+Settings withOptions(Settings base, const CommandLine& commandLine);
+
+/// Understands `arguments` (without the program's name).
+///
+/// As getopt_long_only, which packCells uses, understands it: one or two dashes, `--name value` and
+/// `--name=value`, any order, unique prefixes, `--` ends the options. Beyond it: options take several values, words that are
+/// numbers are never options (`-5`), a prefix that is unique among packCells' options means that one (so that no
+/// option of ours makes a script's `--hema` ambiguous), and errors name the option that was probably meant.
+/// @param programName argv[0]; its last component decides whether this is packCells
+/// @throws UsageError
+CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments);
+
+/// The text of `--help`.
+std::string helpText(bool asPackCells);
+
+/// The reference of the `<packing>` section.
+std::string referenceText();
+
+}  // namespace packmesh::hemocell

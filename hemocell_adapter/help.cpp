@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The texts of --help and --reference, made from the table of settings.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/command_line.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+const char* title(Topic topic) {
+  switch (topic) {
+    case Topic::cells:
+      return "What is packed";
+    case Topic::lumen:
+      return "Into what";
+    case Topic::packing:
+      return "How";
+    case Topic::limits:
+      return "When to give up";
+    case Topic::output:
+      return "Output";
+    case Topic::ignored:
+      return "Accepted for packCells' sake, without effect";
+  }
+  return "";
+}
+
+/// Appends `text` in lines that end before column 100 and continue at column `indent`.
+void wrap(std::string& out, const std::string& text, std::size_t column, std::size_t indent) {
+  std::size_t start = 0;
+  while (start < text.size()) {
+    const std::size_t end = std::min(text.find(' ', start), text.size());
+    if (column + (end - start) > 99) {
+      while (out.back() == ' ') out.pop_back();
+      out += "\n" + std::string(indent, ' ');
+      column = indent;
+    }
+    out += text.substr(start, end - start) + " ";
+    column += end - start + 1;
+    start = end + 1;
+  }
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+  out += "\n";
+}
+
+void entry(std::string& out, const std::string& head, const std::string& text) {
+  constexpr std::size_t column = 30;
+  out += "  " + head;
+  std::size_t at = 2 + head.size();
+  if (at + 2 > column) {
+    out += "\n";
+    at = 0;
+  }
+  out += std::string(column - at, ' ');
+  wrap(out, text, column, column);
+}
+
+std::string describe(const std::vector<ValueSpec>& values, const char* help, const char* fallback) {
+  std::string text = help;
+  if (values.size() == 1 && *values[0].unit) text += fmt::format(" [{}]", values[0].unit);
+  if (*fallback) text += fmt::format(" (default: {})", fallback);
+  return text;
+}
+
+}  // namespace
+
+std::string helpText(bool asPackCells) {
+  const char* program = asPackCells ? "packCells" : "packMesh";
+  std::string out = fmt::format(
+      "Packs the surface meshes of blood cells without overlap, for HemoCell.\n\n"
+      "  {0} config.xml [options]            the case of this config.xml: HemoCell keeps every cell\n"
+      "  {0} sX sY sZ [options]              a periodic box [0,sX] x [0,sY] x [0,sZ] µm\n"
+      "  {0} check config.xml [options]      proves or disproves the .pos files of a case\n"
+      "  {0} check --box sX sY sZ [options]  the same for a box\n"
+      "  {0} --help | --version | --reference\n\n"
+      "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
+      "Writes <Cell>.pos for each kind of cell. One or two dashes, '=' or a blank, any order and unique\n"
+      "prefixes will do. --reference prints the <packing> section of config.xml, which options override.\n",
+      program);
+  for (const Topic topic :
+       {Topic::cells, Topic::lumen, Topic::packing, Topic::limits, Topic::output, Topic::ignored}) {
+    out += fmt::format("\n{}:\n", title(topic));
+    for (const Setting& setting : settingsTable()) {
+      if (setting.topic != topic || !*setting.option) continue;
+      std::string head = setting.letter ? fmt::format("-{}, --{}", setting.letter, setting.option)
+                                        : fmt::format("--{}", setting.option);
+      if (!setting.flag) {
+        for (const ValueSpec& value : setting.values) head += fmt::format(" {}", value.placeholder);
+      }
+      entry(out, head, describe(setting.values, setting.help, setting.flag ? "" : setting.fallback));
+    }
+  }
+  out +=
+      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are cut to whole numbers,\n"
+      "as packCells does. Otherwise the volume of the mesh HemoCell builds counts.\n"
+      "\nExit codes:\n"
+      "  0    certified and written; check: nothing wrong\n"
+      "  1    the command line makes no sense\n"
+      "  2    a file or a value in it is at fault\n"
+      "  3    out of reach within the limits: nothing written (unless --best-effort)\n"
+      "  4    check found overlap, cells outside the lumen or cells HemoCell deletes\n"
+      "  5    the output cannot be written\n"
+      "  70   a fault of packMesh itself\n"
+      "  130  interrupted: nothing written\n";
+  return out;
+}
+
+std::string referenceText() {
+  std::string out =
+      "The <packing> section of config.xml, a child of <hemocell>. HemoCell ignores it. Everything is optional;\n"
+      "options of the command line come first.\n\n";
+  const auto attributeText = [](const ValueSpec& value, const char* help, const char* fallback) {
+    return fmt::format("{}: {}{}", help, expectation(value), *fallback ? fmt::format(" (default: {})", fallback) : "");
+  };
+  for (const Setting& setting : settingsTable()) {
+    if (!*setting.tag) continue;
+    entry(out, fmt::format("<{}>", setting.tag), attributeText(setting.values[0], setting.help, setting.fallback));
+  }
+  out += "\n<species .../>, one for each kind of cell, with the attributes\n";
+  for (const SpeciesAttribute& attribute : speciesAttributes()) {
+    entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
+  }
+  out +=
+      "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At most one\n"
+      "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them, then\n"
+      "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
+  for (const SolidTag& tag : solidTags()) {
+    out += fmt::format("<{} .../>\n", tag.name);
+    for (const SolidAttribute& attribute : tag.attributes) {
+      entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
+    }
+  }
+  return out;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/job.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "hemocell_adapter/exit_codes.h"
+#include "hemocell_adapter/job_species.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Sizes of a box. packCells reads them with atoi; under its name so do we, and say when that matters.
+Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings) {
+  ValueSpec spec;
+  spec.kind = Kind::number;
+  spec.unit = "µm";
+  spec.low = 0;
+  spec.lowExcluded = true;
+  spec.high = 1e5;
+  Vec3 sizes;
+  for (int k = 0; k < 3; ++k) {
+    const std::string& text = (*commandLine.sizes)[k];
+    try {
+      sizes[k] = std::get<double>(parseValue(spec, text));
+      if (commandLine.asPackCells) {
+        const double truncated = std::atoi(text.c_str());
+        if (truncated != sizes[k]) {
+          warnings.push_back(fmt::format("size {} is read as {}, as packCells does; packMesh takes it as it is", text,
+                                         truncated));
+          sizes[k] = std::get<double>(parseValue(spec, fmt::format("{}", truncated)));
+        }
+      }
+    } catch (const InputError& error) {
+      throw UsageError(fmt::format("size s{}: {}", "XYZ"[k], error.what()));
+    }
+  }
+  return sizes;
+}
+
+template <typename T, typename U>
+void take(T& target, const std::optional<U>& value) {
+  if (value) target = *value;
+}
+
+void takeSettings(Job& job, const Settings& s) {
+  job.container = s.container;
+  job.hematocrit = s.hematocrit;
+  job.redCellVolume = s.redCellVolume;
+  job.periodicEnds = s.periodicEnds;
+  job.walls = s.walls;
+  take(job.fluidVolume, s.fluidVolume);
+  take(job.keepAll, s.keepAll);
+  take(job.dx, s.dx);
+  take(job.clearance, s.clearance);
+  take(job.wallClearance, s.wallClearance);
+  take(job.seed, s.seed);
+  take(job.rotate, s.rotate);
+  take(job.maxSeconds, s.maxSeconds);
+  take(job.maxIterations, s.maxIterations);
+  take(job.bestEffort, s.bestEffort);
+  take(job.outputDirectory, s.outputDirectory);
+  take(job.povScene, s.povScene);
+}
+
+/// Settings that have no effect where they were given are refused, not ignored.
+void checkApplicability(const Job& job) {
+  const bool meshLumen = job.container && job.container->lumen && job.container->lumen->kind == SolidRequest::Kind::mesh;
+  if (job.container && job.container->lumen && job.container->lumen->openAxis && !meshLumen) {
+    throw UsageError("option '--open-axis' is for --vessel; a cylinder is open or closed by --ends");
+  }
+  if (meshLumen && job.container->lumen->file.empty()) {
+    throw UsageError("option '--open-axis' needs a --vessel");
+  }
+  const bool ownBody = job.container && job.container->lumen;
+  const bool boxLumen = ownBody ? job.container->lumen->kind == SolidRequest::Kind::box
+                                : !job.config || !job.config->domain.geometry || job.container;
+  if (job.walls && !job.walls->empty() && !boxLumen) {
+    throw UsageError("walls are chosen for boxes only; the surface of this lumen is its wall");
+  }
+  if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
+  if (job.periodicEnds.value_or(false) && job.keepAll) {
+    throw UsageError("--ends periodic excludes --keep-all: HemoCell drops every cell that crosses a periodic face");
+  }
+}
+
+}  // namespace
+
+Job makeJob(const CommandLine& commandLine) {
+  Job job;
+  job.command = commandLine.command;
+  job.asPackCells = commandLine.asPackCells;
+  Settings settings;
+  job.outputDirectory = ".";
+  if (commandLine.configFile) {
+    job.config = readCaseConfig(*commandLine.configFile);
+    settings = job.config->packing;
+    job.outputDirectory = job.config->folder;
+  }
+  if (commandLine.sizes) job.boxSize = boxSizes(commandLine, job.warnings);
+
+  const Settings options = commandLine.settings();
+  settings = withOptions(settings, commandLine);
+  takeSettings(job, settings);
+  if (job.config) job.dx = job.config->domain.dx;
+  if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
+  checkApplicability(job);
+  if (job.config && job.config->hasPreInlet && !job.container) {
+    throw InputError(fmt::format(
+        "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only, whose place is in the "
+        "case's C++ code. Describe the inlet in <packing><container>, with its low corner at the origin",
+        job.config->file.string()));
+  }
+  if (settings.ignoredScale) {
+    job.warnings.push_back("--scale is ignored: there is no neighbour grid to tune");
+  }
+  if (job.command == Command::check) {
+    chooseCheckedSpecies(job, settings);
+  } else {
+    choosePackedSpecies(job, std::move(settings), options);
+    if (job.hematocrit && *job.hematocrit > 0.6) {
+      job.warnings.push_back(fmt::format(
+          "hematocrit {:.15g}: above 0.60 packing takes minutes to forever; --max-time and --best-effort bound it",
+          *job.hematocrit));
+    }
+  }
+  return job;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Command line and config.xml put together: plain data that says completely what to do.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/case_config.h"
+#include "hemocell_adapter/command_line.h"
+#include "packMesh/tolerances.h"
+
+namespace packmesh::hemocell {
+
+/// One kind of cell, resolved: what it is made of and how its number is decided.
+struct JobSpecies {
+  enum class Template { model, mesh, ellipsoid };
+  std::string name;
+  Template kind = Template::model;
+  CellModel model;                 ///< model
+  std::filesystem::path meshFile;  ///< mesh
+  double meshScale = 1.0;          ///< mesh: µm per unit of the file
+  Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
+  std::string origin;              ///< "RBC.xml, RBC_FROM_SPHERE", for people
+  bool redCell = false;
+  std::optional<std::int64_t> count;  ///< neither count nor ratio: the hematocrit decides
+  std::optional<double> ratio;
+  int minimumDistanceFromSolid = 0;   ///< [µm]
+  bool minimumDistanceStated = false;
+};
+
+struct Job {
+  Command command = Command::pack;
+  bool asPackCells = false;
+  std::optional<CaseConfig> config;   ///< a case
+  std::optional<Vec3> boxSize;        ///< a box from the command line [µm]
+  std::optional<ContainerRequest> container;
+  std::vector<JobSpecies> species;
+
+  double dx = 0.5;                    ///< [µm]
+  std::optional<double> hematocrit;
+  std::optional<double> redCellVolume;  ///< [µm³]
+  bool fluidVolume = false;
+  std::optional<bool> periodicEnds;
+  std::optional<std::string> walls;
+  bool keepAll = false;
+
+  double clearance = tolerance::defaultClearance, wallClearance = tolerance::defaultClearance;  ///< [µm]
+  std::uint64_t seed = 1;
+  bool rotate = true;
+  double maxSeconds = 0.0;
+  std::int64_t maxIterations = 0;
+  bool bestEffort = false;
+
+  std::filesystem::path outputDirectory;
+  bool povScene = false;
+  std::vector<std::string> warnings;  ///< what the user should know about how this was understood
+};
+
+/// packCells' convention: a red cell has 97 µm³.
+constexpr double packCellsRedCellVolume = 97.0;
+
+/// Reads what the command line names (config.xml, <Cell>.xml, with `check` the list of .pos files) and resolves
+/// defaults and overrides.
+/// @throws UsageError, InputError
+Job makeJob(const CommandLine& commandLine);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/job_species.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/exit_codes.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr double packCellsPlateletRatio = 0.07;
+
+bool isRedCell(const SpeciesRequest& request) {
+  return request.redCell.value_or(request.name.find("RBC") != std::string::npos);
+}
+
+/// Does the request say that there are such cells, or is it only a detail of cells that another one asks for?
+bool selects(const SpeciesRequest& request) {
+  return request.count || request.ratio || request.ellipsoidAxes || request.meshFile;
+}
+
+/// A red species whose number the hematocrit decides.
+SpeciesRequest* fillerOf(std::vector<SpeciesRequest>& species) {
+  for (SpeciesRequest& request : species) {
+    if (isRedCell(request) && !request.count && !request.ratio) return &request;
+  }
+  return nullptr;
+}
+
+JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
+  JobSpecies species;
+  species.name = request.name;
+  species.redCell = isRedCell(request);
+  species.count = request.count;
+  species.ratio = request.ratio;
+  species.minimumDistanceFromSolid = request.minimumDistanceFromSolid.value_or(0);
+  species.minimumDistanceStated = request.minimumDistanceFromSolid.has_value();
+  if (request.meshFile) {
+    species.kind = JobSpecies::Template::mesh;
+    species.meshFile = *request.meshFile;
+    species.meshScale = request.meshScale.value_or(1.0);
+    species.origin = request.meshFile->filename().string();
+    return species;
+  }
+  if (request.meshScale) {
+    throw UsageError(fmt::format("cell '{}' has a mesh scale but no mesh file (--cell-mesh)", request.name));
+  }
+  if (request.ellipsoidAxes) {
+    species.kind = JobSpecies::Template::ellipsoid;
+    species.ellipsoidAxes = *request.ellipsoidAxes;
+    species.origin = "ellipsoid";
+    return species;
+  }
+  if (job.config) {
+    const fs::path xml = job.config->folder / (request.name + ".xml");
+    species.model = readCellXml(xml, request.name, request.construction);
+    species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
+    return species;
+  }
+  if (const auto model = defaultModel(request.name)) {
+    species.model = *model;
+    species.origin = fmt::format("HemoCell's defaults, {}", toString(species.model.construction));
+    return species;
+  }
+  if (const auto axes = defaultEllipsoid(request.name)) {
+    species.kind = JobSpecies::Template::ellipsoid;
+    species.ellipsoidAxes = Vec3((*axes)[0], (*axes)[1], (*axes)[2]);
+    species.origin = "packCells' ellipsoid";
+    return species;
+  }
+  throw UsageError(fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", request.name));
+}
+
+/// A hematocrit and red-cell counts contradict each other; the command line wins, a file alone is at fault.
+void settleHematocrit(Job& job, Settings& settings, const Settings& options) {
+  const auto countedOnCommandLine = [&](const SpeciesRequest& s) {
+    const SpeciesRequest* option = findSpecies(options, s.name);
+    return option && option->count;
+  };
+  if (!job.hematocrit || fillerOf(settings.species)) return;
+  std::vector<SpeciesRequest>& all = settings.species;
+  const bool anyRed = std::any_of(all.begin(), all.end(), isRedCell);
+  if (!options.hematocrit && std::any_of(all.begin(), all.end(), [&](const SpeciesRequest& s) {
+        return isRedCell(s) && countedOnCommandLine(s);
+      })) {
+    job.hematocrit.reset();
+  } else if (options.hematocrit && anyRed) {
+    for (SpeciesRequest& s : all) {
+      if (!isRedCell(s) || countedOnCommandLine(s)) continue;
+      s.count.reset();
+      s.ratio.reset();
+      return;
+    }
+  } else if (!options.hematocrit && anyRed) {
+    throw InputError(fmt::format("{}: <hematocrit> and a count or ratio for every red cell; one of them decides",
+                                 job.config ? job.config->file.string() : "command line"));
+  }
+}
+
+}  // namespace
+
+void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
+  const bool listed = job.config && !job.config->packing.species.empty();
+  std::vector<SpeciesRequest>& all = settings.species;
+  for (SpeciesRequest& request : all) {  // a count on the command line replaces a ratio in the file
+    const SpeciesRequest* option = findSpecies(options, request.name);
+    if (option && option->count) request.ratio.reset();
+  }
+  // Details without cells: kept aside, to be applied to species that a hematocrit adds.
+  std::vector<SpeciesRequest> details;
+  for (auto it = all.begin(); it != all.end();) {
+    const bool inFile = listed && findSpecies(job.config->packing, it->name);
+    if (selects(*it) || inFile) {
+      ++it;
+    } else {
+      details.push_back(*it);
+      it = all.erase(it);
+    }
+  }
+  const auto add = [&](const std::string& name, std::size_t at) -> SpeciesRequest& {
+    SpeciesRequest request;
+    request.name = name;
+    for (auto it = details.begin(); it != details.end(); ++it) {
+      if (it->name != name) continue;
+      request = *it;
+      details.erase(it);
+      break;
+    }
+    return *all.insert(all.begin() + std::ptrdiff_t(std::min(at, all.size())), request);
+  };
+
+  settleHematocrit(job, settings, options);
+  if (job.hematocrit) {
+    if (!fillerOf(all)) add("RBC", 0);
+    const auto platelet = std::find_if(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "PLT"; });
+    const double ratio = settings.plateletRatio.value_or(packCellsPlateletRatio);
+    if (platelet != all.end()) {
+      if (settings.plateletRatio) {
+        platelet->ratio = ratio;
+        platelet->count.reset();
+      }
+    } else if (settings.plateletRatio ? ratio > 0 : !listed) {
+      const bool known = !job.config || fs::exists(job.config->folder / "PLT.xml");
+      if (known) {
+        add("PLT", 1).ratio = ratio;
+      } else if (settings.plateletRatio) {
+        throw InputError(fmt::format("{}: no such file; --plt_ratio asks for platelets",
+                                     (job.config->folder / "PLT.xml").string()));
+      }
+    }
+  } else if (settings.plateletRatio) {
+    job.warnings.push_back("--plt_ratio is ignored: it belongs to --hematocrit");
+  }
+  if (!details.empty()) {
+    throw UsageError(fmt::format("settings for '{}', but there are no such cells to pack", details.front().name));
+  }
+  if (all.empty()) {
+    throw UsageError("how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
+  }
+  for (const SpeciesRequest& request : all) {
+    if (!request.count && !request.ratio && !(job.hematocrit && isRedCell(request))) {
+      throw InputError(fmt::format("how many '{}'? Give it a count{}", request.name,
+                                   isRedCell(request) ? " or a hematocrit" : " or a ratio"));
+    }
+    job.species.push_back(resolved(job, request));
+  }
+}
+
+void chooseCheckedSpecies(Job& job, const Settings& settings) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(job.outputDirectory, error)) {
+    if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
+  }
+  if (error) throw InputError(fmt::format("{}: cannot be read as a folder", job.outputDirectory.string()));
+  std::sort(names.begin(), names.end());
+  for (const SpeciesRequest& request : settings.species) {
+    if (std::find(names.begin(), names.end(), request.name) == names.end()) {
+      job.warnings.push_back(fmt::format("there is no {}.pos", request.name));
+    }
+  }
+  for (const std::string& name : names) {
+    SpeciesRequest request;
+    if (const SpeciesRequest* asked = findSpecies(settings, name)) request = *asked;
+    request.name = name;
+    const bool own = request.meshFile || request.ellipsoidAxes;
+    const bool known = own || (job.config ? fs::exists(job.config->folder / (name + ".xml"))
+                                          : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
+    if (known) {
+      job.species.push_back(resolved(job, request));
+    } else {
+      job.warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
+                                         job.config ? "there is no " + name + ".xml"
+                                                    : "its shape is unknown (--cell or --cell-mesh tells it)"));
+    }
+  }
+  if (job.species.empty()) {
+    throw InputError(fmt::format("{}: no .pos files to check", job.outputDirectory.string()));
+  }
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What users read while the program runs, in the manner of HemoCell: `(packMesh) (Warning) ...`.
+#pragma once
+
+#include <string>
+
+namespace packmesh::hemocell::log {
+
+enum class Level { quiet, normal, verbose };
+
+void setLevel(Level level);
+Level level();
+
+/// To standard output, unless quiet.
+void info(const std::string& message);
+/// To standard output when verbose.
+void detail(const std::string& message);
+/// To standard error, always.
+void warning(const std::string& message);
+void error(const std::string& message);
+
+}  // namespace packmesh::hemocell::log

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/lumen.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "hemocell_adapter/exit_codes.h"
+#include "hemocell_adapter/periodic_wall.h"
+#include "packMesh/container/obstacles.h"
+#include "packMesh/container/primitives.h"
+#include "packMesh/container/vessel.h"
+#include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/io/mesh_file.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool hasWall(const std::string& walls, int axis) { return walls.find("xyz"[axis]) != std::string::npos; }
+
+/// Spacing of a vessel's distance field [µm]: fine enough for a wall clearance of some hundredths of a
+/// micrometre on smooth walls, and never more nodes than fit comfortably into memory.
+double fieldSpacing(const Box& box) {
+  constexpr double finest = 0.25, mostNodes = 3e7;
+  return std::max(finest, std::cbrt(box.volume() / mostNodes));
+}
+
+TriangleMesh readClosed(const fs::path& file, const std::string& where, std::vector<std::string>& notices) {
+  try {
+    TriangleMesh mesh = readMesh(file);
+    for (const std::string& repair : repairClosed(mesh, file.string())) notices.push_back(repair);
+    return mesh;
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", where, error.what()));
+  }
+}
+
+/// Half open at its low faces: where HemoCell keeps vertices of a box with so many nodes.
+Box keptBoxOf(const Vec3& nodes, double dx) {
+  return {Vec3::Constant(-0.5 * dx), dx * (nodes.array() - 0.5).matrix()};
+}
+
+std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where) {
+  constexpr double most = 2147483648.0;  // 2^31 flags are 256 MB
+  if (nodes.prod() > most) {
+    throw InputError(fmt::format("{}: a lattice of {} x {} x {} nodes is too large (at most 2^31)", where, nodes[0],
+                                 nodes[1], nodes[2]));
+  }
+  return {int(nodes[0]), int(nodes[1]), int(nodes[2])};
+}
+
+/// A box of the command line: [0, s]³, or what HemoCell keeps of it.
+Lumen boxLumen(const Job& job) {
+  Lumen lumen;
+  const std::string walls = job.walls.value_or("");
+  // Rounding of s / dx: a size that is a multiple of dx up to the last bits has that many nodes.
+  constexpr double relativeRounding = 1e-9;
+  Vec3 nodes;
+  for (int k = 0; k < 3; ++k) {
+    nodes[k] = std::max(1.0, std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding)) + (hasWall(walls, k) ? 1 : 0));
+  }
+  lumen.keptBox = keptBoxOf(nodes, job.dx);
+  Box box{Vec3::Zero(), *job.boxSize};
+  std::array<bool, 3> periodic{};
+  const bool closed = job.keepAll || !job.periodicEnds.value_or(true);
+  for (int k = 0; k < 3; ++k) {
+    periodic[k] = !hasWall(walls, k) && !closed;
+    lumen.periodic = lumen.periodic || periodic[k];
+    if (job.keepAll && !hasWall(walls, k)) {
+      box.lo[k] = lumen.keptBox->lo[k];
+      box.hi[k] = lumen.keptBox->hi[k];
+    }
+  }
+  lumen.container = makeBox(box, periodic);
+  lumen.acceptedOnly = job.keepAll;
+  lumen.ends = lumen.periodic ? "periodic" : "closed";
+  if (job.keepAll) {
+    lumen.notices.push_back(fmt::format("every cell stays within {:.6g} .. {:.6g}, {:.6g}, {:.6g} µm, what HemoCell keeps "
+                                        "of {} x {} x {} nodes at dx {:.6g} µm",
+                                        box.lo[0], box.hi[0], box.hi[1], box.hi[2], nodes[0], nodes[1], nodes[2], job.dx));
+  }
+  return lumen;
+}
+
+/// A case whose lattice is a box of nodes; walls are whole node planes, so the true wall is half a node inside.
+Lumen domainBox(const Job& job) {
+  const Domain& domain = job.config->domain;
+  if (!job.walls) {
+    throw InputError(fmt::format(
+        "{}: <domain> has no <geometry>, so the lumen is a box of {} x {} x {} nodes. Which of its faces are walls stands "
+        "in the case's C++ code only: state it by --walls yz (or xyz, none) or <packing><walls>, or describe the lumen in "
+        "<packing><container>",
+        job.config->file.string(), (*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]));
+  }
+  Lumen lumen;
+  const Vec3 counts((*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]);
+  const std::array<int, 3> nodes = checkedNodes(counts, job.config->file.string());
+  auto lattice = std::make_shared<Lattice>(nodes, domain.dx);
+  Box box = keptBoxOf(counts, domain.dx);
+  std::array<bool, 3> periodic{};
+  const bool wrap = job.periodicEnds.value_or(job.command == Command::check);
+  for (int k = 0; k < 3; ++k) {
+    if (!hasWall(*job.walls, k)) {
+      periodic[k] = wrap;
+      continue;
+    }
+    if (nodes[k] < 3) {
+      throw InputError(fmt::format("{}: {} nodes along {} leave no lumen between two walls", job.config->file.string(),
+                                   nodes[k], "xyz"[k]));
+    }
+    box.lo[k] += domain.dx;
+    box.hi[k] -= domain.dx;
+    for (int a = 0; a < nodes[(k + 1) % 3]; ++a) {
+      for (int b = 0; b < nodes[(k + 2) % 3]; ++b) {
+        for (const int plane : {0, nodes[k] - 1}) {
+          std::array<int, 3> at{};
+          at[k] = plane;
+          at[(k + 1) % 3] = a;
+          at[(k + 2) % 3] = b;
+          lattice->setFluid(at[0], at[1], at[2], false);
+        }
+      }
+    }
+  }
+  lumen.container = makeBox(box, periodic);
+  lumen.lattice = std::move(lattice);
+  lumen.periodic = periodic[0] || periodic[1] || periodic[2];
+  lumen.acceptedOnly = true;
+  lumen.ends = fmt::format("walls {}, else {}", job.walls->empty() ? "none" : *job.walls,
+                           lumen.periodic ? "periodic" : "closed");
+  return lumen;
+}
+
+/// A case with an STL: the vessel as HemoCell places it, open along x.
+Lumen vesselLumen(const Job& job) {
+  const Domain& domain = job.config->domain;
+  std::error_code ignored;
+  if (!fs::is_regular_file(*domain.geometry, ignored)) {
+    throw InputError(fmt::format(
+        "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and name an STL they do not have; describe "
+        "such a lumen in config.xml, in µm of the .pos files, for example\n"
+        "  <packing><container> <cylinder axis=\"x\" radius=\"12.5\" length=\"51.5\" center=\"25.5 13 13\"/> "
+        "</container></packing>\n"
+        "or <mesh file=\"lumen.stl\" scale=\"1\" openAxis=\"x\"/>, or <box/> with <obstacles>; --reference lists it all",
+        domain.geometryWhere, domain.geometry->string()));
+  }
+  Lumen lumen;
+  VesselOnLattice vessel = placeVessel(readClosed(*domain.geometry, domain.geometryWhere, lumen.notices), domain.dx,
+                                       domain.refDir, domain.refDirN);
+  VesselEnds ends;
+  ends.axis = 0;
+  ends.lo = -0.5 * domain.dx;
+  ends.hi = (vessel.lattice.nodes()[0] - 0.5) * domain.dx;
+  const double spacing = fieldSpacing(boundingBox(vessel.surface));
+  ends.periodic = job.periodicEnds.value_or(job.command == Command::check);
+  lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
+  if (job.command == Command::check && !job.periodicEnds) {
+    try {
+      lumen.container = makeVessel(vessel.surface, ends, spacing);
+    } catch (const MeshError&) {
+      ends.periodic = false;  // two different outlines cannot be joined
+    }
+  }
+  if (!lumen.container) lumen.container = makeVessel(std::move(vessel.surface), ends, spacing);
+  lumen.periodic = ends.periodic;
+  lumen.acceptedOnly = true;
+  lumen.ends = ends.periodic ? "periodic along x" : "closed along x";
+  return lumen;
+}
+
+std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
+  const SolidRequest& solid = *job.container->lumen;
+  const bool wrap = job.periodicEnds.value_or(false);
+  std::array<bool, 3> periodic{};
+  int axis = -1;
+  switch (solid.kind) {
+    case SolidRequest::Kind::box: {
+      const std::string walls = job.walls.value_or(wrap ? "" : "xyz");
+      for (int k = 0; k < 3; ++k) periodic[k] = wrap && !hasWall(walls, k);
+      break;
+    }
+    case SolidRequest::Kind::cylinder:
+      axis = solid.axis;
+      break;
+    case SolidRequest::Kind::sphere:
+      break;
+    case SolidRequest::Kind::mesh:
+      axis = solid.openAxis.value_or(-1);
+      break;
+  }
+  if (axis >= 0) periodic[axis] = wrap;
+  lumen.periodic = periodic[0] || periodic[1] || periodic[2];
+  if (wrap && !lumen.periodic) {
+    throw InputError(fmt::format("{}: ends cannot be periodic: this lumen is closed all around{}", solid.where,
+                                 solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
+  }
+  lumen.ends = lumen.periodic ? "periodic" : "closed";
+  return makeSolid(solid, periodic, lumen.notices);
+}
+
+/// Lattice of a lumen that the XML does not give: nodes inside the lumen are fluid.
+std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& container, std::vector<std::string>& notices) {
+  const double dx = job.dx;
+  Vec3 nodes;
+  if (job.container->nodes) {
+    nodes = job.container->nodes->array().round();
+  } else if (job.config->domain.boxNodes) {
+    for (int k = 0; k < 3; ++k) nodes[k] = (*job.config->domain.boxNodes)[k];
+  } else {
+    nodes = (container.bounds().hi / dx).array().ceil() + 1;
+    nodes = nodes.cwiseMax(1.0);
+    notices.push_back(fmt::format("the case's lattice is taken to have {} x {} x {} nodes; <container><nodes> states it",
+                                  nodes[0], nodes[1], nodes[2]));
+  }
+  const std::array<int, 3> n = checkedNodes(nodes, job.config->file.string());
+  auto lattice = std::make_shared<Lattice>(n, dx);
+  const Wall* wall = container.wall();
+  if (!wall) return lattice;
+  for (int k = 0; k < n[2]; ++k) {
+    for (int j = 0; j < n[1]; ++j) {
+      for (int i = 0; i < n[0]; ++i) lattice->setFluid(i, j, k, wall->distance(dx * Vec3(i, j, k)).distance >= 0);
+    }
+  }
+  return lattice;
+}
+
+Lumen ownLumen(const Job& job) {
+  Lumen lumen;
+  if (job.container->lumen) {
+    lumen.container = ownBody(job, lumen);
+  } else if (job.boxSize) {
+    lumen = boxLumen(job);
+  } else if (job.config && job.config->domain.boxNodes) {
+    lumen = domainBox(job);
+  } else {
+    throw InputError("<container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>");
+  }
+  if (!job.container->obstacles.empty()) {
+    std::vector<Obstacle> obstacles;
+    for (const SolidRequest& solid : job.container->obstacles) {
+      obstacles.push_back({makeSolid(solid, {false, false, false}, lumen.notices)->surface(), solid.where});
+    }
+    lumen.container = subtractObstacles(lumen.container, std::move(obstacles));
+  }
+  if (job.config) {
+    lumen.lattice = latticeOf(job, *lumen.container, lumen.notices);
+    lumen.acceptedOnly = true;
+  }
+  return lumen;
+}
+
+}  // namespace
+
+Lumen makeLumen(const Job& job) {
+  if (job.container) return ownLumen(job);
+  if (job.boxSize) return boxLumen(job);
+  if (job.config->domain.geometry) return vesselLumen(job);
+  return domainBox(job);
+}
+
+std::shared_ptr<const Wall> speciesWall(const Lumen& lumen, int minimumDistanceFromSolid, double reach,
+                                        double wallClearance) {
+  if (!lumen.acceptedOnly || !lumen.lattice) return nullptr;
+  return makePeriodicAcceptedWall(lumen.container, lumen.lattice, minimumDistanceFromSolid, reach, wallClearance);
+}
+
+std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
+                                           std::vector<std::string>& notices) {
+  try {
+    switch (solid.kind) {
+      case SolidRequest::Kind::box:
+        return makeBox({solid.origin, solid.origin + solid.size}, periodic);
+      case SolidRequest::Kind::cylinder: {
+        Vec3 corner = Vec3::Constant(solid.radius);
+        corner[solid.axis] = 0.5 * solid.length;
+        return makeCylinder(solid.center.value_or(corner), solid.axis, solid.radius, solid.length, periodic[solid.axis]);
+      }
+      case SolidRequest::Kind::sphere:
+        return makeSphere(solid.center.value_or(Vec3::Constant(solid.radius)), solid.radius);
+      case SolidRequest::Kind::mesh:
+        break;
+    }
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", solid.where, error.what()));
+  }
+  TriangleMesh mesh = readClosed(solid.file, solid.where, notices);
+  for (Vec3& v : mesh.vertices) v = solid.scale * v + solid.origin;
+  const Box bounds = boundingBox(mesh);
+  std::optional<VesselEnds> ends;
+  if (solid.openAxis) {
+    ends.emplace();
+    ends->axis = *solid.openAxis;
+    ends->lo = bounds.lo[ends->axis];
+    ends->hi = bounds.hi[ends->axis];
+    ends->periodic = periodic[ends->axis];
+  }
+  try {
+    return makeVessel(std::move(mesh), ends, fieldSpacing(bounds));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", solid.where, error.what()));
+  }
+}
+
+}  // namespace packmesh::hemocell

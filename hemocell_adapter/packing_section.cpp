@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Reading `<packing>`, and the helpers of xml_tags.h.
+#include <fmt/format.h>
+
+#include <set>
+
+#include "hemocell_adapter/settings_table.h"
+#include "hemocell_adapter/xml_tags.h"
+#include "packMesh/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+using tinyxml2::XMLElement;
+namespace fs = std::filesystem;
+
+std::string didYouMean(const std::string& name, const std::vector<std::string>& known) {
+  const auto nearest = nearestName(name, known);
+  if (nearest) return fmt::format("did you mean '{}'?", *nearest);
+  return fmt::format("known are {}", fmt::join(known, ", "));
+}
+
+template <typename Table>
+std::vector<std::string> names(const Table& table) {
+  std::vector<std::string> all;
+  for (const auto& row : table) all.emplace_back(row.name);
+  return all;
+}
+
+/// Applies the attributes of `element` by `table`; required ones have an empty default and are named in `needed`.
+template <typename Table, typename Target>
+void readAttributes(const XMLElement& element, const Table& table, Target& target, const fs::path& file) {
+  for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
+    bool known = false;
+    for (const auto& row : table) {
+      if (std::string(row.name) != attribute->Name()) continue;
+      known = true;
+      try {
+        row.apply(target, parseValue(row.value, attribute->Value()));
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}, attribute {}: {}", placeOf(element, file), row.name, error.what()));
+      }
+    }
+    if (!known) {
+      throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file), attribute->Name(),
+                                   didYouMean(attribute->Name(), names(table))));
+    }
+  }
+}
+
+void require(const XMLElement& element, const char* attribute, const ValueSpec& spec, const fs::path& file) {
+  if (element.Attribute(attribute)) return;
+  throw InputError(fmt::format("{}: the attribute {} is missing; expected {}", placeOf(element, file), attribute,
+                               expectation(spec)));
+}
+
+void refuseContent(const XMLElement& element, const fs::path& file) {
+  if (element.FirstChildElement() || !trimmed(textOf(element)).empty()) {
+    throw InputError(fmt::format("{}: has contents; its values are attributes: <{} name=\"...\"/>",
+                                 placeOf(element, file), element.Name()));
+  }
+}
+
+SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
+  SpeciesRequest species;
+  require(element, "name", speciesAttributes().front().value, file);
+  refuseContent(element, file);
+  readAttributes(element, speciesAttributes(), species, file);
+  if (species.count && species.ratio) {
+    throw InputError(fmt::format("{}: has a count and a ratio; one of them decides", placeOf(element, file)));
+  }
+  if (species.meshFile && species.ellipsoidAxes) {
+    throw InputError(fmt::format("{}: is a mesh file and an ellipsoid; one of them it can be", placeOf(element, file)));
+  }
+  if (species.meshFile) *species.meshFile = file.parent_path() / *species.meshFile;
+  return species;
+}
+
+SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>& alsoKnown, const fs::path& file) {
+  for (const SolidTag& tag : solidTags()) {
+    if (std::string(tag.name) != element.Name()) continue;
+    SolidRequest solid;
+    solid.kind = tag.kind;
+    solid.where = placeOf(element, file);
+    for (const SolidAttribute& attribute : tag.attributes) {
+      if (!*attribute.fallback) require(element, attribute.name, attribute.value, file);
+    }
+    refuseContent(element, file);
+    readAttributes(element, tag.attributes, solid, file);
+    if (solid.kind == SolidRequest::Kind::mesh) solid.file = file.parent_path() / solid.file;
+    return solid;
+  }
+  std::vector<std::string> known = names(solidTags());
+  known.insert(known.end(), alsoKnown.begin(), alsoKnown.end());
+  throw InputError(fmt::format("{}: unknown tag; {}", placeOf(element, file), didYouMean(element.Name(), known)));
+}
+
+ContainerRequest readContainer(const XMLElement& element, const fs::path& file) {
+  ContainerRequest container;
+  for (const XMLElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name == "obstacles") {
+      for (const XMLElement* solid = child->FirstChildElement(); solid; solid = solid->NextSiblingElement()) {
+        container.obstacles.push_back(readSolid(*solid, {}, file));
+      }
+    } else if (name == "nodes") {
+      ValueSpec spec;
+      spec.kind = Kind::vector;
+      spec.unit = "lattice nodes";
+      spec.low = 1;
+      container.nodes = std::get<Vec3>(valueOf(*child, spec, file));
+    } else if (container.lumen) {
+      throw InputError(fmt::format("{}: a second body; a container is one body from which <obstacles> are subtracted",
+                                   placeOf(*child, file)));
+    } else {
+      container.lumen = readSolid(*child, {"obstacles", "nodes"}, file);
+    }
+  }
+  return container;
+}
+
+}  // namespace
+
+std::string placeOf(const XMLElement& element, const fs::path& file) {
+  return fmt::format("{}:{}: <{}>", file.string(), element.GetLineNum(), element.Name());
+}
+
+std::string textOf(const XMLElement& element) {
+  std::string text;
+  for (const auto* node = element.FirstChild(); node; node = node->NextSibling()) {
+    if (const auto* part = node->ToText()) text += part->Value();
+  }
+  return text;
+}
+
+Value valueOf(const XMLElement& element, const ValueSpec& spec, const fs::path& file) {
+  try {
+    return parseValue(spec, textOf(element));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
+  }
+}
+
+const XMLElement* onlyChild(const XMLElement& parent, const char* name, const fs::path& file) {
+  const XMLElement* first = parent.FirstChildElement(name);
+  if (!first) return nullptr;
+  if (const XMLElement* second = first->NextSiblingElement(name)) {
+    throw InputError(fmt::format("{}: stands here a second time (first in line {})", placeOf(*second, file),
+                                 first->GetLineNum()));
+  }
+  return first;
+}
+
+Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
+  Settings settings;
+  std::vector<std::string> known = {"species", "container"};
+  for (const Setting& setting : settingsTable()) {
+    if (*setting.tag) known.emplace_back(setting.tag);
+  }
+  if (!trimmed(textOf(packing)).empty()) {
+    throw InputError(fmt::format("{}: stray text '{}'", placeOf(packing, file), trimmed(textOf(packing))));
+  }
+  for (const XMLElement* child = packing.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name == "species") {
+      const SpeciesRequest species = readSpecies(*child, file);
+      if (findSpecies(settings, species.name)) {
+        throw InputError(fmt::format("{}: a second species called '{}'", placeOf(*child, file), species.name));
+      }
+      settings.species.push_back(species);
+      continue;
+    }
+    onlyChild(packing, child->Name(), file);
+    if (name == "container") {
+      settings.container = readContainer(*child, file);
+      continue;
+    }
+    const Setting* found = nullptr;
+    for (const Setting& setting : settingsTable()) {
+      if (*setting.tag && name == setting.tag) found = &setting;
+    }
+    if (!found) {
+      throw InputError(fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
+    }
+    found->apply(settings, {valueOf(*child, found->values[0], file)});
+  }
+  if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;
+  return settings;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/periodic_wall.h"
+
+#include <cmath>
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Another wall, moved by a vector.
+class MovedWall : public Wall {
+ public:
+  MovedWall(const Wall* wall, const Vec3& shift) : wall_(wall), shift_(shift) {}
+
+  WallDistance distance(const Vec3& p) const override { return wall_->distance(p - shift_); }
+  double slack() const override { return wall_->slack(); }
+  std::optional<std::string> objection(const TriangleMesh& cell) const override {
+    TriangleMesh moved = cell;
+    for (Vec3& v : moved.vertices) v -= shift_;
+    return wall_->objection(moved);
+  }
+
+ private:
+  const Wall* wall_;
+  Vec3 shift_;
+};
+
+/// The container's wall in the frame of the repeated lattice, the accepted wall made from it, and that one moved
+/// back into the .pos frame.
+struct OwnedWalls {
+  std::shared_ptr<const Container> container;
+  std::unique_ptr<const Wall> inFrame, accepted, result;
+};
+
+}  // namespace
+
+std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Container> container,
+                                                     std::shared_ptr<const Lattice> lattice,
+                                                     int minimumDistanceFromSolid, double reach, double wallClearance) {
+  auto walls = std::make_shared<OwnedWalls>();
+  walls->container = container;
+  const Wall* wall = container->wall();
+  const Vec3 period = container->period();
+  if (period.isZero()) {
+    walls->result = makeAcceptedWall(wall, std::move(lattice), minimumDistanceFromSolid, wallClearance);
+    return {walls, walls->result.get()};
+  }
+  // Enough repeated nodes on both sides that no vertex meets the faces of the lattice.
+  const double dx = lattice->dx();
+  const std::array<int, 3> nodes = lattice->nodes();
+  std::array<int, 3> extended = nodes, margin{};
+  for (int k = 0; k < 3; ++k) {
+    if (period[k] > 0) margin[k] = int(std::ceil((reach + minimumDistanceFromSolid + 2 * wallClearance) / dx)) + 2;
+    extended[k] += 2 * margin[k];
+  }
+  auto repeated = std::make_shared<Lattice>(extended, dx);
+  const auto wrapped = [&](int i, int k) { return (((i - margin[k]) % nodes[k]) + nodes[k]) % nodes[k]; };
+  for (int k = 0; k < extended[2]; ++k) {
+    for (int j = 0; j < extended[1]; ++j) {
+      for (int i = 0; i < extended[0]; ++i) {
+        repeated->setFluid(i, j, k, lattice->fluid(wrapped(i, 0), wrapped(j, 1), wrapped(k, 2)));
+      }
+    }
+  }
+  const Vec3 shift = dx * Vec3(margin[0], margin[1], margin[2]);
+  if (wall) walls->inFrame = std::make_unique<MovedWall>(wall, shift);
+  walls->accepted =
+      makeAcceptedWall(walls->inFrame.get(), std::move(repeated), minimumDistanceFromSolid, wallClearance);
+  walls->result = std::make_unique<MovedWall>(walls->accepted.get(), -shift);
+  return {walls, walls->result.get()};
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/scene.h"
+
+#include <fmt/format.h>
+
+#include "hemocell_adapter/counts.h"
+#include "packMesh/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+std::shared_ptr<const Shape> shapeOf(const JobSpecies& species, double dx, std::vector<std::string>& warnings) {
+  try {
+    switch (species.kind) {
+      case JobSpecies::Template::model:
+        return makeShape(species.model, dx, &warnings);
+      case JobSpecies::Template::mesh:
+        return makeShapeFromFile(species.meshFile, species.meshScale, warnings);
+      case JobSpecies::Template::ellipsoid:
+        return makeEllipsoid(species.ellipsoidAxes.x(), species.ellipsoidAxes.y(), species.ellipsoidAxes.z());
+    }
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("cell '{}': {}", species.name, error.what()));
+  }
+  return nullptr;
+}
+
+/// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some axis.
+void refuseTooLarge(const SceneSpecies& species, const Container& container) {
+  const Vec3 cell = boundingBox(species.shape->mesh()).size();
+  const Vec3 room = container.bounds().size();
+  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) return;
+  throw InputError(fmt::format("cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
+                               species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
+}
+
+void resolveCounts(const Job& job, Scene& scene) {
+  std::vector<CountedSpecies> counted;
+  for (const SceneSpecies& species : scene.species) {
+    CountedSpecies c;
+    c.name = species.job.name;
+    c.volume = species.shape->volume();
+    c.redCell = species.job.redCell;
+    c.count = species.job.count;
+    c.ratio = species.job.ratio;
+    if (c.redCell && job.redCellVolume) c.volume = *job.redCellVolume;
+    // packCells' hematocrit knows nothing of the red cells that other options ask for.
+    if (job.asPackCells && c.count) c.redCell = false;
+    counted.push_back(c);
+  }
+  double reference = scene.referenceVolume(job);
+  if (job.asPackCells && job.boxSize) reference = job.boxSize->prod();
+  const std::vector<std::int64_t> counts = countCells(counted, job.hematocrit, reference);
+  double volume = 0.0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    scene.species[i].count = counts[i];
+    volume += double(counts[i]) * scene.species[i].shape->volume();
+    if (counts[i] > 0) refuseTooLarge(scene.species[i], *scene.lumen.container);
+  }
+  const double lumen = scene.lumen.container->volume();
+  if (volume >= lumen) {
+    throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³", volume, lumen));
+  }
+}
+
+}  // namespace
+
+Scene buildScene(const Job& job) {
+  Scene scene;
+  scene.lumen = makeLumen(job);
+  for (const JobSpecies& jobSpecies : job.species) {
+    SceneSpecies species;
+    species.job = jobSpecies;
+    species.shape = shapeOf(jobSpecies, job.dx, scene.warnings);
+    if (scene.lumen.lattice) {
+      species.acceptance = std::make_shared<Acceptance>(scene.lumen.lattice, jobSpecies.minimumDistanceFromSolid);
+    }
+    scene.species.push_back(std::move(species));
+  }
+  if (job.command == Command::check) return scene;
+  resolveCounts(job, scene);
+  for (SceneSpecies& species : scene.species) {
+    if (species.count == 0) continue;
+    species.wall = speciesWall(scene.lumen, species.job.minimumDistanceFromSolid, 2 * species.shape->radius(),
+                               job.wallClearance);
+  }
+  return scene;
+}
+
+PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
+                         std::function<void(const Progress&)> progress) {
+  PackingProblem problem;
+  for (const SceneSpecies& species : scene.species) {
+    problem.species.push_back({species.job.name, species.shape, species.count, species.wall});
+  }
+  problem.container = scene.lumen.container;
+  problem.clearance = job.clearance;
+  problem.wallClearance = job.wallClearance;
+  problem.seed = job.seed;
+  problem.rotate = job.rotate;
+  problem.limits.maxSeconds = job.maxSeconds;
+  problem.limits.maxSweeps = job.maxIterations;
+  problem.written = [](const Pose& pose) { return placementOf(posLineOf(pose)); };
+  problem.interrupted = std::move(interrupted);
+  problem.progress = std::move(progress);
+  return problem;
+}
+
+bool knowsAcceptance(const Scene& scene) { return scene.lumen.lattice || scene.lumen.keptBox; }
+
+std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell) {
+  const SceneSpecies& species = scene.species[cell.species];
+  const TriangleMesh mesh = placed(species.shape->mesh(), cell.placement);
+  if (species.acceptance) return species.acceptance->objection(mesh.vertices);
+  if (scene.lumen.keptBox) {
+    for (const Vec3& p : mesh.vertices) {
+      const bool kept = (p.array() > scene.lumen.keptBox->lo.array()).all() && (p.array() <= scene.lumen.keptBox->hi.array()).all();
+      if (!kept) return "a vertex lies outside the lattice";
+    }
+  }
+  return {};
+}
+
+Tally tallyOf(const Scene& scene, const std::vector<PlacedCell>& cells, const std::vector<std::int64_t>* chosen) {
+  Tally tally;
+  tally.counts.assign(scene.species.size(), 0);
+  tally.meshVolume.assign(scene.species.size(), 0.0);
+  if (chosen) {
+    for (const std::int64_t i : *chosen) ++tally.counts[cells[i].species];
+  } else {
+    for (const PlacedCell& cell : cells) ++tally.counts[cell.species];
+  }
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const SceneSpecies& species = scene.species[s];
+    const double n = double(tally.counts[s]);
+    tally.meshVolume[s] = n * species.shape->volume();
+    if (!species.job.redCell || n == 0) continue;
+    tally.redCells += tally.counts[s];
+    tally.redMesh += tally.meshVolume[s];
+    if (species.job.model.hemocellVolume) {
+      tally.redHemocell += n * *species.job.model.hemocellVolume;
+    } else {
+      tally.hemocellKnown = false;
+    }
+  }
+  return tally;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Lumen and species of a job with everything that can be asked of them.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/job.h"
+#include "hemocell_adapter/lumen.h"
+#include "hemocell_adapter/pos_file.h"
+#include "packMesh/packing/packing_problem.h"
+#include "packMesh/stages/certificate/certificate.h"
+
+namespace packmesh::hemocell {
+
+struct SceneSpecies {
+  JobSpecies job;
+  std::shared_ptr<const Shape> shape;
+  std::shared_ptr<const Wall> wall;                  ///< where packing allows it; nullptr: the container's own
+  std::shared_ptr<const Acceptance> acceptance;      ///< nullptr without a lattice
+  std::int64_t count = 0;                            ///< requested
+};
+
+struct Scene {
+  Lumen lumen;
+  std::vector<SceneSpecies> species;
+  std::vector<std::string> warnings;
+
+  /// The volume the hematocrit is a share of [µm³].
+  double referenceVolume(const Job& job) const {
+    return job.fluidVolume ? lumen.fluidVolume() : lumen.container->volume();
+  }
+};
+
+/// Builds shapes, lumen, walls and, for packing, counts.
+/// @throws InputError, MeshError
+Scene buildScene(const Job& job);
+
+/// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the numbers
+/// that formatPos writes.
+PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
+                         std::function<void(const Progress&)> progress);
+
+/// What HemoCell would do with a placed cell: nothing when it keeps it, otherwise why not.
+std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell);
+
+/// Whether the scene knows what HemoCell keeps: there is a lattice, or a box.
+bool knowsAcceptance(const Scene& scene);
+
+/// Volumes and numbers of a set of cells.
+struct Tally {
+  std::vector<std::int64_t> counts;    ///< per species
+  std::vector<double> meshVolume;      ///< per species [µm³]
+  double redMesh = 0.0;                ///< volume of the red cells' meshes [µm³]
+  double redHemocell = 0.0;            ///< the same by `<Volume>`, where given [µm³]
+  bool hemocellKnown = true;           ///< every red species present has a `<Volume>`
+  std::int64_t redCells = 0;
+};
+
+/// Counts the cells of `chosen` (indices into `cells`; nullptr: all).
+Tally tallyOf(const Scene& scene, const std::vector<PlacedCell>& cells,
+              const std::vector<std::int64_t>* chosen = nullptr);
+
+}  // namespace packmesh::hemocell

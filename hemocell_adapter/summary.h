@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Head and foot of a run, for people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/scene.h"
+#include "packMesh/packing/packing_result.h"
+
+namespace packmesh::hemocell {
+
+/// Version, what was understood: lumen, species with the origin of their shapes, clearances, seed.
+std::vector<std::string> headLines(const Job& job, const Scene& scene);
+
+/// Times of a run [s].
+struct RunTimes {
+  double cpu = 0.0, wall = 0.0;
+};
+
+/// How many cells HemoCell keeps of those in `cells`, per species.
+struct Kept {
+  std::vector<std::int64_t> kept;
+  std::vector<std::pair<std::string, std::int64_t>> reasons;  ///< why the others go, with their number
+};
+
+/// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
+/// @param cells what was (or would be) written, with its certificate
+std::vector<std::string> footLines(const Job& job, const Scene& scene, const std::vector<PlacedCell>& cells,
+                                   const Certificate& certificate, const Kept& kept, const RunTimes& times);
+
+/// "hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
+std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
+
+/// "0.0213 µm", "more than 1 µm".
+std::string gapText(double gap);
+
+/// "periodic box 50 x 50 x 50 µm, periodic", volumes, lattice.
+std::vector<std::string> lumenLines(const Scene& scene);
+
+/// Adds `reason` to the list of reasons.
+void countReason(Kept& kept, const std::string& reason);
+
+}  // namespace packmesh::hemocell

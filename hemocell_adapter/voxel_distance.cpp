@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Coordinates w are in nodes from the low corner of the lattice: node i is the interval [i, i+1] of w = p/dx
+// + 1/2.
+#include "hemocell_adapter/voxel_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Nodes around a brick in which the nearest cube within farReach must lie, and the width of brick and
+/// margins.
+constexpr int margin = 3, window = 4 + 2 * margin;
+/// Squared distances are cut off here, in units of (dx/2)²: farReach.
+constexpr int codeLimit = 36;
+
+/// Coarse samples are `step` nodes apart; their interpolation exceeds the distance to a point at least
+/// fineReach - nearError nodes away by less than `error` nodes (measured, spot by spot in a cell). Distances
+/// to other sets are smaller where they are interpolated, or curved less.
+struct Coarseness {
+  double mostNodes;
+  int step;
+  double error;
+};
+constexpr Coarseness coarsenesses[] = {{4e6, 1, 0.15}, {1e8, 2, 0.6}, {1e300, 4, 2.0}};
+
+const Coarseness& coarsenessOf(const std::array<int, 3>& nodes) {
+  const double count = double(nodes[0]) * nodes[1] * nodes[2];
+  const Coarseness* coarseness = coarsenesses;
+  while (count > coarseness->mostNodes) ++coarseness;
+  return *coarseness;
+}
+
+/// Squared distance along an axis from fine sample s of a brick to cube c of its window, in units of (dx/2)².
+constexpr int axisCode(int c, int s) {
+  const int x = 2 * margin + s, low = 2 * c - x, high = x - 2 * c - 2;
+  return low > 0 ? low * low : high > 0 ? high * high : 0;
+}
+
+constexpr int lanes = 16;  // fine samples along x, padded to what a vector register holds
+using Row = std::array<std::uint8_t, lanes>;
+
+/// For each pattern of cubes in a row of a window: squared distances to the nearest, cut off.
+const std::vector<Row>& rowCodes() {
+  static const std::vector<Row> table = [] {
+    std::vector<Row> rows(1u << window);
+    for (unsigned pattern = 0; pattern < rows.size(); ++pattern) {
+      rows[pattern].fill(codeLimit);
+      for (int c = 0; c < window; ++c)
+        if (pattern >> c & 1u)
+          for (int s = 0; s < 9; ++s)
+            rows[pattern][s] = static_cast<std::uint8_t>(std::min<int>(rows[pattern][s], axisCode(c, s)));
+    }
+    return rows;
+  }();
+  return table;
+}
+
+/// The smaller of `row` and `other` + more, sample by sample. By value, so that compilers keep it in
+/// registers.
+Row lowered(Row row, const Row& other, int more) {
+  const std::uint8_t add = static_cast<std::uint8_t>(more);
+  for (int s = 0; s < lanes; ++s) {
+    const std::uint8_t value = static_cast<std::uint8_t>(other[s] + add);
+    row[s] = value < row[s] ? value : row[s];
+  }
+  return row;
+}
+
+/// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nodes that do not exist.
+unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
+  const std::array<int, 3> nodes = lattice.nodes();
+  if (j < 0 || j >= nodes[1] || k < 0 || k >= nodes[2]) return 0;
+  const std::uint64_t* row = lattice.row(j, k);
+  constexpr unsigned mask = (1u << window) - 1;
+  if (first < 0) return static_cast<unsigned>(row[0] << -first) & mask;
+  const int w = first >> 6, shift = first & 63;
+  if (w >= lattice.wordsPerRow()) return 0;
+  std::uint64_t bits = row[w] >> shift;
+  if (shift > 64 - window && w + 1 < lattice.wordsPerRow()) bits |= row[w + 1] << (64 - shift);
+  return static_cast<unsigned>(bits) & mask;
+}
+
+using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
+
+/// Squared distances of all samples of a brick to the nearest cube set in `patterns` (window rows [k][j]).
+BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patterns) {
+  static const std::vector<Row>& table = rowCodes();
+  Row none;
+  none.fill(codeLimit);
+  std::array<std::array<Row, 9>, window> slices;
+  for (int k = 0; k < window; ++k)
+    for (int y = 0; y < 9; ++y) {
+      Row row = none;
+      for (int j = 0; j < window; ++j)
+        if (const int more = axisCode(j, y); more < codeLimit)
+          row = lowered(row, table[patterns[k][j]], more);
+      slices[k][y] = row;
+    }
+  BrickCodes codes;
+  for (int z = 0; z < 9; ++z)
+    for (int y = 0; y < 9; ++y) {
+      Row row = none;
+      for (int k = 0; k < window; ++k)
+        if (const int more = axisCode(k, z); more < codeLimit) row = lowered(row, slices[k][y], more);
+      codes[z][y] = row;
+    }
+  return codes;
+}
+
+/// Distances [nodes] that the codes -codeLimit ... codeLimit stand for.
+struct Decoder {
+  Decoder() {
+    for (int code = -codeLimit; code <= codeLimit; ++code)
+      distance[code + codeLimit] = static_cast<float>((code < 0 ? -0.5 : 0.5) * std::sqrt(std::abs(code)));
+  }
+  float distance[2 * codeLimit + 1];
+};
+const Decoder decoder;
+
+/// Trilinear interpolation between corner values c[z][y][x] at t in [0, 1]³; gradient per cell.
+double trilinear(const float (&c)[2][2][2], const double (&t)[3], Vec3& gradient) {
+  double value[2][2], along[2][2];
+  for (int z = 0; z < 2; ++z)
+    for (int y = 0; y < 2; ++y) {
+      along[z][y] = double(c[z][y][1]) - c[z][y][0];
+      value[z][y] = c[z][y][0] + t[0] * along[z][y];
+    }
+  const double low = value[0][0] + t[1] * (value[0][1] - value[0][0]);
+  const double high = value[1][0] + t[1] * (value[1][1] - value[1][0]);
+  const double alongLow = along[0][0] + t[1] * (along[0][1] - along[0][0]);
+  const double alongHigh = along[1][0] + t[1] * (along[1][1] - along[1][0]);
+  gradient = {alongLow + t[2] * (alongHigh - alongLow),
+              (1.0 - t[2]) * (value[0][1] - value[0][0]) + t[2] * (value[1][1] - value[1][0]), high - low};
+  return low + t[2] * (high - low);
+}
+
+}  // namespace
+
+VoxelDistance::VoxelDistance(const Lattice& inside)
+    : dx_(inside.dx()),
+      nodes_(inside.nodes()),
+      step_(coarsenessOf(inside.nodes()).step),
+      farError_(coarsenessOf(inside.nodes()).error) {
+  for (int k = 0; k < 3; ++k) {
+    bricks_[k] = (nodes_[k] + brickNodes - 1) / brickNodes;
+    samples_[k] = bricks_[k] * brickNodes / step_ + 1;
+  }
+  transform_ = voxelTransform(inside, step_, samples_);
+  buildBricks(inside);
+}
+
+void VoxelDistance::buildBricks(const Lattice& inside) {
+  brickAt_.assign(std::size_t(bricks_[0]) * bricks_[1] * bricks_[2], -1);
+  const double near = farReach + 0.5 * std::sqrt(3.0) * step_;
+  const int perBrick = brickNodes / step_;
+  std::size_t index = 0;
+  for (int bk = 0; bk < bricks_[2]; ++bk)
+    for (int bj = 0; bj < bricks_[1]; ++bj)
+      for (int bi = 0; bi < bricks_[0]; ++bi, ++index) {
+        float nearest = 1e30f;
+        for (int k = bk * perBrick; k <= (bk + 1) * perBrick; ++k)
+          for (int j = bj * perBrick; j <= (bj + 1) * perBrick; ++j)
+            for (int i = bi * perBrick; i <= (bi + 1) * perBrick; ++i)
+              nearest = std::min(
+                  nearest,
+                  std::abs(transform_[i + std::size_t(samples_[0]) * (j + std::size_t(samples_[1]) * k)]));
+        if (nearest >= near) continue;
+
+        std::array<std::array<unsigned, window>, window> in, out;
+        for (int k = 0; k < window; ++k)
+          for (int j = 0; j < window; ++j) {
+            in[k][j] = patternOf(inside, brickNodes * bi - margin, brickNodes * bj - margin + j,
+                                 brickNodes * bk - margin + k);
+            out[k][j] = ~in[k][j] & ((1u << window) - 1);
+          }
+        const BrickCodes toIn = codesOf(in), toOut = codesOf(out);
+        Brick brick{};
+        for (int z = 0; z < brickSamples; ++z)
+          for (int y = 0; y < brickSamples; ++y)
+            for (int x = 0; x < brickSamples; ++x)
+              brick.code[x + brickSamples * (y + brickSamples * z)] =
+                  static_cast<std::int8_t>(toIn[z][y][x] > 0 ? -toIn[z][y][x] : toOut[z][y][x]);
+        brickAt_[index] = static_cast<std::int32_t>(brick_.size());
+        brick_.push_back(brick);
+      }
+}
+
+WallDistance VoxelDistance::far(const Vec3& w) const {
+  int cell[3];
+  double t[3];
+  for (int k = 0; k < 3; ++k) {
+    const double x = w[k] / step_;
+    cell[k] = std::min(static_cast<int>(x), samples_[k] - 2);
+    t[k] = x - cell[k];
+  }
+  const std::size_t dy = samples_[0], dz = dy * samples_[1];
+  const float* at = &transform_[cell[0] + dy * cell[1] + dz * cell[2]];
+  const float corners[2][2][2] = {{{at[0], at[1]}, {at[dy], at[dy + 1]}},
+                                  {{at[dz], at[dz + 1]}, {at[dz + dy], at[dz + dy + 1]}}};
+  WallDistance result;
+  result.distance = trilinear(corners, t, result.gradient) - farError_;
+  result.gradient /= step_;
+  return result;
+}
+
+WallDistance VoxelDistance::inLattice(const Vec3& w) const {
+  int brick[3], cell[3];
+  double t[3];
+  for (int k = 0; k < 3; ++k) {
+    const int fine = std::min(static_cast<int>(2.0 * w[k]), 2 * nodes_[k] - 1);
+    brick[k] = fine / (2 * brickNodes);
+    cell[k] = fine % (2 * brickNodes);
+    t[k] = 2.0 * w[k] - fine;
+  }
+  const std::int32_t stored =
+      brickAt_[brick[0] + bricks_[0] * (brick[1] + std::size_t(bricks_[1]) * brick[2])];
+  if (stored < 0) return far(w);
+  constexpr int dy = brickSamples, dz = brickSamples * brickSamples;
+  const std::int8_t* at = &brick_[stored].code[cell[0] + dy * cell[1] + dz * cell[2]];
+  const float* decode = decoder.distance + codeLimit;
+  const float corners[2][2][2] = {
+      {{decode[at[0]], decode[at[1]]}, {decode[at[dy]], decode[at[dy + 1]]}},
+      {{decode[at[dz]], decode[at[dz + 1]]}, {decode[at[dz + dy]], decode[at[dz + dy + 1]]}}};
+  WallDistance near;
+  near.distance = trilinear(corners, t, near.gradient);
+  near.gradient *= 2.0;
+  const double depth = std::abs(near.distance);
+  if (depth <= fineReach) return near;
+
+  const WallDistance away = far(w);
+  const double x = std::min(1.0, (depth - fineReach) / (farReach - fineReach)),
+               weight = x * x * (3.0 - 2.0 * x);
+  const double slope = std::copysign(6.0 * x * (1.0 - x) / (farReach - fineReach), near.distance);
+  const double more = away.distance - near.distance;
+  return {near.distance + weight * more,
+          (1.0 - weight + slope * more) * near.gradient + weight * away.gradient};
+}
+
+WallDistance VoxelDistance::at(const Vec3& p) const {
+  const Vec3 w = (p / dx_).array() + 0.5;
+  const Vec3 q = w.cwiseMax(0.0).cwiseMin(Vec3(nodes_[0], nodes_[1], nodes_[2])), out = w - q;
+  WallDistance result = inLattice(q);
+  const double away2 = out.squaredNorm();
+  if (away2 > 0.0) {  // beyond the lattice: back to it, then on from there
+    const double away = std::sqrt(away2);
+    if (result.distance >= 0.0) result = {0.0, Vec3::Zero()};
+    for (int k = 0; k < 3; ++k)
+      if (out[k] != 0.0) result.gradient[k] = 0.0;
+    result.distance -= away;
+    result.gradient -= out / away;
+  }
+  const double norm2 = result.gradient.squaredNorm();
+  constexpr double flat = 1e-12;  // between two equal ways out neither is right; any is
+  result.gradient = norm2 > flat ? Vec3(result.gradient / std::sqrt(norm2)) : Vec3::UnitX();
+  result.distance *= dx_;
+  return result;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Signed distance to the region whose nodes are "fluid", a union of node-centred cubes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "hemocell_adapter/lattice.h"
+#include "packMesh/container/container.h"
+
+namespace packmesh::hemocell {
+
+/// Signed distance to the boundary of the union of the cubes (node ± dx/2) of the fluid nodes of a lattice;
+/// positive inside the union; everything beyond the lattice is outside it.
+///
+/// Near the boundary: trilinear interpolation of exact distances at spacing dx/2. The samples lie on the
+/// faces, edges and middles of the cubes, so that each interpolation cell lies in one cube, and **the sign is
+/// exact everywhere**: distance > 0 only where the node of the point is fluid. Away from the boundary:
+/// interpolation of a coarser transform, lowered by its largest error. The two are blended: the distance is
+/// continuous.
+class VoxelDistance {
+ public:
+  explicit VoxelDistance(const Lattice& inside);
+
+  /// @param p [µm] in the frame of the lattice; anywhere
+  /// @return distance [µm] and unit gradient of the interpolant
+  WallDistance at(const Vec3& p) const;
+
+  /// How much a distance may exceed the true one [µm]: interpolation next to a corner of a cube.
+  double slack() const { return nearError * dx_; }
+
+  static constexpr double nearError =
+      0.13;  ///< largest excess of the interpolated distance to a corner [nodes]
+  static constexpr double fineReach = 2.0;  ///< up to here only the fine samples count [nodes]
+  static constexpr double farReach = 3.0;   ///< from here on only the coarse ones [nodes]
+
+ private:
+  static constexpr int brickNodes = 4;    ///< edge of a brick of fine samples [nodes]
+  static constexpr int brickSamples = 9;  ///< fine samples along it, those on its faces included
+  /// Fine samples of one brick, x fastest, padded: sign · squared distance in units of (dx/2)², at most
+  /// farReach.
+  struct Brick {
+    std::int8_t code[brickSamples * brickSamples * brickSamples + 7];
+  };
+
+  void buildBricks(const Lattice& inside);
+  WallDistance far(const Vec3& w) const;
+  WallDistance inLattice(const Vec3& w) const;
+
+  double dx_;
+  std::array<int, 3> nodes_, bricks_;
+  std::vector<std::int32_t>
+      brickAt_;  ///< of brick (i,j,k), -1: all of it further than farReach from the boundary
+  std::vector<Brick> brick_;
+  int step_;                      ///< nodes between coarse samples
+  double farError_;               ///< largest excess of their interpolation beyond fineReach [nodes]
+  std::array<int, 3> samples_;    ///< coarse samples on each axis
+  std::vector<float> transform_;  ///< signed distance at the coarse samples [nodes]
+};
+
+/// Euclidean distance transform: signed distance [nodes] from the corners of cubes to the boundary of the
+/// union of the cubes of fluid nodes, exact to rounding; x fastest. Sample (i,j,k) is at step·(i,j,k) nodes
+/// from the low corner of the lattice, which is at -dx/2; samples may lie beyond the lattice, which is
+/// outside the union.
+std::vector<float> voxelTransform(const Lattice& inside, int step, const std::array<int, 3>& samples);
+
+}  // namespace packmesh::hemocell

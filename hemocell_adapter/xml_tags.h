@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Small helpers for strict reading of XML with errors that name the place.
+#pragma once
+
+#include <tinyxml2.h>
+
+#include <filesystem>
+#include <string>
+
+#include "hemocell_adapter/settings.h"
+#include "hemocell_adapter/value.h"
+
+namespace packmesh::hemocell {
+
+/// "config.xml:12: <dx>".
+std::string placeOf(const tinyxml2::XMLElement& element, const std::filesystem::path& file);
+
+/// All text directly inside the element, comments left out.
+std::string textOf(const tinyxml2::XMLElement& element);
+
+/// The text of `element` as `spec` demands. @throws InputError with the place
+Value valueOf(const tinyxml2::XMLElement& element, const ValueSpec& spec, const std::filesystem::path& file);
+
+/// The only child called `name`, nullptr when there is none. @throws InputError when there are several
+const tinyxml2::XMLElement* onlyChild(const tinyxml2::XMLElement& parent, const char* name,
+                                      const std::filesystem::path& file);
+
+/// Reads the `<packing>` section by the tables of settings_table.h.
+/// @throws InputError for everything it does not know
+Settings readPackingSection(const tinyxml2::XMLElement& packing, const std::filesystem::path& file);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/obstacles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "packMesh/error.h"
+#include "packMesh/geometry/mesh_intersection.h"
+#include "packMesh/shape/distance_grid.h"
+
+namespace packmesh {
+namespace {
+
+/// The distance grid reaches this far from the body [µm]; beyond, its bounding box stands in for it.
+constexpr double gridMargin = 2.0;
+
+double distanceToBox(const Vec3& p, const Box& box) {
+  return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).norm();
+}
+
+/// The part of a convex polygon where axis·p >= bound (sign +1) or <= bound (sign -1).
+std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, int axis, double bound, double sign) {
+  std::vector<Vec3> kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3& a = polygon[i];
+    const Vec3& b = polygon[(i + 1) % polygon.size()];
+    const double da = sign * (a[axis] - bound), db = sign * (b[axis] - bound);
+    if (da >= 0) kept.push_back(a);
+    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+      Vec3 crossing = a + (b - a) * (da / (da - db));
+      crossing[axis] = bound;
+      kept.push_back(crossing);
+    }
+  }
+  return kept;
+}
+
+/// Integral of z - zero over the projection of a convex polygon onto the x-y plane, signed by its orientation.
+double columnIntegral(const std::vector<Vec3>& polygon, double zero) {
+  double sum = 0.0;
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    const Vec3 u = polygon[i - 1] - polygon[0], v = polygon[i] - polygon[0];
+    const double area = 0.5 * (u.x() * v.y() - u.y() * v.x());
+    sum += area * ((polygon[0].z() + polygon[i - 1].z() + polygon[i].z()) / 3.0 - zero);
+  }
+  return sum;
+}
+
+/// One obstacle, ready for questions.
+struct Body {
+  explicit Body(Obstacle obstacle)
+      : name(obstacle.name),
+        box(boundingBox(obstacle.surface)),
+        spacing(std::max(0.25, std::cbrt(box.grownBy(gridMargin).volume() / 1e7))),
+        grid(sampleDistance(obstacle.surface, box.grownBy(gridMargin), spacing, gridMargin)),
+        hierarchy(std::move(obstacle.surface)) {}
+
+  WallDistance distance(const Vec3& p) const {
+    const double toBox = distanceToBox(p, box);
+    if (toBox >= gridMargin) {
+      const Vec3 nearest = p.cwiseMax(box.lo).cwiseMin(box.hi);
+      return {toBox, (p - nearest) / toBox};
+    }
+    Vec3 gradient = grid.gradient(p);
+    const double norm = gradient.norm();
+    return {grid.distance(p), norm > 0 ? Vec3(gradient / norm) : Vec3::UnitX()};
+  }
+
+  std::string name;
+  Box box;
+  double spacing;
+  DistanceGrid grid;
+  MeshHierarchy hierarchy;
+};
+
+class ObstacleWall : public Wall {
+ public:
+  ObstacleWall(const Wall* outer, const Vec3& period, std::vector<Obstacle> obstacles) : outer_(outer) {
+    for (Obstacle& obstacle : obstacles) bodies_.emplace_back(std::move(obstacle));
+    const auto steps = [&](int k) { return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0}; };
+    for (const int i : steps(0)) {
+      for (const int j : steps(1)) {
+        for (const int k : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(i, j, k)));
+      }
+    }
+    for (const Body& body : bodies_) slack_ = std::max(slack_, 0.5 * body.spacing);
+    if (outer_) slack_ = std::max(slack_, outer_->slack());
+  }
+
+  WallDistance distance(const Vec3& p) const override {
+    WallDistance nearest{std::numeric_limits<double>::infinity(), Vec3::UnitX()};
+    if (outer_) nearest = outer_->distance(p);
+    for (const Body& body : bodies_) {
+      for (const Vec3& shift : shifts_) {
+        const Vec3 q = p - shift;
+        if (distanceToBox(q, body.box) >= nearest.distance) continue;
+        const WallDistance d = body.distance(q);
+        if (d.distance < nearest.distance) nearest = d;
+      }
+    }
+    return nearest;
+  }
+
+  double slack() const override { return slack_; }
+
+  std::optional<std::string> objection(const TriangleMesh& cell) const override {
+    if (outer_) {
+      if (auto verdict = outer_->objection(cell)) return verdict;
+    }
+    const Box cellBox = boundingBox(cell);
+    std::optional<MeshHierarchy> hierarchy;
+    for (const Body& body : bodies_) {
+      for (const Vec3& shift : shifts_) {
+        if (!cellBox.meets({body.box.lo + shift, body.box.hi + shift})) continue;
+        if (!hierarchy) hierarchy.emplace(cell);
+        const Placement moved{Mat3::Identity(), shift};
+        switch (relate(*hierarchy, Placement{}, body.hierarchy, moved).relation) {
+          case MeshRelation::apart:
+            break;
+          case MeshRelation::meet:
+            return "meets an obstacle";
+          case MeshRelation::firstInside:
+            return "is inside an obstacle";
+          case MeshRelation::secondInside:
+            return "encloses an obstacle";
+        }
+      }
+    }
+    return {};
+  }
+
+  const std::vector<Body>& bodies() const { return bodies_; }
+  const std::vector<Vec3>& shifts() const { return shifts_; }
+
+ private:
+  const Wall* outer_;
+  std::vector<Body> bodies_;
+  std::vector<Vec3> shifts_;  ///< of the periodic images, zero included
+  double slack_ = 0.0;
+};
+
+class ContainerWithObstacles : public Container {
+ public:
+  ContainerWithObstacles(std::shared_ptr<const Container> outer, std::vector<Obstacle> obstacles)
+      : outer_(std::move(outer)), wall_(outer_->wall(), outer_->period(), std::move(obstacles)) {
+    refuseMeeting();
+    volume_ = outer_->volume();
+    for (const Body& body : wall_.bodies()) volume_ -= occupied(body);
+    if (!(volume_ > 0)) throw InputError("the obstacles leave no lumen");
+  }
+
+  Box bounds() const override { return outer_->bounds(); }
+  Vec3 period() const override { return outer_->period(); }
+  double volume() const override { return volume_; }
+  const Wall* wall() const override { return &wall_; }
+
+  std::string describe() const override {
+    const std::size_t n = wall_.bodies().size();
+    return outer_->describe() + " with " + std::to_string(n) + (n == 1 ? " obstacle" : " obstacles");
+  }
+
+  TriangleMesh surface() const override {
+    TriangleMesh all = outer_->surface();
+    for (const Body& body : wall_.bodies()) {
+      TriangleMesh inner = body.hierarchy.mesh();
+      flip(inner);
+      const int first = int(all.vertices.size());
+      all.vertices.insert(all.vertices.end(), inner.vertices.begin(), inner.vertices.end());
+      for (Triangle t : inner.triangles) all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+    return all;
+  }
+
+ private:
+  /// Volume that a body, with its periodic images, takes from the lumen.
+  double occupied(const Body& body) const {
+    const Box bounds = outer_->bounds();
+    double volume = 0.0;
+    for (const Vec3& shift : wall_.shifts()) volume += volumeInside(body.hierarchy.mesh(), {bounds.lo - shift, bounds.hi - shift});
+    if (!(volume > 0)) throw InputError(body.name + ": the obstacle lies outside the lumen");
+    return volume;
+  }
+
+  void refuseMeeting() const {
+    const std::vector<Body>& all = wall_.bodies();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      for (std::size_t j = i; j < all.size(); ++j) {
+        for (const Vec3& shift : wall_.shifts()) {
+          if (i == j && shift.isZero()) continue;
+          if (relate(all[i].hierarchy, Placement{}, all[j].hierarchy, {Mat3::Identity(), shift}).relation != MeshRelation::apart) {
+            throw InputError(all[j].name + ": meets " + (i == j ? "its own periodic image" : all[i].name) +
+                             "; make one body of them");
+          }
+        }
+      }
+    }
+  }
+
+  std::shared_ptr<const Container> outer_;
+  ObstacleWall wall_;
+  double volume_ = 0.0;
+};
+
+}  // namespace
+
+std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
+                                                   std::vector<Obstacle> obstacles) {
+  return std::make_shared<ContainerWithObstacles>(std::move(outer), std::move(obstacles));
+}
+
+double volumeInside(const TriangleMesh& mesh, const Box& box) {
+  // Columns along z: each triangle contributes the height of the column below it, clamped to the box.
+  double volume = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::vector<Vec3> polygon = {mesh.corner(int(t), 0), mesh.corner(int(t), 1), mesh.corner(int(t), 2)};
+    for (int axis = 0; axis < 2; ++axis) {
+      polygon = clipped(polygon, axis, box.lo[axis], 1.0);
+      polygon = clipped(polygon, axis, box.hi[axis], -1.0);
+    }
+    const std::vector<Vec3> aboveLow = clipped(polygon, 2, box.lo.z(), 1.0);
+    volume += columnIntegral(clipped(aboveLow, 2, box.hi.z(), -1.0), box.lo.z());
+    std::vector<Vec3> top = clipped(aboveLow, 2, box.hi.z(), 1.0);
+    for (Vec3& p : top) p.z() = box.hi.z();
+    volume += columnIntegral(top, box.lo.z());
+  }
+  return volume;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Runs the first ```sh block of an example's README in a copy of its folder, with the built packMesh first on PATH.
+#   run_readme.sh <example folder> <folder of packMesh> <scratch folder>
+set -euo pipefail
+example=$1 bin=$2 scratch=$3
+rm -rf "$scratch"
+mkdir -p "$(dirname "$scratch")"
+cp -r "$example" "$scratch"
+cd "$scratch"
+sed -n '/^```sh$/,/^```$/p' README.md | sed -n '2,/^```$/{/^```/!p}' > block.sh
+test -s block.sh || { echo "README.md has no sh block"; exit 1; }
+PATH="$bin:$PATH" bash -euxo pipefail block.sh
+
+# What every README of ours promises.
+for cell in RBC PLT; do
+  test "$(head -n 1 $cell.pos)" -gt 0
+  test "$(wc -l < $cell.pos)" -eq $(($(head -n 1 $cell.pos) + 1))
+done

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What users do, done with the real executable.
+#include <catch2/catch.hpp>
+#include <functional>
+#include <regex>
+
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+int cellsIn(const fs::path& file) {
+  std::ifstream in(file);
+  int n = -1;
+  in >> n;
+  return n;
+}
+
+std::string rbcPos(const std::string& lines, int count) { return std::to_string(count) + "\n" + lines; }
+
+}  // namespace
+
+TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executable]") {
+  const SampleCase folder;
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  CHECK(rbc > 10);
+  CHECK(plt == std::lround(0.2 * rbc));
+  CHECK_THAT(packed.out, Contains("HemoCell keeps " + std::to_string(rbc + plt) + " of " + std::to_string(rbc + plt)));
+  CHECK_THAT(packed.out, Contains("Certificate: clean"));
+  CHECK_THAT(packed.out, Contains("packCells"));
+  CHECK_THAT(packed.out, Contains("<Volume>"));
+
+  const Ran checked = run(folder.path(), "check config.xml");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("Verdict: clean"));
+  CHECK_THAT(checked.out, Contains("minimum distance from solid 0 µm (assumed"));
+
+  // Same seed, same bytes; another seed, another packing.
+  const std::string first = readText(folder.path() / "RBC.pos");
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") == first);
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 4").exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") != first);
+}
+
+TEST_CASE("the packing section alone suffices, options override it", "[executable]") {
+  const SampleCase folder("<packing> <hematocrit> 0.2 </hematocrit> <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/> </packing>");
+  const Ran ran = run(folder.path(), "config.xml");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const int n = cellsIn(folder.path() / "RBC.pos");
+  CHECK_FALSE(fs::exists(folder.path() / "PLT.pos"));
+  CHECK_THAT(ran.out, Contains("minimum distance from solid 1 µm"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.1").exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") < n);
+  CHECK(run(folder.path(), "config.xml --rbc 3").exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 3);
+  CHECK(run(folder.path(), "config.xml --output-dir new/folder").exitCode == 0);
+  CHECK(cellsIn(folder.path() / "new/folder/RBC.pos") == n);
+}
+
+TEST_CASE("periodic ends and HemoCell's own rule for them", "[executable]") {
+  const SampleCase folder;
+  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --ends periodic");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("ends: periodic along x"));
+  CHECK(run(folder.path(), "check config.xml --ends periodic").exitCode == 0);
+}
+
+TEST_CASE("boxes, under both names", "[executable]") {
+  const TemporaryFolder folder;
+  Ran ran = run(folder.path(), "50 50 50 --hematocrit 0.3", "packCells");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 387);
+  CHECK(cellsIn(folder.path() / "PLT.pos") == 27);
+  ran = run(folder.path(), "50.9 50 50 -h 0.3", "packCells");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.err, Contains("size 50.9 is read as 50"));
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 387);
+  ran = run(folder.path(), "check --box 50 50 50");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+
+  ran = run(folder.path(), "25.5 25 25 --hematocrit 0.3 --plt_ratio 0");
+  CHECK(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 59);  // 0.3 · 25.5 · 25 · 25 / 81.116 = 58.94
+  CHECK_THAT(ran.err, Contains("PLT.pos is not part of this packing"));
+  CHECK_THAT(ran.out, Contains("HemoCell keeps"));
+  ran = run(folder.path(), "25.5 25 25 --hematocrit 0.3 --plt_ratio 0 --rbc-volume 97");
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 49);
+  ran = run(folder.path(), "25 25 25 --rbc 50 --keep-all");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("HemoCell keeps 50 of 50"));
+}
+
+TEST_CASE("containers of the command line and of the configuration", "[executable]") {
+  const SampleCase folder;
+  for (const char* arguments :
+       {"--cylinder x 10 20 --rbc 12", "--cylinder z 10 20 --ends periodic --rbc 12", "--sphere 10 --rbc 8",
+        "20 20 20 --walls xyz --rbc 15", "--vessel tube.stl 10 --rbc 8", "--vessel tube.stl 10 --open-axis x --ends periodic --rbc 8"}) {
+    const Ran ran = run(folder.path(), arguments);
+    INFO(arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.out, Contains("Certificate: clean"));
+  }
+  const auto packed = [&](const std::string& domain, const std::string& container, const std::string& options) {
+    writeText(folder.path() / "config.xml", configXml(domain, container.empty() ? "" : "<packing>" + container + "</packing>"));
+    const Ran ran = run(folder.path(), "config.xml " + options);
+    INFO(domain << container << options << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+    const Ran checked = run(folder.path(), "check config.xml " + (options.find("--walls") != std::string::npos ? options.substr(options.find("--walls")) : ""));
+    INFO(checked.all());
+    CHECK(checked.exitCode == 0);
+  };
+  const std::string box = "<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>";
+  packed(box, "", "--hematocrit 0.3 --walls yz");
+  packed(box, "", "--hematocrit 0.3 --walls none");
+  packed(box, "<walls>yz</walls><container><obstacles><cylinder axis=\"z\" center=\"10 10 11\" radius=\"3\" length=\"30\"/></obstacles></container>",
+         "--hematocrit 0.2");
+  packed("<dx>5e-7</dx><geometry>missing.stl</geometry><refDir>0</refDir><refDirN>10</refDirN>",
+         "<container><cylinder radius=\"9\" length=\"20\"/></container>", "--hematocrit 0.2");
+}
+
+TEST_CASE("cells of one's own", "[executable]") {
+  const SampleCase folder;
+  const Ran ran = run(folder.path(), "20 20 20 --cell egg 5 3 4 5 --cell-mesh rod 4 tube.stl --mesh-scale rod 3 --vrbc 2 --wbc 1");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "egg.pos") == 5);
+  CHECK(cellsIn(folder.path() / "rod.pos") == 4);
+  CHECK(run(folder.path(), "check --box 20 20 20 --cell egg 5 3 4 5 --cell-mesh rod 4 tube.stl --mesh-scale rod 3").exitCode == 0);
+}
+
+TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
+  struct Row {
+    std::string arguments;
+    int exitCode;
+    std::string message;
+    std::function<void(const fs::path&)> spoil = [](const fs::path&) {};
+  };
+  const auto config = [](const std::string& domain, const std::string& packing = "") {
+    return [=](const fs::path& folder) { writeText(folder / "config.xml", configXml(domain, packing)); };
+  };
+  const auto file = [](const std::string& name, const std::string& text) {
+    return [=](const fs::path& folder) { writeText(folder / name, text); };
+  };
+  const std::string h = "config.xml --hematocrit 0.2";
+  const std::vector<Row> rows = {
+      {"", 1, "nothing to do"},
+      {"50 50 50 --hematocrti 0.3", 1, "did you mean '--hematocrit'?"},
+      {"50 50 50", 1, "how many cells?"},
+      {"0 50 50 --rbc 1", 1, "size sX: expected a number in (0, 100000] [µm], found '0'"},
+      {"-50 50 50 --rbc 1", 1, "found '-50'"},
+      {"nan 50 50 --rbc 1", 1, "expected"},
+      {"1e9 50 50 --rbc 1", 1, "found '1e9'"},
+      {"50 50 50 --rbc 0", 2, "nothing to pack"},
+      {"50 50 50 --rbc 99999999", 2, "the lumen only"},
+      {"50 50 50 --hematocrit 1.2", 1, "(0, 1)"},
+      {"50 50 50 --hematocrit 1e-9", 2, "nothing to pack"},
+      {"5 5 2 --rbc 1", 2, "larger than the lumen"},
+      {"50 50 50 --rbc 1 --output-dir RBC.xml", 5, "is not a folder"},
+      {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
+      {"50 50 50 --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
+      {"nowhere.xml --rbc 1", 2, "no such file"},
+      {". --rbc 1", 2, "is a folder"},
+      {h, 2, "not well-formed XML", file("config.xml", "hello")},
+      {h, 2, "expected the root <hemocell>", file("config.xml", "<vessel/>")},
+      {h, 2, "<dx>: expected", config("<dx> half </dx>")},
+      {h, 2, "unknown tag in <packing>; did you mean 'clearance'?", config(sampleDomain, "<packing><clearence>1</clearence></packing>")},
+      {h, 2, "describe such a lumen", [](const fs::path& folder) { fs::remove(folder / "tube.stl"); }},
+      {h, 2, "tube.stl", file("tube.stl", "")},
+      {h, 2, "tube.stl", file("tube.stl", "not an STL at all")},
+      {h, 2, "tube.stl", file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
+      {h, 2, "RBC.xml", [](const fs::path& folder) { fs::remove(folder / "RBC.xml"); }},
+      {h, 2, "RBC.xml", file("RBC.xml", cellXml("RBC", -1, 600, ""))},
+      {h, 2, "larger than the lumen", file("RBC.xml", cellXml("RBC", 39, 600, ""))},
+      {"config.xml", 1, "how many cells?"},
+      {"config.xml --wbc 2", 2, "WBC.xml"},
+      {"config.xml --hematocrit 0.2 --plt_ratio 0.1", 2, "PLT.xml", [](const fs::path& folder) { fs::remove(folder / "PLT.xml"); }},
+      {h, 2, "state it by --walls", config("<dx>5e-7</dx><nx>40</nx><ny>40</ny><nz>40</nz>")},
+      {h + " --walls yz", 1, "for boxes only"},
+      {h, 2, "<preInlet>", file("config.xml", "<hemocell><domain>" + sampleDomain + "</domain><preInlet/></hemocell>")},
+      {"check config.xml", 2, "no .pos files"},
+      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", rbcPos("1 2 3 0 0 0\n", 2))},
+      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", rbcPos("1 2 3 0 0 0\n1 2 3 0 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 3 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 3 0 0 0 7\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("# x y z a b c\n1 2 3 0 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 nan 0 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", "many\n1 2 3 0 0 0\n")},
+      {"check config.xml", 2, "RBC.pos", file("RBC.pos", "")},
+      {"check config.xml", 4, "NOT clean", file("RBC.pos", rbcPos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2))},
+      {"check config.xml", 4, "drops 1", file("RBC.pos", rbcPos("500 8 8 0 0 0\n", 1))},
+  };
+  for (const Row& row : rows) {
+    const SampleCase folder;
+    row.spoil(folder.path());
+    const Ran ran = run(folder.path(), row.arguments);
+    INFO("packMesh " << row.arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == row.exitCode);
+    CHECK_THAT(ran.all(), Contains(row.message));
+    if (row.exitCode != 4) CHECK_THAT(ran.err, Contains("(packMesh) (Error) "));
+    if (row.arguments.compare(0, 5, "check") != 0) {
+      for (const auto& entry : fs::directory_iterator(folder.path())) CHECK(entry.path().extension() != ".pos");
+    }
+  }
+}
+
+TEST_CASE("out of reach: says how far it came, writes only on request, keeps old files", "[executable]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "RBC.pos", "old");
+  const std::string arguments = "15 15 15 --hematocrit 0.75 --plt_ratio 0 --max-iterations 300 --max-time 20";
+  Ran ran = run(folder.path(), arguments);
+  INFO(ran.all());
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.err, Contains("densest certified packing has hematocrit"));
+  CHECK_THAT(ran.err, Contains("near") || Contains("above 0.60"));
+  CHECK(readText(folder.path() / "RBC.pos") == "old");
+  ran = run(folder.path(), arguments + " --best-effort");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") > 0);
+  CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
+}
+
+TEST_CASE("Ctrl-C ends cleanly", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "40 40 40 --hematocrit 0.7", "packMesh", "timeout -s INT 1");
+  INFO(ran.all());
+  CHECK((ran.exitCode == 130 || ran.exitCode == 124));  // 124: timeout's own word for having sent the signal
+  CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
+  CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("help, version and ranks", "[executable]") {
+  const TemporaryFolder folder;
+  Ran ran = run(folder.path(), "--help");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("--hematocrit"));
+  CHECK(run(folder.path(), "--help", "packCells").exitCode == 0);
+  CHECK(run(folder.path(), "--reference").exitCode == 0);
+  CHECK_THAT(run(folder.path(), "--version").out, Contains("packMesh "));
+  ran = run(folder.path(), "20 20 20 --rbc 1", "packMesh", "OMPI_COMM_WORLD_SIZE=4 OMPI_COMM_WORLD_RANK=0");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("started on 4 ranks"));
+  ran = run(folder.path(), "20 20 20 --rbc 1", "packMesh", "OMPI_COMM_WORLD_SIZE=4 OMPI_COMM_WORLD_RANK=2");
+  CHECK(ran.exitCode == 1);
+  CHECK(ran.all().empty());
+  CHECK(fs::is_empty(folder.path()));
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/obstacles.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/container/primitives.h"
+#include "packMesh/error.h"
+
+using namespace packmesh;
+using Catch::Matchers::Contains;
+
+namespace {
+
+TriangleMesh cube(const Vec3& lo, const Vec3& hi) { return makeBox({lo, hi}, {false, false, false})->surface(); }
+
+Obstacle cubeObstacle(const Vec3& lo, const Vec3& hi, const std::string& name = "cube") { return {cube(lo, hi), name}; }
+
+std::shared_ptr<const Container> room(std::array<bool, 3> periodic = {false, false, false}) {
+  return makeBox({Vec3(0, 0, 0), Vec3(20, 20, 20)}, periodic);
+}
+
+}  // namespace
+
+TEST_CASE("volume of a mesh inside a box", "[obstacles]") {
+  const Box box{Vec3(0, 0, 0), Vec3(10, 10, 10)};
+  CHECK(volumeInside(cube(Vec3(2, 2, 2), Vec3(4, 5, 6)), box) == Approx(24));
+  CHECK(volumeInside(cube(Vec3(-2, 2, 2), Vec3(4, 5, 6)), box) == Approx(48));
+  CHECK(volumeInside(cube(Vec3(2, 2, -50), Vec3(4, 5, 50)), box) == Approx(60));
+  CHECK(volumeInside(cube(Vec3(-5, -5, -5), Vec3(50, 50, 50)), box) == Approx(1000));
+  CHECK(volumeInside(cube(Vec3(2, 2, 20), Vec3(4, 5, 50)), box) == Approx(0).margin(1e-9));
+  CHECK(volumeInside(cube(Vec3(2, 2, -20), Vec3(4, 5, -10)), box) == Approx(0).margin(1e-9));
+  const TriangleMesh ball = makeSphere(Vec3(10, 5, 10), 3)->surface();
+  CHECK(volumeInside(ball, box) == Approx(signedVolume(ball) / 4).epsilon(0.01));
+}
+
+TEST_CASE("an obstacle is wall, takes volume, and cells may not touch it", "[obstacles]") {
+  const auto container = subtractObstacles(room(), {cubeObstacle(Vec3(8, 8, -1), Vec3(12, 12, 21))});
+  CHECK(container->volume() == Approx(8000 - 16 * 20));
+  const Wall* wall = container->wall();
+  REQUIRE(wall);
+  CHECK(wall->distance(Vec3(7, 10, 10)).distance == Approx(1).margin(0.01));
+  CHECK(wall->distance(Vec3(7, 10, 10)).gradient.x() == Approx(-1).margin(0.05));
+  CHECK(wall->distance(Vec3(10, 10, 10)).distance < 0);
+  CHECK(wall->distance(Vec3(1, 10, 10)).distance == Approx(1).margin(0.01));
+  CHECK(wall->distance(Vec3(4, 10, 10)).distance <= 4 + wall->slack());
+  CHECK_FALSE(wall->objection(cube(Vec3(1, 1, 1), Vec3(3, 3, 3))));
+  CHECK_THAT(*wall->objection(cube(Vec3(6, 9, 9), Vec3(8, 11, 11))), Contains("obstacle"));
+  CHECK_THAT(*wall->objection(cube(Vec3(9, 9, 9), Vec3(11, 11, 11))), Contains("obstacle"));
+  CHECK(wall->objection(cube(Vec3(-1, 1, 1), Vec3(3, 3, 3))));
+  CHECK_THAT(container->describe(), Contains("1 obstacle"));
+}
+
+TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
+  const auto container = subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12))});
+  CHECK(container->volume() == Approx(8000 - 64));
+  CHECK(container->wall()->distance(Vec3(17, 10, 10)).distance == Approx(1).margin(0.01));
+  CHECK(container->wall()->distance(Vec3(19, 10, 10)).distance < 0);
+  CHECK(container->wall()->objection(cube(Vec3(17, 9, 9), Vec3(19, 11, 11))));
+}
+
+TEST_CASE("obstacles that make no sense are refused", "[obstacles]") {
+  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(30, 0, 0), Vec3(40, 1, 1))}), Contains("outside the lumen"));
+  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(1, 1, 1), Vec3(5, 5, 5), "a"), cubeObstacle(Vec3(4, 4, 4), Vec3(7, 7, 7), "b")}),
+                    Contains("b: meets a"));
+  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(-1, -1, -1), Vec3(21, 21, 21))}), Contains("no lumen"));
+  CHECK_THROWS_AS(subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-1, 5, 5), Vec3(21, 8, 8))}), InputError);
+}
