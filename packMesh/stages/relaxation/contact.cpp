@@ -61,9 +61,13 @@ FieldView viewOf(const Shape& shape) {
 }
 
 SampleView viewOf(const SamplePoints& s) {
-  return {s.clusters,       s.x.data(),       s.y.data(),       s.z.data(),
-          s.centerX.data(), s.centerY.data(), s.centerZ.data(), s.radius.data()};
+  return {s.clusters,       (s.clusters + 63) / 64, s.x.data(),       s.y.data(),     s.z.data(),
+          s.centerX.data(), s.centerY.data(),       s.centerZ.data(), s.radius.data()};
 }
+
+/// Which clusters of samples can touch is remembered for as far as the two cells move in so many sweeps,
+/// within bounds [µm].
+constexpr double marginSweeps = 6.0, smallestMargin = 0.01, largestMargin = 0.1;
 
 /// Contacts deeper than this are found with coarse samples [µm].
 constexpr double deepContact = 0.3;
@@ -97,7 +101,8 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Vec3& perio
       kernel_(contactKernel(chosenInstructionSet())) {}
 
 bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface,
-                                double clearance, bool coarsely, Contact& contact, double& nearest) const {
+                                double clearance, bool coarsely, double margin, ClusterMask& mask,
+                                Contact& contact, double& nearest) const {
   RelativeFrame frame;
   const double ratio = sampled.scale / surface.scale;
   const Mat3 m = ratio * (surface.rotation.transpose() * sampled.rotation);
@@ -111,7 +116,8 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
   ContactSums sums;
   const SpeciesModel& model = models_[sampled.species];
   kernel_(coarsely ? model.coarseSamples : model.samples, frame, models_[surface.species].field,
-          static_cast<float>(clearance / surface.scale), sums);
+          static_cast<float>(clearance / surface.scale), static_cast<float>(margin / surface.scale), mask,
+          sums);
   nearest = surface.scale * sums.nearest;
   if (!(sums.weight > 0.0f)) return false;
 
@@ -191,31 +197,53 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
     }
   }
 
-  Contact onA, onB;
-  double nearestA, nearestB;
-  bool pushA = false, pushB = false;
-  if (pair.deep) {
-    pushA = findContact(a, b, fromB, clearance, true, onA, nearestA);
-    pushB = findContact(b, a, -fromB, clearance, true, onB, nearestB);
-    pair.deep = (pushA && onA.depth > deepContact) || (pushB && onB.depth > deepContact);
-  }
-  if (!pair.deep) {
-    pushA = findContact(a, b, fromB, clearance, false, onA, nearestA);
-    pushB = findContact(b, a, -fromB, clearance, false, onB, nearestB);
-    pair.deep = (pushA && onA.depth > deepContact) || (pushB && onB.depth > deepContact);
-  }
-  if (!pushA && !pushB) {
-    pair.apartUntil = travel + std::max(0.0, std::min(nearestA, nearestB) - clearance);
+  Contact contacts[2];
+  bool touching[2];
+  double nearest;
+  if (!findContacts(pair, a, b, fromB, clearance, contacts, touching, nearest)) {
+    pair.apartUntil = travel + std::max(0.0, nearest - clearance);
     return;
   }
-  if (pushA) {
-    sums.add(onA.depth);
-    push(onA, a, b);
+  for (int side = 0; side < 2; ++side) {
+    if (!touching[side]) continue;
+    sums.add(contacts[side].depth);
+    if (side == 0)
+      push(contacts[side], a, b);
+    else
+      push(contacts[side], b, a);
   }
-  if (pushB) {
-    sums.add(onB.depth);
-    push(onB, b, a);
+}
+
+bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB,
+                                 double clearance, Contact (&contacts)[2], bool (&touching)[2],
+                                 double& nearest) const {
+  const double travel = a.travel + b.travel;
+  const auto lookAt = [&](bool coarsely, double margin, ClusterMask(&masks)[2]) {
+    double nearestA, nearestB;
+    touching[0] = findContact(a, b, fromB, clearance, coarsely, margin, masks[0], contacts[0], nearestA);
+    touching[1] = findContact(b, a, -fromB, clearance, coarsely, margin, masks[1], contacts[1], nearestB);
+    nearest = std::min(nearestA, nearestB);
+    pair.deep =
+        (touching[0] && contacts[0].depth > deepContact) || (touching[1] && contacts[1].depth > deepContact);
+    return touching[0] || touching[1];
+  };
+
+  const double rate = travel - pair.lastTravel;
+  pair.lastTravel = travel;
+  if (pair.deep) {
+    ClusterMask all[2] = {allClusters, allClusters};
+    if (lookAt(true, 0.0, all) && pair.deep) return true;
   }
+  if (travel < pair.masksUntil) {
+    ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin
+    const bool found = lookAt(false, 0.0, masks);
+    nearest = std::min(nearest, clearance + (pair.masksUntil - travel));
+    return found;
+  }
+  const double margin = std::clamp(marginSweeps * rate, smallestMargin, largestMargin);
+  pair.masks[0] = pair.masks[1] = allClusters;
+  pair.masksUntil = travel + margin;
+  return lookAt(false, margin, pair.masks);
 }
 
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {

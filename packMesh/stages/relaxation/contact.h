@@ -60,8 +60,11 @@ class ContactSolver {
 
  private:
   struct Contact;
+  /// Samples of one body in the surface of the other; see ContactKernel for `margin` and `mask`.
   bool findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface, double clearance,
-                   bool coarsely, Contact& contact, double& nearest) const;
+                   bool coarsely, double margin, ClusterMask& mask, Contact& contact, double& nearest) const;
+  bool findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB, double clearance,
+                    Contact (&contacts)[2], bool (&touching)[2], double& nearest) const;
   void push(const Contact& contact, Body& away, Body& back) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
 

@@ -7,6 +7,8 @@
 /// libraries: what they instantiate in an AVX-512 object could be linked into the baseline.
 #pragma once
 
+#include <cstdint>
+
 namespace packmesh {
 
 /// The surface of a cell as the kernel sees it, in its body frame.
@@ -26,9 +28,14 @@ struct FieldView {
 /// Sample points of a cell (SamplePoints).
 struct SampleView {
   int clusters;
+  int clustersPerBit;  ///< of a ClusterMask
   const float *x, *y, *z;
   const float *centerX, *centerY, *centerZ, *radius;
 };
+
+/// A set of clusters: bit k stands for the clusters k * clustersPerBit and following.
+using ClusterMask = std::uint64_t;
+constexpr ClusterMask allClusters = ~ClusterMask{0};
 
 /// Map from the sampled cell's body frame to the other's: x -> m x + t; `scale` is the factor of m.
 struct RelativeFrame {
@@ -45,17 +52,22 @@ struct ContactSums {
   float nearest;    ///< no sample point is nearer to the surface than this (negative: inside)
 };
 
+/// Looks at the clusters in `mask`. When these are all, `mask` becomes the set of those with a point nearer
+/// than clearance + margin: as long as the two have not moved by more than the margin, no others can touch.
 using ContactKernel = void (*)(const SampleView&, const RelativeFrame&, const FieldView&, float clearance,
-                               ContactSums&);
+                               float margin, ClusterMask& mask, ContactSums&);
 
 namespace kernel_portable {
-void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, ContactSums&);
+void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
+             ClusterMask& mask, ContactSums&);
 }
 namespace kernel_avx2 {
-void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, ContactSums&);
+void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
+             ClusterMask& mask, ContactSums&);
 }
 namespace kernel_avx512 {
-void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, ContactSums&);
+void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
+             ClusterMask& mask, ContactSums&);
 }
 
 enum class InstructionSet { portable, avx2, avx512 };

@@ -60,8 +60,9 @@ inline Level closedForm(const FieldView& field, const Point& q) {
   return level;
 }
 
-/// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)): exact for spheres, within 0.0006 µm of the distance near the
-/// surface of a red cell; the smaller root of d² - |grad F| d + F = 0. Further away it may be too large.
+/// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0: exact for
+/// spheres, within 0.0006 µm of the distance near the surface of a red cell; between F / |grad F| and twice
+/// that.
 inline Lanes closedFormDistance(const Level& level) {
   const Lanes denominator =
       squareRoot(level.quarter) + squareRoot(larger(level.quarter - level.f, splat(0.0f)));
@@ -120,37 +121,51 @@ inline Level sampled(const FieldView& field, const Point& q) {
 }  // namespace
 
 void contact(const SampleView& samples, const RelativeFrame& frame, const FieldView& field, float clearance,
-             ContactSums& out) {
+             float margin, ClusterMask& mask, ContactSums& out) {
+  const bool everywhere = mask == allClusters;
+  const float limit = everywhere ? clearance + margin : clearance;
+  ClusterMask near = 0;
   Lanes weight = splat(0.0f), px = weight, py = weight, pz = weight, nx = weight, ny = weight, nz = weight,
         deepest = weight;
   Lanes nearest = splat(1e30f);
   bool touching = false;
   for (int group = 0; group < samples.clusters; group += width) {
-    const Point center = transform(frame, load(samples.centerX + group), load(samples.centerY + group),
-                                   load(samples.centerZ + group));
-    const Lanes apart = lowerBound(field, center) - frame.scale * load(samples.radius + group);
-    const Mask close = apart < splat(clearance);
-    nearest = smaller(nearest, select(close, nearest, apart));
-    unsigned members = bitsOf(close);
-    if (samples.clusters - group < width) members &= (1u << (samples.clusters - group)) - 1u;
+    const int count = samples.clusters - group < width ? samples.clusters - group : width;
+    unsigned members = 0;
+    if (everywhere) {
+      const Point center = transform(frame, load(samples.centerX + group), load(samples.centerY + group),
+                                     load(samples.centerZ + group));
+      const Lanes apart = lowerBound(field, center) - frame.scale * load(samples.radius + group);
+      const Mask close = apart < splat(limit);
+      nearest = smaller(nearest, select(close, nearest, apart));
+      members = bitsOf(close) & ((1u << count) - 1u);
+    } else if (samples.clustersPerBit == 1) {
+      members = static_cast<unsigned>(mask >> group) & ((1u << count) - 1u);
+    } else {
+      for (int k = 0; k < count; ++k)
+        members |= static_cast<unsigned>(mask >> ((group + k) / samples.clustersPerBit) & 1u) << k;
+    }
     for (; members != 0; members &= members - 1) {
-      const int member = __builtin_ctz(members);
-      const int first = (group + member) * width;
+      const int cluster = group + __builtin_ctz(members);
+      const int first = cluster * width;
       const Point q =
           transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
       const Level level = field.onGrid ? sampled(field, q) : closedForm(field, q);
       if (!field.onGrid) {
-        // Is any point nearer than the clearance? d < c where d² - |grad F| d + F = 0, without roots.
-        const Lanes f = level.f + clearance * clearance;
-        const Mask near = (f < splat(0.0f)) | (f * f < (4.0f * clearance * clearance) * level.quarter);
-        if (touching && bitsOf(near) == 0) continue;
+        // Can any point be nearer than the limit? F / |grad F| is no more than the distance where F is
+        // convex, thus around any ellipsoid, and around red cells too.
+        const Mask within =
+            (level.f < splat(0.0f)) | (level.f * level.f < (4.0f * limit * limit) * level.quarter);
+        if (bitsOf(within) == 0) {
+          nearest = smaller(nearest, splat(limit));
+          continue;
+        }
       }
+      near |= ClusterMask{1} << cluster / samples.clustersPerBit;
       const Lanes distance = field.onGrid ? level.f : closedFormDistance(level);
       const Lanes penetration = larger(clearance - distance, splat(0.0f));
       const Lanes slope = larger(2.0f * squareRoot(level.quarter), splat(1e-6f));
       if (bitsOf(splat(0.0f) < penetration) == 0) {
-        // F / |grad F| is no more than the distance where F is convex, thus around any ellipsoid, and around
-        // red cells too.
         if (!touching) nearest = smaller(nearest, field.onGrid ? distance : level.f / slope);
         continue;
       }
@@ -166,6 +181,7 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
       deepest = larger(deepest, penetration);
     }
   }
+  if (everywhere) mask = near;
   out.weight = 0.0f;
   if (!touching) {
     out.nearest = smallest(nearest);

@@ -8,6 +8,7 @@
 #include "packMesh/distributed/block_grid.h"
 #include "packMesh/distributed/periodic_images.h"
 #include "packMesh/stages/relaxation/body.h"
+#include "packMesh/stages/relaxation/contact_kernel.h"
 
 namespace packmesh {
 
@@ -18,6 +19,10 @@ struct ContactPair {
   ImageShift shift;
   /// The two need not be looked at before the sum of their travels reaches this [µm].
   double apartUntil;
+  /// Of either cell, the clusters of samples that can touch the other before the sum of travels reaches this.
+  double masksUntil;
+  ClusterMask masks[2];
+  double lastTravel;     ///< sum of travels when they were looked at last [µm]
   bool deep;             ///< reached deep into each other when last looked at, so coarse samples will do
   float extraClearance;  ///< on top of the problem's clearance [µm]
 };
