@@ -75,9 +75,10 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
   result.boxNodes = boxNodes(domain, file);
   if (!result.geometry && !result.boxNodes) {
     if (!domain.FirstChildElement(refDirNTag.name)) {
-      throw InputError(fmt::format("{}: has neither <geometry> (with <refDir> and <refDirN>) nor <nx> <ny> <nz> nor "
-                                   "<Nx> <Ny> <Nz> nor <refDirN>: the lattice is unknown",
-                                   placeOf(domain, file)));
+      throw InputError(
+          fmt::format("{}: has neither <geometry> (with <refDir> and <refDirN>) nor <nx> <ny> <nz> nor "
+                      "<Nx> <Ny> <Nz> nor <refDirN>: the lattice is unknown",
+                      placeOf(domain, file)));
     }
     const int n = int(std::get<std::int64_t>(required(domain, refDirNTag, file)));
     result.boxNodes = {n, n, n};
@@ -101,11 +102,12 @@ void load(tinyxml2::XMLDocument& document, const fs::path& file) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
       throw InputError(fmt::format("{}: is empty; expected XML with the root <hemocell>", file.string()));
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
-      throw InputError(fmt::format("{}:{}: is not well-formed XML: an element is not closed by its own end tag",
-                                   file.string(), document.ErrorLineNum()));
+      throw InputError(
+          fmt::format("{}:{}: is not well-formed XML: an element is not closed by its own end tag",
+                      file.string(), document.ErrorLineNum()));
     default:
-      throw InputError(fmt::format("{}:{}: is not well-formed XML ({})", file.string(), document.ErrorLineNum(),
-                                   document.ErrorName()));
+      throw InputError(fmt::format("{}:{}: is not well-formed XML ({})", file.string(),
+                                   document.ErrorLineNum(), document.ErrorName()));
   }
 }
 

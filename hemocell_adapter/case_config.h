@@ -13,23 +13,23 @@ namespace packmesh::hemocell {
 
 /// `<domain>`: what decides the lattice.
 struct Domain {
-  double dx = 0.0;                                 ///< [µm]
-  std::optional<std::filesystem::path> geometry;   ///< STL, as found from the case folder
-  std::string geometryWhere;                       ///< "config.xml:31: <geometry>"
-  int refDir = 0, refDirN = 0;                     ///< with a geometry
-  std::optional<std::array<int, 3>> boxNodes;      ///< without one
+  double dx = 0.0;                                ///< [µm]
+  std::optional<std::filesystem::path> geometry;  ///< STL, as found from the case folder
+  std::string geometryWhere;                      ///< "config.xml:31: <geometry>"
+  int refDir = 0, refDirN = 0;                    ///< with a geometry
+  std::optional<std::array<int, 3>> boxNodes;     ///< without one
 };
 
 struct CaseConfig {
   std::filesystem::path file, folder;
   Domain domain;
   bool hasPreInlet = false;
-  bool hasPacking = false;   ///< there is a `<packing>` section
-  Settings packing;          ///< its contents; relative paths have become relative to the working directory
+  bool hasPacking = false;  ///< there is a `<packing>` section
+  Settings packing;         ///< its contents; relative paths have become relative to the working directory
 };
 
-/// Reads config.xml. Tags outside `<packing>` that are not needed are ignored, as HemoCell does; the ones that
-/// are needed are read strictly (HemoCell reads a malformed number as 0).
+/// Reads config.xml. Tags outside `<packing>` that are not needed are ignored, as HemoCell does; the ones
+/// that are needed are read strictly (HemoCell reads a malformed number as 0).
 /// @throws InputError with file, line, tag, value and what was expected
 CaseConfig readCaseConfig(const std::filesystem::path& file);
 

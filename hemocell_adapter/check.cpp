@@ -19,7 +19,8 @@ FoundCells readCells(const Job& job, const Scene& scene) {
   FoundCells found;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     std::vector<std::string> warnings;
-    const std::vector<PosLine> lines = readPos(job.outputDirectory / (scene.species[s].job.name + ".pos"), &warnings);
+    const std::vector<PosLine> lines =
+        readPos(job.outputDirectory / (scene.species[s].job.name + ".pos"), &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       found.cells.push_back({int(s), placementOf(lines[i])});
@@ -72,9 +73,11 @@ class Report {
     printMisplaced();
     if (knowsAcceptance(scene_)) printKept();
     printHematocrit("in the files", nullptr);
-    if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size()) printHematocrit("of what HemoCell keeps", &kept_);
-    log::info(fmt::format("Minimum gap: {}", certificate_.overlapping.empty() ? gapText(certificate_.minimumGap)
-                                                                              : "none, cells overlap"));
+    if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size())
+      printHematocrit("of what HemoCell keeps", &kept_);
+    log::info(fmt::format("Minimum gap: {}", certificate_.overlapping.empty()
+                                                 ? gapText(certificate_.minimumGap)
+                                                 : "none, cells overlap"));
     const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
     const bool clean = certificate_.clean() && (!droppedIsFault || kept_.size() == found_.cells.size());
     log::info(clean ? "Verdict: clean" : "Verdict: NOT clean");
@@ -83,7 +86,8 @@ class Report {
 
  private:
   std::string nameOf(std::int64_t cell) const {
-    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].job.name, found_.lineNumber[cell]);
+    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].job.name,
+                       found_.lineNumber[cell]);
   }
 
   void printHead() const {
@@ -91,11 +95,12 @@ class Report {
     for (const std::string& line : lumenLines(scene_)) log::info(line);
     for (const SceneSpecies& species : scene_.species) {
       if (!species.acceptance) continue;
-      log::info(fmt::format("{}: {}; minimum distance from solid {} µm{}", species.job.name, species.job.origin,
-                            species.job.minimumDistanceFromSolid,
-                            species.job.minimumDistanceStated
-                                ? ""
-                                : fmt::format(" (assumed; --minimum-distance-from-solid {} d states it)", species.job.name)));
+      log::info(fmt::format(
+          "{}: {}; minimum distance from solid {} µm{}", species.job.name, species.job.origin,
+          species.job.minimumDistanceFromSolid,
+          species.job.minimumDistanceStated
+              ? ""
+              : fmt::format(" (assumed; --minimum-distance-from-solid {} d states it)", species.job.name)));
     }
     const Tally tally = tallyOf(scene_, found_.cells);
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
@@ -125,7 +130,8 @@ class Report {
     if (!scene_.lumen.container->wall()) return;
     log::info(fmt::format("Cells not wholly inside the lumen: {}", certificate_.misplaced.size()));
     FaultList list;
-    for (const MisplacedCell& cell : certificate_.misplaced) list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
+    for (const MisplacedCell& cell : certificate_.misplaced)
+      list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
   }
 
   void printKept() const {
@@ -142,7 +148,8 @@ class Report {
         }
       }
       std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].job.name);
-      for (const auto& [reason, count] : reasons.reasons) text += fmt::format("; drops {}: {}", count, reason);
+      for (const auto& [reason, count] : reasons.reasons)
+        text += fmt::format("; drops {}: {}", count, reason);
       log::info(text);
     }
     FaultList list;
@@ -154,7 +161,8 @@ class Report {
 
   void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
     const Tally tally = tallyOf(scene_, found_.cells, chosen);
-    for (const std::string& line : hematocritLines(job_, scene_, tally)) log::info(fmt::format("{} ({})", line, which));
+    for (const std::string& line : hematocritLines(job_, scene_, tally))
+      log::info(fmt::format("{} ({})", line, which));
   }
 
   const Job& job_;

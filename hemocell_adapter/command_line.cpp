@@ -16,14 +16,15 @@ struct CommandOption {
   Command command;
   bool packCells;
 };
-constexpr CommandOption commandOptions[] = {
-    {"help", Command::help, true}, {"version", Command::version, false}, {"reference", Command::reference, false}};
+constexpr CommandOption commandOptions[] = {{"help", Command::help, true},
+                                            {"version", Command::version, false},
+                                            {"reference", Command::reference, false}};
 
 /// What a word after the dashes can stand for.
 struct Candidate {
   std::string name;
   bool packCells;
-  const Setting* setting;         ///< nullptr: a command
+  const Setting* setting;  ///< nullptr: a command
   Command command;
 };
 
@@ -32,7 +33,8 @@ std::vector<Candidate> allCandidates() {
   for (const Setting& setting : settingsTable()) {
     if (*setting.option) all.push_back({setting.option, setting.packCells, &setting, Command::pack});
   }
-  for (const CommandOption& option : commandOptions) all.push_back({option.name, option.packCells, nullptr, option.command});
+  for (const CommandOption& option : commandOptions)
+    all.push_back({option.name, option.packCells, nullptr, option.command});
   return all;
 }
 
@@ -55,8 +57,9 @@ Candidate resolve(const std::string& word, const std::string& asTyped) {
   }
   for (const Candidate& candidate : all) names.push_back(candidate.name);
   const auto nearest = nearestName(word, names);
-  throw UsageError(fmt::format("unknown option '{}'{}", asTyped,
-                               nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; --help lists them all"));
+  throw UsageError(
+      fmt::format("unknown option '{}'{}", asTyped,
+                  nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; --help lists them all"));
 }
 
 std::string usage(const Setting& setting) {
@@ -151,7 +154,8 @@ class Parser {
       try {
         assignment.values.push_back(parseValue(setting.values[i], text));
       } catch (const InputError& error) {
-        const std::string which = setting.values.size() > 1 ? fmt::format(", {}", setting.values[i].placeholder) : "";
+        const std::string which =
+            setting.values.size() > 1 ? fmt::format(", {}", setting.values[i].placeholder) : "";
         throw UsageError(fmt::format("option '--{}'{}: {}", setting.option, which, error.what()));
       }
     }
@@ -167,8 +171,9 @@ class Parser {
     const bool ownLumen = result_.settings().container.has_value();
     if (positionals_.empty()) {
       if (ownLumen) return;
-      throw UsageError(checkBox ? "check --box needs three sizes: check --box sX sY sZ"
-                                : "what is to be packed into? Give a config.xml or three sizes sX sY sZ [µm]");
+      throw UsageError(checkBox
+                           ? "check --box needs three sizes: check --box sX sY sZ"
+                           : "what is to be packed into? Give a config.xml or three sizes sX sY sZ [µm]");
     }
     if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {
       result_.configFile = positionals_.front();
@@ -178,7 +183,8 @@ class Parser {
       const bool numbers = std::all_of(positionals_.begin(), positionals_.end(),
                                        [](const std::string& word) { return toNumber(word).has_value(); });
       throw UsageError(fmt::format("expected a config.xml or three sizes sX sY sZ [µm], found {} {}: {}",
-                                   positionals_.size(), numbers ? "sizes" : "words", fmt::join(positionals_, " ")));
+                                   positionals_.size(), numbers ? "sizes" : "words",
+                                   fmt::join(positionals_, " ")));
     }
     if (ownLumen) throw UsageError("sizes sX sY sZ exclude --cylinder, --sphere and --vessel");
     result_.sizes = {positionals_[0], positionals_[1], positionals_[2]};
@@ -201,8 +207,9 @@ void checkCombination(const CommandLine& c) {
   if (given(c, "hematocrit")) {
     for (const char* other : {"rbc", "plt"}) {
       if (given(c, other)) {
-        throw UsageError(fmt::format("option '--hematocrit' excludes '--{}': the hematocrit decides the number{}",
-                                     other, other == std::string("plt") ? ", --plt_ratio that of platelets" : ""));
+        throw UsageError(
+            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit decides the number{}", other,
+                        other == std::string("plt") ? ", --plt_ratio that of platelets" : ""));
       }
     }
   }
@@ -221,10 +228,13 @@ void checkCombination(const CommandLine& c) {
 
 }  // namespace
 
-Settings CommandLine::settings() const { return withOptions({}, *this); }
+Settings CommandLine::settings() const {
+  return withOptions({}, *this);
+}
 
 Settings withOptions(Settings base, const CommandLine& commandLine) {
-  for (const Assignment& assignment : commandLine.assignments) assignment.setting->apply(base, assignment.values);
+  for (const Assignment& assignment : commandLine.assignments)
+    assignment.setting->apply(base, assignment.values);
   return base;
 }
 

@@ -39,9 +39,10 @@ Settings withOptions(Settings base, const CommandLine& commandLine);
 /// Understands `arguments` (without the program's name).
 ///
 /// As getopt_long_only, which packCells uses, understands it: one or two dashes, `--name value` and
-/// `--name=value`, any order, unique prefixes, `--` ends the options. Beyond it: options take several values, words that are
-/// numbers are never options (`-5`), a prefix that is unique among packCells' options means that one (so that no
-/// option of ours makes a script's `--hema` ambiguous), and errors name the option that was probably meant.
+/// `--name=value`, any order, unique prefixes, `--` ends the options. Beyond it: options take several values,
+/// words that are numbers are never options (`-5`), a prefix that is unique among packCells' options means
+/// that one (so that no option of ours makes a script's `--hema` ambiguous), and errors name the option that
+/// was probably meant.
 /// @param programName argv[0]; its last component decides whether this is packCells
 /// @throws UsageError
 CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments);

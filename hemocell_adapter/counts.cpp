@@ -14,20 +14,21 @@ constexpr double mostCells = 1e8;
 
 std::int64_t rounded(double cells, const std::string& name) {
   if (!(cells <= mostCells)) {
-    throw InputError(fmt::format("{:.3g} cells of '{}' are too many; at most {:.0e} can be packed", cells, name, mostCells));
+    throw InputError(fmt::format("{:.3g} cells of '{}' are too many; at most {:.0e} can be packed", cells,
+                                 name, mostCells));
   }
   return std::llround(cells);
 }
 
 }  // namespace
 
-std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species, std::optional<double> hematocrit,
-                                     double lumenVolume) {
+std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
+                                     std::optional<double> hematocrit, double lumenVolume) {
   std::vector<std::int64_t> counts(species.size(), 0);
   const CountedSpecies* filler = nullptr;
-  double fixedVolume = 0.0;        // of red cells with a count
-  double fixedCells = 0.0;         // the same, in cells
-  double ratioVolume = 0.0;        // of red cells that come with each red cell
+  double fixedVolume = 0.0;  // of red cells with a count
+  double fixedCells = 0.0;   // the same, in cells
+  double ratioVolume = 0.0;  // of red cells that come with each red cell
   for (const CountedSpecies& s : species) {
     if (!s.redCell) continue;
     if (s.count) {
@@ -36,8 +37,9 @@ std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
     } else if (s.ratio) {
       ratioVolume += *s.ratio * s.volume;
     } else if (filler) {
-      throw InputError(fmt::format("the hematocrit cannot decide both '{}' and '{}': give one a count or a ratio",
-                                   filler->name, s.name));
+      throw InputError(
+          fmt::format("the hematocrit cannot decide both '{}' and '{}': give one a count or a ratio",
+                      filler->name, s.name));
     } else {
       filler = &s;
     }
@@ -47,7 +49,8 @@ std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
     // h V = fixed + N v + (fixedCells + N) · ratioVolume, solved for N.
     const double wanted = *hematocrit * lumenVolume - fixedVolume - fixedCells * ratioVolume;
     if (wanted < 0) {
-      throw InputError(fmt::format("the red cells with counts alone exceed the hematocrit {:.15g}", *hematocrit));
+      throw InputError(
+          fmt::format("the red cells with counts alone exceed the hematocrit {:.15g}", *hematocrit));
     }
     filled = rounded(wanted / (filler->volume + ratioVolume), filler->name);
   }
@@ -59,9 +62,10 @@ std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
     total += counts[i];
   }
   if (total == 0) {
-    throw InputError(hematocrit ? fmt::format("nothing to pack: hematocrit {:.15g} of {:.6g} µm³ is less than half a cell",
-                                              *hematocrit, lumenVolume)
-                                : std::string("nothing to pack: every count is 0"));
+    throw InputError(
+        hematocrit ? fmt::format("nothing to pack: hematocrit {:.15g} of {:.6g} µm³ is less than half a cell",
+                                 *hematocrit, lumenVolume)
+                   : std::string("nothing to pack: every count is 0"));
   }
   if (double(total) > mostCells) throw InputError(fmt::format("{} cells are too many", total));
   return counts;

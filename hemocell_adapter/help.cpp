@@ -93,7 +93,8 @@ std::string helpText(bool asPackCells) {
     }
   }
   out +=
-      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are cut to whole numbers,\n"
+      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are cut to whole "
+      "numbers,\n"
       "as packCells does. Otherwise the volume of the mesh HemoCell builds counts.\n"
       "\nExit codes:\n"
       "  0    certified and written; check: nothing wrong\n"
@@ -109,21 +110,25 @@ std::string helpText(bool asPackCells) {
 
 std::string referenceText() {
   std::string out =
-      "The <packing> section of config.xml, a child of <hemocell>. HemoCell ignores it. Everything is optional;\n"
+      "The <packing> section of config.xml, a child of <hemocell>. HemoCell ignores it. Everything is "
+      "optional;\n"
       "options of the command line come first.\n\n";
   const auto attributeText = [](const ValueSpec& value, const char* help, const char* fallback) {
-    return fmt::format("{}: {}{}", help, expectation(value), *fallback ? fmt::format(" (default: {})", fallback) : "");
+    return fmt::format("{}: {}{}", help, expectation(value),
+                       *fallback ? fmt::format(" (default: {})", fallback) : "");
   };
   for (const Setting& setting : settingsTable()) {
     if (!*setting.tag) continue;
-    entry(out, fmt::format("<{}>", setting.tag), attributeText(setting.values[0], setting.help, setting.fallback));
+    entry(out, fmt::format("<{}>", setting.tag),
+          attributeText(setting.values[0], setting.help, setting.fallback));
   }
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
   for (const SpeciesAttribute& attribute : speciesAttributes()) {
     entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
   }
   out +=
-      "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At most one\n"
+      "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At "
+      "most one\n"
       "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them, then\n"
       "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
   for (const SolidTag& tag : solidTags()) {

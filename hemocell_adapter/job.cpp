@@ -27,8 +27,8 @@ Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings
       if (commandLine.asPackCells) {
         const double truncated = std::atoi(text.c_str());
         if (truncated != sizes[k]) {
-          warnings.push_back(fmt::format("size {} is read as {}, as packCells does; packMesh takes it as it is", text,
-                                         truncated));
+          warnings.push_back(fmt::format(
+              "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated));
           sizes[k] = std::get<double>(parseValue(spec, fmt::format("{}", truncated)));
         }
       }
@@ -50,6 +50,7 @@ void takeSettings(Job& job, const Settings& s) {
   job.redCellVolume = s.redCellVolume;
   job.periodicEnds = s.periodicEnds;
   job.walls = s.walls;
+  job.maxIterations = s.maxIterations;
   take(job.fluidVolume, s.fluidVolume);
   take(job.keepAll, s.keepAll);
   take(job.dx, s.dx);
@@ -58,7 +59,6 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.seed, s.seed);
   take(job.rotate, s.rotate);
   take(job.maxSeconds, s.maxSeconds);
-  take(job.maxIterations, s.maxIterations);
   take(job.bestEffort, s.bestEffort);
   take(job.outputDirectory, s.outputDirectory);
   take(job.povScene, s.povScene);
@@ -66,7 +66,8 @@ void takeSettings(Job& job, const Settings& s) {
 
 /// Settings that have no effect where they were given are refused, not ignored.
 void checkApplicability(const Job& job) {
-  const bool meshLumen = job.container && job.container->lumen && job.container->lumen->kind == SolidRequest::Kind::mesh;
+  const bool meshLumen =
+      job.container && job.container->lumen && job.container->lumen->kind == SolidRequest::Kind::mesh;
   if (job.container && job.container->lumen && job.container->lumen->openAxis && !meshLumen) {
     throw UsageError("option '--open-axis' is for --vessel; a cylinder is open or closed by --ends");
   }
@@ -81,7 +82,8 @@ void checkApplicability(const Job& job) {
   }
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
-    throw UsageError("--ends periodic excludes --keep-all: HemoCell drops every cell that crosses a periodic face");
+    throw UsageError(
+        "--ends periodic excludes --keep-all: HemoCell drops every cell that crosses a periodic face");
   }
 }
 
@@ -108,7 +110,8 @@ Job makeJob(const CommandLine& commandLine) {
   checkApplicability(job);
   if (job.config && job.config->hasPreInlet && !job.container) {
     throw InputError(fmt::format(
-        "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only, whose place is in the "
+        "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only, whose place "
+        "is in the "
         "case's C++ code. Describe the inlet in <packing><container>, with its low corner at the origin",
         job.config->file.string()));
   }
@@ -120,9 +123,10 @@ Job makeJob(const CommandLine& commandLine) {
   } else {
     choosePackedSpecies(job, std::move(settings), options);
     if (job.hematocrit && *job.hematocrit > 0.6) {
-      job.warnings.push_back(fmt::format(
-          "hematocrit {:.15g}: above 0.60 packing takes minutes to forever; --max-time and --best-effort bound it",
-          *job.hematocrit));
+      job.warnings.push_back(
+          fmt::format("hematocrit {:.15g}: above 0.60 packing takes minutes to forever; --max-time and "
+                      "--best-effort bound it",
+                      *job.hematocrit));
     }
   }
   return job;

@@ -9,7 +9,6 @@
 
 #include "hemocell_adapter/case_config.h"
 #include "hemocell_adapter/command_line.h"
-#include "packMesh/tolerances.h"
 
 namespace packmesh::hemocell {
 
@@ -18,27 +17,27 @@ struct JobSpecies {
   enum class Template { model, mesh, ellipsoid };
   std::string name;
   Template kind = Template::model;
-  CellModel model;                 ///< model
-  std::filesystem::path meshFile;  ///< mesh
-  double meshScale = 1.0;          ///< mesh: µm per unit of the file
+  CellModel model;                    ///< model
+  std::filesystem::path meshFile;     ///< mesh
+  double meshScale = 1.0;             ///< mesh: µm per unit of the file
   Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
-  std::string origin;              ///< "RBC.xml, RBC_FROM_SPHERE", for people
+  std::string origin;                 ///< "RBC.xml, RBC_FROM_SPHERE", for people
   bool redCell = false;
   std::optional<std::int64_t> count;  ///< neither count nor ratio: the hematocrit decides
   std::optional<double> ratio;
-  int minimumDistanceFromSolid = 0;   ///< [µm]
+  int minimumDistanceFromSolid = 0;  ///< [µm]
   bool minimumDistanceStated = false;
 };
 
 struct Job {
   Command command = Command::pack;
   bool asPackCells = false;
-  std::optional<CaseConfig> config;   ///< a case
-  std::optional<Vec3> boxSize;        ///< a box from the command line [µm]
+  std::optional<CaseConfig> config;  ///< a case
+  std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
   std::optional<ContainerRequest> container;
   std::vector<JobSpecies> species;
 
-  double dx = 0.5;                    ///< [µm]
+  double dx = 0.5;  ///< [µm]
   std::optional<double> hematocrit;
   std::optional<double> redCellVolume;  ///< [µm³]
   bool fluidVolume = false;
@@ -46,11 +45,11 @@ struct Job {
   std::optional<std::string> walls;
   bool keepAll = false;
 
-  double clearance = tolerance::defaultClearance, wallClearance = tolerance::defaultClearance;  ///< [µm]
+  double clearance = 0.0, wallClearance = 0.0;  ///< [µm]
   std::uint64_t seed = 1;
   bool rotate = true;
-  double maxSeconds = 0.0;
-  std::int64_t maxIterations = 0;
+  double maxSeconds = 0.0;                    ///< 0: no limit
+  std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
   bool bestEffort = false;
 
   std::filesystem::path outputDirectory;
@@ -61,8 +60,8 @@ struct Job {
 /// packCells' convention: a red cell has 97 µm³.
 constexpr double packCellsRedCellVolume = 97.0;
 
-/// Reads what the command line names (config.xml, <Cell>.xml, with `check` the list of .pos files) and resolves
-/// defaults and overrides.
+/// Reads what the command line names (config.xml, <Cell>.xml, with `check` the list of .pos files) and
+/// resolves defaults and overrides.
 /// @throws UsageError, InputError
 Job makeJob(const CommandLine& commandLine);
 

@@ -71,7 +71,8 @@ JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
     species.origin = "packCells' ellipsoid";
     return species;
   }
-  throw UsageError(fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", request.name));
+  throw UsageError(
+      fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", request.name));
 }
 
 /// A hematocrit and red-cell counts contradict each other; the command line wins, a file alone is at fault.
@@ -95,8 +96,9 @@ void settleHematocrit(Job& job, Settings& settings, const Settings& options) {
       return;
     }
   } else if (!options.hematocrit && anyRed) {
-    throw InputError(fmt::format("{}: <hematocrit> and a count or ratio for every red cell; one of them decides",
-                                 job.config ? job.config->file.string() : "command line"));
+    throw InputError(
+        fmt::format("{}: <hematocrit> and a count or ratio for every red cell; one of them decides",
+                    job.config ? job.config->file.string() : "command line"));
   }
 }
 
@@ -135,7 +137,8 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
   settleHematocrit(job, settings, options);
   if (job.hematocrit) {
     if (!fillerOf(all)) add("RBC", 0);
-    const auto platelet = std::find_if(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "PLT"; });
+    const auto platelet =
+        std::find_if(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "PLT"; });
     const double ratio = settings.plateletRatio.value_or(packCellsPlateletRatio);
     if (platelet != all.end()) {
       if (settings.plateletRatio) {
@@ -155,10 +158,12 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
     job.warnings.push_back("--plt_ratio is ignored: it belongs to --hematocrit");
   }
   if (!details.empty()) {
-    throw UsageError(fmt::format("settings for '{}', but there are no such cells to pack", details.front().name));
+    throw UsageError(
+        fmt::format("settings for '{}', but there are no such cells to pack", details.front().name));
   }
   if (all.empty()) {
-    throw UsageError("how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
+    throw UsageError(
+        "how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
   }
   for (const SpeciesRequest& request : all) {
     if (!request.count && !request.ratio && !(job.hematocrit && isRedCell(request))) {
@@ -187,14 +192,16 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
     if (const SpeciesRequest* asked = findSpecies(settings, name)) request = *asked;
     request.name = name;
     const bool own = request.meshFile || request.ellipsoidAxes;
-    const bool known = own || (job.config ? fs::exists(job.config->folder / (name + ".xml"))
-                                          : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
+    const bool known =
+        own || (job.config ? fs::exists(job.config->folder / (name + ".xml"))
+                           : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
     if (known) {
       job.species.push_back(resolved(job, request));
     } else {
       job.warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
-                                         job.config ? "there is no " + name + ".xml"
-                                                    : "its shape is unknown (--cell or --cell-mesh tells it)"));
+                                         job.config
+                                             ? "there is no " + name + ".xml"
+                                             : "its shape is unknown (--cell or --cell-mesh tells it)"));
     }
   }
   if (job.species.empty()) {

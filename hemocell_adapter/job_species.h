@@ -6,9 +6,9 @@
 
 namespace packmesh::hemocell {
 
-/// The species to pack: those of `<packing>` and of the options, plus RBC (and PLT) when a hematocrit asks for
-/// them. `settings` are the merged ones, `options` those of the command line alone, which win where both speak.
-/// May clear job.hematocrit (counts on the command line replace one in the file).
+/// The species to pack: those of `<packing>` and of the options, plus RBC (and PLT) when a hematocrit asks
+/// for them. `settings` are the merged ones, `options` those of the command line alone, which win where both
+/// speak. May clear job.hematocrit (counts on the command line replace one in the file).
 void choosePackedSpecies(Job& job, Settings settings, const Settings& options);
 
 /// The species to check: one for each .pos file in the folder whose template can be known.

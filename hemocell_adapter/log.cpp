@@ -17,8 +17,12 @@ void line(std::FILE* stream, const char* kind, const std::string& message) {
 
 }  // namespace
 
-void setLevel(Level level) { currentLevel = level; }
-Level level() { return currentLevel; }
+void setLevel(Level level) {
+  currentLevel = level;
+}
+Level level() {
+  return currentLevel;
+}
 
 void info(const std::string& message) {
   if (currentLevel != Level::quiet) line(stdout, "", message);
@@ -28,7 +32,11 @@ void detail(const std::string& message) {
   if (currentLevel == Level::verbose) line(stdout, "", message);
 }
 
-void warning(const std::string& message) { line(stderr, "(Warning) ", message); }
-void error(const std::string& message) { line(stderr, "(Error) ", message); }
+void warning(const std::string& message) {
+  line(stderr, "(Warning) ", message);
+}
+void error(const std::string& message) {
+  line(stderr, "(Error) ", message);
+}
 
 }  // namespace packmesh::hemocell::log

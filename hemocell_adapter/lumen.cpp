@@ -18,7 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool hasWall(const std::string& walls, int axis) { return walls.find("xyz"[axis]) != std::string::npos; }
+bool hasWall(const std::string& walls, int axis) {
+  return walls.find("xyz"[axis]) != std::string::npos;
+}
 
 /// Spacing of a vessel's distance field [µm]: fine enough for a wall clearance of some hundredths of a
 /// micrometre on smooth walls, and never more nodes than fit comfortably into memory.
@@ -45,8 +47,8 @@ Box keptBoxOf(const Vec3& nodes, double dx) {
 std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where) {
   constexpr double most = 2147483648.0;  // 2^31 flags are 256 MB
   if (nodes.prod() > most) {
-    throw InputError(fmt::format("{}: a lattice of {} x {} x {} nodes is too large (at most 2^31)", where, nodes[0],
-                                 nodes[1], nodes[2]));
+    throw InputError(fmt::format("{}: a lattice of {} x {} x {} nodes is too large (at most 2^31)", where,
+                                 nodes[0], nodes[1], nodes[2]));
   }
   return {int(nodes[0]), int(nodes[1]), int(nodes[2])};
 }
@@ -59,7 +61,8 @@ Lumen boxLumen(const Job& job) {
   constexpr double relativeRounding = 1e-9;
   Vec3 nodes;
   for (int k = 0; k < 3; ++k) {
-    nodes[k] = std::max(1.0, std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding)) + (hasWall(walls, k) ? 1 : 0));
+    nodes[k] = std::max(
+        1.0, std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding)) + (hasWall(walls, k) ? 1 : 0));
   }
   lumen.keptBox = keptBoxOf(nodes, job.dx);
   Box box{Vec3::Zero(), *job.boxSize};
@@ -77,20 +80,24 @@ Lumen boxLumen(const Job& job) {
   lumen.acceptedOnly = job.keepAll;
   lumen.ends = lumen.periodic ? "periodic" : "closed";
   if (job.keepAll) {
-    lumen.notices.push_back(fmt::format("every cell stays within {:.6g} .. {:.6g}, {:.6g}, {:.6g} µm, what HemoCell keeps "
-                                        "of {} x {} x {} nodes at dx {:.6g} µm",
-                                        box.lo[0], box.hi[0], box.hi[1], box.hi[2], nodes[0], nodes[1], nodes[2], job.dx));
+    lumen.notices.push_back(
+        fmt::format("every cell stays within {:.6g} .. {:.6g}, {:.6g}, {:.6g} µm, what HemoCell keeps "
+                    "of {} x {} x {} nodes at dx {:.6g} µm",
+                    box.lo[0], box.hi[0], box.hi[1], box.hi[2], nodes[0], nodes[1], nodes[2], job.dx));
   }
   return lumen;
 }
 
-/// A case whose lattice is a box of nodes; walls are whole node planes, so the true wall is half a node inside.
+/// A case whose lattice is a box of nodes; walls are whole node planes, so the true wall is half a node
+/// inside.
 Lumen domainBox(const Job& job) {
   const Domain& domain = job.config->domain;
   if (!job.walls) {
     throw InputError(fmt::format(
-        "{}: <domain> has no <geometry>, so the lumen is a box of {} x {} x {} nodes. Which of its faces are walls stands "
-        "in the case's C++ code only: state it by --walls yz (or xyz, none) or <packing><walls>, or describe the lumen in "
+        "{}: <domain> has no <geometry>, so the lumen is a box of {} x {} x {} nodes. Which of its faces are "
+        "walls stands "
+        "in the case's C++ code only: state it by --walls yz (or xyz, none) or <packing><walls>, or describe "
+        "the lumen in "
         "<packing><container>",
         job.config->file.string(), (*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]));
   }
@@ -107,8 +114,8 @@ Lumen domainBox(const Job& job) {
       continue;
     }
     if (nodes[k] < 3) {
-      throw InputError(fmt::format("{}: {} nodes along {} leave no lumen between two walls", job.config->file.string(),
-                                   nodes[k], "xyz"[k]));
+      throw InputError(fmt::format("{}: {} nodes along {} leave no lumen between two walls",
+                                   job.config->file.string(), nodes[k], "xyz"[k]));
     }
     box.lo[k] += domain.dx;
     box.hi[k] -= domain.dx;
@@ -139,16 +146,18 @@ Lumen vesselLumen(const Job& job) {
   std::error_code ignored;
   if (!fs::is_regular_file(*domain.geometry, ignored)) {
     throw InputError(fmt::format(
-        "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and name an STL they do not have; describe "
+        "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and name an STL they do not "
+        "have; describe "
         "such a lumen in config.xml, in µm of the .pos files, for example\n"
         "  <packing><container> <cylinder axis=\"x\" radius=\"12.5\" length=\"51.5\" center=\"25.5 13 13\"/> "
         "</container></packing>\n"
-        "or <mesh file=\"lumen.stl\" scale=\"1\" openAxis=\"x\"/>, or <box/> with <obstacles>; --reference lists it all",
+        "or <mesh file=\"lumen.stl\" scale=\"1\" openAxis=\"x\"/>, or <box/> with <obstacles>; --reference "
+        "lists it all",
         domain.geometryWhere, domain.geometry->string()));
   }
   Lumen lumen;
-  VesselOnLattice vessel = placeVessel(readClosed(*domain.geometry, domain.geometryWhere, lumen.notices), domain.dx,
-                                       domain.refDir, domain.refDirN);
+  VesselOnLattice vessel = placeVessel(readClosed(*domain.geometry, domain.geometryWhere, lumen.notices),
+                                       domain.dx, domain.refDir, domain.refDirN);
   VesselEnds ends;
   ends.axis = 0;
   ends.lo = -0.5 * domain.dx;
@@ -193,7 +202,8 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
   if (axis >= 0) periodic[axis] = wrap;
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];
   if (wrap && !lumen.periodic) {
-    throw InputError(fmt::format("{}: ends cannot be periodic: this lumen is closed all around{}", solid.where,
+    throw InputError(fmt::format("{}: ends cannot be periodic: this lumen is closed all around{}",
+                                 solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
   lumen.ends = lumen.periodic ? "periodic" : "closed";
@@ -201,7 +211,8 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
 }
 
 /// Lattice of a lumen that the XML does not give: nodes inside the lumen are fluid.
-std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& container, std::vector<std::string>& notices) {
+std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& container,
+                                         std::vector<std::string>& notices) {
   const double dx = job.dx;
   Vec3 nodes;
   if (job.container->nodes) {
@@ -210,17 +221,32 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
     for (int k = 0; k < 3; ++k) nodes[k] = (*job.config->domain.boxNodes)[k];
   } else {
     nodes = (container.bounds().hi / dx).array().ceil() + 1;
+    for (int k = 0; k < 3; ++k) {
+      if (container.period()[k] > 0) nodes[k] = std::round(container.period()[k] / dx);
+    }
     nodes = nodes.cwiseMax(1.0);
-    notices.push_back(fmt::format("the case's lattice is taken to have {} x {} x {} nodes; <container><nodes> states it",
-                                  nodes[0], nodes[1], nodes[2]));
+    notices.push_back(
+        fmt::format("the case's lattice is taken to have {} x {} x {} nodes; <container><nodes> states it",
+                    nodes[0], nodes[1], nodes[2]));
   }
   const std::array<int, 3> n = checkedNodes(nodes, job.config->file.string());
+  for (int k = 0; k < 3; ++k) {
+    const double period = container.period()[k];
+    constexpr double rounding = 1e-6;
+    if (period > 0 && std::abs(n[k] * dx - period) > rounding * period) {
+      throw InputError(fmt::format(
+          "the lumen repeats along {} every {:.15g} µm, but {} nodes at dx {:.15g} µm are {:.15g} µm: a "
+          "periodic case needs both to agree",
+          "xyz"[k], period, n[k], dx, n[k] * dx));
+    }
+  }
   auto lattice = std::make_shared<Lattice>(n, dx);
   const Wall* wall = container.wall();
   if (!wall) return lattice;
   for (int k = 0; k < n[2]; ++k) {
     for (int j = 0; j < n[1]; ++j) {
-      for (int i = 0; i < n[0]; ++i) lattice->setFluid(i, j, k, wall->distance(dx * Vec3(i, j, k)).distance >= 0);
+      for (int i = 0; i < n[0]; ++i)
+        lattice->setFluid(i, j, k, wall->distance(dx * Vec3(i, j, k)).distance >= 0);
     }
   }
   return lattice;
@@ -235,7 +261,8 @@ Lumen ownLumen(const Job& job) {
   } else if (job.config && job.config->domain.boxNodes) {
     lumen = domainBox(job);
   } else {
-    throw InputError("<container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>");
+    throw InputError(
+        "<container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>");
   }
   if (!job.container->obstacles.empty()) {
     std::vector<Obstacle> obstacles;
@@ -263,7 +290,8 @@ Lumen makeLumen(const Job& job) {
 std::shared_ptr<const Wall> speciesWall(const Lumen& lumen, int minimumDistanceFromSolid, double reach,
                                         double wallClearance) {
   if (!lumen.acceptedOnly || !lumen.lattice) return nullptr;
-  return makePeriodicAcceptedWall(lumen.container, lumen.lattice, minimumDistanceFromSolid, reach, wallClearance);
+  return makePeriodicAcceptedWall(lumen.container, lumen.lattice, minimumDistanceFromSolid, reach,
+                                  wallClearance);
 }
 
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
@@ -275,7 +303,8 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
       case SolidRequest::Kind::cylinder: {
         Vec3 corner = Vec3::Constant(solid.radius);
         corner[solid.axis] = 0.5 * solid.length;
-        return makeCylinder(solid.center.value_or(corner), solid.axis, solid.radius, solid.length, periodic[solid.axis]);
+        return makeCylinder(solid.center.value_or(corner), solid.axis, solid.radius, solid.length,
+                            periodic[solid.axis]);
       }
       case SolidRequest::Kind::sphere:
         return makeSphere(solid.center.value_or(Vec3::Constant(solid.radius)), solid.radius);

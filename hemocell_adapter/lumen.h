@@ -18,17 +18,17 @@ struct Lumen {
   std::shared_ptr<const Lattice> lattice;  ///< nullptr without a case
   /// Without a lattice but in a box: where HemoCell would keep vertices, (lo, hi] [µm].
   std::optional<Box> keptBox;
-  bool periodic = false;        ///< cells may wrap around; HemoCell drops those that do
-  bool acceptedOnly = false;    ///< packing keeps to HemoCell's acceptance rules
-  std::string ends;             ///< for people
+  bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do
+  bool acceptedOnly = false;         ///< packing keeps to HemoCell's acceptance rules
+  std::string ends;                  ///< for people
   std::vector<std::string> notices;  ///< assumptions and repairs the user should know of
 
   /// The volume a hematocrit is a share of [µm³].
   double fluidVolume() const { return lattice ? lattice->fluidVolume() : container->volume(); }
 };
 
-/// Builds the lumen of a job. For `check`, an open vessel is periodic where it can be (as HemoCell is), so that
-/// cells that meet across its ends are found.
+/// Builds the lumen of a job. For `check`, an open vessel is periodic where it can be (as HemoCell is), so
+/// that cells that meet across its ends are found.
 /// @throws InputError, MeshError
 Lumen makeLumen(const Job& job);
 

@@ -26,8 +26,12 @@ int launcherNumber(std::initializer_list<const char*> variables, int fallback) {
   return fallback;
 }
 
-int ranks() { return launcherNumber({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}, 1); }
-int rank() { return launcherNumber({"OMPI_COMM_WORLD_RANK", "PMI_RANK"}, 0); }
+int ranks() {
+  return launcherNumber({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}, 1);
+}
+int rank() {
+  return launcherNumber({"OMPI_COMM_WORLD_RANK", "PMI_RANK"}, 0);
+}
 
 ExitCode run(const std::string& program, const std::vector<std::string>& arguments) {
   const CommandLine commandLine = parseCommandLine(program, arguments);
@@ -49,9 +53,10 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   if (options.quiet.value_or(false)) log::setLevel(log::Level::quiet);
   if (options.verbose.value_or(false)) log::setLevel(log::Level::verbose);
   if (ranks() > 1) {
-    throw UsageError(fmt::format("started on {} ranks, but one rank packs everything: start it without mpirun, or with "
-                                 "mpirun -n 1",
-                                 ranks()));
+    throw UsageError(
+        fmt::format("started on {} ranks, but one rank packs everything: start it without mpirun, or with "
+                    "mpirun -n 1",
+                    ranks()));
   }
   catchInterruption();
   const Job job = makeJob(commandLine);
@@ -67,7 +72,8 @@ int failed(ExitCode code, const std::string& message) {
 
 int main(int argc, char** argv) {
   try {
-    return int(run(argc > 0 ? argv[0] : "packMesh", std::vector<std::string>(argv + (argc > 0), argv + argc)));
+    return int(
+        run(argc > 0 ? argv[0] : "packMesh", std::vector<std::string>(argv + (argc > 0), argv + argc)));
   } catch (const UsageError& error) {
     return failed(ExitCode::usage, error.what());
   } catch (const OutputError& error) {

@@ -27,7 +27,8 @@ std::vector<std::string> names(const Table& table) {
   return all;
 }
 
-/// Applies the attributes of `element` by `table`; required ones have an empty default and are named in `needed`.
+/// Applies the attributes of `element` by `table`; required ones have an empty default and are named in
+/// `needed`.
 template <typename Table, typename Target>
 void readAttributes(const XMLElement& element, const Table& table, Target& target, const fs::path& file) {
   for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
@@ -42,16 +43,16 @@ void readAttributes(const XMLElement& element, const Table& table, Target& targe
       }
     }
     if (!known) {
-      throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file), attribute->Name(),
-                                   didYouMean(attribute->Name(), names(table))));
+      throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file),
+                                   attribute->Name(), didYouMean(attribute->Name(), names(table))));
     }
   }
 }
 
 void require(const XMLElement& element, const char* attribute, const ValueSpec& spec, const fs::path& file) {
   if (element.Attribute(attribute)) return;
-  throw InputError(fmt::format("{}: the attribute {} is missing; expected {}", placeOf(element, file), attribute,
-                               expectation(spec)));
+  throw InputError(fmt::format("{}: the attribute {} is missing; expected {}", placeOf(element, file),
+                               attribute, expectation(spec)));
 }
 
 void refuseContent(const XMLElement& element, const fs::path& file) {
@@ -70,13 +71,15 @@ SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
     throw InputError(fmt::format("{}: has a count and a ratio; one of them decides", placeOf(element, file)));
   }
   if (species.meshFile && species.ellipsoidAxes) {
-    throw InputError(fmt::format("{}: is a mesh file and an ellipsoid; one of them it can be", placeOf(element, file)));
+    throw InputError(
+        fmt::format("{}: is a mesh file and an ellipsoid; one of them it can be", placeOf(element, file)));
   }
   if (species.meshFile) *species.meshFile = file.parent_path() / *species.meshFile;
   return species;
 }
 
-SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>& alsoKnown, const fs::path& file) {
+SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>& alsoKnown,
+                       const fs::path& file) {
   for (const SolidTag& tag : solidTags()) {
     if (std::string(tag.name) != element.Name()) continue;
     SolidRequest solid;
@@ -92,7 +95,8 @@ SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>
   }
   std::vector<std::string> known = names(solidTags());
   known.insert(known.end(), alsoKnown.begin(), alsoKnown.end());
-  throw InputError(fmt::format("{}: unknown tag; {}", placeOf(element, file), didYouMean(element.Name(), known)));
+  throw InputError(
+      fmt::format("{}: unknown tag; {}", placeOf(element, file), didYouMean(element.Name(), known)));
 }
 
 ContainerRequest readContainer(const XMLElement& element, const fs::path& file) {
@@ -110,8 +114,9 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
       spec.low = 1;
       container.nodes = std::get<Vec3>(valueOf(*child, spec, file));
     } else if (container.lumen) {
-      throw InputError(fmt::format("{}: a second body; a container is one body from which <obstacles> are subtracted",
-                                   placeOf(*child, file)));
+      throw InputError(
+          fmt::format("{}: a second body; a container is one body from which <obstacles> are subtracted",
+                      placeOf(*child, file)));
     } else {
       container.lumen = readSolid(*child, {"obstacles", "nodes"}, file);
     }
@@ -165,7 +170,8 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     if (name == "species") {
       const SpeciesRequest species = readSpecies(*child, file);
       if (findSpecies(settings, species.name)) {
-        throw InputError(fmt::format("{}: a second species called '{}'", placeOf(*child, file), species.name));
+        throw InputError(
+            fmt::format("{}: a second species called '{}'", placeOf(*child, file), species.name));
       }
       settings.species.push_back(species);
       continue;
@@ -180,7 +186,8 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
       if (*setting.tag && name == setting.tag) found = &setting;
     }
     if (!found) {
-      throw InputError(fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
+      throw InputError(
+          fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
     }
     found->apply(settings, {valueOf(*child, found->values[0], file)});
   }

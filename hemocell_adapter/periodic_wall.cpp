@@ -24,8 +24,8 @@ class MovedWall : public Wall {
   Vec3 shift_;
 };
 
-/// The container's wall in the frame of the repeated lattice, the accepted wall made from it, and that one moved
-/// back into the .pos frame.
+/// The container's wall in the frame of the repeated lattice, the accepted wall made from it, and that one
+/// moved back into the .pos frame.
 struct OwnedWalls {
   std::shared_ptr<const Container> container;
   std::unique_ptr<const Wall> inFrame, accepted, result;
@@ -35,7 +35,8 @@ struct OwnedWalls {
 
 std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Container> container,
                                                      std::shared_ptr<const Lattice> lattice,
-                                                     int minimumDistanceFromSolid, double reach, double wallClearance) {
+                                                     int minimumDistanceFromSolid, double reach,
+                                                     double wallClearance) {
   auto walls = std::make_shared<OwnedWalls>();
   walls->container = container;
   const Wall* wall = container->wall();
@@ -49,7 +50,8 @@ std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Conta
   const std::array<int, 3> nodes = lattice->nodes();
   std::array<int, 3> extended = nodes, margin{};
   for (int k = 0; k < 3; ++k) {
-    if (period[k] > 0) margin[k] = int(std::ceil((reach + minimumDistanceFromSolid + 2 * wallClearance) / dx)) + 2;
+    if (period[k] > 0)
+      margin[k] = int(std::ceil((reach + minimumDistanceFromSolid + 2 * wallClearance) / dx)) + 2;
     extended[k] += 2 * margin[k];
   }
   auto repeated = std::make_shared<Lattice>(extended, dx);

@@ -36,7 +36,8 @@ void requireWritable(const fs::path& folder) {
   fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder);
   while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
   if (!fs::is_directory(existing, ignored)) {
-    throw OutputError(fmt::format("{}: is not a folder; the .pos files cannot be written there", existing.string()));
+    throw OutputError(
+        fmt::format("{}: is not a folder; the .pos files cannot be written there", existing.string()));
   }
   if (access(existing.c_str(), W_OK | X_OK) != 0) {
     throw OutputError(fmt::format("{}: the folder is not writable", existing.string()));
@@ -52,9 +53,10 @@ void warnOfStaleFiles(const Job& job, const Scene& scene) {
     bool ours = false;
     for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.count > 0);
     if (!ours) {
-      log::warning(fmt::format("{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
-                               "is meant",
-                               entry.path().string()));
+      log::warning(fmt::format(
+          "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
+          "is meant",
+          entry.path().string()));
     }
   }
 }
@@ -73,42 +75,21 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells) {
   return kept;
 }
 
-/// The cells to write, with a certificate of exactly these.
-struct Outputs {
-  std::vector<PlacedCell> cells;
-  std::vector<Pose> poses;
-  Certificate certificate;
-};
-
-Outputs subsetOf(const PackingResult& result, const Scene& scene) {
-  Outputs subset;
-  for (const std::int64_t i : result.certifiedSubset) {
-    subset.cells.push_back(result.cells[i]);
-    subset.poses.push_back(result.poses[i]);
-  }
-  CertificateInput input;
-  input.container = scene.lumen.container.get();
-  input.cells = &subset.cells;
-  for (const SceneSpecies& species : scene.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(species.wall ? species.wall.get() : scene.lumen.container->wall());
-  }
-  subset.certificate = certify(input);
-  return subset;
-}
-
-void write(const Job& job, const Scene& scene, const Outputs& outputs) {
+void write(const Job& job, const Scene& scene, const PackingResult& result) {
   try {
     std::error_code error;
     fs::create_directories(job.outputDirectory, error);
-    if (error) throw InputError(fmt::format("{}: the folder cannot be made: {}", job.outputDirectory.string(), error.message()));
+    if (error)
+      throw InputError(
+          fmt::format("{}: the folder cannot be made: {}", job.outputDirectory.string(), error.message()));
     AtomicFiles files;
     for (std::size_t s = 0; s < scene.species.size(); ++s) {
       std::vector<PosLine> lines;
-      for (std::size_t i = 0; i < outputs.cells.size(); ++i) {
-        if (outputs.cells[i].species == int(s)) lines.push_back(posLineOf(outputs.poses[i]));
+      for (std::size_t i = 0; i < result.cells.size(); ++i) {
+        if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
       }
-      if (scene.species[s].count > 0) files.add(job.outputDirectory / (scene.species[s].job.name + ".pos"), formatPos(lines));
+      if (scene.species[s].count > 0)
+        files.add(job.outputDirectory / (scene.species[s].job.name + ".pos"), formatPos(lines));
     }
     files.commit();
   } catch (const InputError& error) {
@@ -116,7 +97,7 @@ void write(const Job& job, const Scene& scene, const Outputs& outputs) {
   }
 }
 
-void writePicture(const Job& job, const Scene& scene, const Outputs& outputs) {
+void writePicture(const Job& job, const Scene& scene, const PackingResult& result) {
   std::vector<const Shape*> shapes;
   std::vector<std::string> names;
   for (const SceneSpecies& species : scene.species) {
@@ -124,7 +105,7 @@ void writePicture(const Job& job, const Scene& scene, const Outputs& outputs) {
     names.push_back(species.job.name);
   }
   try {
-    writePovScene(job.outputDirectory / "cells.pov", shapes, names, outputs.cells, *scene.lumen.container);
+    writePovScene(job.outputDirectory / "cells.pov", shapes, names, result.cells, *scene.lumen.container);
   } catch (const InputError& error) {
     throw OutputError(error.what());
   }
@@ -139,8 +120,9 @@ class ProgressLog {
     const double pause = log::level() == log::Level::verbose ? 1.0 : 10.0;  // [s]
     if (now - last_ < pause) return;
     last_ = now;
-    log::info(fmt::format("{}: sweep {}, scale {:.3f}, worst overlap {:.4f} µm, {} pairs unresolved", progress.stage,
-                          progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved));
+    log::info(fmt::format("{}: sweep {}, scale {:.3f}, worst overlap {:.4f} µm, {} pairs unresolved",
+                          progress.stage, progress.sweep, progress.scale, progress.worstOverlap,
+                          progress.unresolved));
   }
 
  private:
@@ -155,15 +137,18 @@ ExitCode endInterrupted() {
 
 /// What was reached when not everything could be.
 std::string reachedText(const Job& job, const Scene& scene, const PackingResult& result) {
-  const Tally tally = tallyOf(scene, result.cells, &result.certifiedSubset);
+  const Tally tally = tallyOf(scene, result.cells);
   std::string counts;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count, scene.species[s].job.name);
+    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
+                          scene.species[s].job.name);
   }
-  return fmt::format("out of reach within the limits ({} sweeps{}): the densest certified packing has hematocrit {:.4f} of the "
-                     "{} ({})",
-                     result.statistics.sweeps, job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
-                     tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
+  return fmt::format(
+      "out of reach within the limits ({} sweeps{}): the densest certified packing has hematocrit {:.4f} of "
+      "the "
+      "{} ({})",
+      result.statistics.sweeps, job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
+      tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
 }  // namespace
@@ -180,38 +165,39 @@ ExitCode runPacking(const Job& job) {
   if (interrupted()) return endInterrupted();
 
   ProgressLog progress;
-  const PackingResult result = pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
+  const PackingResult result =
+      pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
   if (result.outcome == Outcome::interrupted || interrupted()) return endInterrupted();
-  Outputs outputs;
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result);
-    if (!job.bestEffort || result.certifiedSubset.empty()) {
-      log::error(reached + (result.certifiedSubset.empty() ? "; nothing was written"
-                                                           : "; nothing was written (--best-effort writes that one)"));
+    if (!job.bestEffort || result.cells.empty()) {
+      log::error(reached + (result.cells.empty() ? "; nothing was written"
+                                                 : "; nothing was written (--best-effort writes that one)"));
       return ExitCode::outOfReach;
     }
     log::warning(reached + "; writing that one (--best-effort)");
-    outputs = subsetOf(result, scene);
-  } else {
-    outputs = {result.cells, result.poses, result.certificate};
   }
-  const Kept kept = keptOf(scene, outputs.cells);
+  const Kept kept = keptOf(scene, result.cells);
   const bool allKept = kept.reasons.empty();
   const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
-  if (!outputs.certificate.clean() || (promised && !allKept)) {
-    log::error(fmt::format("the packing does not hold ({} overlapping pairs, {} cells misplaced, HemoCell would drop some: "
-                           "{}); nothing was written. This is a fault of packMesh; please report it with the command",
-                           outputs.certificate.overlapping.size(), outputs.certificate.misplaced.size(),
-                           allKept ? "no" : kept.reasons.front().first));
+  if (!result.certificate.clean() || (promised && !allKept)) {
+    log::error(fmt::format(
+        "the packing does not hold ({} overlapping pairs, {} cells misplaced, HemoCell would drop some: "
+        "{}); nothing was written. This is a fault of packMesh; please report it with the command",
+        result.certificate.overlapping.size(), result.certificate.misplaced.size(),
+        allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
-  write(job, scene, outputs);
-  for (const std::string& line : footLines(job, scene, outputs.cells, outputs.certificate, kept, stopwatch.elapsed())) log::info(line);
+  write(job, scene, result);
+  for (const std::string& line :
+       footLines(job, scene, result.cells, result.certificate, kept, stopwatch.elapsed()))
+    log::info(line);
   for (const SceneSpecies& species : scene.species) {
-    if (species.count > 0) log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
+    if (species.count > 0)
+      log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
   }
   warnOfStaleFiles(job, scene);
-  if (job.povScene) writePicture(job, scene, outputs);
+  if (job.povScene) writePicture(job, scene, result);
   return ExitCode::ok;
 }
 

@@ -7,7 +7,8 @@
 
 namespace packmesh::hemocell {
 
-/// Packs, proves and writes what `job` says. Existing .pos files are replaced by certified ones or not at all.
+/// Packs, proves and writes what `job` says. Existing .pos files are replaced by certified ones or not at
+/// all.
 /// @throws InputError, OutputError
 ExitCode runPacking(const Job& job);
 

@@ -9,7 +9,8 @@
 namespace packmesh::hemocell {
 namespace {
 
-std::shared_ptr<const Shape> shapeOf(const JobSpecies& species, double dx, std::vector<std::string>& warnings) {
+std::shared_ptr<const Shape> shapeOf(const JobSpecies& species, double dx,
+                                     std::vector<std::string>& warnings) {
   try {
     switch (species.kind) {
       case JobSpecies::Template::model:
@@ -25,13 +26,15 @@ std::shared_ptr<const Shape> shapeOf(const JobSpecies& species, double dx, std::
   return nullptr;
 }
 
-/// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some axis.
+/// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some
+/// axis.
 void refuseTooLarge(const SceneSpecies& species, const Container& container) {
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
   const Vec3 room = container.bounds().size();
   if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) return;
-  throw InputError(fmt::format("cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
-                               species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
+  throw InputError(fmt::format(
+      "cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
+      species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
 }
 
 void resolveCounts(const Job& job, Scene& scene) {
@@ -59,7 +62,8 @@ void resolveCounts(const Job& job, Scene& scene) {
   }
   const double lumen = scene.lumen.container->volume();
   if (volume >= lumen) {
-    throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³", volume, lumen));
+    throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
+                                 volume, lumen));
   }
 }
 
@@ -73,7 +77,8 @@ Scene buildScene(const Job& job) {
     species.job = jobSpecies;
     species.shape = shapeOf(jobSpecies, job.dx, scene.warnings);
     if (scene.lumen.lattice) {
-      species.acceptance = std::make_shared<Acceptance>(scene.lumen.lattice, jobSpecies.minimumDistanceFromSolid);
+      species.acceptance =
+          std::make_shared<Acceptance>(scene.lumen.lattice, jobSpecies.minimumDistanceFromSolid);
     }
     scene.species.push_back(std::move(species));
   }
@@ -99,14 +104,16 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   problem.seed = job.seed;
   problem.rotate = job.rotate;
   problem.limits.maxSeconds = job.maxSeconds;
-  problem.limits.maxSweeps = job.maxIterations;
+  if (job.maxIterations) problem.limits.maxSweeps = *job.maxIterations;
   problem.written = [](const Pose& pose) { return placementOf(posLineOf(pose)); };
   problem.interrupted = std::move(interrupted);
   problem.progress = std::move(progress);
   return problem;
 }
 
-bool knowsAcceptance(const Scene& scene) { return scene.lumen.lattice || scene.lumen.keptBox; }
+bool knowsAcceptance(const Scene& scene) {
+  return scene.lumen.lattice || scene.lumen.keptBox;
+}
 
 std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell) {
   const SceneSpecies& species = scene.species[cell.species];
@@ -114,14 +121,16 @@ std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCel
   if (species.acceptance) return species.acceptance->objection(mesh.vertices);
   if (scene.lumen.keptBox) {
     for (const Vec3& p : mesh.vertices) {
-      const bool kept = (p.array() > scene.lumen.keptBox->lo.array()).all() && (p.array() <= scene.lumen.keptBox->hi.array()).all();
+      const bool kept = (p.array() > scene.lumen.keptBox->lo.array()).all() &&
+                        (p.array() <= scene.lumen.keptBox->hi.array()).all();
       if (!kept) return "a vertex lies outside the lattice";
     }
   }
   return {};
 }
 
-Tally tallyOf(const Scene& scene, const std::vector<PlacedCell>& cells, const std::vector<std::int64_t>* chosen) {
+Tally tallyOf(const Scene& scene, const std::vector<PlacedCell>& cells,
+              const std::vector<std::int64_t>* chosen) {
   Tally tally;
   tally.counts.assign(scene.species.size(), 0);
   tally.meshVolume.assign(scene.species.size(), 0.0);

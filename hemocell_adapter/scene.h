@@ -18,9 +18,9 @@ namespace packmesh::hemocell {
 struct SceneSpecies {
   JobSpecies job;
   std::shared_ptr<const Shape> shape;
-  std::shared_ptr<const Wall> wall;                  ///< where packing allows it; nullptr: the container's own
-  std::shared_ptr<const Acceptance> acceptance;      ///< nullptr without a lattice
-  std::int64_t count = 0;                            ///< requested
+  std::shared_ptr<const Wall> wall;              ///< where packing allows it; nullptr: the container's own
+  std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
+  std::int64_t count = 0;                        ///< requested
 };
 
 struct Scene {
@@ -38,8 +38,8 @@ struct Scene {
 /// @throws InputError, MeshError
 Scene buildScene(const Job& job);
 
-/// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the numbers
-/// that formatPos writes.
+/// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the
+/// numbers that formatPos writes.
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress);
 
@@ -51,11 +51,11 @@ bool knowsAcceptance(const Scene& scene);
 
 /// Volumes and numbers of a set of cells.
 struct Tally {
-  std::vector<std::int64_t> counts;    ///< per species
-  std::vector<double> meshVolume;      ///< per species [µm³]
-  double redMesh = 0.0;                ///< volume of the red cells' meshes [µm³]
-  double redHemocell = 0.0;            ///< the same by `<Volume>`, where given [µm³]
-  bool hemocellKnown = true;           ///< every red species present has a `<Volume>`
+  std::vector<std::int64_t> counts;  ///< per species
+  std::vector<double> meshVolume;    ///< per species [µm³]
+  double redMesh = 0.0;              ///< volume of the red cells' meshes [µm³]
+  double redHemocell = 0.0;          ///< the same by `<Volume>`, where given [µm³]
+  bool hemocellKnown = true;         ///< every red species present has a `<Volume>`
   std::int64_t redCells = 0;
 };
 

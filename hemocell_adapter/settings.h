@@ -21,39 +21,39 @@ struct SpeciesRequest {
   std::optional<Construction> construction;
   std::optional<int> minimumDistanceFromSolid;  ///< [µm] as in setInitialMinimumDistanceFromSolid
   std::optional<std::filesystem::path> meshFile;
-  std::optional<double> meshScale;      ///< µm per unit of the mesh file
-  std::optional<Vec3> ellipsoidAxes;    ///< full lengths [µm]
-  std::optional<bool> redCell;          ///< whether its volume counts as hematocrit
+  std::optional<double> meshScale;    ///< µm per unit of the mesh file
+  std::optional<Vec3> ellipsoidAxes;  ///< full lengths [µm]
+  std::optional<bool> redCell;        ///< whether its volume counts as hematocrit
 };
 
 /// A body with a closed surface, in the .pos frame [µm].
 struct SolidRequest {
   enum class Kind { box, cylinder, sphere, mesh };
   Kind kind = Kind::box;
-  Vec3 size = Vec3::Zero();               ///< box [µm]
-  Vec3 origin = Vec3::Zero();             ///< box: its low corner; mesh: added after scaling [µm]
-  std::optional<Vec3> center;             ///< cylinder, sphere [µm]; default: touching the planes x, y, z = 0
-  int axis = 0;                           ///< cylinder
-  double radius = 0.0, length = 0.0;      ///< [µm]
-  std::filesystem::path file;             ///< mesh
-  double scale = 1.0;                     ///< mesh: µm per unit of the file
-  std::optional<int> openAxis;            ///< mesh: axis along which the lumen is open
-  std::string where;                      ///< "config.xml:12: <cylinder>" or "option '--cylinder'"
+  Vec3 size = Vec3::Zero();           ///< box [µm]
+  Vec3 origin = Vec3::Zero();         ///< box: its low corner; mesh: added after scaling [µm]
+  std::optional<Vec3> center;         ///< cylinder, sphere [µm]; default: touching the planes x, y, z = 0
+  int axis = 0;                       ///< cylinder
+  double radius = 0.0, length = 0.0;  ///< [µm]
+  std::filesystem::path file;         ///< mesh
+  double scale = 1.0;                 ///< mesh: µm per unit of the file
+  std::optional<int> openAxis;        ///< mesh: axis along which the lumen is open
+  std::string where;                  ///< "config.xml:12: <cylinder>" or "option '--cylinder'"
 };
 
 /// A lumen of the user's own: a body from which obstacles are subtracted.
 struct ContainerRequest {
-  std::optional<SolidRequest> lumen;      ///< empty: the box of `<domain>` or of the command line
+  std::optional<SolidRequest> lumen;  ///< empty: the box of `<domain>` or of the command line
   std::vector<SolidRequest> obstacles;
-  std::optional<Vec3> nodes;              ///< lattice nodes of the case when its XML does not say
+  std::optional<Vec3> nodes;  ///< lattice nodes of the case when its XML does not say
 };
 
 /// Everything that can be asked for; empty: the default applies.
 struct Settings {
   std::optional<double> hematocrit;
   std::optional<double> plateletRatio;
-  std::optional<double> redCellVolume;    ///< volume by which red cells are counted [µm³]; empty: of the mesh
-  std::optional<bool> fluidVolume;        ///< hematocrit of the fluid-node volume instead of the true lumen
+  std::optional<double> redCellVolume;  ///< volume by which red cells are counted [µm³]; empty: of the mesh
+  std::optional<bool> fluidVolume;      ///< hematocrit of the fluid-node volume instead of the true lumen
   std::vector<SpeciesRequest> species;
   std::optional<ContainerRequest> container;
 
@@ -61,8 +61,8 @@ struct Settings {
   std::optional<bool> rotate;
   std::optional<std::uint64_t> seed;
   std::optional<bool> periodicEnds;
-  std::optional<std::string> walls;       ///< sorted letters of the axes that end in walls
-  std::optional<double> dx;               ///< [µm], box mode
+  std::optional<std::string> walls;  ///< sorted letters of the axes that end in walls
+  std::optional<double> dx;          ///< [µm], box mode
   std::optional<bool> keepAll;
 
   std::optional<double> maxSeconds;
@@ -70,8 +70,8 @@ struct Settings {
   std::optional<bool> bestEffort;
   std::optional<std::filesystem::path> outputDirectory;
   std::optional<bool> povScene, quiet, verbose;
-  std::optional<double> ignoredScale;     ///< packCells' --scale was given
-  std::optional<bool> checkBox;           ///< `check --box`
+  std::optional<double> ignoredScale;  ///< packCells' --scale was given
+  std::optional<bool> checkBox;        ///< `check --box`
 };
 
 /// The request for cells called `name`, added when there is none yet.

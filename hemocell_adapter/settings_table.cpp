@@ -7,7 +7,7 @@ namespace packmesh::hemocell {
 namespace {
 
 // Ranges that catch slips of unit and of finger; anything inside them makes sense to somebody.
-constexpr double largestLength = 1e5;   // [µm]; coordinates must stay below it (tolerances.h, culling)
+constexpr double largestLength = 1e5;  // [µm]; coordinates must stay below it (tolerances.h, culling)
 constexpr double largestCount = 1e8;
 
 ValueSpec number(const char* placeholder, const char* unit, double low, bool lowExcluded, double high) {
@@ -21,7 +21,9 @@ ValueSpec number(const char* placeholder, const char* unit, double low, bool low
   return spec;
 }
 
-ValueSpec length(const char* placeholder) { return number(placeholder, "µm", 0, true, largestLength); }
+ValueSpec length(const char* placeholder) {
+  return number(placeholder, "µm", 0, true, largestLength);
+}
 
 ValueSpec integer(const char* placeholder, const char* unit, double low, double high) {
   ValueSpec spec = number(placeholder, unit, low, false, high);
@@ -29,7 +31,9 @@ ValueSpec integer(const char* placeholder, const char* unit, double low, double 
   return spec;
 }
 
-ValueSpec count() { return integer("n", "cells", 0, largestCount); }
+ValueSpec count() {
+  return integer("n", "cells", 0, largestCount);
+}
 
 ValueSpec plain(Kind kind, const char* placeholder) {
   ValueSpec spec;
@@ -56,71 +60,165 @@ ValueSpec hematocrit() {
   return spec;
 }
 
-ValueSpec ratio() { return number("r", "per red cell", 0, false, 1e4); }
-ValueSpec clearance() { return number("d", "µm", 0, false, 100); }
-ValueSpec flag() { return plain(Kind::boolean, ""); }
-ValueSpec name() { return plain(Kind::name, "name"); }
-ValueSpec file() { return plain(Kind::text, "file"); }
-ValueSpec meshScale() { return number("factor", "µm per unit of the file", 0, true, 1e9); }
-ValueSpec seed() { return integer("n", "", 0, std::numeric_limits<double>::infinity()); }
-ValueSpec distanceFromSolid() { return integer("d", "µm", 0, 1000); }
+ValueSpec ratio() {
+  return number("r", "per red cell", 0, false, 1e4);
+}
+ValueSpec clearance() {
+  return number("d", "µm", 0, false, 100);
+}
+ValueSpec flag() {
+  return plain(Kind::boolean, "");
+}
+ValueSpec name() {
+  return plain(Kind::name, "name");
+}
+ValueSpec file() {
+  return plain(Kind::text, "file");
+}
+ValueSpec meshScale() {
+  return number("factor", "µm per unit of the file", 0, true, 1e9);
+}
+ValueSpec seed() {
+  return integer("n", "", 0, std::numeric_limits<double>::infinity());
+}
+ValueSpec distanceFromSolid() {
+  return integer("d", "µm", 0, 1000);
+}
 ValueSpec constructions() {
   return choice("kind", {"RBC_FROM_SPHERE", "ELLIPSOID_FROM_SPHERE", "WBC_SPHERE", "MESH_FROM_STL"});
 }
 
 using Values = std::vector<Value>;
-double real(const Value& v) { return std::get<double>(v); }
-std::int64_t whole(const Value& v) { return std::get<std::int64_t>(v); }
-bool yes(const Value& v) { return std::get<bool>(v); }
-const std::string& text(const Value& v) { return std::get<std::string>(v); }
+double real(const Value& v) {
+  return std::get<double>(v);
+}
+std::int64_t whole(const Value& v) {
+  return std::get<std::int64_t>(v);
+}
+bool yes(const Value& v) {
+  return std::get<bool>(v);
+}
+const std::string& text(const Value& v) {
+  return std::get<std::string>(v);
+}
 
 /// The option that asks for `n` cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
-  return {option, 0,    "", false, {count()}, "0", help, Topic::cells, true,
-          [cellName](Settings& s, const Values& v) { speciesNamed(s, cellName).count = whole(v[0]); }};
+  return {
+      option,    0,
+      "",        false,
+      {count()}, "0",
+      help,      Topic::cells,
+      true,      [cellName](Settings& s, const Values& v) { speciesNamed(s, cellName).count = whole(v[0]); }};
 }
 
 std::vector<Setting> cellSettings() {
   return {
-      {"hematocrit", 'h', "hematocrit", false, {hematocrit()}, "",
-       "share of the lumen that red-cell meshes fill; excludes --rbc and --plt", Topic::cells, true,
+      {"hematocrit",
+       'h',
+       "hematocrit",
+       false,
+       {hematocrit()},
+       "",
+       "share of the lumen that red-cell meshes fill; excludes --rbc and --plt",
+       Topic::cells,
+       true,
        [](Settings& s, const Values& v) { s.hematocrit = real(v[0]); }},
-      {"plt_ratio", 0, "", false, {ratio()}, "0.07", "platelets per red cell; with a hematocrit", Topic::cells, true,
+      {"plt_ratio",
+       0,
+       "",
+       false,
+       {ratio()},
+       "0.07",
+       "platelets per red cell; with a hematocrit",
+       Topic::cells,
+       true,
        [](Settings& s, const Values& v) { s.plateletRatio = real(v[0]); }},
       countOption("rbc", "RBC", "red blood cells"),
       countOption("plt", "PLT", "platelets"),
       countOption("wbc", "WBC", "white blood cells"),
-      countOption("vrbc", "vRBC", "stage V gametocytes (ellipsoids, unless --cell-mesh or the case has a mesh)"),
+      countOption("vrbc", "vRBC",
+                  "stage V gametocytes (ellipsoids, unless --cell-mesh or the case has a mesh)"),
       countOption("rbc_m", "RBC_m", "mouse red cells"),
       countOption("plt_m", "PLT_m", "mouse platelets"),
       countOption("plt_mko", "PLT_mko", "mouse knock-out platelets"),
-      {"cell", 0, "", false, {name(), count(), length("e1"), length("e2"), length("d")}, "",
-       "n ellipsoids of your own, full axis lengths", Topic::cells, true,
+      {"cell",
+       0,
+       "",
+       false,
+       {name(), count(), length("e1"), length("e2"), length("d")},
+       "",
+       "n ellipsoids of your own, full axis lengths",
+       Topic::cells,
+       true,
        [](Settings& s, const Values& v) {
          SpeciesRequest& species = speciesNamed(s, text(v[0]));
          species.count = whole(v[1]);
          species.ellipsoidAxes = Vec3(real(v[2]), real(v[3]), real(v[4]));
        }},
-      {"cell-mesh", 0, "", false, {name(), count(), file()}, "",
-       "n cells of your own, any closed mesh (STL, OFF, PLY, OBJ)", Topic::cells, false,
+      {"cell-mesh",
+       0,
+       "",
+       false,
+       {name(), count(), file()},
+       "",
+       "n cells of your own, any closed mesh (STL, OFF, PLY, OBJ)",
+       Topic::cells,
+       false,
        [](Settings& s, const Values& v) {
          SpeciesRequest& species = speciesNamed(s, text(v[0]));
          species.count = whole(v[1]);
          species.meshFile = text(v[2]);
        }},
-      {"mesh-scale", 0, "", false, {name(), meshScale()}, "1", "unit of that cell's mesh file", Topic::cells, false,
+      {"mesh-scale",
+       0,
+       "",
+       false,
+       {name(), meshScale()},
+       "1",
+       "unit of that cell's mesh file",
+       Topic::cells,
+       false,
        [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); }},
-      {"rbc-volume", 0, "redCellVolume", false, {number("v", "µm³", 0, true, 1e6)}, "volume of the mesh",
-       "count red cells by this volume (packCells: 97)", Topic::cells, false,
+      {"rbc-volume",
+       0,
+       "redCellVolume",
+       false,
+       {number("v", "µm³", 0, true, 1e6)},
+       "volume of the mesh",
+       "count red cells by this volume (packCells: 97)",
+       Topic::cells,
+       false,
        [](Settings& s, const Values& v) { s.redCellVolume = real(v[0]); }},
-      {"fluid-volume", 0, "", true, {flag()}, "no",
-       "hematocrit of the volume of the fluid nodes, not of the true lumen", Topic::cells, false,
+      {"fluid-volume",
+       0,
+       "",
+       true,
+       {flag()},
+       "no",
+       "hematocrit of the volume of the fluid nodes, not of the true lumen",
+       Topic::cells,
+       false,
        [](Settings& s, const Values& v) { s.fluidVolume = yes(v[0]); }},
-      {"", 0, "hematocritVolume", false, {choice("", {"lumen", "fluid"})}, "lumen",
-       "what the hematocrit is a share of: the true lumen or the fluid nodes", Topic::cells, false,
+      {"",
+       0,
+       "hematocritVolume",
+       false,
+       {choice("", {"lumen", "fluid"})},
+       "lumen",
+       "what the hematocrit is a share of: the true lumen or the fluid nodes",
+       Topic::cells,
+       false,
        [](Settings& s, const Values& v) { s.fluidVolume = text(v[0]) == "fluid"; }},
-      {"minimum-distance-from-solid", 0, "", false, {name(), distanceFromSolid()}, "0",
-       "what the case passes to setInitialMinimumDistanceFromSolid for that cell", Topic::cells, false,
+      {"minimum-distance-from-solid",
+       0,
+       "",
+       false,
+       {name(), distanceFromSolid()},
+       "0",
+       "what the case passes to setInitialMinimumDistanceFromSolid for that cell",
+       Topic::cells,
+       false,
        [](Settings& s, const Values& v) {
          speciesNamed(s, text(v[0])).minimumDistanceFromSolid = int(whole(v[1]));
        }},
@@ -137,84 +235,266 @@ SolidRequest& commandLineSolid(Settings& s, SolidRequest::Kind kind, const char*
 
 std::vector<Setting> lumenSettings() {
   return {
-      {"cylinder", 0, "", false, {plain(Kind::axis, "axis"), length("radius"), length("length")}, "",
-       "a round tube instead of sizes or a case's geometry, low corner at the origin", Topic::lumen, false,
+      {"cylinder",
+       0,
+       "",
+       false,
+       {plain(Kind::axis, "axis"), length("radius"), length("length")},
+       "",
+       "a round tube instead of sizes or a case's geometry, low corner at the origin",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) {
          SolidRequest& solid = commandLineSolid(s, SolidRequest::Kind::cylinder, "cylinder");
          solid.axis = int(whole(v[0]));
          solid.radius = real(v[1]);
          solid.length = real(v[2]);
        }},
-      {"sphere", 0, "", false, {length("radius")}, "", "a sphere, low corner at the origin", Topic::lumen, false,
+      {"sphere",
+       0,
+       "",
+       false,
+       {length("radius")},
+       "",
+       "a sphere, low corner at the origin",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) {
          commandLineSolid(s, SolidRequest::Kind::sphere, "sphere").radius = real(v[0]);
        }},
-      {"vessel", 0, "", false, {file(), meshScale()}, "",
-       "any watertight mesh; coordinates times factor are µm of the .pos files", Topic::lumen, false,
+      {"vessel",
+       0,
+       "",
+       false,
+       {file(), meshScale()},
+       "",
+       "any watertight mesh; coordinates times factor are µm of the .pos files",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) {
          SolidRequest& solid = commandLineSolid(s, SolidRequest::Kind::mesh, "vessel");
          solid.file = text(v[0]);
          solid.scale = real(v[1]);
        }},
-      {"open-axis", 0, "", false, {plain(Kind::axis, "axis")}, "closed all around",
-       "the --vessel is open along this axis (flat caps at both ends)", Topic::lumen, false,
+      {"open-axis",
+       0,
+       "",
+       false,
+       {plain(Kind::axis, "axis")},
+       "closed all around",
+       "the --vessel is open along this axis (flat caps at both ends)",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) {
          if (!s.container) s.container.emplace();
          if (!s.container->lumen) commandLineSolid(s, SolidRequest::Kind::mesh, "open-axis");
          s.container->lumen->openAxis = int(whole(v[0]));
        }},
-      {"walls", 0, "walls", false, {plain(Kind::axes, "axes")}, "none for a box from the command line",
-       "axes (xyz, or none) along which a box ends in walls", Topic::lumen, false,
+      {"walls",
+       0,
+       "walls",
+       false,
+       {plain(Kind::axes, "axes")},
+       "none for a box from the command line",
+       "axes (xyz, or none) along which a box ends in walls",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) { s.walls = text(v[0]); }},
-      {"ends", 0, "ends", false, {choice("kind", {"closed", "periodic"})}, "closed; periodic for a box",
-       "open ends of a vessel: cells stay between them, or wrap around", Topic::lumen, false,
+      {"ends",
+       0,
+       "ends",
+       false,
+       {choice("kind", {"closed", "periodic"})},
+       "closed; periodic for a box",
+       "open ends of a vessel: cells stay between them, or wrap around",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; }},
-      {"keep-all", 0, "", true, {flag()}, "no",
-       "box mode: no cell crosses a face, so that HemoCell drops none", Topic::lumen, false,
+      {"keep-all",
+       0,
+       "",
+       true,
+       {flag()},
+       "no",
+       "box mode: no cell crosses a face, so that HemoCell drops none",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) { s.keepAll = yes(v[0]); }},
-      {"dx", 0, "", false, {number("dx", "µm", 0, true, 100)}, "0.5",
-       "lattice spacing of the simulation, without a config.xml", Topic::lumen, false,
+      {"dx",
+       0,
+       "",
+       false,
+       {number("dx", "µm", 0, true, 100)},
+       "0.5",
+       "lattice spacing of the simulation, without a config.xml",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) { s.dx = real(v[0]); }},
-      {"box", 0, "", true, {flag()}, "", "with check: the .pos files of a box, not of a case", Topic::lumen, false,
+      {"box",
+       0,
+       "",
+       true,
+       {flag()},
+       "",
+       "with check: the .pos files of a box, not of a case",
+       Topic::lumen,
+       false,
        [](Settings& s, const Values& v) { s.checkBox = yes(v[0]); }},
   };
 }
 
 std::vector<Setting> packingSettings() {
   return {
-      {"clearance", 0, "clearance", false, {clearance()}, "0.02", "gap kept between membranes", Topic::packing,
-       false, [](Settings& s, const Values& v) { s.clearance = real(v[0]); }},
-      {"wall-clearance", 0, "wallClearance", false, {clearance()}, "0.02", "gap kept between membrane and wall",
-       Topic::packing, false, [](Settings& s, const Values& v) { s.wallClearance = real(v[0]); }},
-      {"seed", 0, "seed", false, {seed()}, "1", "another seed, another packing; same seed, same bytes",
-       Topic::packing, false, [](Settings& s, const Values& v) { s.seed = std::uint64_t(whole(v[0])); }},
-      {"noRotate", 0, "", true, {flag()}, "no", "keep every orientation at 0 0 0 (thin axis y)", Topic::packing,
-       true, [](Settings& s, const Values& v) { s.rotate = !yes(v[0]); }},
-      {"", 0, "rotate", false, {flag()}, "true", "false keeps every orientation at 0 0 0 (thin axis y)",
-       Topic::packing, false, [](Settings& s, const Values& v) { s.rotate = yes(v[0]); }},
-      {"max-time", 0, "maxTime", false, {number("s", "s", 0, true, 1e9)}, "no limit", "give up after this time",
-       Topic::limits, false, [](Settings& s, const Values& v) { s.maxSeconds = real(v[0]); }},
-      {"max-iterations", 0, "maxIterations", false, {integer("n", "sweeps", 1, 1e15)}, "the method's own",
-       "give up after so many relaxation sweeps", Topic::limits, false,
+      {"clearance",
+       0,
+       "clearance",
+       false,
+       {clearance()},
+       "0: they do not meet",
+       "least gap between membranes",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { s.clearance = real(v[0]); }},
+      {"wall-clearance",
+       0,
+       "wallClearance",
+       false,
+       {clearance()},
+       "0: they do not meet",
+       "least gap between membrane and wall",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { s.wallClearance = real(v[0]); }},
+      {"seed",
+       0,
+       "seed",
+       false,
+       {seed()},
+       "1",
+       "another seed, another packing; same seed, same bytes",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { s.seed = std::uint64_t(whole(v[0])); }},
+      {"noRotate",
+       0,
+       "",
+       true,
+       {flag()},
+       "no",
+       "keep every orientation at 0 0 0 (thin axis y)",
+       Topic::packing,
+       true,
+       [](Settings& s, const Values& v) { s.rotate = !yes(v[0]); }},
+      {"",
+       0,
+       "rotate",
+       false,
+       {flag()},
+       "true",
+       "false keeps every orientation at 0 0 0 (thin axis y)",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { s.rotate = yes(v[0]); }},
+      {"max-time",
+       0,
+       "maxTime",
+       false,
+       {number("s", "s", 0, true, 1e9)},
+       "no limit",
+       "give up after this time",
+       Topic::limits,
+       false,
+       [](Settings& s, const Values& v) { s.maxSeconds = real(v[0]); }},
+      {"max-iterations",
+       0,
+       "maxIterations",
+       false,
+       {integer("n", "sweeps", 1, 1e15)},
+       "100000",
+       "give up after so many relaxation sweeps",
+       Topic::limits,
+       false,
        [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},
-      {"maxiter", 0, "", false, {integer("n", "sweeps", 1, 1e15)}, "", "packCells' name of --max-iterations",
-       Topic::limits, true, [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},
-      {"best-effort", 0, "bestEffort", true, {flag()}, "no",
-       "out of reach? write the densest certified packing there is", Topic::limits, false,
+      {"maxiter",
+       0,
+       "",
+       false,
+       {integer("n", "sweeps", 1, 1e15)},
+       "",
+       "packCells' name of --max-iterations",
+       Topic::limits,
+       true,
+       [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},
+      {"best-effort",
+       0,
+       "bestEffort",
+       true,
+       {flag()},
+       "no",
+       "out of reach? write the densest certified packing there is",
+       Topic::limits,
+       false,
        [](Settings& s, const Values& v) { s.bestEffort = yes(v[0]); }},
-      {"output-dir", 0, "outputDirectory", false, {plain(Kind::text, "folder")},
-       "of config.xml; without one the working directory", "where the .pos files are written (check: read)",
-       Topic::output, false, [](Settings& s, const Values& v) { s.outputDirectory = text(v[0]); }},
-      {"pov", 0, "povScene", true, {flag()}, "no", "write cells.pov, a scene for POV-Ray", Topic::output, false,
+      {"output-dir",
+       0,
+       "outputDirectory",
+       false,
+       {plain(Kind::text, "folder")},
+       "of config.xml; without one the working directory",
+       "where the .pos files are written (check: read)",
+       Topic::output,
+       false,
+       [](Settings& s, const Values& v) { s.outputDirectory = text(v[0]); }},
+      {"pov",
+       0,
+       "povScene",
+       true,
+       {flag()},
+       "no",
+       "write cells.pov, a scene for POV-Ray",
+       Topic::output,
+       false,
        [](Settings& s, const Values& v) { s.povScene = yes(v[0]); }},
-      {"quiet", 0, "", true, {flag()}, "no", "only warnings and errors", Topic::output, false,
+      {"quiet",
+       0,
+       "",
+       true,
+       {flag()},
+       "no",
+       "only warnings and errors",
+       Topic::output,
+       false,
        [](Settings& s, const Values& v) { s.quiet = yes(v[0]); }},
-      {"verbose", 0, "", true, {flag()}, "no", "progress, and every fault a check finds", Topic::output, false,
+      {"verbose",
+       0,
+       "",
+       true,
+       {flag()},
+       "no",
+       "progress, and every fault a check finds",
+       Topic::output,
+       false,
        [](Settings& s, const Values& v) { s.verbose = yes(v[0]); }},
-      {"allowRotate", 'r', "", true, {flag()}, "", "orientations are random by default", Topic::ignored, true,
+      {"allowRotate",
+       'r',
+       "",
+       true,
+       {flag()},
+       "",
+       "orientations are random by default",
+       Topic::ignored,
+       true,
        [](Settings&, const Values&) {}},
-      {"scale", 's', "", false, {number("s", "", 0, false, 1e9)}, "", "packCells' neighbour grid; there is none here",
-       Topic::ignored, true, [](Settings& s, const Values& v) { s.ignoredScale = real(v[0]); }},
+      {"scale",
+       's',
+       "",
+       false,
+       {number("s", "", 0, false, 1e9)},
+       "",
+       "packCells' neighbour grid; there is none here",
+       Topic::ignored,
+       true,
+       [](Settings& s, const Values& v) { s.ignoredScale = real(v[0]); }},
   };
 }
 
@@ -237,7 +517,8 @@ const SpeciesRequest* findSpecies(const Settings& settings, const std::string& n
 const std::vector<Setting>& settingsTable() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> all;
-    for (auto part : {cellSettings(), lumenSettings(), packingSettings()}) all.insert(all.end(), part.begin(), part.end());
+    for (auto part : {cellSettings(), lumenSettings(), packingSettings()})
+      all.insert(all.end(), part.begin(), part.end());
     return all;
   }();
   return table;
@@ -249,7 +530,8 @@ const std::vector<SpeciesAttribute>& speciesAttributes() {
        [](SpeciesRequest& s, const Value& v) { s.name = text(v); }},
       {"count", count(), "by hematocrit or ratio", "how many",
        [](SpeciesRequest& s, const Value& v) { s.count = whole(v); }},
-      {"ratio", ratio(), "", "so many per red cell", [](SpeciesRequest& s, const Value& v) { s.ratio = real(v); }},
+      {"ratio", ratio(), "", "so many per red cell",
+       [](SpeciesRequest& s, const Value& v) { s.ratio = real(v); }},
       {"construction", constructions(), "by the name", "how the case's C++ code builds the cell",
        [](SpeciesRequest& s, const Value& v) { s.construction = constructionFromString(text(v)); }},
       {"minimumDistanceFromSolid", distanceFromSolid(), "0",
@@ -270,8 +552,9 @@ const std::vector<SpeciesAttribute>& speciesAttributes() {
 const std::vector<SolidTag>& solidTags() {
   const auto radius = SolidAttribute{"radius", length("r"), "", "radius",
                                      [](SolidRequest& s, const Value& v) { s.radius = real(v); }};
-  const auto center = SolidAttribute{"center", vector("x y z", -largestLength, false), "low corner at the origin",
-                                     "centre", [](SolidRequest& s, const Value& v) { s.center = std::get<Vec3>(v); }};
+  const auto center =
+      SolidAttribute{"center", vector("x y z", -largestLength, false), "low corner at the origin", "centre",
+                     [](SolidRequest& s, const Value& v) { s.center = std::get<Vec3>(v); }};
   const auto origin = [](const char* name, const char* help) {
     return SolidAttribute{name, vector("x y z", -largestLength, false), "0 0 0", help,
                           [](SolidRequest& s, const Value& v) { s.origin = std::get<Vec3>(v); }};
@@ -294,7 +577,8 @@ const std::vector<SolidTag>& solidTags() {
        SolidRequest::Kind::mesh,
        {{"file", file(), "", "closed mesh (STL, OFF, PLY, OBJ)",
          [](SolidRequest& s, const Value& v) { s.file = text(v); }},
-        {"scale", meshScale(), "1", "unit of the file", [](SolidRequest& s, const Value& v) { s.scale = real(v); }},
+        {"scale", meshScale(), "1", "unit of the file",
+         [](SolidRequest& s, const Value& v) { s.scale = real(v); }},
         origin("offset", "added to the scaled coordinates"),
         {"openAxis", plain(Kind::axis, "axis"), "closed all around", "axis along which the lumen is open",
          [](SolidRequest& s, const Value& v) { s.openAxis = int(whole(v)); }}}},

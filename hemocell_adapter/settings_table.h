@@ -16,15 +16,15 @@ enum class Topic { cells, lumen, packing, limits, output, ignored };
 
 /// A setting, its option and its tag (either may be empty).
 struct Setting {
-  const char* option;             ///< without dashes
-  char letter;                    ///< short option, 0: none
-  const char* tag;                ///< child of `<packing>`
-  bool flag;                      ///< as an option it needs no value; `values` is one boolean
+  const char* option;  ///< without dashes
+  char letter;         ///< short option, 0: none
+  const char* tag;     ///< child of `<packing>`
+  bool flag;           ///< as an option it needs no value; `values` is one boolean
   std::vector<ValueSpec> values;
-  const char* fallback;           ///< the default, in words
+  const char* fallback;  ///< the default, in words
   const char* help;
   Topic topic;
-  bool packCells;                 ///< packCells has it too: its prefixes come first
+  bool packCells;  ///< packCells has it too: its prefixes come first
   std::function<void(Settings&, const std::vector<Value>&)> apply;
 };
 
@@ -45,7 +45,7 @@ const std::vector<SpeciesAttribute>& speciesAttributes();
 struct SolidAttribute {
   const char* name;
   ValueSpec value;
-  const char* fallback;           ///< "": required
+  const char* fallback;  ///< "": required
   const char* help;
   std::function<void(SolidRequest&, const Value&)> apply;
 };

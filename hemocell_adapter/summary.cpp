@@ -33,8 +33,9 @@ std::vector<std::string> lumenLines(const Scene& scene) {
   std::string volumes = fmt::format("Lumen volume: {:.6g} µm³", lumen.container->volume());
   if (lumen.lattice) {
     const auto n = lumen.lattice->nodes();
-    volumes += fmt::format("; fluid nodes: {:.6g} µm³ ({} of {} x {} x {} at dx {:.6g} µm)", lumen.lattice->fluidVolume(),
-                           lumen.lattice->fluidNodes(), n[0], n[1], n[2], lumen.lattice->dx());
+    volumes += fmt::format("; fluid nodes: {:.6g} µm³ ({} of {} x {} x {} at dx {:.6g} µm)",
+                           lumen.lattice->fluidVolume(), lumen.lattice->fluidNodes(), n[0], n[1], n[2],
+                           lumen.lattice->dx());
   }
   lines.push_back(volumes);
   return lines;
@@ -46,24 +47,25 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene) {
   if (job.config) lines.push_back(fmt::format("Case: {}", job.config->file.string()));
   for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
   if (job.hematocrit) {
-    std::string convention = job.redCellVolume ? fmt::format("red cells counted as {:.15g} µm³", *job.redCellVolume)
-                                               : std::string("by mesh volume");
+    std::string convention = job.redCellVolume
+                                 ? fmt::format("red cells counted as {:.15g} µm³", *job.redCellVolume)
+                                 : std::string("by mesh volume");
     lines.push_back(fmt::format("Hematocrit asked for: {:.15g} of the {}, {}", *job.hematocrit,
                                 job.fluidVolume ? "fluid nodes" : "lumen", convention));
   }
   for (const SceneSpecies& species : scene.species) {
     const Vec3 size = boundingBox(species.shape->mesh()).size();
-    lines.push_back(fmt::format("{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³{}", species.job.name,
-                                species.count, request(species.job), species.job.origin,
-                                species.shape->mesh().vertices.size(), size[0], size[1], size[2],
-                                species.shape->volume(),
-                                species.acceptance ? fmt::format(", minimum distance from solid {} µm{}",
-                                                                 species.job.minimumDistanceFromSolid,
-                                                                 species.job.minimumDistanceStated ? "" : " (assumed)")
-                                                   : ""));
+    lines.push_back(fmt::format(
+        "{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³{}", species.job.name,
+        species.count, request(species.job), species.job.origin, species.shape->mesh().vertices.size(),
+        size[0], size[1], size[2], species.shape->volume(),
+        species.acceptance
+            ? fmt::format(", minimum distance from solid {} µm{}", species.job.minimumDistanceFromSolid,
+                          species.job.minimumDistanceStated ? "" : " (assumed)")
+            : ""));
   }
-  lines.push_back(fmt::format("Clearance: {:.15g} µm between membranes, {:.15g} µm to the wall; seed {}{}", job.clearance,
-                              job.wallClearance, job.seed, job.rotate ? "" : "; no rotation"));
+  lines.push_back(fmt::format("Clearance: {:.15g} µm between membranes, {:.15g} µm to the wall; seed {}{}",
+                              job.clearance, job.wallClearance, job.seed, job.rotate ? "" : "; no rotation"));
   return lines;
 }
 
@@ -71,15 +73,17 @@ std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, con
   const double lumen = scene.lumen.container->volume(), fluid = scene.lumen.fluidVolume();
   std::vector<std::string> lines;
   const auto line = [&](const char* convention, double volume) {
-    lines.push_back(fmt::format("Hematocrit {:.4f} of the lumen{} by {}", volume / lumen,
-                                scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", volume / fluid) : "",
-                                convention));
+    lines.push_back(fmt::format(
+        "Hematocrit {:.4f} of the lumen{} by {}", volume / lumen,
+        scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", volume / fluid) : "", convention));
   };
   line("mesh volume (what is simulated)", tally.redMesh);
-  if (tally.redCells > 0 && tally.hemocellKnown) line("<Volume> of the XML (what HemoCell prints)", tally.redHemocell);
+  if (tally.redCells > 0 && tally.hemocellKnown)
+    line("<Volume> of the XML (what HemoCell prints)", tally.redHemocell);
   line("97 µm³ a cell (packCells)", packCellsRedCellVolume * double(tally.redCells));
   if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume) {
-    line(fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume).c_str(), *job.redCellVolume * double(tally.redCells));
+    line(fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume).c_str(),
+         *job.redCellVolume * double(tally.redCells));
   }
   return lines;
 }
@@ -101,8 +105,8 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const std
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const SceneSpecies& species = scene.species[s];
-    lines.push_back(fmt::format("{}: {} of {} placed, volume fraction {:.5f}", species.job.name, tally.counts[s],
-                                species.count, tally.meshVolume[s] / lumen));
+    lines.push_back(fmt::format("{}: {} of {} placed, volume fraction {:.5f}", species.job.name,
+                                tally.counts[s], species.count, tally.meshVolume[s] / lumen));
   }
   for (std::string& line : hematocritLines(job, scene, tally)) lines.push_back(std::move(line));
   if (knowsAcceptance(scene)) {
@@ -114,15 +118,16 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const std
     std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
     if (keeps < all) {
       for (const auto& [reason, count] : kept.reasons) text += fmt::format("; drops {}: {}", count, reason);
-      if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm; --keep-all packs so that none is)", job.dx);
+      if (scene.lumen.keptBox)
+        text += fmt::format(" (nodes at dx {:.6g} µm; --keep-all packs so that none is)", job.dx);
     }
     lines.push_back(text);
   }
   lines.push_back(fmt::format("Certificate: {} ({} cells, {} pairs proved apart); minimum gap {}",
                               certificate.clean() ? "clean, no overlap" : "NOT CLEAN", certificate.cells,
                               certificate.pairsTested, gapText(certificate.minimumGap)));
-  lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall; seed {}; packMesh {} ({})", times.cpu, times.wall, job.seed,
-                              version(), gitHash()));
+  lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall; seed {}; packMesh {} ({})", times.cpu,
+                              times.wall, job.seed, version(), gitHash()));
   return lines;
 }
 

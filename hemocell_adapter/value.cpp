@@ -43,7 +43,8 @@ std::optional<std::int64_t> toInteger(const std::string& text) {
   if (error == std::errc() && end == text.data() + text.size()) return whole;
   const auto number = toNumber(text);
   constexpr double largestExact = 9007199254740992.0;  // 2^53: beyond it a double skips whole numbers
-  if (number && std::abs(*number) <= largestExact && *number == std::floor(*number)) return std::int64_t(*number);
+  if (number && std::abs(*number) <= largestExact && *number == std::floor(*number))
+    return std::int64_t(*number);
   return {};
 }
 
@@ -85,7 +86,8 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       if (text.empty()) return {};
       return text;
     case Kind::name:
-      if (text.empty() || text.front() == '.' || text.find_first_of("/\\ \t\n\r") != std::string::npos) return {};
+      if (text.empty() || text.front() == '.' || text.find_first_of("/\\ \t\n\r") != std::string::npos)
+        return {};
       return text;
     case Kind::choice:
       for (const std::string& choice : spec.choices) {
@@ -152,7 +154,8 @@ Value parseValue(const ValueSpec& spec, const std::string& text) {
   if (auto value = read(spec, content)) return *value;
   std::string hint;
   if (spec.kind == Kind::choice) {
-    if (const auto nearest = nearestName(content, spec.choices)) hint = fmt::format(" (did you mean '{}'?)", *nearest);
+    if (const auto nearest = nearestName(content, spec.choices))
+      hint = fmt::format(" (did you mean '{}'?)", *nearest);
   }
   throw InputError(fmt::format("expected {}, found {}{}", expectation(spec),
                                content.empty() ? std::string("nothing") : "'" + content + "'", hint));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Typed values of options and tags: what is expected, reading it strictly, saying what is wrong with it.
+/// @file Typed values of options and tags: what is expected, reading it strictly, saying what is wrong with
+/// it.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +45,8 @@ std::string expectation(const ValueSpec& spec);
 /// @throws InputError "expected a number > 0 [µm], found 'abc'"
 Value parseValue(const ValueSpec& spec, const std::string& text);
 
-/// The whole of `text` as a number, independent of the locale; nothing when it is not one. May be NaN or infinite.
+/// The whole of `text` as a number, independent of the locale; nothing when it is not one. May be NaN or
+/// infinite.
 std::optional<double> toNumber(const std::string& text);
 
 /// `text` without white space at both ends.

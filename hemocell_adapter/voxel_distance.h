@@ -23,7 +23,7 @@ class VoxelDistance {
  public:
   explicit VoxelDistance(const Lattice& inside);
 
-  /// @param p [µm] in the frame of the lattice; anywhere
+  /// @param p [µm] in the frame of the lattice; anywhere, but finite
   /// @return distance [µm] and unit gradient of the interpolant
   WallDistance at(const Vec3& p) const;
 

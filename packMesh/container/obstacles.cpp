@@ -36,7 +36,8 @@ std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, int axis, double bou
   return kept;
 }
 
-/// Integral of z - zero over the projection of a convex polygon onto the x-y plane, signed by its orientation.
+/// Integral of z - zero over the projection of a convex polygon onto the x-y plane, signed by its
+/// orientation.
 double columnIntegral(const std::vector<Vec3>& polygon, double zero) {
   double sum = 0.0;
   for (std::size_t i = 2; i < polygon.size(); ++i) {
@@ -78,7 +79,9 @@ class ObstacleWall : public Wall {
  public:
   ObstacleWall(const Wall* outer, const Vec3& period, std::vector<Obstacle> obstacles) : outer_(outer) {
     for (Obstacle& obstacle : obstacles) bodies_.emplace_back(std::move(obstacle));
-    const auto steps = [&](int k) { return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0}; };
+    const auto steps = [&](int k) {
+      return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0};
+    };
     for (const int i : steps(0)) {
       for (const int j : steps(1)) {
         for (const int k : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(i, j, k)));
@@ -177,7 +180,8 @@ class ContainerWithObstacles : public Container {
   double occupied(const Body& body) const {
     const Box bounds = outer_->bounds();
     double volume = 0.0;
-    for (const Vec3& shift : wall_.shifts()) volume += volumeInside(body.hierarchy.mesh(), {bounds.lo - shift, bounds.hi - shift});
+    for (const Vec3& shift : wall_.shifts())
+      volume += volumeInside(body.hierarchy.mesh(), {bounds.lo - shift, bounds.hi - shift});
     if (!(volume > 0)) throw InputError(body.name + ": the obstacle lies outside the lumen");
     return volume;
   }
@@ -188,7 +192,8 @@ class ContainerWithObstacles : public Container {
       for (std::size_t j = i; j < all.size(); ++j) {
         for (const Vec3& shift : wall_.shifts()) {
           if (i == j && shift.isZero()) continue;
-          if (relate(all[i].hierarchy, Placement{}, all[j].hierarchy, {Mat3::Identity(), shift}).relation != MeshRelation::apart) {
+          if (relate(all[i].hierarchy, Placement{}, all[j].hierarchy, {Mat3::Identity(), shift}).relation !=
+              MeshRelation::apart) {
             throw InputError(all[j].name + ": meets " + (i == j ? "its own periodic image" : all[i].name) +
                              "; make one body of them");
           }

@@ -21,8 +21,8 @@ struct Obstacle {
 std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
                                                    std::vector<Obstacle> obstacles);
 
-/// Volume of the part of a closed mesh that lies in `box` [µm³]: by the divergence theorem on triangles clipped
-/// to the sides of the box, exact up to rounding.
+/// Volume of the part of a closed mesh that lies in `box` [µm³]: by the divergence theorem on triangles
+/// clipped to the sides of the box, exact up to rounding.
 double volumeInside(const TriangleMesh& mesh, const Box& box);
 
 }  // namespace packmesh

@@ -22,8 +22,9 @@ CaseConfig read(const std::string& text) {
 }  // namespace
 
 TEST_CASE("a vessel case", "[case_config]") {
-  const CaseConfig config = read(configXml("<geometry> <!-- where --> tube.stl </geometry>s <dx> 5e-7 </dx>"
-                                           "<refDir> 1 </refDir> <refDirN> 50 </refDirN> <unknown/>"));
+  const CaseConfig config =
+      read(configXml("<geometry> <!-- where --> tube.stl </geometry>s <dx> 5e-7 </dx>"
+                     "<refDir> 1 </refDir> <refDirN> 50 </refDirN> <unknown/>"));
   CHECK(config.domain.dx == 0.5);
   CHECK(config.domain.geometry->filename() == "tube.stl");
   CHECK(config.domain.refDir == 1);
@@ -34,9 +35,11 @@ TEST_CASE("a vessel case", "[case_config]") {
 
 TEST_CASE("cases without a geometry are boxes of nodes", "[case_config]") {
   using Nodes = std::array<int, 3>;
-  CHECK(read(configXml("<dx>5e-7</dx><nx> 40 </nx><ny>41</ny><nz>42</nz>")).domain.boxNodes == Nodes{40, 41, 42});
-  CHECK(read(configXml("<dx>5e-7</dx><Nx>40</Nx><Ny>41</Ny><Nz>42</Nz><refDirN>7</refDirN>")).domain.boxNodes ==
+  CHECK(read(configXml("<dx>5e-7</dx><nx> 40 </nx><ny>41</ny><nz>42</nz>")).domain.boxNodes ==
         Nodes{40, 41, 42});
+  CHECK(
+      read(configXml("<dx>5e-7</dx><Nx>40</Nx><Ny>41</Ny><Nz>42</Nz><refDirN>7</refDirN>")).domain.boxNodes ==
+      Nodes{40, 41, 42});
   CHECK(read(configXml("<dx>1e-6</dx><refDirN>256</refDirN>")).domain.boxNodes == Nodes{256, 256, 256});
 }
 
@@ -94,7 +97,9 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
   struct Row {
     std::string text, message;
   };
-  const auto packing = [](const std::string& inside) { return configXml(sampleDomain, "<packing>" + inside + "</packing>"); };
+  const auto packing = [](const std::string& inside) {
+    return configXml(sampleDomain, "<packing>" + inside + "</packing>");
+  };
   const std::string rest = "<refDir>1</refDir><refDirN>50</refDirN>";
   for (const Row& row : {
            Row{"", "is empty"},
@@ -104,7 +109,8 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {"<case/>", "<case>: expected the root <hemocell>"},
            {"<hemocell/>", "has no <domain>"},
            {configXml(""), "<domain>: has no <dx>"},
-           {configXml("<dx> 5e-7m </dx>"), "config.xml:4: <dx>: expected a number in (0, 0.0001] [m; 5e-7 is 0.5 µm], found '5e-7m'"},
+           {configXml("<dx> 5e-7m </dx>"),
+            "config.xml:4: <dx>: expected a number in (0, 0.0001] [m; 5e-7 is 0.5 µm], found '5e-7m'"},
            {configXml("<dx> 0.5 </dx>"), "found '0.5'"},
            {configXml("<dx></dx>"), "found nothing"},
            {configXml("<dx> nan </dx>"), "found 'nan'"},
@@ -112,11 +118,14 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {configXml("<dx>5e-7</dx>"), "the lattice is unknown"},
            {configXml("<dx>5e-7</dx><geometry/>" + rest), "<geometry>: expected some text, found nothing"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir>"), "has no <refDirN>"},
-           {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>3</refDir>"), "<refDir>: expected a whole number in [0, 2]"},
-           {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>fifty</refDirN>"), "found 'fifty'"},
+           {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>3</refDir>"),
+            "<refDir>: expected a whole number in [0, 2]"},
+           {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>fifty</refDirN>"),
+            "found 'fifty'"},
            {configXml("<dx>5e-7</dx><nx>10</nx><ny>10</ny>"), "has no <nz>"},
            {configXml("<dx>5e-7</dx><nx>-10</nx><ny>10</ny><nz>10</nz>"), "found '-10'"},
-           {packing("<hematokrit>0.4</hematokrit>"), "config.xml:6: <hematokrit>: unknown tag in <packing>; did you mean 'hematocrit'?"},
+           {packing("<hematokrit>0.4</hematokrit>"),
+            "config.xml:6: <hematokrit>: unknown tag in <packing>; did you mean 'hematocrit'?"},
            {packing("<hematocrit>40</hematocrit>"), "<hematocrit>: expected a number in (0, 1)"},
            {packing("<hematocrit>0,4</hematocrit>"), "found '0,4'"},
            {packing("<seed>-1</seed>"), "<seed>: expected a whole number"},
@@ -126,14 +135,16 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {packing("<species/>"), "the attribute name is missing"},
            {packing("<species name='RBC' cuont='3'/>"), "unknown attribute 'cuont'; did you mean 'count'?"},
            {packing("<species name='RBC' count='-3'/>"), "attribute count: expected a whole number"},
-           {packing("<species name='RBC' construction='RBC_FROM_SPEHRE'/>"), "did you mean 'RBC_FROM_SPHERE'?"},
+           {packing("<species name='RBC' construction='RBC_FROM_SPEHRE'/>"),
+            "did you mean 'RBC_FROM_SPHERE'?"},
            {packing("<species name='RBC' minimumDistanceFromSolid='0.5'/>"), "expected a whole number"},
            {packing("<species name='RBC'/><species name='RBC'/>"), "a second species called 'RBC'"},
            {packing("<species name='RBC'><count>3</count></species>"), "its values are attributes"},
            {packing("<species name='RBC' count='1' ratio='1'/>"), "a count and a ratio"},
            {packing("<container><tube/></container>"), "<tube>: unknown tag"},
            {packing("<container><sphere/></container>"), "the attribute radius is missing"},
-           {packing("<container><sphere radius='0'/></container>"), "attribute radius: expected a number in (0, 100000]"},
+           {packing("<container><sphere radius='0'/></container>"),
+            "attribute radius: expected a number in (0, 100000]"},
            {packing("<container><sphere radius='1'/><sphere radius='1'/></container>"), "a second body"},
            {packing("<container><box size='1 2'/></container>"), "expected three numbers"},
        }) {

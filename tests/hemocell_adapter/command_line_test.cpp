@@ -27,11 +27,11 @@ std::int64_t countOf(const CommandLine& c, const std::string& name) {
 }  // namespace
 
 TEST_CASE("every form of an option that getopt_long_only knows", "[command_line]") {
-  for (const char* line :
-       {"50 50 50 --hematocrit 0.3", "50 50 50 --hematocrit=0.3", "50 50 50 -hematocrit 0.3", "50 50 50 -hematocrit=0.3",
-        "50 50 50 -h 0.3", "-h 0.3 50 50 50", "50 -h 0.3 50 50", "50 50 50 --hema 0.3", "--hem=0.3 50 50 50",
-        "50 50 50 -h=0.3", "50 50 50 -h0.3", "-r -s 5 50 50 50 -h 0.3", "--hematocrit 0.3 -- 50 50 50",
-        "50 50 50 --hematocrit 0.2 --hematocrit 0.3"}) {
+  for (const char* line : {"50 50 50 --hematocrit 0.3", "50 50 50 --hematocrit=0.3",
+                           "50 50 50 -hematocrit 0.3", "50 50 50 -hematocrit=0.3", "50 50 50 -h 0.3",
+                           "-h 0.3 50 50 50", "50 -h 0.3 50 50", "50 50 50 --hema 0.3", "--hem=0.3 50 50 50",
+                           "50 50 50 -h=0.3", "50 50 50 -h0.3", "-r -s 5 50 50 50 -h 0.3",
+                           "--hematocrit 0.3 -- 50 50 50", "50 50 50 --hematocrit 0.2 --hematocrit 0.3"}) {
     CAPTURE(line);
     const CommandLine c = parse(line);
     CHECK(c.settings().hematocrit == 0.3);
@@ -42,7 +42,8 @@ TEST_CASE("every form of an option that getopt_long_only knows", "[command_line]
 
 TEST_CASE("every option of packCells", "[command_line]") {
   const CommandLine c = parse(
-      "50.5 60 70 --rbc 1 -plt 2 --wbc=3 --vrbc 4 -rbc_m 5 --plt_m 6 --plt_mko 7 --cell egg 8 3 4 5 --noRotate "
+      "50.5 60 70 --rbc 1 -plt 2 --wbc=3 --vrbc 4 -rbc_m 5 --plt_m 6 --plt_mko 7 --cell egg 8 3 4 5 "
+      "--noRotate "
       "--allowRotate --scale 0.3 --maxiter 1000");
   const char* names[] = {"RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko", "egg"};
   for (int i = 0; i < 8; ++i) CHECK(countOf(c, names[i]) == i + 1);
@@ -124,7 +125,8 @@ TEST_CASE("help and reference list everything", "[command_line]") {
     if (*setting.option) CHECK_THAT(help, Contains(std::string("--") + setting.option));
     if (*setting.tag) CHECK_THAT(reference, Contains(std::string("<") + setting.tag + ">"));
   }
-  for (const SpeciesAttribute& attribute : speciesAttributes()) CHECK_THAT(reference, Contains(attribute.name));
+  for (const SpeciesAttribute& attribute : speciesAttributes())
+    CHECK_THAT(reference, Contains(attribute.name));
   CHECK_THAT(help, Contains("Exit codes"));
 }
 

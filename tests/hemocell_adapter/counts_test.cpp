@@ -36,7 +36,10 @@ TEST_CASE("packCells' numbers", "[counts]") {
     double volume, hematocrit;
     std::int64_t rbc, plt;
   };
-  for (const Row& row : {Row{125000, 0.3, 387, 27}, {51 * 26 * 26, 0.3, 107, 7}, {125000, 0.45, 580, 41}, {27000, 0.2, 56, 4}}) {
+  for (const Row& row : {Row{125000, 0.3, 387, 27},
+                         {51 * 26 * 26, 0.3, 107, 7},
+                         {125000, 0.45, 580, 41},
+                         {27000, 0.2, 56, 4}}) {
     CountedSpecies platelets = species("PLT", 3.25, false);
     platelets.ratio = 0.07;
     const auto n = countCells({species("RBC", 97, true), platelets}, row.hematocrit, row.volume);
@@ -66,6 +69,7 @@ TEST_CASE("requests that mean nothing are refused", "[counts]") {
                     Contains("cannot decide both 'RBC' and 'vRBC'"));
   CountedSpecies many = species("vRBC", 120, true);
   many.count = 100;
-  CHECK_THROWS_WITH(countCells({species("RBC", 81, true), many}, 0.3, 1000.0), Contains("exceed the hematocrit"));
+  CHECK_THROWS_WITH(countCells({species("RBC", 81, true), many}, 0.3, 1000.0),
+                    Contains("exceed the hematocrit"));
   CHECK_THROWS_WITH(countCells({species("RBC", 1e-3, true)}, 0.5, 1e12), Contains("too many"));
 }

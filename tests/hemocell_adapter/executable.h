@@ -53,12 +53,13 @@ struct Ran {
 
 /// Runs `packMesh` (or `packCells`) in `folder` with arguments as a shell splits them.
 /// @param prefix put before the program: variables, timeout
-inline Ran run(const std::filesystem::path& folder, const std::string& arguments, const std::string& program = "packMesh",
-               const std::string& prefix = "") {
+inline Ran run(const std::filesystem::path& folder, const std::string& arguments,
+               const std::string& program = "packMesh", const std::string& prefix = "") {
   const std::filesystem::path executable = std::filesystem::path(PACKMESH_BIN_DIR) / program;
   const TemporaryFolder output;
-  const std::string command = "cd '" + folder.string() + "' && " + prefix + " '" + executable.string() + "' " + arguments + " > '" +
-                              (output.path() / "out").string() + "' 2> '" + (output.path() / "err").string() + "'";
+  const std::string command = "cd '" + folder.string() + "' && " + prefix + " '" + executable.string() +
+                              "' " + arguments + " > '" + (output.path() / "out").string() + "' 2> '" +
+                              (output.path() / "err").string() + "'";
   const int status = std::system(command.c_str());
   Ran ran;
   ran.exitCode = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -27,7 +27,8 @@ inline std::string tubeStl(double length, double radius, int segments, bool last
   };
   const auto facet = [&](const std::string& a, const std::string& b, const std::string& c) {
     if (left-- <= 0) return;
-    out << "facet normal 0 0 0\nouter loop\nvertex " << a << "\nvertex " << b << "\nvertex " << c << "\nendloop\nendfacet\n";
+    out << "facet normal 0 0 0\nouter loop\nvertex " << a << "\nvertex " << b << "\nvertex " << c
+        << "\nendloop\nendfacet\n";
   };
   const auto middle = [](double x) { return std::to_string(x) + " 0 0"; };
   for (int i = 0; i < segments; ++i) {
@@ -41,9 +42,9 @@ inline std::string tubeStl(double length, double radius, int segments, bool last
 }
 
 inline std::string cellXml(const std::string& name, double radius, int triangles, const std::string& more) {
-  return "<?xml version=\"1.0\" ?>\n<hemocell>\n<MaterialModel>\n  <name> " + name + " </name>\n  <radius> " + std::to_string(radius) +
-         "e-6 </radius>\n  <minNumTriangles> " + std::to_string(triangles) + " </minNumTriangles>\n  " + more +
-         "\n</MaterialModel>\n</hemocell>\n";
+  return "<?xml version=\"1.0\" ?>\n<hemocell>\n<MaterialModel>\n  <name> " + name + " </name>\n  <radius> " +
+         std::to_string(radius) + "e-6 </radius>\n  <minNumTriangles> " + std::to_string(triangles) +
+         " </minNumTriangles>\n  " + more + "\n</MaterialModel>\n</hemocell>\n";
 }
 
 inline const std::string sampleDomain =
@@ -51,7 +52,8 @@ inline const std::string sampleDomain =
 
 /// config.xml with these contents of `<domain>` and this `<packing>` section.
 inline std::string configXml(const std::string& domain, const std::string& packing = "") {
-  return "<?xml version=\"1.0\" ?>\n<hemocell>\n<domain>\n" + domain + "\n</domain>\n" + packing + "\n</hemocell>\n";
+  return "<?xml version=\"1.0\" ?>\n<hemocell>\n<domain>\n" + domain + "\n</domain>\n" + packing +
+         "\n</hemocell>\n";
 }
 
 /// A tube 24 µm long and 15 µm wide (2.4 x 1.5 in units of its STL), with RBC.xml and PLT.xml.

@@ -76,7 +76,7 @@ TEST_CASE("The distance to voxels has the exact sign everywhere and the exact va
     const double slack = field.slack() / 0.5;
     double worstNear = 0.0, mean = 0.0, worstOver = 0.0, worstUnit = 0.0;
     int wrongSign = 0, near = 0;
-    for (int n = 0; n < 4000; ++n) {
+    for (int n = 0; n < 1000; ++n) {
       const Vec3 u(nodes[0] * uniform(random) - 0.5, nodes[1] * uniform(random) - 0.5,
                    nodes[2] * uniform(random) - 0.5);
       const double expected = bruteForce(lattice, u);

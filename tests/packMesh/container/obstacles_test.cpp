@@ -11,9 +11,13 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-TriangleMesh cube(const Vec3& lo, const Vec3& hi) { return makeBox({lo, hi}, {false, false, false})->surface(); }
+TriangleMesh cube(const Vec3& lo, const Vec3& hi) {
+  return makeBox({lo, hi}, {false, false, false})->surface();
+}
 
-Obstacle cubeObstacle(const Vec3& lo, const Vec3& hi, const std::string& name = "cube") { return {cube(lo, hi), name}; }
+Obstacle cubeObstacle(const Vec3& lo, const Vec3& hi, const std::string& name = "cube") {
+  return {cube(lo, hi), name};
+}
 
 std::shared_ptr<const Container> room(std::array<bool, 3> periodic = {false, false, false}) {
   return makeBox({Vec3(0, 0, 0), Vec3(20, 20, 20)}, periodic);
@@ -51,7 +55,8 @@ TEST_CASE("an obstacle is wall, takes volume, and cells may not touch it", "[obs
 }
 
 TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
-  const auto container = subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12))});
+  const auto container =
+      subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12))});
   CHECK(container->volume() == Approx(8000 - 64));
   CHECK(container->wall()->distance(Vec3(17, 10, 10)).distance == Approx(1).margin(0.01));
   CHECK(container->wall()->distance(Vec3(19, 10, 10)).distance < 0);
@@ -59,9 +64,14 @@ TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
 }
 
 TEST_CASE("obstacles that make no sense are refused", "[obstacles]") {
-  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(30, 0, 0), Vec3(40, 1, 1))}), Contains("outside the lumen"));
-  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(1, 1, 1), Vec3(5, 5, 5), "a"), cubeObstacle(Vec3(4, 4, 4), Vec3(7, 7, 7), "b")}),
+  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(30, 0, 0), Vec3(40, 1, 1))}),
+                    Contains("outside the lumen"));
+  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(1, 1, 1), Vec3(5, 5, 5), "a"),
+                                               cubeObstacle(Vec3(4, 4, 4), Vec3(7, 7, 7), "b")}),
                     Contains("b: meets a"));
-  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(-1, -1, -1), Vec3(21, 21, 21))}), Contains("no lumen"));
-  CHECK_THROWS_AS(subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-1, 5, 5), Vec3(21, 8, 8))}), InputError);
+  CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(-1, -1, -1), Vec3(21, 21, 21))}),
+                    Contains("no lumen"));
+  CHECK_THROWS_AS(
+      subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-1, 5, 5), Vec3(21, 8, 8))}),
+      InputError);
 }
