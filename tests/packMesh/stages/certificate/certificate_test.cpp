@@ -160,7 +160,7 @@ TEST_CASE("The certificate finds the pairs and the gap that brute force finds, w
 
 TEST_CASE("The smallest gap of a sparse packing, wherever it is", "[certificate]") {
   int measured = 0;
-  for (unsigned seed = 0; seed < 30; ++seed) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
     const Vec3 period(12, 12, 12);
     Packing packing = randomPacking(seed, 30, period, 12.0);
     const Expected before = bruteForce(packing, period, 28.5, 0.6);
@@ -178,7 +178,7 @@ TEST_CASE("The smallest gap of a sparse packing, wherever it is", "[certificate]
     std::reverse(kept.cells.begin(), kept.cells.end());
     REQUIRE(certify(kept.input(), 0.6).minimumGap == Approx(expected.gap).epsilon(1e-12));
   }
-  REQUIRE(measured > 20);
+  REQUIRE(measured > 6);
 }
 
 TEST_CASE("A cell meets its own image when the period is too short", "[certificate]") {
