@@ -51,7 +51,8 @@ void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last
     for (auto p = first; p != last; ++p) box.add(*p);
     const Vec3 center = box.center().cast<float>().cast<double>();
     double radius = 0.0;
-    for (auto p = first; p != last; ++p) radius = std::max(radius, (*p - center).norm());
+    for (auto p = first; p != last; ++p)
+      radius = std::max(radius, (p->cast<float>().cast<double>() - center).norm());
     out.centerX.push_back(static_cast<float>(center.x()));
     out.centerY.push_back(static_cast<float>(center.y()));
     out.centerZ.push_back(static_cast<float>(center.z()));

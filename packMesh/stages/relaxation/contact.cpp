@@ -24,6 +24,15 @@ constexpr double largestTurn = 0.4, largestStep = 0.5;
 /// direction between the centres is mixed in.
 constexpr double lockedNormal = 0.8, lockedDepth = 0.1;
 
+/// Curvature with which P is continued beyond the rim s = 1: y² - P(s) then has second derivative 2 across
+/// the rim, as the formula of the distance assumes (see closedFormDistance), and stays convex.
+float bendBeyondRim(const ProfileSurface& surface) {
+  double slope = 0.0;
+  for (int k = 1; k < 6; ++k) slope += k * surface.p[k];
+  const double rim2 = 1.0 / std::min(surface.a, surface.c);
+  return static_cast<float>(std::min(0.0, -0.25 * (slope + rim2)));
+}
+
 FieldView viewOf(const Shape& shape) {
   FieldView view{};
   if (const auto* profile = std::get_if<ProfileSurface>(&shape.field())) {
@@ -31,6 +40,7 @@ FieldView viewOf(const Shape& shape) {
     for (int k = 0; k < 6; ++k) view.p[k] = static_cast<float>(profile->p[k]);
     view.a = static_cast<float>(profile->a);
     view.c = static_cast<float>(profile->c);
+    view.bend = bendBeyondRim(*profile);
   } else {
     const auto& grid = std::get<DistanceGrid>(shape.field());
     view.onGrid = true;
@@ -173,7 +183,7 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
   const double travel = a.travel + b.travel;
   if (travel < pair.apartUntil) return;
 
-  const double clearance = clearance_ + pair.extraClearance;
+  const double clearance = clearance_ + pair.extraClearance - slack_;
   const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
   const double distance = fromB.norm();
   if (distance > 1e-12) {
@@ -225,7 +235,8 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
     if (lookAt(true, 0.0, all) && pair.deep) return true;
   }
   if (travel < pair.masksUntil) {
-    const bool found = lookAt(false, 0.0, pair.masks);
+    ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin
+    const bool found = lookAt(false, 0.0, masks);
     nearest = std::min(nearest, clearance + (pair.masksUntil - travel));
     return found;
   }
@@ -238,7 +249,7 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SpeciesModel& model = models_[body.species];
   if (model.wall == nullptr || body.travel < body.awayFromWallUntil) return;
-  const double clearance = wallClearance_ + body.extraWallClearance;
+  const double clearance = wallClearance_ + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
   const double atCenter = model.wall->distance(body.position).distance - model.wall->slack();
   if (atCenter > reach + clearance) {

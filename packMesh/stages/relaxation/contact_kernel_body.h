@@ -42,14 +42,16 @@ inline Lanes quarterOf(const Point& g) {
   return 0.25f * (g.x * g.x + g.y * g.y + g.z * g.z);
 }
 
-/// F = y² - P(s); beyond the rim (s > 1) P goes on straight.
+/// F = y² - P(s), P continued beyond the rim s = 1 by a parabola: the polynomial itself says nothing there, a
+/// red cell's returns to zero at 1.36 radii.
 inline Level closedForm(const FieldView& field, const Point& q) {
   const Lanes s = field.a * q.x * q.x + field.c * q.z * q.z;
-  const Lanes onDisc = smaller(s, splat(1.0f));
+  const Lanes inner = smaller(s, splat(1.0f)), beyond = s - inner, bend = field.bend * beyond;
   Lanes value = splat(field.p[5]), slope = splat(5.0f * field.p[5]);
-  for (int k = 4; k >= 0; --k) value = value * onDisc + field.p[k];
-  for (int k = 4; k >= 1; --k) slope = slope * onDisc + static_cast<float>(k) * field.p[k];
-  value += slope * (s - onDisc);
+  for (int k = 4; k >= 0; --k) value = value * inner + field.p[k];
+  for (int k = 4; k >= 1; --k) slope = slope * inner + static_cast<float>(k) * field.p[k];
+  value += (slope + bend) * beyond;
+  slope += 2.0f * bend;
   Level level;
   level.f = q.y * q.y - value;
   const Lanes radial = -2.0f * slope;
@@ -59,16 +61,16 @@ inline Level closedForm(const FieldView& field, const Point& q) {
 }
 
 /// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0: exact for
-/// spheres, within 0.0006 µm of the distance near the surface of a red cell; outside between 0.5 and 2 times
-/// the distance for all ellipsoids and red cells.
+/// spheres, within 0.0006 µm of the distance near the surface of a red cell; between F / |grad F| and twice
+/// that.
 inline Lanes closedFormDistance(const Level& level) {
   const Lanes denominator =
       squareRoot(level.quarter) + squareRoot(larger(level.quarter - level.f, splat(0.0f)));
   return level.f / larger(denominator, splat(1e-6f));
 }
 
-/// F = the sampled distance, by trilinear interpolation; points outside the grid are further away than any
-/// clearance.
+/// F = the sampled distance, by trilinear interpolation; outside the grid, where points are further away than
+/// any clearance, a bound of it: the cell lies on the other side of the nearest point of the grid.
 inline Level sampled(const FieldView& field, const Point& q) {
   Lanes u[3] = {field.nodesPerLength * (q.x - field.origin[0]),
                 field.nodesPerLength * (q.y - field.origin[1]),
@@ -107,7 +109,8 @@ inline Level sampled(const FieldView& field, const Point& q) {
   const Lanes y01 = mix(c[4], c[5], t[0]), y11 = mix(c[6], c[7], t[0]);
   const Lanes z0 = mix(y00, y10, t[1]), z1 = mix(y01, y11, t[1]);
   Level level;
-  level.f = mix(z0, z1, t[2]) + outside / splat(field.nodesPerLength);
+  level.f = mix(z0, z1, t[2]);
+  level.f = select(splat(0.0f) < outside, larger(level.f, outside / splat(field.nodesPerLength)), level.f);
   level.gradient.x = mix(mix(c[1] - c[0], c[3] - c[2], t[1]), mix(c[5] - c[4], c[7] - c[6], t[1]), t[2]);
   level.gradient.y = mix(y10 - y00, y11 - y01, t[2]);
   level.gradient.z = z1 - z0;
@@ -121,8 +124,6 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
              float margin, ClusterMask& mask, ContactSums& out) {
   const bool everywhere = mask == allClusters;
   const float limit = everywhere ? clearance + margin : clearance;
-  // The closed form overestimates distances outside, by less than twice.
-  const float doubtfulLimit = everywhere ? clearance + 2.0f * margin : clearance;
   ClusterMask near = 0;
   Lanes weight = splat(0.0f), px = weight, py = weight, pz = weight, nx = weight, ny = weight, nz = weight,
         deepest = weight;
@@ -151,10 +152,10 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
           transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
       const Level level = field.onGrid ? sampled(field, q) : closedForm(field, q);
       if (!field.onGrid) {
-        // Is any point nearer than the limit? d < c where d² - |grad F| d + F = 0, without roots.
-        const Lanes f = level.f + doubtfulLimit * doubtfulLimit;
+        // Can any point be nearer than the limit? F / |grad F| is no more than the distance where F is
+        // convex, thus around any ellipsoid, and around red cells too.
         const Mask within =
-            (f < splat(0.0f)) | (f * f < (4.0f * doubtfulLimit * doubtfulLimit) * level.quarter);
+            (level.f < splat(0.0f)) | (level.f * level.f < (4.0f * limit * limit) * level.quarter);
         if (bitsOf(within) == 0) {
           nearest = smaller(nearest, splat(limit));
           continue;
@@ -163,12 +164,13 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
       near |= ClusterMask{1} << cluster / samples.clustersPerBit;
       const Lanes distance = field.onGrid ? level.f : closedFormDistance(level);
       const Lanes penetration = larger(clearance - distance, splat(0.0f));
+      const Lanes slope = larger(2.0f * squareRoot(level.quarter), splat(1e-6f));
       if (bitsOf(splat(0.0f) < penetration) == 0) {
-        nearest = smaller(nearest, field.onGrid ? distance : clearance + 0.5f * (distance - clearance));
+        if (!touching) nearest = smaller(nearest, field.onGrid ? distance : level.f / slope);
         continue;
       }
       touching = true;
-      const Lanes perLength = penetration / larger(2.0f * squareRoot(level.quarter), splat(1e-6f));
+      const Lanes perLength = penetration / slope;
       weight += penetration;
       px += penetration * q.x;
       py += penetration * q.y;
@@ -180,9 +182,11 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
     }
   }
   if (everywhere) mask = near;
-  out.nearest = smallest(nearest);
   out.weight = 0.0f;
-  if (!touching) return;
+  if (!touching) {
+    out.nearest = smallest(nearest);
+    return;
+  }
   out.weight = sum(weight);
   out.point[0] = sum(px);
   out.point[1] = sum(py);
@@ -191,6 +195,7 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
   out.normal[1] = sum(ny);
   out.normal[2] = sum(nz);
   out.deepest = largest(deepest);
+  out.nearest = clearance - out.deepest;
 }
 
 }  // namespace PACKMESH_KERNEL_NAMESPACE

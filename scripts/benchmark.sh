@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# Builds and runs the benchmark of whole packings, and prints its table in Markdown:
+# scripts/benchmark.sh [pattern ...] [--list] [--seeds n] [--max-seconds s]; without a pattern, the quick cases.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+{
+  cmake --preset release
+  cmake --build --preset release --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" --target packing_benchmark
+} >&2
+build/bin/packing_benchmark "$@"

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/pack.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "packMesh/stages/relaxation/contact_kernel.h"
+#include "tests/support/packings.h"
+
+using namespace packmesh;
+using test::periodicCube;
+using test::redCellProblem;
+
+namespace {
+
+/// Sets an environment variable for as long as it lives.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) {
+    if (const char* old = std::getenv(name)) old_ = old, had_ = true;
+    setenv(name, value, 1);
+  }
+  ~Environment() {
+    if (had_)
+      setenv(name_, old_.c_str(), 1);
+    else
+      unsetenv(name_);
+  }
+
+ private:
+  const char* name_;
+  std::string old_;
+  bool had_ = false;
+};
+
+/// What holds for every packing that is handed over; certified anew, not as pack() says.
+void checkPacking(const PackingProblem& problem, const PackingResult& result) {
+  REQUIRE(result.poses.size() == result.cells.size());
+  REQUIRE(result.certificate.clean());
+  REQUIRE(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
+  REQUIRE(result.certificate.minimumGap > 0.0);
+  REQUIRE(result.certificate.minimumGap >= problem.clearance);
+
+  std::vector<const Shape*> shapes;
+  std::vector<const Wall*> walls;
+  for (const Species& species : problem.species) {
+    shapes.push_back(species.shape.get());
+    walls.push_back(problem.container->wall());
+  }
+  const Certificate again =
+      certify({shapes, walls, problem.container.get(), &result.cells, problem.clearance});
+  REQUIRE(again.clean());
+  REQUIRE(again.minimumGap == result.certificate.minimumGap);
+
+  double volume = 0.0;
+  const Box bounds = problem.container->bounds();
+  for (std::size_t i = 0; i < result.cells.size(); ++i) {
+    const PlacedCell& cell = result.cells[i];
+    REQUIRE((i == 0 || result.cells[i - 1].species <= cell.species));
+    REQUIRE(bounds.contains(cell.placement.translation));
+    REQUIRE((cell.placement.linear * cell.placement.linear.transpose() - Mat3::Identity()).norm() < 1e-12);
+    REQUIRE(cell.placement.linear.determinant() > 0.0);
+    REQUIRE(result.poses[i].scale == 1.0);
+    REQUIRE(result.poses[i].position == cell.placement.translation);
+    volume += shapes[cell.species]->volume();
+  }
+  REQUIRE(result.certificate.cellVolume == Approx(volume));
+}
+
+std::int64_t countOf(const PackingResult& result, int species) {
+  return std::count_if(result.cells.begin(), result.cells.end(),
+                       [&](const PlacedCell& cell) { return cell.species == species; });
+}
+
+}  // namespace
+
+TEST_CASE("Red cells are packed without overlap, whatever the seed", "[packing]") {
+  for (const double fraction : {0.35, 0.45})
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+      CAPTURE(fraction, seed);
+      const PackingProblem problem = redCellProblem(periodicCube(25.0), fraction, seed);
+      const PackingResult result = pack(problem);
+      REQUIRE(result.outcome == Outcome::certified);
+      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.species[0].count);
+      checkPacking(problem, result);
+      REQUIRE(result.statistics.sweeps > 0);
+    }
+}
+
+TEST_CASE("The same problem gives the same bits, another seed another packing", "[packing]") {
+  const PackingResult first = pack(redCellProblem(periodicCube(25.0), 0.45, 5));
+  REQUIRE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 5)), first));
+  REQUIRE_FALSE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 6)), first));
+}
+
+TEST_CASE("All instruction sets give the same packing", "[packing]") {
+  std::vector<PackingResult> results;
+  for (const auto& [name, set] :
+       {std::make_pair("portable", InstructionSet::portable), std::make_pair("avx2", InstructionSet::avx2),
+        std::make_pair("avx512", InstructionSet::avx512)}) {
+    if (!available(set)) {
+      WARN("This processor lacks " << name);
+      continue;
+    }
+    const Environment isa("PACKMESH_ISA", name);
+    REQUIRE(chosenInstructionSet() == set);
+    results.push_back(pack(redCellProblem(periodicCube(25.0), 0.45, 3)));
+  }
+  for (const PackingResult& result : results) {
+    REQUIRE(test::sameBits(result, results[0]));
+    REQUIRE(result.statistics.sweeps == results[0].statistics.sweeps);
+  }
+}
+
+TEST_CASE("Mixtures are packed, in the order of the species", "[packing]") {
+  const auto platelet = test::hemocellShape("PLT"), white = test::hemocellShape("WBC");
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35, seed);
+    problem.species.push_back({"PLT", platelet, 8, nullptr});
+    problem.species.push_back({"WBC", white, 1, nullptr});
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::certified);
+    for (int s = 0; s < 3; ++s) REQUIRE(countOf(result, s) == problem.species[s].count);
+    checkPacking(problem, result);
+  }
+}
+
+TEST_CASE("General meshes are packed", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(20.0), 0.15, 1);
+  problem.species.push_back({"bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20, nullptr});
+  problem.species.push_back({"hook", std::make_shared<const Shape>(test::hookMesh()), 10, nullptr});
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  checkPacking(problem, result);
+}
+
+TEST_CASE("Walls hold the cells", "[packing]") {
+  std::vector<std::shared_ptr<const Container>> containers = {
+      makeBox(Box{Vec3(0, 0, 0), Vec3(25, 20, 22)}, {true, false, false}),
+      makeCylinder(Vec3(12.5, 13, 13), 0, 10.0, 25.0, true), makeSphere(Vec3(0, 0, 0), 11.0)};
+  for (const auto& container : containers) {
+    CAPTURE(container->describe());
+    PackingProblem problem = redCellProblem(container, 0.30);
+    problem.wallClearance = 0.1;
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::certified);
+    REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.species[0].count);
+    checkPacking(problem, result);
+    for (const PlacedCell& cell : result.cells)
+      for (const Vec3& v : test::redCellShape()->mesh().vertices)
+        REQUIRE(container->wall()->distance(cell.placement(v)).distance > 0.085);
+  }
+}
+
+TEST_CASE("Without rotation every orientation stays the identity", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.30);
+  problem.rotate = false;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  checkPacking(problem, result);
+  for (const PlacedCell& cell : result.cells) REQUIRE(cell.placement.linear == Mat3::Identity());
+}
+
+TEST_CASE("The clearance asked for is kept", "[packing]") {
+  for (const double clearance : {0.1, 0.25}) {
+    CAPTURE(clearance);
+    PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35);
+    problem.clearance = clearance;
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::certified);
+    checkPacking(problem, result);
+    REQUIRE(result.certificate.minimumGap >= clearance);
+    REQUIRE(result.certificate.minimumGap < clearance + 0.1);
+  }
+}
+
+TEST_CASE("Cells may meet their own images", "[packing]") {
+  // The period is hardly more than the cell's diameter of 7.82 µm.
+  PackingProblem problem = redCellProblem(periodicCube(8.0), 0.32);
+  REQUIRE(problem.species[0].count == 2);
+  problem.limits.maxSweeps = 3000;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  checkPacking(problem, result);
+}
+
+TEST_CASE("What is out of reach ends with fewer cells and a clean certificate", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(20.0), 0.75);
+  problem.limits.maxSweeps = 600;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
+  REQUIRE(result.certificate.cellVolume > 0.45 * problem.container->volume());
+  checkPacking(problem, result);
+  REQUIRE(test::sameBits(pack(problem), result));
+}
+
+TEST_CASE("A time limit ends a run, with what was reached", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(20.0), 0.70);
+  problem.limits.maxSeconds = 0.05;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
+  checkPacking(problem, result);
+}
+
+TEST_CASE("An interrupted run gives no cells", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(20.0), 0.60);
+  int polls = 0;
+  problem.interrupted = [&] { return ++polls > 5; };
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::interrupted);
+  REQUIRE(result.cells.empty());
+  REQUIRE(result.poses.empty());
+  REQUIRE(result.statistics.sweeps < 10);
+}
+
+TEST_CASE("pack() tells how far it is", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
+  std::vector<Progress> told;
+  problem.progress = [&](const Progress& p) { told.push_back(p); };
+  const PackingResult result = pack(problem);
+  REQUIRE(static_cast<std::int64_t>(told.size()) == result.statistics.sweeps);
+  for (std::size_t k = 0; k < told.size(); ++k) REQUIRE(told[k].sweep == static_cast<std::int64_t>(k) + 1);
+  REQUIRE(told.front().stage == "relaxation");
+  REQUIRE(told.front().unresolved > 100);
+  REQUIRE(told.front().worstOverlap > told.back().worstOverlap);
+}
+
+TEST_CASE("What is certified is what will be written", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
+  problem.written = [](const Pose& pose) {  // coarse numbers
+    Placement placement = pose.placement();
+    placement.translation = (placement.translation * 100.0).array().round() / 100.0;
+    return placement;
+  };
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  REQUIRE(result.certificate.clean());
+  for (std::size_t i = 0; i < result.cells.size(); ++i)
+    REQUIRE(result.cells[i].placement.translation == problem.written(result.poses[i]).translation);
+}
+
+TEST_CASE("No cells, and one cell, are packings", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.0);
+  REQUIRE(pack(problem).outcome == Outcome::certified);
+  problem.species.clear();
+  REQUIRE(pack(problem).outcome == Outcome::certified);
+  problem = redCellProblem(periodicCube(25.0), 0.006);
+  REQUIRE(problem.species[0].count == 1);
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  REQUIRE(result.cells.size() == 1);
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/validate_problem.h"
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "packMesh/error.h"
+#include "tests/support/packings.h"
+
+using namespace packmesh;
+using Catch::Contains;
+using test::periodicCube;
+using test::redCellProblem;
+
+TEST_CASE("Problems that cannot be posed are refused with a reason", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
+  REQUIRE_NOTHROW(validate(problem));
+
+  SECTION("no container") {
+    problem.container = nullptr;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("no container"));
+  }
+  SECTION("no shape") {
+    problem.species[0].shape = nullptr;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has no shape"));
+  }
+  SECTION("negative count") {
+    problem.species[0].count = -3;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has a negative count, -3"));
+  }
+  SECTION("clearances") {
+    problem.clearance = -0.1;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells") && Contains("found -0.1"));
+    problem.clearance = std::numeric_limits<double>::quiet_NaN();
+    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells"));
+    problem.clearance = 0.0;
+    problem.wallClearance = std::numeric_limits<double>::infinity();
+    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
+    problem.wallClearance = -1e-9;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
+  }
+  SECTION("more cells than lumen") {
+    problem.species[0].count = 250;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("more volume than the lumen"));
+    REQUIRE_THROWS_AS(pack(problem), InputError);
+  }
+  SECTION("a cell larger than the lumen") {
+    problem.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
+    problem.species[0].count = 1;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC'") && Contains("larger than the lumen") &&
+                                               Contains("cylinder"));
+  }
+  SECTION("a clearance to the wall that leaves no room") {
+    problem.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
+    problem.species[0].count = 1;
+    REQUIRE_NOTHROW(validate(problem));
+    problem.wallClearance = 1.9;
+    REQUIRE_THROWS_WITH(validate(problem), Contains("larger than the lumen"));
+  }
+  SECTION("species that are not wanted may be of any size") {
+    problem.container = periodicCube(8.0);
+    problem.species[0].count = 1;
+    problem.species.push_back({"rock", test::sphereShape(50.0), 0, nullptr});
+    REQUIRE_NOTHROW(validate(problem));
+  }
+}
+
+TEST_CASE("The volume of all cells is counted", "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
+  const auto sphere = test::sphereShape(1.0);
+  problem.species.push_back({"sphere", sphere, 7, nullptr});
+  REQUIRE(cellVolume(problem) ==
+          Approx(problem.species[0].count * test::redCellShape()->volume() + 7.0 * sphere->volume()));
+}

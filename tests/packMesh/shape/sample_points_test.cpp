@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/shape/sample_points.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <random>
+#include <set>
+
+#include "tests/support/shapes.h"
+
+using namespace packmesh;
+
+namespace {
+
+using Point = std::array<float, 3>;
+
+Point pointOf(const SamplePoints& s, int i) {
+  return {s.x[i], s.y[i], s.z[i]};
+}
+Vec3 toVec3(const Point& p) {
+  return {p[0], p[1], p[2]};
+}
+
+std::set<Point> allPoints(const SamplePoints& s) {
+  std::set<Point> points;
+  for (int i = 0; i < s.clusters * SamplePoints::width; ++i) points.insert(pointOf(s, i));
+  return points;
+}
+
+void checkLayout(const SamplePoints& s) {
+  const std::size_t points = static_cast<std::size_t>(s.clusters) * SamplePoints::width;
+  REQUIRE((s.x.size() == points && s.y.size() == points && s.z.size() == points));
+  REQUIRE(s.radius.size() % SamplePoints::width == 0);
+  REQUIRE(s.radius.size() >= static_cast<std::size_t>(s.clusters));
+  REQUIRE((s.centerX.size() == s.radius.size() && s.centerY.size() == s.radius.size() &&
+           s.centerZ.size() == s.radius.size()));
+  int most = 0;
+  for (int c = 0; c < s.clusters; ++c) {
+    const Vec3 center(s.centerX[c], s.centerY[c], s.centerZ[c]);
+    for (int k = 0; k < SamplePoints::width; ++k) {
+      const double off = (toVec3(pointOf(s, c * SamplePoints::width + k)) - center).norm();
+      REQUIRE(off <= s.radius[c]);
+    }
+    const std::set<Point> distinct = [&] {
+      std::set<Point> set;
+      for (int k = 0; k < SamplePoints::width; ++k) set.insert(pointOf(s, c * SamplePoints::width + k));
+      return set;
+    }();
+    most += distinct.size() == SamplePoints::width;
+  }
+  REQUIRE(most >= s.clusters - 1);  // one cluster at most is padded
+}
+
+}  // namespace
+
+TEST_CASE("Every vertex is a sample, every surface point is near one", "[shape]") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  std::vector<TriangleMesh> meshes = {sample::box({-1, -2, -3}, {1, 2, 3}), test::icosphere(0, 4.0)};
+  for (const test::NamedShape& shape : test::allShapes()) meshes.push_back(shape.shape->mesh());
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    for (const double spacing : {0.3, 0.85, 2.0}) {
+      CAPTURE(m, spacing);
+      const TriangleMesh& mesh = meshes[m];
+      const SamplePoints samples = sampleSurface(mesh, spacing);
+      checkLayout(samples);
+      const std::set<Point> points = allPoints(samples);
+      for (const Vec3& v : mesh.vertices)
+        REQUIRE(
+            points.count({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())}));
+      for (int n = 0; n < 300; ++n) {
+        const std::size_t t = random() % mesh.triangles.size();
+        double u = unit(random), v = unit(random);
+        if (u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
+        const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+        const Vec3 p = a + u * (b - a) + v * (c - a);
+        double nearest = 1e300;
+        for (const Point& q : points) nearest = std::min(nearest, (toVec3(q) - p).norm());
+        REQUIRE(nearest <= spacing);
+      }
+    }
+}
+
+TEST_CASE("Samples lie on the surface, also where meshes are far from the origin", "[shape]") {
+  TriangleMesh mesh = sample::box({100, 200, -300}, {104, 203, -299});
+  const SamplePoints samples = sampleSurface(mesh, 0.5);
+  checkLayout(samples);
+  for (const Point& p : allPoints(samples)) {
+    const Vec3 q = toVec3(p), lo(100, 200, -300), hi(104, 203, -299);
+    const double off = std::min((q - lo).cwiseAbs().minCoeff(), (q - hi).cwiseAbs().minCoeff());
+    REQUIRE(off < 1e-4);
+  }
+}
+
+TEST_CASE("Coarse samples are a spread subset of the vertices", "[shape]") {
+  for (const test::NamedShape& shape : test::allShapes()) {
+    CAPTURE(shape.name);
+    const TriangleMesh& mesh = shape.shape->mesh();
+    const SamplePoints coarse = sampleCoarsely(mesh);
+    checkLayout(coarse);
+    const std::set<Point> points = allPoints(coarse);
+    std::set<Point> vertices;
+    for (const Vec3& v : mesh.vertices)
+      vertices.insert({static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
+    for (const Point& p : points) REQUIRE(vertices.count(p));
+    REQUIRE(points.size() >= std::min<std::size_t>(32, vertices.size() / 4));
+    REQUIRE(points.size() <= std::max<std::size_t>(32, vertices.size() / 4 + 1));
+    for (const Point& v : vertices) {
+      double nearest = 1e300;
+      for (const Point& p : points) nearest = std::min(nearest, (toVec3(p) - toVec3(v)).norm());
+      REQUIRE(nearest < 0.6 * shape.shape->radius());
+    }
+  }
+}

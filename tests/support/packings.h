@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packing problems for tests.
+#pragma once
+
+#include <cmath>
+#include <memory>
+
+#include "packMesh/container/primitives.h"
+#include "packMesh/packing/pack.h"
+#include "tests/support/shapes.h"
+
+namespace packmesh::test {
+
+inline std::shared_ptr<const Container> periodicCube(double edge) {
+  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {true, true, true});
+}
+
+/// HemoCell's red cell at a volume fraction.
+inline PackingProblem redCellProblem(std::shared_ptr<const Container> container, double fraction,
+                                     std::uint64_t seed = 1) {
+  PackingProblem problem;
+  const auto count = static_cast<std::int64_t>(fraction * container->volume() / redCellShape()->volume());
+  problem.species = {{"RBC", redCellShape(), count, nullptr}};
+  problem.container = std::move(container);
+  problem.seed = seed;
+  return problem;
+}
+
+inline bool sameBits(const PackingResult& a, const PackingResult& b) {
+  if (a.cells.size() != b.cells.size()) return false;
+  for (std::size_t i = 0; i < a.cells.size(); ++i)
+    if (a.cells[i].species != b.cells[i].species ||
+        a.cells[i].placement.linear != b.cells[i].placement.linear ||
+        a.cells[i].placement.translation != b.cells[i].placement.translation)
+      return false;
+  return true;
+}
+
+}  // namespace packmesh::test
