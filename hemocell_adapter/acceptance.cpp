@@ -39,9 +39,19 @@ class AcceptedWall final : public Wall {
       : wall_(wall),
         acceptance_(std::move(lattice), minimumDistanceFromSolid),
         voxels_(acceptance_.allowedNodes()),
-        wallClearance_(wallClearance) {}
+        wallClearance_(wallClearance),
+        kept_(acceptance_.allowedNodes().keptRegion()),
+        reach_((nodesWithin(minimumDistanceFromSolid, dx()) + 2) * std::sqrt(3.0) * dx()) {}
 
   WallDistance distance(const Vec3& p) const override {
+    if (wall_) {
+      // Far inside, a bound of the distance to the forbidden voxels will do: they begin within `reach_` of the
+      // true wall and of the kept region's faces.
+      const WallDistance wall = wall_->distance(p);
+      const double toFaces = std::min((p - kept_.lo).minCoeff(), (kept_.hi - p).minCoeff());
+      if (std::min(wall.distance, toFaces) > wallClearance_ + 2.0 * reach_)
+        return {std::min(wall.distance, std::min(wall.distance, toFaces) - reach_ + wallClearance_), wall.gradient};
+    }
     WallDistance voxels = voxels_.at(p);
     voxels.distance += wallClearance_;
     if (!wall_) return voxels;
@@ -58,10 +68,14 @@ class AcceptedWall final : public Wall {
   }
 
  private:
+  double dx() const { return acceptance_.allowedNodes().dx(); }
+
   const Wall* wall_;
   Acceptance acceptance_;
   VoxelDistance voxels_;
   double wallClearance_;
+  Box kept_;
+  double reach_;  ///< [µm]
 };
 
 }  // namespace

@@ -53,12 +53,7 @@ class Run {
   PackingResult operator()() {
     Relaxation relaxation = place();
     bool resolved = false;
-    {
-      Stopwatch watch(result_.statistics.relaxationSeconds);
-      resolved =
-          relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps));
-    }
-    resolved = resolved && certified(relaxation);
+    while (!resolved && relaxed(relaxation)) resolved = certified(relaxation);
     if (!resolved && !interrupted_) thinOut(relaxation);
     result_.outcome = interrupted_ ? Outcome::interrupted
                       : resolved   ? Outcome::certified
@@ -95,6 +90,12 @@ class Run {
       }
     }
     return Relaxation(input, std::move(bodies));
+  }
+
+  /// Whether all contacts could be resolved within the limits.
+  bool relaxed(Relaxation& relaxation) {
+    Stopwatch watch(result_.statistics.relaxationSeconds);
+    return relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps));
   }
 
   bool timeIsUp() const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "packMesh/geometry/pose.h"
+#include "packMesh/stages/relaxation/contact_kernel.h"
 
 namespace packmesh {
 
@@ -21,6 +22,11 @@ struct Body {
   double travel = 0.0;
   /// The wall need not be looked at before `travel` reaches this.
   double awayFromWallUntil = 0.0;
+  /// The clusters of samples that can touch the wall before `travel` reaches this.
+  ClusterMask wallMask = allClusters;
+  double wallMaskUntil = 0.0;
+  double lastWallTravel = 0.0;      ///< travel when the wall was looked at last [µm]
+  bool deepInWall = true;           ///< was deep in the wall then, so coarse samples will do
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
 
