@@ -32,6 +32,9 @@ std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) 
   return node;
 }
 
+/// Beyond the clearance, no contact is looked for further from the wall than this [µm].
+constexpr double noContact = 0.5;
+
 class AcceptedWall final : public Wall {
  public:
   AcceptedWall(const Wall* wall, std::shared_ptr<const Lattice> lattice, int minimumDistanceFromSolid,
@@ -41,25 +44,25 @@ class AcceptedWall final : public Wall {
         voxels_(acceptance_.allowedNodes()),
         wallClearance_(wallClearance),
         kept_(acceptance_.allowedNodes().keptRegion()),
-        reach_((nodesWithin(minimumDistanceFromSolid, dx()) + 2) * std::sqrt(3.0) * dx()) {}
+        // The corner of a cube around a node outside, with the cube of nodes it forbids.
+        reach_((nodesWithin(minimumDistanceFromSolid, dx()) + 0.5) * std::sqrt(3.0) * dx() +
+               (wall ? wall->slack() : 0.0)) {}
 
   WallDistance distance(const Vec3& p) const override {
-    if (wall_) {
-      // Far inside, a bound of the distance to the forbidden voxels will do: they begin within `reach_` of the
-      // true wall and of the kept region's faces.
-      const WallDistance wall = wall_->distance(p);
-      const double toFaces = std::min((p - kept_.lo).minCoeff(), (kept_.hi - p).minCoeff());
-      if (std::min(wall.distance, toFaces) > wallClearance_ + 2.0 * reach_)
-        return {std::min(wall.distance, std::min(wall.distance, toFaces) - reach_ + wallClearance_), wall.gradient};
-    }
-    WallDistance voxels = voxels_.at(p);
-    voxels.distance += wallClearance_;
-    if (!wall_) return voxels;
+    if (!wall_) return voxels(p);
     const WallDistance wall = wall_->distance(p);
-    return wall.distance < voxels.distance ? wall : voxels;
+    // Further in than any contact, a bound of the distance to the forbidden voxels will do.
+    const double toFaces = std::min((p - kept_.lo).minCoeff(), (kept_.hi - p).minCoeff());
+    const double bound = wallClearance_ + std::min(wall.distance - reach_, toFaces);
+    if (bound > wallClearance_ + noContact) return {std::min(wall.distance, bound), wall.gradient};
+    const WallDistance voxel = voxels(p);
+    return wall.distance < voxel.distance ? wall : voxel;
   }
 
   double slack() const override { return std::max(voxels_.slack(), wall_ ? wall_->slack() : 0.0); }
+
+  /// Faces and middles of the voxels are at multiples of this.
+  double samplingSpacing() const override { return 0.5 * dx(); }
 
   std::optional<std::string> objection(const TriangleMesh& placedCell) const override {
     if (wall_)
@@ -68,6 +71,11 @@ class AcceptedWall final : public Wall {
   }
 
  private:
+  WallDistance voxels(const Vec3& p) const {
+    WallDistance voxels = voxels_.at(p);
+    voxels.distance += wallClearance_;
+    return voxels;
+  }
   double dx() const { return acceptance_.allowedNodes().dx(); }
 
   const Wall* wall_;
@@ -75,7 +83,7 @@ class AcceptedWall final : public Wall {
   VoxelDistance voxels_;
   double wallClearance_;
   Box kept_;
-  double reach_;  ///< [µm]
+  double reach_;  ///< forbidden voxels are no further from the true wall or the kept faces than this [µm]
 };
 
 }  // namespace

@@ -52,29 +52,37 @@ class WallContacts {
   int count_ = 0;
 };
 
-/// Looks at the clusters in `mask`; returns those nearer to the wall than clearance + margin and lowers
-/// `nearest` to the distance of the nearest point.
-ClusterMask findWallContacts(const Body& body, const SampleView& samples, const Wall& wall, double slack,
-                             double clearance, double margin, ClusterMask mask, WallContacts& contacts,
-                             double& nearest) {
+/// How the wall is searched for.
+struct WallSearch {
+  const Wall& wall;
+  double slack;      ///< clusters are culled only this much further away [µm]
+  double clearance;  ///< [µm]
+  double margin;     ///< [µm]
+};
+
+/// Looks at the clusters in `mask`; returns those that may be nearer to the wall than clearance + margin and
+/// lowers `nearest` to a bound of the distance of all points looked at.
+ClusterMask findWallContacts(const Body& body, const SampleView& samples, const WallSearch& search,
+                             ClusterMask mask, WallContacts& contacts, double& nearest) {
   const Mat3 toWorld = body.scale * body.rotation;
   ClusterMask near = 0;
   for (int c = 0; c < samples.clusters; ++c) {
     const ClusterMask bit = ClusterMask{1} << c / samples.clustersPerBit;
     if (!(mask & bit)) continue;
-    if (mask == allClusters) {
-      const Vec3 center =
-          body.position + toWorld * Vec3(samples.centerX[c], samples.centerY[c], samples.centerZ[c]);
-      const double apart = wall.distance(center).distance - slack - body.scale * samples.radius[c];
-      nearest = std::min(nearest, std::max(apart, clearance));
-      if (apart > clearance + margin) continue;
+    const Vec3 center =
+        body.position + toWorld * Vec3(samples.centerX[c], samples.centerY[c], samples.centerZ[c]);
+    const double apart =
+        search.wall.distance(center).distance - search.slack - body.scale * samples.radius[c];
+    if (apart < search.clearance + search.margin) near |= bit;
+    if (apart > search.clearance) {
+      nearest = std::min(nearest, apart);
+      continue;
     }
     for (int k = c * SamplePoints::width; k < (c + 1) * SamplePoints::width; ++k) {
       const Vec3 arm = toWorld * Vec3(samples.x[k], samples.y[k], samples.z[k]);
-      const WallDistance at = wall.distance(body.position + arm);
+      const WallDistance at = search.wall.distance(body.position + arm);
       nearest = std::min(nearest, at.distance);
-      if (at.distance < clearance + margin) near |= bit;
-      if (at.distance < clearance) contacts.add(arm, at.gradient, clearance - at.distance);
+      if (at.distance < search.clearance) contacts.add(arm, at.gradient, search.clearance - at.distance);
     }
   }
   return near;
@@ -87,8 +95,8 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   if (model.wall == nullptr || body.travel < body.awayFromWallUntil) return;
   const double clearance = wallClearance_ + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
-  const double slack = std::min(model.wall->slack(), largestSlack * reach);
-  const double atCenter = model.wall->distance(body.position).distance - slack;
+  WallSearch search{*model.wall, std::min(model.wall->slack(), largestSlack * reach), clearance, 0.0};
+  const double atCenter = model.wall->distance(body.position).distance - search.slack;
   if (atCenter > reach + clearance) {
     body.awayFromWallUntil = body.travel + (atCenter - reach - clearance);
     return;
@@ -99,22 +107,20 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const double rate = body.travel - body.lastWallTravel;
   body.lastWallTravel = body.travel;
   if (body.deepInWall) {
-    findWallContacts(body, model.coarseSamples, *model.wall, slack, clearance, 0.0, allClusters, contacts,
-                     nearest);
+    findWallContacts(body, model.coarseSamples, search, allClusters, contacts, nearest);
     body.deepInWall = contacts.deepest() > deepContact;
   }
   if (!body.deepInWall) {
     contacts = WallContacts();
     nearest = reach + clearance;
-    double margin = 0.0;
-    if (!(body.travel < body.wallMaskUntil)) {
-      margin = std::clamp(marginSweeps * rate, smallestMargin, largestMargin);
+    const bool everywhere = !(body.travel < body.wallMaskUntil);
+    if (everywhere) {
+      search.margin = std::clamp(marginSweeps * rate, smallestMargin, largestMargin);
       body.wallMask = allClusters;
-      body.wallMaskUntil = body.travel + margin;
+      body.wallMaskUntil = body.travel + search.margin;
     }
-    const ClusterMask near = findWallContacts(body, model.samples, *model.wall, slack, clearance, margin,
-                                              body.wallMask, contacts, nearest);
-    if (body.wallMask == allClusters) body.wallMask = near;
+    const ClusterMask near = findWallContacts(body, model.samples, search, body.wallMask, contacts, nearest);
+    if (everywhere) body.wallMask = near;
     nearest = std::min(nearest, clearance + (body.wallMaskUntil - body.travel));
     body.deepInWall = contacts.deepest() > deepContact;
   }
