@@ -25,7 +25,7 @@ bool hasWall(const std::string& walls, int axis) {
 /// Spacing of a vessel's distance field [µm]: fine enough for a wall clearance of some hundredths of a
 /// micrometre on smooth walls, and never more nodes than fit comfortably into memory.
 double fieldSpacing(const Box& box) {
-  constexpr double finest = 0.25, mostNodes = 3e7;
+  constexpr double finest = 0.5, mostNodes = 3e7;
   return std::max(finest, std::cbrt(box.volume() / mostNodes));
 }
 

@@ -163,11 +163,17 @@ ExitCode runPacking(const Job& job) {
   }
   for (const std::string& line : headLines(job, scene)) log::info(line);
   if (interrupted()) return endInterrupted();
+  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
 
   ProgressLog progress;
   const PackingResult result =
       pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
   if (result.outcome == Outcome::interrupted || interrupted()) return endInterrupted();
+  log::detail(
+      fmt::format("Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, "
+                  "certificate {:.3f} s",
+                  result.statistics.sweeps, result.statistics.repairs, result.statistics.placementSeconds,
+                  result.statistics.relaxationSeconds, result.statistics.certificateSeconds));
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result);
     if (!job.bestEffort || result.cells.empty()) {

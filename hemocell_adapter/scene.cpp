@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <map>
+
 #include "hemocell_adapter/counts.h"
 #include "packMesh/error.h"
+#include "packMesh/tolerances.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -84,10 +88,18 @@ Scene buildScene(const Job& job) {
   }
   if (job.command == Command::check) return scene;
   resolveCounts(job, scene);
+  double reach = 0.0;
+  for (const SceneSpecies& species : scene.species) reach = std::max(reach, 2 * species.shape->radius());
+  std::map<int, std::shared_ptr<const Wall>> walls;  // one for all species with the same distance from solid
   for (SceneSpecies& species : scene.species) {
     if (species.count == 0) continue;
-    species.wall = speciesWall(scene.lumen, species.job.minimumDistanceFromSolid, 2 * species.shape->radius(),
-                               job.wallClearance);
+    const int distance = species.job.minimumDistanceFromSolid;
+    auto [wall, isNew] = walls.try_emplace(distance);
+    // Relaxation demands the clearance plus a margin and is content when that margin is missed by its
+    // tolerance; of the voxel faces nothing more is wanted then than that no vertex is beyond them.
+    constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
+    if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, job.wallClearance + margin);
+    species.wall = wall->second;
   }
   return scene;
 }

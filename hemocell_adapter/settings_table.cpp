@@ -3,104 +3,12 @@
 
 #include <algorithm>
 
+#include "hemocell_adapter/value_specs.h"
+
 namespace packmesh::hemocell {
 namespace {
 
-// Ranges that catch slips of unit and of finger; anything inside them makes sense to somebody.
-constexpr double largestLength = 1e5;  // [µm]; coordinates must stay below it (tolerances.h, culling)
-constexpr double largestCount = 1e8;
-
-ValueSpec number(const char* placeholder, const char* unit, double low, bool lowExcluded, double high) {
-  ValueSpec spec;
-  spec.kind = Kind::number;
-  spec.placeholder = placeholder;
-  spec.unit = unit;
-  spec.low = low;
-  spec.lowExcluded = lowExcluded;
-  spec.high = high;
-  return spec;
-}
-
-ValueSpec length(const char* placeholder) {
-  return number(placeholder, "µm", 0, true, largestLength);
-}
-
-ValueSpec integer(const char* placeholder, const char* unit, double low, double high) {
-  ValueSpec spec = number(placeholder, unit, low, false, high);
-  spec.kind = Kind::integer;
-  return spec;
-}
-
-ValueSpec count() {
-  return integer("n", "cells", 0, largestCount);
-}
-
-ValueSpec plain(Kind kind, const char* placeholder) {
-  ValueSpec spec;
-  spec.kind = kind;
-  spec.placeholder = placeholder;
-  return spec;
-}
-
-ValueSpec choice(const char* placeholder, std::vector<std::string> choices) {
-  ValueSpec spec = plain(Kind::choice, placeholder);
-  spec.choices = std::move(choices);
-  return spec;
-}
-
-ValueSpec vector(const char* placeholder, double low, bool lowExcluded) {
-  ValueSpec spec = number(placeholder, "µm", low, lowExcluded, largestLength);
-  spec.kind = Kind::vector;
-  return spec;
-}
-
-ValueSpec hematocrit() {
-  ValueSpec spec = number("h", "fraction", 0, true, 1);
-  spec.highExcluded = true;
-  return spec;
-}
-
-ValueSpec ratio() {
-  return number("r", "per red cell", 0, false, 1e4);
-}
-ValueSpec clearance() {
-  return number("d", "µm", 0, false, 100);
-}
-ValueSpec flag() {
-  return plain(Kind::boolean, "");
-}
-ValueSpec name() {
-  return plain(Kind::name, "name");
-}
-ValueSpec file() {
-  return plain(Kind::text, "file");
-}
-ValueSpec meshScale() {
-  return number("factor", "µm per unit of the file", 0, true, 1e9);
-}
-ValueSpec seed() {
-  return integer("n", "", 0, std::numeric_limits<double>::infinity());
-}
-ValueSpec distanceFromSolid() {
-  return integer("d", "µm", 0, 1000);
-}
-ValueSpec constructions() {
-  return choice("kind", {"RBC_FROM_SPHERE", "ELLIPSOID_FROM_SPHERE", "WBC_SPHERE", "MESH_FROM_STL"});
-}
-
-using Values = std::vector<Value>;
-double real(const Value& v) {
-  return std::get<double>(v);
-}
-std::int64_t whole(const Value& v) {
-  return std::get<std::int64_t>(v);
-}
-bool yes(const Value& v) {
-  return std::get<bool>(v);
-}
-const std::string& text(const Value& v) {
-  return std::get<std::string>(v);
-}
+using namespace specs;
 
 /// The option that asks for `n` cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
@@ -521,68 +429,6 @@ const std::vector<Setting>& settingsTable() {
       all.insert(all.end(), part.begin(), part.end());
     return all;
   }();
-  return table;
-}
-
-const std::vector<SpeciesAttribute>& speciesAttributes() {
-  static const std::vector<SpeciesAttribute> table = {
-      {"name", name(), "", "name of the cell: <name>.xml is read, <name>.pos written",
-       [](SpeciesRequest& s, const Value& v) { s.name = text(v); }},
-      {"count", count(), "by hematocrit or ratio", "how many",
-       [](SpeciesRequest& s, const Value& v) { s.count = whole(v); }},
-      {"ratio", ratio(), "", "so many per red cell",
-       [](SpeciesRequest& s, const Value& v) { s.ratio = real(v); }},
-      {"construction", constructions(), "by the name", "how the case's C++ code builds the cell",
-       [](SpeciesRequest& s, const Value& v) { s.construction = constructionFromString(text(v)); }},
-      {"minimumDistanceFromSolid", distanceFromSolid(), "0",
-       "what the case's C++ code passes to setInitialMinimumDistanceFromSolid",
-       [](SpeciesRequest& s, const Value& v) { s.minimumDistanceFromSolid = int(whole(v)); }},
-      {"file", file(), "", "a closed mesh instead of <name>.xml",
-       [](SpeciesRequest& s, const Value& v) { s.meshFile = text(v); }},
-      {"scale", meshScale(), "1", "unit of that file",
-       [](SpeciesRequest& s, const Value& v) { s.meshScale = real(v); }},
-      {"ellipsoid", vector("e1 e2 d", 0, true), "", "an ellipsoid instead of <name>.xml, full axis lengths",
-       [](SpeciesRequest& s, const Value& v) { s.ellipsoidAxes = std::get<Vec3>(v); }},
-      {"redCell", flag(), "true when the name contains RBC", "whether its volume counts as hematocrit",
-       [](SpeciesRequest& s, const Value& v) { s.redCell = yes(v); }},
-  };
-  return table;
-}
-
-const std::vector<SolidTag>& solidTags() {
-  const auto radius = SolidAttribute{"radius", length("r"), "", "radius",
-                                     [](SolidRequest& s, const Value& v) { s.radius = real(v); }};
-  const auto center =
-      SolidAttribute{"center", vector("x y z", -largestLength, false), "low corner at the origin", "centre",
-                     [](SolidRequest& s, const Value& v) { s.center = std::get<Vec3>(v); }};
-  const auto origin = [](const char* name, const char* help) {
-    return SolidAttribute{name, vector("x y z", -largestLength, false), "0 0 0", help,
-                          [](SolidRequest& s, const Value& v) { s.origin = std::get<Vec3>(v); }};
-  };
-  static const std::vector<SolidTag> table = {
-      {"box",
-       SolidRequest::Kind::box,
-       {{"size", vector("x y z", 0, true), "", "edge lengths",
-         [](SolidRequest& s, const Value& v) { s.size = std::get<Vec3>(v); }},
-        origin("origin", "low corner")}},
-      {"cylinder",
-       SolidRequest::Kind::cylinder,
-       {{"axis", plain(Kind::axis, "axis"), "x", "axis",
-         [](SolidRequest& s, const Value& v) { s.axis = int(whole(v)); }},
-        radius,
-        {"length", length("l"), "", "length", [](SolidRequest& s, const Value& v) { s.length = real(v); }},
-        center}},
-      {"sphere", SolidRequest::Kind::sphere, {radius, center}},
-      {"mesh",
-       SolidRequest::Kind::mesh,
-       {{"file", file(), "", "closed mesh (STL, OFF, PLY, OBJ)",
-         [](SolidRequest& s, const Value& v) { s.file = text(v); }},
-        {"scale", meshScale(), "1", "unit of the file",
-         [](SolidRequest& s, const Value& v) { s.scale = real(v); }},
-        origin("offset", "added to the scaled coordinates"),
-        {"openAxis", plain(Kind::axis, "axis"), "closed all around", "axis along which the lumen is open",
-         [](SolidRequest& s, const Value& v) { s.openAxis = int(whole(v)); }}}},
-  };
   return table;
 }
 

@@ -52,8 +52,7 @@ class Sampler {
     const bool bySearch = searchIsCheaper(exact);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
       seed(static_cast<int>(t), bySearch ? grid_.spacing : exact);
-    if (std::none_of(nearest_.begin(), nearest_.end(), [](int t) { return t >= 0; }))
-      offer(0, 0, 0, 0, anyNearest());
+    seedFaces();
     sweep(2, +1);
     sweep(2, -1);
     finish(bySearch ? exact : 0.0);
@@ -61,8 +60,6 @@ class Sampler {
 
  private:
   Vec3 position(int i, int j, int k) const { return grid_.origin + grid_.spacing * Vec3(i, j, k); }
-  int anyNearest() const { return surface_.nearest(grid_.origin).triangle; }
-
   /// Gives triangle t to node (i,j,k) if it is nearer than what the node has.
   void offer(std::size_t node, int i, int j, int k, int t) {
     if (t == nearest_[node]) return;
@@ -116,6 +113,25 @@ class Sampler {
         if (first > last) continue;
         for (int i = static_cast<int>(first); i <= static_cast<int>(last); ++i)
           offer(i + step_[1] * j + step_[2] * k, i, j, k, t);
+      }
+  }
+
+  /// Searches the nearest triangle for the nodes on the faces of the grid that the mesh passes, and for one
+  /// node at least: what lies outside the grid is known there, and spreads from there.
+  void seedFaces() {
+    const Box mesh = boundingBox(mesh_), box = grid_.box();
+    const auto search = [&](int i, int j, int k) {
+      offer(i + step_[1] * j + step_[2] * k, i, j, k, surface_.nearest(position(i, j, k)).triangle);
+    };
+    search(0, 0, 0);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int end = 0; end < 2; ++end) {
+        if (end == 0 ? mesh.lo[axis] >= box.lo[axis] : mesh.hi[axis] <= box.hi[axis]) continue;
+        int n[3];
+        n[axis] = end == 0 ? 0 : grid_.nodes[axis] - 1;
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        for (n[v] = 0; n[v] < grid_.nodes[v]; ++n[v])
+          for (n[u] = 0; n[u] < grid_.nodes[u]; ++n[u]) search(n[0], n[1], n[2]);
       }
   }
 

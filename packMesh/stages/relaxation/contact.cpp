@@ -183,7 +183,7 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
   const double travel = a.travel + b.travel;
   if (travel < pair.apartUntil) return;
 
-  const double clearance = clearance_ + pair.extraClearance;
+  const double clearance = clearance_ + pair.extraClearance - slack_;
   const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
   const double distance = fromB.norm();
   if (distance > 1e-12) {
@@ -249,7 +249,7 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SpeciesModel& model = models_[body.species];
   if (model.wall == nullptr || body.travel < body.awayFromWallUntil) return;
-  const double clearance = wallClearance_ + body.extraWallClearance;
+  const double clearance = wallClearance_ + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
   const double atCenter = model.wall->distance(body.position).distance - model.wall->slack();
   if (atCenter > reach + clearance) {

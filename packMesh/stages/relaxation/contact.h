@@ -47,7 +47,11 @@ class ContactSolver {
  public:
   ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance, double wallClearance);
 
-  void setOmega(double omega) { omega_ = omega; }
+  /// @param slack penetrations up to this are left alone [µm]
+  void setPush(double omega, double slack) {
+    omega_ = omega;
+    slack_ = slack;
+  }
   void setMobile(bool rotate) { rotate_ = rotate; }
 
   /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
@@ -71,7 +75,7 @@ class ContactSolver {
   std::vector<SpeciesModel> models_;
   Vec3 period_;
   double clearance_, wallClearance_;
-  double omega_ = 1.0;
+  double omega_ = 1.0, slack_ = 0.0;
   bool rotate_ = true;
   ContactKernel kernel_;
 };

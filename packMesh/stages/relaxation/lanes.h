@@ -73,7 +73,9 @@ inline Lanes operator+(const Lanes& a, float b) {
 inline Lanes operator-(const Lanes& a, float b) {
   return a - splat(b);
 }
-inline Lanes operator+(float a, const Lanes& b) { return splat(a) + b; }
+inline Lanes operator+(float a, const Lanes& b) {
+  return splat(a) + b;
+}
 inline Lanes operator-(float a, const Lanes& b) {
   return splat(a) - b;
 }

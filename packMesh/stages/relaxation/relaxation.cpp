@@ -104,11 +104,11 @@ void Relaxation::refreshLists() {
   listed_ = true;
 }
 
-SweepSums Relaxation::sweep(double omega) {
+SweepSums Relaxation::sweep(double omega, double slack) {
   if (listsOutdated()) refreshLists();
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
-  solver_.setOmega(omega);
+  solver_.setPush(omega, slack);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (int block : colour) {
       for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)

@@ -35,7 +35,8 @@ class Relaxation {
   /// moved too far since this was done last.
   /// @param omega over-relaxation: the fraction of each penetration that either direction of a contact takes
   /// away
-  SweepSums sweep(double omega);
+  /// @param slack contacts are only resolved to within this of the clearance [µm]
+  SweepSums sweep(double omega, double slack = 0.0);
 
   /// Displaces every cell by a random vector of length up to `amplitude` [µm].
   void kick(double amplitude);

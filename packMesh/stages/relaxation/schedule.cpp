@@ -11,6 +11,9 @@ constexpr double hotOmega = 1.0;
 /// Below, cells are only pushed apart and nothing rearranges any more.
 constexpr double coldOmega = 0.55;
 
+/// What is left of a tolerance when cells are settled: the rest of it is not touched.
+constexpr double settledFraction = 0.2;
+
 constexpr std::int64_t hotSweeps = 300;
 constexpr std::int64_t firstAnnealing = 1000;
 constexpr std::int64_t annealingGrowth = 3;
@@ -21,10 +24,10 @@ bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
 
 /// Sweeps with omega going evenly from `from` to `to`.
 bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxation, double tolerance,
-               const ScheduleLimits& limits, const char* stage) {
+               const ScheduleLimits& limits, const char* stage, double slack = 0.0) {
   for (std::int64_t k = 0; k < sweeps && !spent(relaxation, limits); ++k) {
-    const SweepSums sums =
-        relaxation.sweep(from + (to - from) * static_cast<double>(k) / static_cast<double>(sweeps));
+    const double progress = static_cast<double>(k) / static_cast<double>(sweeps);
+    const SweepSums sums = relaxation.sweep(from + (to - from) * progress, slack);
     if (limits.tell) limits.tell(stage);
     if (sums.deepest <= tolerance) return true;
   }
@@ -43,7 +46,8 @@ bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limit
 }
 
 bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits) {
-  return sweepFrom(hotOmega, coldOmega, sweeps, relaxation, tolerance, limits, "repair");
+  return sweepFrom(hotOmega, coldOmega, sweeps, relaxation, settledFraction * tolerance, limits, "repair",
+                   (1.0 - settledFraction) * tolerance);
 }
 
 }  // namespace packmesh

@@ -24,8 +24,8 @@ struct ScheduleLimits {
 /// @return whether it got there within the limits
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits);
 
-/// Sweeps a nearly resolved state until no penetration is deeper than `tolerance` [µm], at most `sweeps`
-/// times.
+/// Sweeps a nearly resolved state, at most `sweeps` times, moving only cells with penetrations deeper than
+/// `tolerance` [µm], until there are none.
 bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits);
 
 }  // namespace packmesh

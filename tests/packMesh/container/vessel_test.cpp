@@ -219,9 +219,9 @@ TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {
   CHECK_THROWS_WITH(makeVessel(shifted, VesselEnds{0, 0, 20, true}, 0.5), Contains("same outline"));
 }
 
-TEST_CASE("A vessel describes itself, and a huge one gets a coarser field", "[container]") {
+TEST_CASE("A vessel describes itself", "[container]") {
   const auto vessel =
       makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, true}, 0.25);
   REQUIRE(vessel->describe() ==
-          "vessel 21.5 x 10 x 10 µm of 352 triangles, periodic along x, distance field at 0.25 µm");
+          "vessel 21.5 x 10 x 10 µm of 416 triangles, periodic along x, distance field at 0.25 µm");
 }

@@ -29,11 +29,22 @@ bool surrounds(const TriangleMesh& mesh, const Vec3& p) {
   return std::abs(angle) > 2.0 * M_PI;
 }
 
-/// All pairs of triangles, one by one. Pre: meshes in one piece.
-MeshPairResult bruteForce(const TriangleMesh& a, const TriangleMesh& b) {
+/// All pairs of triangles, one by one, but for those whose boxes are further apart than `interest`.
+/// Pre: meshes in one piece.
+MeshPairResult bruteForce(const TriangleMesh& a, const TriangleMesh& b, double interest) {
   MeshPairResult out;
+  const auto boxes = [](const TriangleMesh& mesh, double margin) {
+    std::vector<Box> all(mesh.triangles.size());
+    for (std::size_t t = 0; t < all.size(); ++t) {
+      for (int v : mesh.triangles[t]) all[t].add(mesh.vertices[v]);
+      all[t] = all[t].grownBy(margin);
+    }
+    return all;
+  };
+  const std::vector<Box> boxesA = boxes(a, interest), boxesB = boxes(b, 0.0);
   for (int i = 0; i < static_cast<int>(a.triangles.size()); ++i)
     for (int j = 0; j < static_cast<int>(b.triangles.size()); ++j) {
+      if (!boxesA[i].meets(boxesB[j])) continue;
       const auto p = [&](int k) -> const Vec3& { return a.corner(i, k); };
       const auto q = [&](int k) -> const Vec3& { return b.corner(j, k); };
       if (trianglesMeet(p(0), p(1), p(2), q(0), q(1), q(2))) return {MeshRelation::meet, 0.0};
@@ -74,7 +85,7 @@ struct Counts {
 
 void compare(const MeshHierarchy& a, const Placement& pa, const MeshHierarchy& b, const Placement& pb,
              double interest, Counts& counts) {
-  const MeshPairResult expected = bruteForce(placed(a.mesh(), pa), placed(b.mesh(), pb));
+  const MeshPairResult expected = bruteForce(placed(a.mesh(), pa), placed(b.mesh(), pb), interest);
   const MeshPairResult result = relateEveryWay(a, pa, b, pb, interest);
   REQUIRE(result.relation == expected.relation);
   if (expected.gap < interest)

@@ -61,6 +61,32 @@ TEST_CASE("sideOfPlane agrees with integer arithmetic in and beside planes", "[e
   compareWithIntegers(1);
 }
 
+TEST_CASE("sideOfPlane where the filter cannot tell: one unit beside a plane, at full precision", "[exact]") {
+  std::mt19937 random(4);
+  std::uniform_int_distribution<long> small(-8, 8);
+  int signs[3] = {0, 0, 0};
+  for (int i = 0; i < 50000; ++i) {
+    IntegerPoint a, b, c, p, offset;
+    for (int k = 0; k < 3; ++k) {
+      a[k] = small(random), b[k] = small(random), c[k] = small(random);
+      p[k] = b[k] + c[k] - a[k];  // in the plane
+      offset[k] = static_cast<long>(random() % 3) - 1;
+    }
+    const auto real = [](const IntegerPoint& v, const IntegerPoint& o) {
+      Vec3 out;
+      for (int k = 0; k < 3; ++k) out[k] = static_cast<double>(v[k] * (1L << 47) + o[k]);
+      return out;
+    };
+    const IntegerPoint beside = {a[0] + offset[0], a[1] + offset[1], a[2] + offset[2]};
+    const int expected = test::sign(test::volume(a, b, c, beside));
+    ++signs[expected + 1];
+    const IntegerPoint none = {0, 0, 0};
+    REQUIRE(sideOfPlane(real(a, none), real(b, none), real(c, none), real(p, offset)) == expected);
+    REQUIRE(sideOfPlane(real(c, none), real(b, none), real(a, none), real(p, offset)) == -expected);
+  }
+  for (int count : signs) REQUIRE(count > 1000);
+}
+
 TEST_CASE("A static filter left behind by a TetGen run changes nothing", "[exact]") {
   exactinit(0, 0, 0, 1e-30, 1e-30, 1e-30);
   compareWithIntegers(2);

@@ -93,6 +93,41 @@ TEST_CASE("Contacts in oblique planes far away, exact and a unit in the last pla
     });
 }
 
+TEST_CASE("Contacts broken by less than rounding errors of determinants", "[exact]") {
+  // Small integers times 2^46, one coordinate moved by one: determinants far below what plain floating point
+  // can tell from zero. Times 2^22, which the oracle can take, the verdicts are the same: determinants are
+  // linear in a single coordinate, and coefficients are below 2^16.
+  std::mt19937 random(4);
+  std::uniform_int_distribution<long> entry(-7, 7);
+  int verdicts[2] = {0, 0};
+  for (int i = 0; i < 30000; ++i) {
+    long matrix[3][3];
+    for (auto& row : matrix)
+      for (long& m : row) m = entry(random);
+    if (i % 2)  // all in one plane
+      for (long& m : matrix[random() % 3]) m = 0;
+    std::array<IntegerTriangle, 2> exact;
+    std::array<RealTriangle, 2> real;
+    const unsigned moved = random() % 18;
+    const long by = random() % 2 ? 1 : -1;
+    for (unsigned t = 0; t < 2; ++t)
+      for (unsigned c = 0; c < 3; ++c) {
+        const long u = random() % 3, v = random() % 3, w = random() % 2;
+        for (unsigned k = 0; k < 3; ++k) {
+          const long base = matrix[k][0] * u + matrix[k][1] * v + matrix[k][2] * w;
+          const long beside = moved == 9 * t + 3 * c + k ? by : 0;
+          exact[t][c][k] = base * (1L << 22) + beside;
+          real[t][c][k] = static_cast<double>(base * (1L << 46) + beside);
+        }
+      }
+    const bool expected = test::trianglesMeet(exact[0], exact[1]);
+    ++verdicts[expected];
+    REQUIRE(meetInAnyOrder(real[0], real[1]) == expected);
+  }
+  REQUIRE(verdicts[0] > 5000);
+  REQUIRE(verdicts[1] > 5000);
+}
+
 TEST_CASE("Triangles in general position", "[exact]") {
   std::mt19937 random(3);
   std::uniform_int_distribution<long> coordinate(-(1L << 22), 1L << 22);

@@ -109,6 +109,21 @@ TEST_CASE("sampleDistance agrees with brute force at its nodes", "[shape]") {
     }
 }
 
+TEST_CASE("sampleDistance knows the parts of the mesh that lie outside its region", "[shape]") {
+  const TriangleMesh mesh = sample::tube(
+      -10.0, 10.0, 41, 20, [](double x) { return Vec3(x, 2.0 * std::sin(x), 0.0); },
+      [](double) { return 3.0; });
+  const ClosestPoint surface(mesh);
+  const DistanceGrid grid = sampleDistance(mesh, {{-1.0, -3.0, -2.0}, {2.0, 2.0, 4.0}}, 0.2, 0.4);
+  for (std::size_t n = 0; n < grid.value.size(); ++n) {
+    const std::size_t row = grid.nodes[0], plane = row * grid.nodes[1];
+    const double expected =
+        surface.signedDistance(grid.origin + grid.spacing * Vec3(n % row, n % plane / row, n / plane));
+    if (std::abs(grid.value[n] - expected) > 0.35 * grid.spacing)
+      FAIL(grid.value[n] << " instead of " << expected);
+  }
+}
+
 TEST_CASE("DistanceGrid interpolates a sphere, with its gradient, inside and outside the grid", "[shape]") {
   const TriangleMesh mesh = sample::sphere(Vec3::Zero(), 3.0, 60, 80);
   const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(1.0), 0.1, 10.0);

@@ -78,20 +78,24 @@ std::map<Key, bool> keyed(const std::vector<OverlappingPair>& pairs) {
   return out;
 }
 
-/// All pairs with all images up to `images` periods away, without any neighbour search.
+/// All pairs with all images that could matter, without any neighbour search.
+/// @param reach no two cells interact whose centres differ by more than this along an axis, whichever image
+/// [µm]
 struct Expected {
   std::map<Key, bool> overlapping;
   double gap = infinite;
 };
-Expected bruteForce(const Packing& packing, const Vec3& period, int images, double interest) {
+Expected bruteForce(const Packing& packing, const Vec3& period, double reach, double interest) {
   Expected out;
   const std::int64_t n = packing.cells.size();
+  int images[3];
+  for (int k = 0; k < 3; ++k)
+    images[k] = period[k] > 0.0 ? static_cast<int>(std::ceil(reach / period[k])) : 0;
   for (std::int64_t i = 0; i < n; ++i)
     for (std::int64_t j = i; j < n; ++j)
-      for (int x = -images; x <= images; ++x)
-        for (int y = -images; y <= images; ++y)
-          for (int z = -images; z <= images; ++z) {
-            if ((x && !(period[0] > 0)) || (y && !(period[1] > 0)) || (z && !(period[2] > 0))) continue;
+      for (int x = -images[0]; x <= images[0]; ++x)
+        for (int y = -images[1]; y <= images[1]; ++y)
+          for (int z = -images[2]; z <= images[2]; ++z) {
             if (i == j && std::make_tuple(x, y, z) <= std::make_tuple(0, 0, 0)) continue;
             const PlacedCell &a = packing.cells[i], &b = packing.cells[j];
             Placement moved = b.placement;
@@ -133,7 +137,7 @@ TEST_CASE("The certificate finds the pairs and the gap that brute force finds, w
     for (unsigned seed = 0; seed < 4; ++seed) {
       // Cells lie up to two periods outside of [0, period).
       const Packing packing = randomPacking(seed, seed % 2 ? 6 : 14, period, 4.0);
-      const Expected expected = bruteForce(packing, period, 8, 0.6);
+      const Expected expected = bruteForce(packing, period, 12.5, 0.6);  // 8 apart, radii of 1.8
       const Certificate certificate = certify(packing.input(), 0.6);
       REQUIRE(keyed(certificate.overlapping) == expected.overlapping);
       REQUIRE(certificate.clean() == expected.overlapping.empty());
@@ -156,17 +160,17 @@ TEST_CASE("The certificate finds the pairs and the gap that brute force finds, w
 
 TEST_CASE("The smallest gap of a sparse packing, wherever it is", "[certificate]") {
   int measured = 0;
-  for (unsigned seed = 0; seed < 30; ++seed) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
     const Vec3 period(12, 12, 12);
     Packing packing = randomPacking(seed, 30, period, 12.0);
-    const Expected before = bruteForce(packing, period, 2, 0.6);
+    const Expected before = bruteForce(packing, period, 28.5, 0.6);
     std::vector<bool> drop(packing.cells.size(), false);
     for (const auto& [key, inside] : before.overlapping) drop[std::get<1>(key)] = true;
     Packing kept = packing;
     kept.cells.clear();
     for (std::size_t i = 0; i < drop.size(); ++i)
       if (!drop[i]) kept.cells.push_back(packing.cells[i]);
-    const Expected expected = bruteForce(kept, period, 2, 0.6);
+    const Expected expected = bruteForce(kept, period, 28.5, 0.6);
     const Certificate certificate = certify(kept.input(), 0.6);
     REQUIRE(certificate.clean());
     REQUIRE(certificate.minimumGap == expected.gap);
@@ -174,7 +178,7 @@ TEST_CASE("The smallest gap of a sparse packing, wherever it is", "[certificate]
     std::reverse(kept.cells.begin(), kept.cells.end());
     REQUIRE(certify(kept.input(), 0.6).minimumGap == Approx(expected.gap).epsilon(1e-12));
   }
-  REQUIRE(measured > 20);
+  REQUIRE(measured > 6);
 }
 
 TEST_CASE("A cell meets its own image when the period is too short", "[certificate]") {
@@ -191,6 +195,26 @@ TEST_CASE("A cell meets its own image when the period is too short", "[certifica
   REQUIRE(certificate.minimumGap == 0.25);
   packing.container = std::make_shared<PeriodicSpace>(Vec3(0.7, 0, 0));
   REQUIRE(certify(packing.input()).overlapping.size() == 2);  // images 1 and 2
+}
+
+TEST_CASE("A gap smaller than the required one is a fault, an equal one is not", "[certificate]") {
+  Packing packing;
+  packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
+  packing.container = std::make_shared<PeriodicSpace>(Vec3(8.0, 0, 0));
+  packing.cells = {{0, {Mat3::Identity(), Vec3(0.5, 0, 0)}}, {0, {Mat3::Identity(), Vec3(6.25, 0, 0)}}};
+  CertificateInput input = packing.input();  // gaps 3.75 and, through the period, 0.25
+  for (double required : {0.0, 0.2, 0.25, 0.26, 3.75, 3.8}) {
+    input.requiredGap = required;
+    const std::size_t faults = required <= 0.25 ? 0 : required <= 3.75 ? 1 : 2;
+    const Certificate certificate = certify(input, 0.1);
+    REQUIRE(certificate.overlapping.size() == faults);
+    REQUIRE(findOverlaps(input).size() == faults);
+    REQUIRE(findOverlaps(input, {1}).size() == faults);
+    for (const OverlappingPair& p : certificate.overlapping) {
+      REQUIRE(p.gap == (p.shift[0] == 0.0 ? 3.75 : 0.25));
+      REQUIRE_FALSE(p.contained);
+    }
+  }
 }
 
 TEST_CASE("findOverlaps looks at pairs with a moved cell only, and at all of them", "[certificate]") {

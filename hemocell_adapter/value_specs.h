@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Shorthands in which the tables of settings are written.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hemocell_adapter/value.h"
+
+namespace packmesh::hemocell::specs {
+
+// Ranges that catch slips of unit and of finger; anything inside them makes sense to somebody.
+inline constexpr double largestLength = 1e5;  // [µm]; coordinates must stay below it (tolerances.h, culling)
+inline constexpr double largestCount = 1e8;
+
+inline ValueSpec number(const char* placeholder, const char* unit, double low, bool lowExcluded,
+                        double high) {
+  ValueSpec spec;
+  spec.kind = Kind::number;
+  spec.placeholder = placeholder;
+  spec.unit = unit;
+  spec.low = low;
+  spec.lowExcluded = lowExcluded;
+  spec.high = high;
+  return spec;
+}
+
+inline ValueSpec length(const char* placeholder) {
+  return number(placeholder, "µm", 0, true, largestLength);
+}
+
+inline ValueSpec integer(const char* placeholder, const char* unit, double low, double high) {
+  ValueSpec spec = number(placeholder, unit, low, false, high);
+  spec.kind = Kind::integer;
+  return spec;
+}
+
+inline ValueSpec count() {
+  return integer("n", "cells", 0, largestCount);
+}
+
+inline ValueSpec plain(Kind kind, const char* placeholder) {
+  ValueSpec spec;
+  spec.kind = kind;
+  spec.placeholder = placeholder;
+  return spec;
+}
+
+inline ValueSpec choice(const char* placeholder, std::vector<std::string> choices) {
+  ValueSpec spec = plain(Kind::choice, placeholder);
+  spec.choices = std::move(choices);
+  return spec;
+}
+
+inline ValueSpec vector(const char* placeholder, double low, bool lowExcluded) {
+  ValueSpec spec = number(placeholder, "µm", low, lowExcluded, largestLength);
+  spec.kind = Kind::vector;
+  return spec;
+}
+
+inline ValueSpec hematocrit() {
+  ValueSpec spec = number("h", "fraction", 0, true, 1);
+  spec.highExcluded = true;
+  return spec;
+}
+
+inline ValueSpec ratio() {
+  return number("r", "per red cell", 0, false, 1e4);
+}
+inline ValueSpec clearance() {
+  return number("d", "µm", 0, false, 100);
+}
+inline ValueSpec flag() {
+  return plain(Kind::boolean, "");
+}
+inline ValueSpec name() {
+  return plain(Kind::name, "name");
+}
+inline ValueSpec file() {
+  return plain(Kind::text, "file");
+}
+inline ValueSpec meshScale() {
+  return number("factor", "µm per unit of the file", 0, true, 1e9);
+}
+inline ValueSpec seed() {
+  return integer("n", "", 0, std::numeric_limits<double>::infinity());
+}
+inline ValueSpec distanceFromSolid() {
+  return integer("d", "µm", 0, 1000);
+}
+inline ValueSpec constructions() {
+  return choice("kind", {"RBC_FROM_SPHERE", "ELLIPSOID_FROM_SPHERE", "WBC_SPHERE", "MESH_FROM_STL"});
+}
+
+using Values = std::vector<Value>;
+inline double real(const Value& v) {
+  return std::get<double>(v);
+}
+inline std::int64_t whole(const Value& v) {
+  return std::get<std::int64_t>(v);
+}
+inline bool yes(const Value& v) {
+  return std::get<bool>(v);
+}
+inline const std::string& text(const Value& v) {
+  return std::get<std::string>(v);
+}
+
+}  // namespace packmesh::hemocell::specs
