@@ -5,12 +5,18 @@
 #include <cmath>
 
 namespace packmesh {
+namespace {
+
+/// Along each axis, so that all can be counted in an int.
+constexpr double mostBlocks = 1000.0;
+
+}  // namespace
 
 BlockGrid::BlockGrid(const Box& bounds, const Vec3& period, double interactionRange, double preferredEdge)
     : lo_(bounds.lo) {
   const double edge = std::max(2.0 * interactionRange, preferredEdge);
   for (int k = 0; k < 3; ++k) {
-    int n = std::max(1, static_cast<int>(std::floor(std::min(bounds.size()[k] / edge, 1e5))));
+    int n = edge > 0.0 ? std::max(1, static_cast<int>(std::min(bounds.size()[k] / edge, mostBlocks))) : 1;
     if (period[k] > 0.0 && n > 1) n -= n % 2;
     blocks_[k] = n;
     blocksPerLength_[k] = n / bounds.size()[k];

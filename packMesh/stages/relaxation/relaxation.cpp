@@ -20,6 +20,14 @@ constexpr std::int64_t shortLived = 4, longLived = 30;
 /// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
 constexpr double preferredBlockEdge = 6.5;
 
+/// Where cells are few, blocks are so large that there is one for so many cells.
+constexpr double fewestPerBlock = 50.0;
+
+double blockEdge(const Box& bounds, double largestRadius, std::size_t bodies) {
+  const double perBody = bounds.volume() / static_cast<double>(bodies);  // infinite without any
+  return std::max(preferredBlockEdge * largestRadius, std::cbrt(fewestPerBlock * perBody));
+}
+
 double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodies) {
   std::vector<double> volumes;
   volumes.reserve(bodies.size());
@@ -52,7 +60,7 @@ Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies)
       solver_(makeSolver(input, bodies)),
       largestRadius_(largestRadius(input)),
       blocks_(input.bounds, input.period, (2.0 + widestSkin) * largestRadius_ + input.clearance,
-              preferredBlockEdge * largestRadius_),
+              blockEdge(input.bounds, largestRadius_, bodies.size())),
       blocksOfColour_(BlockGrid::colours),
       bodies_(std::move(bodies)),
       skin_(widestSkin * largestRadius_) {

@@ -56,6 +56,15 @@ TEST_CASE("Blocks are at least two ranges wide, one or even along periodic axes"
           std::array<int, 3>{4, 4, 5});
 }
 
+TEST_CASE("Blocks can be counted, however large the domain and however small the cells", "[distributed]") {
+  const Box metre{Vec3::Zero(), Vec3::Constant(1e6)};
+  const BlockGrid many(metre, metre.size(), 1e-3, 0.0);
+  REQUIRE(many.count() == 1000 * 1000 * 1000);
+  REQUIRE(many.blockOf(Vec3::Constant(1e6)) == many.count() - 1);
+  // No cells at all have no range.
+  REQUIRE(BlockGrid(metre, Vec3::Zero(), 0.0, 0.0).count() == 1);
+}
+
 TEST_CASE("Every point has a block, points outside that of the nearest point inside", "[distributed]") {
   std::mt19937 random(2);
   for (int n = 0; n < 100; ++n) {

@@ -186,7 +186,7 @@ TEST_CASE("Cells may meet their own images", "[packing]") {
 }
 
 TEST_CASE("What is out of reach ends with fewer cells and a clean certificate", "[packing]") {
-  PackingProblem problem = redCellProblem(periodicCube(20.0), 0.75);
+  PackingProblem problem = redCellProblem(periodicCube(16.0), 0.75);
   problem.limits.maxSweeps = 600;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
@@ -197,7 +197,7 @@ TEST_CASE("What is out of reach ends with fewer cells and a clean certificate", 
 }
 
 TEST_CASE("A time limit ends a run, with what was reached", "[packing]") {
-  PackingProblem problem = redCellProblem(periodicCube(20.0), 0.70);
+  PackingProblem problem = redCellProblem(periodicCube(16.0), 0.70);
   problem.limits.maxSeconds = 0.05;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);

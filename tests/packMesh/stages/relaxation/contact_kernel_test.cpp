@@ -216,6 +216,7 @@ TEST_CASE("Penetrations are those into the surface itself", "[relaxation][kernel
       one.centerX = one.x, one.centerY = one.y, one.centerZ = one.z;
       one.radius.assign(16, 0.0f);
       const SampleView view{1,
+                            1,
                             one.x.data(),
                             one.y.data(),
                             one.z.data(),
@@ -229,9 +230,10 @@ TEST_CASE("Penetrations are those into the surface itself", "[relaxation][kernel
       const ContactSums sums = run(chosenInstructionSet(), view, c, model.field);
       const double expected = distance(q), found = c.clearance - sums.deepest;
       CAPTURE(q.transpose(), expected, sums.weight, sums.nearest);
-      // Closed forms are made for small distances, grids for all. A platelet's rim is the worst.
+      // Closed forms are made for small distances, grids for all. Rims are the worst, and there they
+      // had better be too small.
       const double tooLarge = grid ? grid->interpolationError() : n % 2 == 0 ? 0.004 : 0.04;
-      const double tooSmall = grid ? grid->interpolationError() : n % 2 == 0 ? 0.004 : 0.06;
+      const double tooSmall = grid ? grid->interpolationError() : n % 2 == 0 ? 0.004 : 0.10;
       if (expected < c.clearance - tooLarge) REQUIRE(sums.weight > 0.0f);
       if (expected > c.clearance + tooSmall) REQUIRE(sums.weight == 0.0f);
       if (sums.weight > 0.0f && expected > -0.05) {
