@@ -232,7 +232,13 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
   pair.lastTravel = travel;
   if (pair.deep) {
     ClusterMask all[2] = {allClusters, allClusters};
-    if (lookAt(true, 0.0, all) && pair.deep) return true;
+    const bool found = lookAt(true, 0.0, all);
+    if (found && pair.deep) return true;
+    if (coarsely_) {
+      pair.deep = true;
+      nearest = clearance;  // coarse samples say nothing of the gap
+      return found;
+    }
   }
   if (travel < pair.masksUntil) {
     ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin

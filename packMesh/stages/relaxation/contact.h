@@ -52,6 +52,8 @@ class ContactSolver {
     omega_ = omega;
     slack_ = slack;
   }
+  /// Coarse samples will do for all contacts.
+  void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
   void setMobile(bool rotate) { rotate_ = rotate; }
 
   /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
@@ -76,7 +78,7 @@ class ContactSolver {
   Vec3 period_;
   double clearance_, wallClearance_;
   double omega_ = 1.0, slack_ = 0.0;
-  bool rotate_ = true;
+  bool rotate_ = true, coarsely_ = false;
   ContactKernel kernel_;
 };
 

@@ -12,10 +12,14 @@ namespace {
 
 /// The skin of the pair list [fraction of the largest radius]: wide while cells move far, thin when they
 /// rest.
-constexpr double thinnestSkin = 0.08, widestSkin = 0.5;
+constexpr double thinnestSkin = 0.05, widestSkin = 0.2;
 
 /// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
 constexpr std::int64_t shortLived = 4, longLived = 30;
+
+/// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
+/// [fraction of the largest radius].
+constexpr double coarseDepth = 0.06;
 
 /// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
 constexpr double preferredBlockEdge = 6.5;
@@ -109,6 +113,8 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
+  coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total > coarseDepth * last_.contacts);
+  solver_.setCoarsely(coarsely_);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (int block : colour) {
       for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)

@@ -73,7 +73,7 @@ class Relaxation {
   PairList list_;
   double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
   std::int64_t listedInSweep_ = 0;
-  bool listed_ = false;
+  bool listed_ = false, coarsely_ = true;
   std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
   std::int64_t sweeps_ = 0;
   std::uint32_t kicks_ = 0;
