@@ -18,17 +18,27 @@ struct Body {
   int block = 0;
   std::int64_t id = 0;  ///< global, over all species
 
-  /// No point of the cell has moved further than this since the start [µm]; only ever grows.
-  double travel = 0.0;
-  /// The wall need not be looked at before `travel` reaches this.
-  double awayFromWallUntil = 0.0;
-  /// The clusters of samples that can touch the wall before `travel` reaches this.
+  /// Where the cell was at the beginning of the epoch: what is found out about its surroundings holds for as
+  /// far as it has not moved from there.
+  Vec3 referencePosition = Vec3::Zero();
+  Quaternion referenceOrientation = Quaternion::Identity();
+  double moved = 0.0;  ///< no point of the cell is further than this from where it was then [µm]
+  /// The wall need not be looked at while `moved` is less than this.
+  double awayFromWallWhile = -1.0;
+  /// While `moved` is less than wallMaskWhile, only these clusters of samples can touch the wall.
   ClusterMask wallMask = allClusters;
-  double wallMaskUntil = 0.0;
-  double lastWallTravel = 0.0;      ///< travel when the wall was looked at last [µm]
-  bool deepInWall = true;           ///< was deep in the wall then, so coarse samples will do
+  double wallMaskWhile = -1.0;
+  bool deepInWall = true;           ///< was deep in the wall when last looked at, so coarse samples will do
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
+
+  /// Begins an epoch: here and now is the reference.
+  void setReference() {
+    referencePosition = position;
+    referenceOrientation = orientation;
+    moved = 0.0;
+    awayFromWallWhile = wallMaskWhile = -1.0;
+  }
 
   Pose pose() const { return {scale, orientation, position}; }
 };

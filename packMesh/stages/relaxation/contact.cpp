@@ -65,10 +65,6 @@ SampleView viewOf(const SamplePoints& s) {
           s.centerX.data(), s.centerY.data(),       s.centerZ.data(), s.radius.data()};
 }
 
-/// Which clusters of samples can touch is remembered for as far as the two cells move in so many sweeps,
-/// within bounds [µm].
-constexpr double marginSweeps = 6.0, smallestMargin = 0.01, largestMargin = 0.1;
-
 /// Contacts deeper than this are found with coarse samples [µm].
 constexpr double deepContact = 0.3;
 
@@ -162,7 +158,17 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
     body.orientation = Quaternion(q.w() - half.dot(q.vec()), v.x(), v.y(), v.z()).normalized();
     body.rotation = body.orientation.toRotationMatrix();
   }
-  body.travel += length + angle * reach;
+  updateMoved(body);
+}
+
+void ContactSolver::updateMoved(Body& body) const {
+  const auto& q = body.orientation.coeffs();
+  const auto& r = body.referenceOrientation.coeffs();
+  // Quaternions a chord c apart are rotations 4 asin(c/2) <= 2.1 c apart for c <= 1; no point moves further
+  // than twice the radius.
+  const double turned = std::min(2.0, 2.1 * std::min((q - r).norm(), (q + r).norm()));
+  body.moved =
+      (body.position - body.referencePosition).norm() + turned * models_[body.species].radius * body.scale;
 }
 
 void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
@@ -180,8 +186,12 @@ void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
 
 void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
   Body &a = bodies[pair.first], &b = bodies[pair.second];
-  const double travel = a.travel + b.travel;
-  if (travel < pair.apartUntil) return;
+  const double moved = a.moved + b.moved;
+  if (pair.epoch != epoch_) {
+    pair.epoch = epoch_;
+    pair.apartWhile = pair.masksWhile = -1.0;
+  }
+  if (moved < pair.apartWhile) return;
 
   const double clearance = clearance_ + pair.extraClearance - slack_;
   const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
@@ -192,7 +202,7 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
                          a.scale * models_[a.species].bound.support(a.rotation.transpose() * direction) -
                          b.scale * models_[b.species].bound.support(b.rotation.transpose() * direction);
     if (apart > clearance) {
-      pair.apartUntil = travel + (apart - clearance);
+      pair.apartWhile = apart - clearance - moved;
       return;
     }
   }
@@ -201,7 +211,7 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
   bool touching[2];
   double nearest;
   if (!findContacts(pair, a, b, fromB, clearance, contacts, touching, nearest)) {
-    pair.apartUntil = travel + std::max(0.0, nearest - clearance);
+    pair.apartWhile = nearest - clearance - moved;
     return;
   }
   for (int side = 0; side < 2; ++side) {
@@ -217,7 +227,7 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
 bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB,
                                  double clearance, Contact (&contacts)[2], bool (&touching)[2],
                                  double& nearest) const {
-  const double travel = a.travel + b.travel;
+  const double moved = a.moved + b.moved;
   const auto lookAt = [&](bool coarsely, double margin, ClusterMask(&masks)[2]) {
     double nearestA, nearestB;
     touching[0] = findContact(a, b, fromB, clearance, coarsely, margin, masks[0], contacts[0], nearestA);
@@ -228,8 +238,6 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
     return touching[0] || touching[1];
   };
 
-  const double rate = travel - pair.lastTravel;
-  pair.lastTravel = travel;
   if (pair.deep) {
     ClusterMask all[2] = {allClusters, allClusters};
     const bool found = lookAt(true, 0.0, all);
@@ -240,16 +248,15 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
       return found;
     }
   }
-  if (travel < pair.masksUntil) {
+  if (moved < pair.masksWhile) {
     ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin
     const bool found = lookAt(false, 0.0, masks);
-    nearest = std::min(nearest, clearance + (pair.masksUntil - travel));
+    nearest = std::min(nearest, clearance + (pair.masksWhile - moved));
     return found;
   }
-  const double margin = std::clamp(marginSweeps * rate, smallestMargin, largestMargin);
+  pair.masksWhile = std::max(expectedMotion_, 1.5 * moved);
   pair.masks[0] = pair.masks[1] = allClusters;
-  pair.masksUntil = travel + margin;
-  return lookAt(false, margin, pair.masks);
+  return lookAt(false, moved + pair.masksWhile, pair.masks);
 }
 
 }  // namespace packmesh

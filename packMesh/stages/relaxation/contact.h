@@ -52,6 +52,15 @@ class ContactSolver {
     omega_ = omega;
     slack_ = slack;
   }
+  /// Begins an epoch: what pairs know of earlier ones is void.
+  /// @param expectedMotion how far two cells may together be expected to move in it [µm]
+  void beginEpoch(double expectedMotion) {
+    ++epoch_;
+    expectedMotion_ = expectedMotion;
+  }
+  /// Bound of how far any point of `body` is from where it was at the beginning of the epoch [µm].
+  void updateMoved(Body& body) const;
+
   /// Coarse samples will do for all contacts.
   void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
   void setMobile(bool rotate) { rotate_ = rotate; }
@@ -79,6 +88,8 @@ class ContactSolver {
   double clearance_, wallClearance_;
   double omega_ = 1.0, slack_ = 0.0;
   bool rotate_ = true, coarsely_ = false;
+  int epoch_ = 0;
+  double expectedMotion_ = 0.1;
   ContactKernel kernel_;
 };
 

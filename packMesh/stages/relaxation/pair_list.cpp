@@ -33,7 +33,7 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
         // id.
         if (bodies[i].id > bodies[j].id) return;
         if (i == j && (unshifted || shift < opposite)) return;
-        found.push_back({i, j, opposite, 0.0, 0.0, {allClusters, allClusters}, 0.0, true, 0.0f});
+        found.push_back({i, j, opposite, -1, -1.0, -1.0, {allClusters, allClusters}, true, 0.0f});
       });
     });
   }

@@ -17,12 +17,11 @@ namespace packmesh {
 struct ContactPair {
   int first, second;  ///< indices into the bodies, first.id <= second.id
   ImageShift shift;
-  /// The two need not be looked at before the sum of their travels reaches this [µm].
-  double apartUntil;
-  /// Of either cell, the clusters of samples that can touch the other before the sum of travels reaches this.
-  double masksUntil;
+  int epoch;  ///< what follows is about this epoch (see Body); `moved` is the sum over both cells [µm]
+  double apartWhile;  ///< the two need not be looked at while moved is less than this
+  double
+      masksWhile;  ///< while moved is less than this, only the clusters in the masks can touch the other cell
   ClusterMask masks[2];
-  double lastTravel;     ///< sum of travels when they were looked at last [µm]
   bool deep;             ///< reached deep into each other when last looked at, so coarse samples will do
   float extraClearance;  ///< on top of the problem's clearance [µm]
 };

@@ -17,9 +17,15 @@ constexpr double thinnestSkin = 0.05, widestSkin = 0.2;
 /// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
 constexpr std::int64_t shortLived = 4, longLived = 30;
 
+/// Sweeps after which everything known of a cell's surroundings is found out anew, and how far cells are then
+/// expected to move: this times what they moved in the last epoch, within bounds [µm].
+constexpr std::int64_t epochSweeps = 10;
+constexpr double motionReserve = 1.5;
+constexpr double smallestMotion = 0.01, largestMotion = 0.25;
+
 /// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
 /// [fraction of the largest radius].
-constexpr double coarseDepth = 0.06;
+constexpr double coarseDepth = 0.015;
 
 /// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
 constexpr double preferredBlockEdge = 6.5;
@@ -63,7 +69,7 @@ Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies)
     : input_(input),
       solver_(makeSolver(input, bodies)),
       largestRadius_(largestRadius(input)),
-      blocks_(input.bounds, input.period, (2.0 + widestSkin) * largestRadius_ + input.clearance,
+      blocks_(input.bounds, input.period, (2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
               blockEdge(input.bounds, largestRadius_, bodies.size())),
       blocksOfColour_(BlockGrid::colours),
       bodies_(std::move(bodies)),
@@ -97,7 +103,8 @@ void Relaxation::refreshLists() {
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
-  list_ = listPairs(bodies_, radii_, input_.clearance + skin_, input_.bounds, input_.period, blocks_.count());
+  list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + skin_, input_.bounds, input_.period,
+                    blocks_.count());
   if (!extraClearance_.empty())
     for (ContactPair& p : list_.pairs) {
       const auto extra = extraClearance_.find({bodies_[p.first].id, bodies_[p.second].id});
@@ -106,14 +113,29 @@ void Relaxation::refreshLists() {
   listedAt_.resize(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
   listed_ = true;
+  beginEpoch();
+}
+
+void Relaxation::beginEpoch() {
+  double moved = 0.0;
+  for (Body& body : bodies_) {
+    moved += body.moved;
+    body.setReference();
+  }
+  const double mean = bodies_.empty() ? 0.0 : moved / static_cast<double>(bodies_.size());
+  solver_.beginEpoch(std::clamp(motionReserve * 2.0 * mean, smallestMotion, largestMotion));
+  epochBegan_ = sweeps_;
 }
 
 SweepSums Relaxation::sweep(double omega, double slack) {
-  if (listsOutdated()) refreshLists();
+  if (listsOutdated())
+    refreshLists();
+  else if (sweeps_ - epochBegan_ >= epochSweeps)
+    beginEpoch();
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
-  coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total > coarseDepth * last_.contacts);
+  coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total > coarseDepth * largestRadius_ * last_.contacts);
   solver_.setCoarsely(coarsely_);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (int block : colour) {
@@ -133,12 +155,14 @@ void Relaxation::kick(double amplitude) {
     const auto u = uniform4(input_.seed, RandomStream::kick, body.id, kicks_);
     const double length = amplitude * u[2];
     body.position += length * uniformDirection(u[0], u[1]);
-    body.travel += length;
+    solver_.updateMoved(body);
   }
 }
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
-  extraClearance_[std::minmax(first, second)] += static_cast<float>(extra);
+  float& demanded = extraClearance_[std::minmax(first, second)];
+  demanded += static_cast<float>(extra);
+  largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
   listed_ = false;
 }
 
@@ -146,7 +170,7 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
   for (Body& body : bodies_)
     if (body.id == id) {
       body.extraWallClearance += extra;
-      body.awayFromWallUntil = 0.0;
+      body.awayFromWallWhile = -1.0;
     }
 }
 

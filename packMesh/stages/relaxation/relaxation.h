@@ -59,6 +59,7 @@ class Relaxation {
 
  private:
   void refreshLists();
+  void beginEpoch();
   bool listsOutdated() const;
 
   RelaxationInput input_;
@@ -72,9 +73,10 @@ class Relaxation {
   std::vector<Vec3> listedAt_;           ///< positions when the lists were made
   PairList list_;
   double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
-  std::int64_t listedInSweep_ = 0;
+  std::int64_t listedInSweep_ = 0, epochBegan_ = 0;
   bool listed_ = false, coarsely_ = true;
   std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
+  double largestExtra_ = 0.0;
   std::int64_t sweeps_ = 0;
   std::uint32_t kicks_ = 0;
   SweepSums last_;

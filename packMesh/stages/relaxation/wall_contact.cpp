@@ -8,9 +8,6 @@
 namespace packmesh {
 namespace {
 
-/// How long the clusters that can touch the wall are remembered: as for pairs (contact.cpp) [sweeps; µm].
-constexpr double marginSweeps = 6.0, smallestMargin = 0.02, largestMargin = 0.3;
-
 /// Cells deeper in the wall than this are pushed back by coarse samples [µm].
 constexpr double deepContact = 0.3;
 
@@ -92,20 +89,18 @@ ClusterMask findWallContacts(const Body& body, const SampleView& samples, const 
 
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SpeciesModel& model = models_[body.species];
-  if (model.wall == nullptr || body.travel < body.awayFromWallUntil) return;
+  if (model.wall == nullptr || body.moved < body.awayFromWallWhile) return;
   const double clearance = wallClearance_ + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
   WallSearch search{*model.wall, std::min(model.wall->slack(), largestSlack * reach), clearance, 0.0};
   const double atCenter = model.wall->distance(body.position).distance - search.slack;
   if (atCenter > reach + clearance) {
-    body.awayFromWallUntil = body.travel + (atCenter - reach - clearance);
+    body.awayFromWallWhile = atCenter - reach - clearance - body.moved;
     return;
   }
 
   WallContacts contacts;
   double nearest = reach + clearance;
-  const double rate = body.travel - body.lastWallTravel;
-  body.lastWallTravel = body.travel;
   if (body.deepInWall) {
     findWallContacts(body, model.coarseSamples, search, allClusters, contacts, nearest);
     body.deepInWall = contacts.deepest() > deepContact;
@@ -113,19 +108,19 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   if (!body.deepInWall) {
     contacts = WallContacts();
     nearest = reach + clearance;
-    const bool everywhere = !(body.travel < body.wallMaskUntil);
+    const bool everywhere = !(body.moved < body.wallMaskWhile);
     if (everywhere) {
-      search.margin = std::clamp(marginSweeps * rate, smallestMargin, largestMargin);
       body.wallMask = allClusters;
-      body.wallMaskUntil = body.travel + search.margin;
+      body.wallMaskWhile = std::max(0.5 * expectedMotion_, 1.5 * body.moved);
+      search.margin = body.moved + body.wallMaskWhile;
     }
     const ClusterMask near = findWallContacts(body, model.samples, search, body.wallMask, contacts, nearest);
     if (everywhere) body.wallMask = near;
-    nearest = std::min(nearest, clearance + (body.wallMaskUntil - body.travel));
+    nearest = std::min(nearest, clearance + (body.wallMaskWhile - body.moved));
     body.deepInWall = contacts.deepest() > deepContact;
   }
   if (contacts.begin() == contacts.end()) {
-    body.awayFromWallUntil = body.travel + std::max(0.0, nearest - clearance);
+    body.awayFromWallWhile = nearest - clearance - body.moved;
     return;
   }
 

@@ -166,7 +166,7 @@ TEST_CASE("Meshes of very different size, far from the origin, and general affin
   REQUIRE(counts.near > 20);
 }
 
-TEST_CASE("Boxes that share a face, an edge or a corner meet; one bit apart they do not", "[exact]") {
+TEST_CASE("Boxes that share a face, an edge or a corner meet, one bit apart they do not", "[exact]") {
   const MeshHierarchy cube(sample::box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}));
   const auto relation = [&](const Vec3& at) {
     return relateEveryWay(cube, {}, cube, {Mat3::Identity(), at}, 0.1).relation;

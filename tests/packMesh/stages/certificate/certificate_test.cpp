@@ -256,7 +256,7 @@ TEST_CASE("Walls are asked about cells near them only, and their objections repo
   }
 }
 
-TEST_CASE("Counts and volumes, scaled cells included; no cells at all", "[certificate]") {
+TEST_CASE("Counts and volumes, scaled cells included, no cells at all", "[certificate]") {
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
   REQUIRE(certify(packing.input()).clean());

@@ -118,7 +118,7 @@ TEST_CASE("Pairs stand with the block of the smaller id, in the order of ids and
         const ContactPair& pair = pairs.pairs[p];
         REQUIRE(s.bodies[pair.first].id <= s.bodies[pair.second].id);
         REQUIRE(s.bodies[pair.first].block == b);
-        REQUIRE(pair.apartUntil == 0.0);
+        REQUIRE(pair.apartWhile < 0.0);
         REQUIRE(pair.extraClearance == 0.0f);
         if (p == pairs.start[b]) continue;
         const ContactPair& before = pairs.pairs[p - 1];
@@ -141,7 +141,7 @@ TEST_CASE("The pair list does not depend on the order of the bodies", "[relaxati
   }
 }
 
-TEST_CASE("No bodies, no pairs; one body in a large period has none", "[relaxation]") {
+TEST_CASE("No bodies, no pairs, one body in a large period has none", "[relaxation]") {
   const Box bounds{{0, 0, 0}, {20, 20, 20}};
   const PairList none = listPairs({}, {1.0}, 0.1, bounds, bounds.size(), 4);
   REQUIRE(none.pairs.empty());
