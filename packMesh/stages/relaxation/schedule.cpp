@@ -8,15 +8,18 @@ namespace {
 
 /// Above about 1.05 penetrations grow at high fractions; 0.8 needs twenty times the sweeps of 1.0 at 0.58.
 constexpr double hotOmega = 1.0;
-/// Below, cells are only pushed apart and nothing rearranges any more.
-constexpr double coldOmega = 0.55;
+/// Below, cells are only pushed apart and hardly rearrange any more.
+constexpr double coldOmega = 0.8;
+/// The end of repairs, where nothing is to rearrange.
+constexpr double repairOmega = 0.55;
 
 /// What is left of a tolerance when cells are settled: the rest of it is not touched.
 constexpr double settledFraction = 0.2;
 
 constexpr std::int64_t hotSweeps = 300;
-constexpr std::int64_t firstAnnealing = 1000;
-constexpr std::int64_t annealingGrowth = 3;
+/// At 0.60 the first annealing or the second one resolves everything.
+constexpr std::int64_t firstAnnealing = 1200;
+constexpr double annealingGrowth = 2.5;
 
 bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
   return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
@@ -38,15 +41,15 @@ bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxati
 
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
   if (sweepFrom(hotOmega, hotOmega, hotSweeps, relaxation, tolerance, limits, "relaxation")) return true;
-  for (std::int64_t sweeps = firstAnnealing; !spent(relaxation, limits); sweeps *= annealingGrowth) {
-    if (sweepFrom(hotOmega, coldOmega, sweeps, relaxation, tolerance, limits, "annealing")) return true;
-    if (sweepFrom(coldOmega, coldOmega, sweeps / 5, relaxation, tolerance, limits, "annealing")) return true;
-  }
+  for (double sweeps = firstAnnealing; !spent(relaxation, limits); sweeps *= annealingGrowth)
+    if (sweepFrom(hotOmega, coldOmega, static_cast<std::int64_t>(sweeps), relaxation, tolerance, limits,
+                  "annealing"))
+      return true;
   return false;
 }
 
 bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits) {
-  return sweepFrom(hotOmega, coldOmega, sweeps, relaxation, settledFraction * tolerance, limits, "repair",
+  return sweepFrom(hotOmega, repairOmega, sweeps, relaxation, settledFraction * tolerance, limits, "repair",
                    (1.0 - settledFraction) * tolerance);
 }
 

@@ -20,7 +20,7 @@ struct ScheduleLimits {
 ///
 /// First at full over-relaxation, which resolves everything up to a fraction of about 0.58. Above, full
 /// over-relaxation keeps the cells agitated: it acts as a temperature. So it is lowered slowly from 1.0, as
-/// in simulated annealing, over 1000 sweeps, then, starting hot again, over three times as many, and so on.
+/// in simulated annealing, over 1200 sweeps, then, starting hot again, over 2.5 times as many, and so on.
 /// @return whether it got there within the limits
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits);
 
