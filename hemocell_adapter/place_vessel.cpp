@@ -64,7 +64,7 @@ void openEnds(Lattice& lattice) {
   const auto [nx, ny, nz] = lattice.nodes();
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
-      for (const auto &[to, from] :
+      for (const auto& [to, from] :
            {std::pair(0, 1), std::pair(1, 2), std::pair(nx - 2, nx - 3), std::pair(nx - 1, nx - 2)})
         lattice.setFluid(to, j, k, lattice.fluid(from, j, k));
 }

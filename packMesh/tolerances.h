@@ -23,19 +23,20 @@ inline constexpr double culling = 1e-9;
 /// rounded differently: STL in single precision errs by 6e-8 of the coordinates, sums of a few such by 1e-6.
 inline constexpr double crackFraction = 1e-6;
 
-/// A closed surface with less volume than this fraction of the cube of its diagonal encloses nothing: rounding of
-/// single-precision coordinates alone gives a flat surface about 1e-8.
+/// A closed surface with less volume than this fraction of the cube of its diagonal encloses nothing:
+/// rounding of single-precision coordinates alone gives a flat surface about 1e-8.
 inline constexpr double zeroVolumeFraction = 1e-8;
 
-/// Vertices of a vessel's flat end lie within this fraction of the mesh's diagonal of one plane: what rounding to
-/// single precision and six printed digits leave.
+/// Vertices of a vessel's flat end lie within this fraction of the mesh's diagonal of one plane: what
+/// rounding to single precision and six printed digits leave.
 inline constexpr double flatCapFraction = 1e-6;
 
-/// The outlines of the two ends of a periodic vessel may differ by this fraction of their diagonal: 0.03 µm for a
-/// vessel of 25 µm, less than the facets of such meshes deviate from a round wall.
+/// The outlines of the two ends of a periodic vessel may differ by this fraction of their diagonal: 0.03 µm
+/// for a vessel of 25 µm, less than the facets of such meshes deviate from a round wall.
 inline constexpr double sameOutlineFraction = 1e-3;
 
-/// Beyond its exact band a distance grid is too large by at most this fraction of its spacing (measured: 0.18).
+/// Beyond its exact band a distance grid is too large by at most this fraction of its spacing (measured:
+/// 0.18).
 inline constexpr double spreadErrorFraction = 0.35;
 
 }  // namespace packmesh::tolerance

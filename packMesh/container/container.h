@@ -30,8 +30,8 @@ class Wall {
   /// How much distance() may exceed the true distance anywhere [µm]; 0 for closed forms.
   virtual double slack() const { return 0.0; }
 
-  /// Where distance() is costly, the spacing at which it may be sampled and interpolated [µm], on nodes at whole
-  /// multiples of it; 0: closed form, no need to.
+  /// Where distance() is costly, the spacing at which it may be sampled and interpolated [µm], on nodes at
+  /// whole multiples of it; 0: closed form, no need to.
   virtual double samplingSpacing() const { return 0.0; }
 
   /// Exact verdict on a placed mesh: nothing when it is wholly inside the lumen and meets no wall, otherwise

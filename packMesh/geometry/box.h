@@ -23,7 +23,9 @@ struct Box {
   }
   Box grownBy(double margin) const { return {lo.array() - margin, hi.array() + margin}; }
   bool empty() const { return (hi.array() < lo.array()).any(); }
-  bool contains(const Vec3& p) const { return (p.array() >= lo.array()).all() && (p.array() <= hi.array()).all(); }
+  bool contains(const Vec3& p) const {
+    return (p.array() >= lo.array()).all() && (p.array() <= hi.array()).all();
+  }
   bool meets(const Box& other) const {
     return (lo.array() <= other.hi.array()).all() && (other.lo.array() <= hi.array()).all();
   }

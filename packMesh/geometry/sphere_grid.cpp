@@ -32,7 +32,8 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
     }
 
     const auto cellOf = [&](const Vec3& p) {
-      return (std::int64_t(cellIndex(level, 2, p[2])) * level.cells[1] + cellIndex(level, 1, p[1])) * level.cells[0] +
+      return (std::int64_t(cellIndex(level, 2, p[2])) * level.cells[1] + cellIndex(level, 1, p[1])) *
+                 level.cells[0] +
              cellIndex(level, 0, p[0]);
     };
     level.start.assign(std::int64_t(level.cells[0]) * level.cells[1] * level.cells[2] + 1, 0);

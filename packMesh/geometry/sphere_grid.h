@@ -32,7 +32,8 @@ class SphereGrid {
       for (int k = 0; k < 3; ++k) {
         lo[k] = cellIndex(level, k, query.center[k] - reach);
         hi[k] = cellIndex(level, k, query.center[k] + reach);
-        outside |= query.center[k] - reach > level.bounds.hi[k] || query.center[k] + reach < level.bounds.lo[k];
+        outside |=
+            query.center[k] - reach > level.bounds.hi[k] || query.center[k] + reach < level.bounds.lo[k];
       }
       if (outside) continue;
       for (int z = lo[2]; z <= hi[2]; ++z)

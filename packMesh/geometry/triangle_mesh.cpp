@@ -11,7 +11,8 @@ double signedVolume(const TriangleMesh& mesh) {
   const Vec3 origin = mesh.vertices.front();
   double six = 0.0;
   for (const Triangle& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - origin, b = mesh.vertices[t[1]] - origin, c = mesh.vertices[t[2]] - origin;
+    const Vec3 a = mesh.vertices[t[0]] - origin, b = mesh.vertices[t[1]] - origin,
+               c = mesh.vertices[t[2]] - origin;
     six += a.dot(b.cross(c));
   }
   return six / 6.0;

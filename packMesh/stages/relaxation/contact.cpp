@@ -61,8 +61,13 @@ FieldView viewOf(const Shape& shape) {
 }
 
 SampleView viewOf(const SamplePoints& s) {
-  return {s.clusters,       (s.clusters + 63) / 64, s.x.data(),       s.y.data(),     s.z.data(),
-          s.centerX.data(), s.centerY.data(),       s.centerZ.data(), s.radius.data()};
+  int shift = 0;
+  while (s.clusters > 64 << shift) ++shift;
+  return {s.clusters,       shift,
+          s.x.data(),       s.y.data(),
+          s.z.data(),       s.centerX.data(),
+          s.centerY.data(), s.centerZ.data(),
+          s.radius.data()};
 }
 
 /// Contacts deeper than this are found with coarse samples [µm].
@@ -117,10 +122,10 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
   nearest = surface.scale * sums.nearest;
   if (!(sums.weight > 0.0f)) return false;
 
-  const double perWeight = 1.0 / sums.weight;
+  const double perWeight = 1.0 / sums.weight, perGradient = 1.0 / sums.gradient;
   const Vec3 point =
       surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
-  Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perWeight);
+  Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perGradient);
   contact.depth = surface.scale * sums.deepest;
   const double coherence = normal.norm();
   if (coherence < lockedNormal && contact.depth > lockedDepth) {

@@ -28,12 +28,12 @@ struct FieldView {
 /// Sample points of a cell (SamplePoints).
 struct SampleView {
   int clusters;
-  int clustersPerBit;  ///< of a ClusterMask
+  int bitShift;  ///< cluster k is bit k >> bitShift of a ClusterMask
   const float *x, *y, *z;
   const float *centerX, *centerY, *centerZ, *radius;
 };
 
-/// A set of clusters: bit k stands for the clusters k * clustersPerBit and following.
+/// A set of clusters: bit k stands for the 2^bitShift clusters from k * 2^bitShift on.
 using ClusterMask = std::uint64_t;
 constexpr ClusterMask allClusters = ~ClusterMask{0};
 
@@ -47,7 +47,8 @@ struct RelativeFrame {
 struct ContactSums {
   float weight;     ///< sum of penetrations
   float point[3];   ///< sum of penetration * point
-  float normal[3];  ///< sum of penetration * unit outward normal
+  float normal[3];  ///< sum of penetration * outward gradient of the function that vanishes on the surface
+  float gradient;   ///< sum of penetration * length of that gradient
   float deepest;    ///< largest penetration into the clearance
   float nearest;    ///< no sample point is nearer to the surface than this (negative: inside)
 };

@@ -47,9 +47,11 @@ inline Lanes quarterOf(const Point& g) {
 inline Level closedForm(const FieldView& field, const Point& q) {
   const Lanes s = field.a * q.x * q.x + field.c * q.z * q.z;
   const Lanes inner = smaller(s, splat(1.0f)), beyond = s - inner, bend = field.bend * beyond;
-  Lanes value = splat(field.p[5]), slope = splat(5.0f * field.p[5]);
-  for (int k = 4; k >= 0; --k) value = value * inner + field.p[k];
-  for (int k = 4; k >= 1; --k) slope = slope * inner + static_cast<float>(k) * field.p[k];
+  const float* p = field.p;
+  const Lanes square = inner * inner;  // Estrin's order: shorter chains than Horner's
+  Lanes value = (p[0] + p[1] * inner) + square * ((p[2] + p[3] * inner) + square * (p[4] + p[5] * inner));
+  Lanes slope =
+      (p[1] + 2.0f * p[2] * inner) + square * ((3.0f * p[3] + 4.0f * p[4] * inner) + square * (5.0f * p[5]));
   value += (slope + bend) * beyond;
   slope += 2.0f * bend;
   Level level;
@@ -58,15 +60,6 @@ inline Level closedForm(const FieldView& field, const Point& q) {
   level.gradient = {radial * field.a * q.x, 2.0f * q.y, radial * field.c * q.z};
   level.quarter = quarterOf(level.gradient);
   return level;
-}
-
-/// d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0: exact for
-/// spheres, within 0.0006 µm of the distance near the surface of a red cell; between F / |grad F| and twice
-/// that.
-inline Lanes closedFormDistance(const Level& level) {
-  const Lanes denominator =
-      squareRoot(level.quarter) + squareRoot(larger(level.quarter - level.f, splat(0.0f)));
-  return level.f / larger(denominator, splat(1e-6f));
 }
 
 /// F = the sampled distance, by trilinear interpolation; outside the grid, where points are further away than
@@ -118,68 +111,129 @@ inline Level sampled(const FieldView& field, const Point& q) {
   return level;
 }
 
-}  // namespace
+/// What the first look at a cluster leaves to the second.
+struct NearCluster {
+  Point q;
+  Level level;
+};
 
-void contact(const SampleView& samples, const RelativeFrame& frame, const FieldView& field, float clearance,
-             float margin, ClusterMask& mask, ContactSums& out) {
+/// Clusters that are looked at together: a word of bits.
+constexpr int chunk = 64;
+
+/// Running sums of ContactSums, lane by lane.
+struct LaneSums {
+  Lanes weight = splat(0.0f), px = weight, py = weight, pz = weight, nx = weight, ny = weight, nz = weight,
+        gradient = weight, deepest = weight;
+
+  void add(const NearCluster& cluster, const Lanes& penetration, const Lanes& length) {
+    const Point &q = cluster.q, &g = cluster.level.gradient;
+    weight += penetration;
+    px += penetration * q.x;
+    py += penetration * q.y;
+    pz += penetration * q.z;
+    nx += penetration * g.x;
+    ny += penetration * g.y;
+    nz += penetration * g.z;
+    gradient += penetration * length;
+    deepest = larger(deepest, penetration);
+  }
+
+  void store(ContactSums& out) const {
+    float v[4];
+    sums(weight, px, py, pz, v);
+    out.weight = v[0];
+    for (int k = 0; k < 3; ++k) out.point[k] = v[k + 1];
+    sums(gradient, nx, ny, nz, v);
+    out.gradient = v[0];
+    for (int k = 0; k < 3; ++k) out.normal[k] = v[k + 1];
+    out.deepest = largest(deepest);
+  }
+};
+
+/// The clusters of a chunk that can have a point within the limit, as bits; lowers `nearest` to the others.
+inline std::uint64_t clustersWithin(const SampleView& samples, const RelativeFrame& frame,
+                                    const FieldView& field, int begin, int count, float limit,
+                                    Lanes& nearest) {
+  std::uint64_t members = 0;
+  for (int group = 0; group < count; group += width) {
+    const int at = begin + group;
+    const Point center =
+        transform(frame, load(samples.centerX + at), load(samples.centerY + at), load(samples.centerZ + at));
+    const Lanes apart = lowerBound(field, center) - frame.scale * load(samples.radius + at);
+    const std::uint64_t close = bitsWhereLess(apart, splat(limit));
+    nearest = smaller(nearest, larger(apart, splat(limit)));
+    members |= close << group;
+  }
+  return members;
+}
+
+/// contact() for one kind of field.
+template <bool onGrid>
+inline __attribute__((always_inline)) void contactWith(const SampleView& samples, const RelativeFrame& frame,
+                                                       const FieldView& field, float clearance, float margin,
+                                                       ClusterMask& mask, ContactSums& out) {
   const bool everywhere = mask == allClusters;
   const float limit = everywhere ? clearance + margin : clearance;
   ClusterMask near = 0;
-  Lanes weight = splat(0.0f), px = weight, py = weight, pz = weight, nx = weight, ny = weight, nz = weight,
-        deepest = weight;
+  LaneSums running;
   Lanes nearest = splat(1e30f);
   bool touching = false;
-  for (int group = 0; group < samples.clusters; group += width) {
-    const int count = samples.clusters - group < width ? samples.clusters - group : width;
-    unsigned members = 0;
-    if (everywhere) {
-      const Point center = transform(frame, load(samples.centerX + group), load(samples.centerY + group),
-                                     load(samples.centerZ + group));
-      const Lanes apart = lowerBound(field, center) - frame.scale * load(samples.radius + group);
-      const Mask close = apart < splat(limit);
-      nearest = smaller(nearest, select(close, nearest, apart));
-      members = bitsOf(close) & ((1u << count) - 1u);
-    } else if (samples.clustersPerBit == 1) {
-      members = static_cast<unsigned>(mask >> group) & ((1u << count) - 1u);
-    } else {
-      for (int k = 0; k < count; ++k)
-        members |= static_cast<unsigned>(mask >> ((group + k) / samples.clustersPerBit) & 1u) << k;
-    }
-    for (; members != 0; members &= members - 1) {
-      const int cluster = group + __builtin_ctz(members);
+  for (int begin = 0; begin < samples.clusters; begin += chunk) {
+    const int count = samples.clusters - begin < chunk ? samples.clusters - begin : chunk;
+    std::uint64_t members = mask;
+    if (everywhere)
+      members = clustersWithin(samples, frame, field, begin, count, limit, nearest);
+    else if (samples.bitShift > 0)
+      for (int k = (members = 0); k < count; ++k)
+        members |= (mask >> ((begin + k) >> samples.bitShift) & 1u) << k;
+    if (count < chunk) members &= (std::uint64_t{1} << count) - 1u;
+
+    // First look: which clusters come within the limit, and which touch. Without branches, so that the
+    // processor works on several at once.
+    NearCluster kept[chunk];
+    int touched[chunk], keptCount = 0, touchedCount = 0, looked = 0;
+    for (; members != 0; members &= members - 1, ++looked) {
+      const int cluster = begin + __builtin_ctzll(members);
       const int first = cluster * width;
-      const Point q =
-          transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
-      const Level level = field.onGrid ? sampled(field, q) : closedForm(field, q);
-      if (!field.onGrid) {
-        // Can any point be nearer than the limit? F / |grad F| is no more than the distance where F is
-        // convex, thus around any ellipsoid, and around red cells too.
-        const Mask within =
-            (level.f < splat(0.0f)) | (level.f * level.f < (4.0f * limit * limit) * level.quarter);
-        if (bitsOf(within) == 0) {
-          nearest = smaller(nearest, splat(limit));
-          continue;
-        }
+      NearCluster& slot = kept[keptCount];
+      slot.q = transform(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
+      slot.level = onGrid ? sampled(field, slot.q) : closedForm(field, slot.q);
+      unsigned within, touch;
+      if (onGrid) {
+        within = bitsWhereLess(slot.level.f, splat(limit));
+        touch = bitsWhereLess(slot.level.f, splat(clearance));
+      } else {
+        // F / |grad F| is no more than the distance where F is convex, thus around any ellipsoid, and around
+        // red cells too.
+        const Lanes signedSquare = slot.level.f * magnitude(slot.level.f);
+        within = bitsWhereLess(signedSquare, (4.0f * limit * limit) * slot.level.quarter);
+        touch = bitsWhereLess(signedSquare, (4.0f * clearance * clearance) * slot.level.quarter);
       }
-      near |= ClusterMask{1} << cluster / samples.clustersPerBit;
-      const Lanes distance = field.onGrid ? level.f : closedFormDistance(level);
-      const Lanes penetration = larger(clearance - distance, splat(0.0f));
-      const Lanes slope = larger(2.0f * squareRoot(level.quarter), splat(1e-6f));
-      if (bitsOf(splat(0.0f) < penetration) == 0) {
-        if (!touching) nearest = smaller(nearest, field.onGrid ? distance : level.f / slope);
-        continue;
-      }
-      touching = true;
-      const Lanes perLength = penetration / slope;
-      weight += penetration;
-      px += penetration * q.x;
-      py += penetration * q.y;
-      pz += penetration * q.z;
-      nx += perLength * level.gradient.x;
-      ny += perLength * level.gradient.y;
-      nz += perLength * level.gradient.z;
-      deepest = larger(deepest, penetration);
+      touched[touchedCount] = keptCount;
+      touchedCount += touch != 0;
+      keptCount += within != 0;
+      near |= static_cast<ClusterMask>(within != 0) << (cluster >> samples.bitShift);
     }
+    if (keptCount < looked) nearest = smaller(nearest, splat(limit));
+
+    // Second look: d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0:
+    // exact for spheres, within 0.0006 µm of the distance near the surface of a red cell; between
+    // F / |grad F| and twice that.
+    for (int k = 0; k < touchedCount; ++k) {
+      const NearCluster& cluster = kept[touched[k]];
+      const Level& level = cluster.level;
+      const Lanes half = larger(squareRoot(level.quarter), splat(1e-6f));
+      Lanes distance = level.f;
+      if (!onGrid) distance = level.f / (half + squareRoot(larger(level.quarter - level.f, splat(0.0f))));
+      running.add(cluster, larger(clearance - distance, splat(0.0f)), 2.0f * half);
+    }
+    if (touchedCount > 0) touching = touching || bitsWhereLess(splat(0.0f), running.deepest) != 0;
+    if (!touching)
+      for (int k = 0; k < keptCount; ++k) {
+        const Level& level = kept[k].level;
+        nearest = smaller(
+            nearest, onGrid ? level.f : level.f / larger(2.0f * squareRoot(level.quarter), splat(1e-6f)));
+      }
   }
   if (everywhere) mask = near;
   out.weight = 0.0f;
@@ -187,15 +241,18 @@ void contact(const SampleView& samples, const RelativeFrame& frame, const FieldV
     out.nearest = smallest(nearest);
     return;
   }
-  out.weight = sum(weight);
-  out.point[0] = sum(px);
-  out.point[1] = sum(py);
-  out.point[2] = sum(pz);
-  out.normal[0] = sum(nx);
-  out.normal[1] = sum(ny);
-  out.normal[2] = sum(nz);
-  out.deepest = largest(deepest);
+  running.store(out);
   out.nearest = clearance - out.deepest;
+}
+
+}  // namespace
+
+void contact(const SampleView& samples, const RelativeFrame& frame, const FieldView& field, float clearance,
+             float margin, ClusterMask& mask, ContactSums& out) {
+  if (field.onGrid)
+    contactWith<true>(samples, frame, field, clearance, margin, mask, out);
+  else
+    contactWith<false>(samples, frame, field, clearance, margin, mask, out);
 }
 
 }  // namespace PACKMESH_KERNEL_NAMESPACE

@@ -13,12 +13,63 @@ namespace packmesh {
 namespace {
 
 constexpr int laneCount = 16;
+
+/// One register of the instruction set, and the operations that the vector extensions of the compiler do not
+/// know or make several instructions of.
 #if defined(__AVX512F__)
 constexpr int registerLanes = 16;
+typedef __m512 Native;
+inline Native nativeSplat(float v) {
+  return _mm512_set1_ps(v);
+}
+inline Native nativeLarger(Native a, Native b) {
+  return _mm512_max_ps(a, b);
+}
+inline Native nativeSmaller(Native a, Native b) {
+  return _mm512_min_ps(a, b);
+}
+inline Native nativeRoot(Native a) {
+  return _mm512_sqrt_ps(a);
+}
+inline unsigned nativeBits(Native a, Native b) {
+  return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+}
 #elif defined(__AVX__)
 constexpr int registerLanes = 8;
+typedef __m256 Native;
+inline Native nativeSplat(float v) {
+  return _mm256_set1_ps(v);
+}
+inline Native nativeLarger(Native a, Native b) {
+  return _mm256_max_ps(a, b);
+}
+inline Native nativeSmaller(Native a, Native b) {
+  return _mm256_min_ps(a, b);
+}
+inline Native nativeRoot(Native a) {
+  return _mm256_sqrt_ps(a);
+}
+inline unsigned nativeBits(Native a, Native b) {
+  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)));
+}
 #else
 constexpr int registerLanes = 4;
+typedef __m128 Native;
+inline Native nativeSplat(float v) {
+  return _mm_set1_ps(v);
+}
+inline Native nativeLarger(Native a, Native b) {
+  return _mm_max_ps(a, b);
+}
+inline Native nativeSmaller(Native a, Native b) {
+  return _mm_min_ps(a, b);
+}
+inline Native nativeRoot(Native a) {
+  return _mm_sqrt_ps(a);
+}
+inline unsigned nativeBits(Native a, Native b) {
+  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(a, b)));
+}
 #endif
 constexpr int registers = laneCount / registerLanes;
 
@@ -49,7 +100,7 @@ inline __attribute__((always_inline)) Mask eachMask(Operation operation) {
 }
 
 inline Lanes splat(float v) {
-  return each([&](int) { return Register{} + v; });
+  return each([&](int) { return static_cast<Register>(nativeSplat(v)); });
 }
 inline Lanes load(const float* p) {
   return each(
@@ -99,38 +150,22 @@ inline Lanes select(const Mask& m, const Lanes& a, const Lanes& b) {
   return each([&](int k) { return m.r[k] ? a.r[k] : b.r[k]; });
 }
 inline Lanes larger(const Lanes& a, const Lanes& b) {
-  return each([&](int k) { return a.r[k] > b.r[k] ? a.r[k] : b.r[k]; });
+  return each([&](int k) { return static_cast<Register>(nativeLarger(a.r[k], b.r[k])); });
 }
 inline Lanes smaller(const Lanes& a, const Lanes& b) {
-  return each([&](int k) { return a.r[k] < b.r[k] ? a.r[k] : b.r[k]; });
+  return each([&](int k) { return static_cast<Register>(nativeSmaller(a.r[k], b.r[k])); });
 }
 inline Lanes magnitude(const Lanes& a) {
   return each([&](int k) { return a.r[k] < Register{} ? -a.r[k] : a.r[k]; });
 }
 inline Lanes squareRoot(const Lanes& a) {
-  return each([&](int k) {
-#if defined(__AVX512F__)
-    return static_cast<Register>(_mm512_sqrt_ps(static_cast<__m512>(a.r[k])));
-#elif defined(__AVX__)
-    return static_cast<Register>(_mm256_sqrt_ps(static_cast<__m256>(a.r[k])));
-#else
-    return static_cast<Register>(_mm_sqrt_ps(static_cast<__m128>(a.r[k])));
-#endif
-  });
+  return each([&](int k) { return static_cast<Register>(nativeRoot(a.r[k])); });
 }
 
-/// Bit k is set where lane k of the mask is.
-inline unsigned bitsOf(const Mask& m) {
+/// Bit k is set where lane k of a is less than that of b.
+inline unsigned bitsWhereLess(const Lanes& a, const Lanes& b) {
   unsigned bits = 0;
-  for (int k = 0; k < registers; ++k) {
-#if defined(__AVX512F__)
-    bits |= _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m.r[k]), reinterpret_cast<__m512i>(m.r[k]));
-#elif defined(__AVX__)
-    bits |= static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m.r[k]))) << k * registerLanes;
-#else
-    bits |= static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m.r[k]))) << k * registerLanes;
-#endif
-  }
+  for (int k = 0; k < registers; ++k) bits |= nativeBits(a.r[k], b.r[k]) << k * registerLanes;
   return bits;
 }
 
@@ -138,20 +173,35 @@ inline void store(const Lanes& a, float* out) {
   for (int k = 0; k < registers; ++k) *reinterpret_cast<UnalignedRegister*>(out + k * registerLanes) = a.r[k];
 }
 
-/// Sum in an order that every instruction set keeps: lanes k and k + 8, then k and k + 4, ...
-inline float sum(const Lanes& a) {
-  float v[laneCount];
-  store(a, v);
-  for (int half = laneCount / 2; half > 0; half /= 2)
-    for (int k = 0; k < half; ++k) v[k] = v[k] + v[k + half];
-  return v[0];
+/// Folds the lanes k and k + 8, then k and k + 4: what is left of a sum or an extremum.
+template <class Operation>
+inline __attribute__((always_inline)) __m128 folded(const Lanes& a, Operation operation) {
+#if defined(__AVX512F__)
+  const __m512 all = a.r[0];
+  const __m256 half = operation(_mm512_castps512_ps256(all), _mm512_extractf32x8_ps(all, 1));
+  return operation(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
+#elif defined(__AVX__)
+  const __m256 half = operation(static_cast<__m256>(a.r[0]), static_cast<__m256>(a.r[1]));
+  return operation(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
+#else
+  return operation(operation(static_cast<__m128>(a.r[0]), static_cast<__m128>(a.r[2])),
+                   operation(static_cast<__m128>(a.r[1]), static_cast<__m128>(a.r[3])));
+#endif
+}
+
+/// Four sums, each in an order that every instruction set keeps: lanes k and k + 8, then k and k + 4, ...
+inline void sums(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, float out[4]) {
+  const auto add = [](auto x, auto y) { return x + y; };
+  __m128 r0 = folded(a, add), r1 = folded(b, add), r2 = folded(c, add), r3 = folded(d, add);
+  _MM_TRANSPOSE4_PS(r0, r1, r2, r3);
+  _mm_storeu_ps(out, (r0 + r2) + (r1 + r3));
 }
 inline float largest(const Lanes& a) {
-  float v[laneCount];
-  store(a, v);
-  for (int half = laneCount / 2; half > 0; half /= 2)
-    for (int k = 0; k < half; ++k) v[k] = v[k] > v[k + half] ? v[k] : v[k + half];
-  return v[0];
+  const auto larger = [](auto x, auto y) { return x > y ? x : y; };
+  alignas(16) float v[4];
+  _mm_store_ps(v, folded(a, larger));
+  const float even = v[0] > v[2] ? v[0] : v[2], odd = v[1] > v[3] ? v[1] : v[3];
+  return even > odd ? even : odd;
 }
 inline float smallest(const Lanes& a) {
   return -largest(splat(0.0f) - a);

@@ -64,7 +64,7 @@ ClusterMask findWallContacts(const Body& body, const SampleView& samples, const 
   const Mat3 toWorld = body.scale * body.rotation;
   ClusterMask near = 0;
   for (int c = 0; c < samples.clusters; ++c) {
-    const ClusterMask bit = ClusterMask{1} << c / samples.clustersPerBit;
+    const ClusterMask bit = ClusterMask{1} << (c >> samples.bitShift);
     if (!(mask & bit)) continue;
     const Vec3 center =
         body.position + toWorld * Vec3(samples.centerX[c], samples.centerY[c], samples.centerZ[c]);
