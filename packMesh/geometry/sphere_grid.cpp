@@ -17,15 +17,15 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
       level.bounds.add(spheres[i].center);
       level.largestRadius = std::max(level.largestRadius, spheres[i].radius);
     }
-    // Cells as wide as the largest sphere, but never many more cells than spheres.
+    // Cells half as wide as the largest sphere, but never many more cells than spheres.
     const Vec3 size = level.bounds.size();
-    double width = std::max(2.0 * level.largestRadius, 1e-300);
+    double width = std::max(level.largestRadius, 1e-300);
     const auto count = [&](double w) {
       double product = 1.0;
       for (int k = 0; k < 3; ++k) product *= std::floor(size[k] / w) + 1.0;
       return product;
     };
-    while (count(width) > 2.0 * members.size() + 64.0) width *= 1.5;
+    while (count(width) > 4.0 * members.size() + 64.0) width *= 1.25;
     for (int k = 0; k < 3; ++k) {
       level.cells[k] = static_cast<int>(std::floor(size[k] / width)) + 1;
       level.cellsPerLength[k] = 1.0 / width;

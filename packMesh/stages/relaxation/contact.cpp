@@ -70,6 +70,9 @@ SampleView viewOf(const SamplePoints& s) {
           s.radius.data()};
 }
 
+/// So many times in a row a pair that touches is looked at only where it touched last.
+constexpr int mostQuickLooks = 1;
+
 /// Contacts deeper than this are found with coarse samples [µm].
 constexpr double deepContact = 0.3;
 
@@ -103,7 +106,7 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Vec3& perio
 
 bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface,
                                 double clearance, bool coarsely, double margin, ClusterMask& mask,
-                                Contact& contact, double& nearest) const {
+                                Contact& contact, double& nearest, ClusterMask& touched) const {
   RelativeFrame frame;
   const double ratio = sampled.scale / surface.scale;
   const Mat3 m = ratio * (surface.rotation.transpose() * sampled.rotation);
@@ -120,6 +123,7 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
           static_cast<float>(clearance / surface.scale), static_cast<float>(margin / surface.scale), mask,
           sums);
   nearest = surface.scale * sums.nearest;
+  touched = sums.touched;
   if (!(sums.weight > 0.0f)) return false;
 
   const double perWeight = 1.0 / sums.weight, perGradient = 1.0 / sums.gradient;
@@ -194,12 +198,19 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
   const double moved = a.moved + b.moved;
   if (pair.epoch != epoch_) {
     pair.epoch = epoch_;
-    pair.apartWhile = pair.masksWhile = -1.0;
+    pair.apartWhile = pair.masksWhile = -1.0f;
   }
   if (moved < pair.apartWhile) return;
 
   const double clearance = clearance_ + pair.extraClearance - slack_;
   const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
+  Contact contacts[2];
+  bool touching[2];
+  if (findKnownContacts(pair, a, b, fromB, clearance, contacts, touching)) {
+    resolve(contacts, touching, a, b, sums);
+    return;
+  }
+
   const double distance = fromB.norm();
   if (distance > 1e-12) {
     const Vec3 direction = fromB / distance;
@@ -207,18 +218,21 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
                          a.scale * models_[a.species].bound.support(a.rotation.transpose() * direction) -
                          b.scale * models_[b.species].bound.support(b.rotation.transpose() * direction);
     if (apart > clearance) {
-      pair.apartWhile = apart - clearance - moved;
+      pair.apartWhile = static_cast<float>(apart - clearance - moved);
       return;
     }
   }
 
-  Contact contacts[2];
-  bool touching[2];
   double nearest;
   if (!findContacts(pair, a, b, fromB, clearance, contacts, touching, nearest)) {
-    pair.apartWhile = nearest - clearance - moved;
+    pair.apartWhile = static_cast<float>(nearest - clearance - moved);
     return;
   }
+  resolve(contacts, touching, a, b, sums);
+}
+
+void ContactSolver::resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
+                            SweepSums& sums) const {
   for (int side = 0; side < 2; ++side) {
     if (!touching[side]) continue;
     sums.add(contacts[side].depth);
@@ -229,15 +243,34 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
   }
 }
 
+bool ContactSolver::findKnownContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB,
+                                      double clearance, Contact (&contacts)[2], bool (&touching)[2]) const {
+  if (thoroughly_ || pair.quickLooks >= mostQuickLooks) return false;
+  ++pair.quickLooks;
+  const auto lookAt = [&](int side, const Body& sampled, const Body& surface, const Vec3& fromSurface) {
+    ClusterMask clusters = pair.touched[side], touched;
+    double nearest;
+    touching[side] = clusters != 0 && findContact(sampled, surface, fromSurface, clearance, pair.coarse, 0.0,
+                                                  clusters, contacts[side], nearest, touched);
+  };
+  lookAt(0, a, b, fromB);
+  lookAt(1, b, a, -fromB);
+  return touching[0] || touching[1];
+}
+
 bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB,
                                  double clearance, Contact (&contacts)[2], bool (&touching)[2],
                                  double& nearest) const {
   const double moved = a.moved + b.moved;
   const auto lookAt = [&](bool coarsely, double margin, ClusterMask(&masks)[2]) {
     double nearestA, nearestB;
-    touching[0] = findContact(a, b, fromB, clearance, coarsely, margin, masks[0], contacts[0], nearestA);
-    touching[1] = findContact(b, a, -fromB, clearance, coarsely, margin, masks[1], contacts[1], nearestB);
+    touching[0] = findContact(a, b, fromB, clearance, coarsely, margin, masks[0], contacts[0], nearestA,
+                              pair.touched[0]);
+    touching[1] = findContact(b, a, -fromB, clearance, coarsely, margin, masks[1], contacts[1], nearestB,
+                              pair.touched[1]);
     nearest = std::min(nearestA, nearestB);
+    pair.quickLooks = 0;
+    pair.coarse = coarsely;
     pair.deep =
         (touching[0] && contacts[0].depth > deepContact) || (touching[1] && contacts[1].depth > deepContact);
     return touching[0] || touching[1];
@@ -259,7 +292,7 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
     nearest = std::min(nearest, clearance + (pair.masksWhile - moved));
     return found;
   }
-  pair.masksWhile = std::max(expectedMotion_, 1.5 * moved);
+  pair.masksWhile = static_cast<float>(std::max(expectedMotion_, 1.5 * moved));
   pair.masks[0] = pair.masks[1] = allClusters;
   return lookAt(false, moved + pair.masksWhile, pair.masks);
 }

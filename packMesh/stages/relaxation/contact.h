@@ -32,6 +32,7 @@ struct SweepSums {
   double deepest = 0.0;  ///< largest penetration into a clearance [µm]
   double total = 0.0;    ///< sum of the penetrations of all contacts [µm]
   std::int64_t contacts = 0;
+  bool thorough = true;  ///< every pair was looked at all over
 
   void add(double depth) {
     deepest = deepest > depth ? deepest : depth;
@@ -62,6 +63,8 @@ class ContactSolver {
   void updateMoved(Body& body) const;
 
   /// Coarse samples will do for all contacts.
+  /// Look at every pair all over, also where it did not touch last.
+  void setThoroughly(bool thoroughly) { thoroughly_ = thoroughly; }
   void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
   void setMobile(bool rotate) { rotate_ = rotate; }
 
@@ -77,9 +80,15 @@ class ContactSolver {
   struct Contact;
   /// Samples of one body in the surface of the other; see ContactKernel for `margin` and `mask`.
   bool findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface, double clearance,
-                   bool coarsely, double margin, ClusterMask& mask, Contact& contact, double& nearest) const;
+                   bool coarsely, double margin, ClusterMask& mask, Contact& contact, double& nearest,
+                   ClusterMask& touched) const;
+  /// Looks only at the clusters that touched when last looked at all over; false when that will not do.
+  bool findKnownContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB, double clearance,
+                         Contact (&contacts)[2], bool (&touching)[2]) const;
   bool findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB, double clearance,
                     Contact (&contacts)[2], bool (&touching)[2], double& nearest) const;
+  void resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
+               SweepSums& sums) const;
   void push(const Contact& contact, Body& away, Body& back) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
 
@@ -87,7 +96,7 @@ class ContactSolver {
   Vec3 period_;
   double clearance_, wallClearance_;
   double omega_ = 1.0, slack_ = 0.0;
-  bool rotate_ = true, coarsely_ = false;
+  bool rotate_ = true, coarsely_ = false, thoroughly_ = true;
   int epoch_ = 0;
   double expectedMotion_ = 0.1;
   ContactKernel kernel_;

@@ -11,6 +11,10 @@
 
 namespace packmesh {
 
+/// A set of clusters: bit k stands for the 2^bitShift clusters from k * 2^bitShift on.
+using ClusterMask = std::uint64_t;
+constexpr ClusterMask allClusters = ~ClusterMask{0};
+
 /// The surface of a cell as the kernel sees it, in its body frame.
 struct FieldView {
   bool onGrid;
@@ -33,10 +37,6 @@ struct SampleView {
   const float *centerX, *centerY, *centerZ, *radius;
 };
 
-/// A set of clusters: bit k stands for the 2^bitShift clusters from k * 2^bitShift on.
-using ClusterMask = std::uint64_t;
-constexpr ClusterMask allClusters = ~ClusterMask{0};
-
 /// Map from the sampled cell's body frame to the other's: x -> m x + t; `scale` is the factor of m.
 struct RelativeFrame {
   float m[9], t[3], scale;
@@ -50,7 +50,8 @@ struct ContactSums {
   float normal[3];  ///< sum of penetration * outward gradient of the function that vanishes on the surface
   float gradient;   ///< sum of penetration * length of that gradient
   float deepest;    ///< largest penetration into the clearance
-  float nearest;    ///< no sample point is nearer to the surface than this (negative: inside)
+  ClusterMask touched;  ///< clusters with a point nearer than the clearance
+  float nearest;        ///< no sample point is nearer to the surface than this (negative: inside)
 };
 
 /// Looks at the clusters in `mask`. When these are all, `mask` becomes the set of those with a point nearer

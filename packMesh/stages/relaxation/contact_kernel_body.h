@@ -174,7 +174,7 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
                                                        ClusterMask& mask, ContactSums& out) {
   const bool everywhere = mask == allClusters;
   const float limit = everywhere ? clearance + margin : clearance;
-  ClusterMask near = 0;
+  ClusterMask near = 0, touchedClusters = 0;
   LaneSums running;
   Lanes nearest = splat(1e30f);
   bool touching = false;
@@ -211,6 +211,7 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
       }
       touched[touchedCount] = keptCount;
       touchedCount += touch != 0;
+      touchedClusters |= static_cast<ClusterMask>(touch != 0) << (cluster >> samples.bitShift);
       keptCount += within != 0;
       near |= static_cast<ClusterMask>(within != 0) << (cluster >> samples.bitShift);
     }
@@ -237,6 +238,7 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
   }
   if (everywhere) mask = near;
   out.weight = 0.0f;
+  out.touched = touchedClusters;
   if (!touching) {
     out.nearest = smallest(nearest);
     return;

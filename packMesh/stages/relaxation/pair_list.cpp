@@ -19,8 +19,10 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
   }
   const SphereGrid grid(spheres);
 
-  std::vector<ContactPair> found;
+  PairList list;
+  list.start.assign(blocks + 1, 0);
   for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
+    const std::size_t first = list.pairs.size();
     const double reach = spheres[i].radius + largest + margin;
     forEachImage(bodies[i].position, reach, bounds, period, [&](const ImageShift& shift) {
       // The image of i at +shift meets j: so j displaced by -shift meets i.
@@ -33,25 +35,19 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
         // id.
         if (bodies[i].id > bodies[j].id) return;
         if (i == j && (unshifted || shift < opposite)) return;
-        found.push_back({i, j, opposite, -1, -1.0, -1.0, {allClusters, allClusters}, true, 0.0f});
+        ContactPair pair;
+        pair.first = i;
+        pair.second = j;
+        pair.shift = opposite;
+        list.pairs.push_back(pair);
       });
     });
+    std::sort(list.pairs.begin() + first, list.pairs.end(), [&](const ContactPair& p, const ContactPair& q) {
+      return std::tie(bodies[p.second].id, p.shift) < std::tie(bodies[q.second].id, q.shift);
+    });
+    list.start[bodies[i].block + 1] = static_cast<std::int64_t>(list.pairs.size());
   }
-
-  // Bucket by block, then fix the order within each block.
-  PairList list;
-  list.start.assign(blocks + 1, 0);
-  for (const ContactPair& p : found) ++list.start[bodies[p.first].block + 1];
-  for (int b = 0; b < blocks; ++b) list.start[b + 1] += list.start[b];
-  list.pairs.resize(found.size());
-  std::vector<std::int64_t> next(list.start.begin(), list.start.end() - 1);
-  for (const ContactPair& p : found) list.pairs[next[bodies[p.first].block]++] = p;
-  for (int b = 0; b < blocks; ++b)
-    std::sort(list.pairs.begin() + list.start[b], list.pairs.begin() + list.start[b + 1],
-              [&](const ContactPair& p, const ContactPair& q) {
-                return std::tie(bodies[p.first].id, bodies[p.second].id, p.shift) <
-                       std::tie(bodies[q.first].id, bodies[q.second].id, q.shift);
-              });
+  for (int b = 0; b < blocks; ++b) list.start[b + 1] = std::max(list.start[b + 1], list.start[b]);
   return list;
 }
 

@@ -15,15 +15,20 @@ namespace packmesh {
 /// Two cells near each other: `second` displaced by `shift` periods is near `first`. A cell can be paired
 /// with its own image.
 struct ContactPair {
-  int first, second;  ///< indices into the bodies, first.id <= second.id
+  std::int32_t first, second;  ///< indices into the bodies, first.id <= second.id
   ImageShift shift;
-  int epoch;  ///< what follows is about this epoch (see Body); `moved` is the sum over both cells [µm]
-  double apartWhile;  ///< the two need not be looked at while moved is less than this
-  double
-      masksWhile;  ///< while moved is less than this, only the clusters in the masks can touch the other cell
-  ClusterMask masks[2];
-  bool deep;             ///< reached deep into each other when last looked at, so coarse samples will do
-  float extraClearance;  ///< on top of the problem's clearance [µm]
+  bool deep = true;             ///< reached deep into each other when last looked at: coarse samples will do
+  bool coarse = false;          ///< `touched` are clusters of the coarse samples
+  std::uint8_t quickLooks = 0;  ///< since the pair was looked at all over
+  float extraClearance = 0.0f;  ///< on top of the problem's clearance [µm]
+  std::int32_t epoch = -1;      ///< what follows is about this epoch (see Body)
+  /// The two need not be looked at while `moved`, the sum over both cells, is less than this [µm].
+  float apartWhile = -1.0f;
+  /// While moved is less than this, only the clusters in the masks can touch the other cell [µm].
+  float masksWhile = -1.0f;
+  ClusterMask masks[2] = {allClusters, allClusters};
+  /// The clusters that touched when the pair was last looked at all over.
+  ClusterMask touched[2] = {0, 0};
 };
 
 struct PairList {
@@ -33,7 +38,7 @@ struct PairList {
 
 /// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`,
 /// each unordered pair of images once, assigned to the block of the cell with the smaller id. Pre: bodies
-/// wrapped into the bounds.
+/// wrapped into the bounds and sorted by block, then by id.
 PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
                    const Box& bounds, const Vec3& period, int blocks);
 

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "packMesh/random.h"
+#include "packMesh/tolerances.h"
 
 namespace packmesh {
 namespace {
@@ -26,6 +27,9 @@ constexpr double smallestMotion = 0.01, largestMotion = 0.25;
 /// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
 /// [fraction of the largest radius].
 constexpr double coarseDepth = 0.015;
+
+/// When the deepest contact of a sweep was less than this, the next one looks at all pairs thoroughly [µm].
+constexpr double nearlyResolved = 3.0 * tolerance::relaxationTolerance;
 
 /// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
 constexpr double preferredBlockEdge = 6.5;
@@ -135,6 +139,8 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
+  sums.thorough = sweeps_ == 0 || last_.deepest < nearlyResolved;
+  solver_.setThoroughly(sums.thorough);
   coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total > coarseDepth * largestRadius_ * last_.contacts);
   solver_.setCoarsely(coarsely_);
   for (const std::vector<int>& colour : blocksOfColour_)

@@ -32,7 +32,7 @@ bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxati
     const double progress = static_cast<double>(k) / static_cast<double>(sweeps);
     const SweepSums sums = relaxation.sweep(from + (to - from) * progress, slack);
     if (limits.tell) limits.tell(stage);
-    if (sums.deepest <= tolerance) return true;
+    if (sums.thorough && sums.deepest <= tolerance) return true;
   }
   return false;
 }
