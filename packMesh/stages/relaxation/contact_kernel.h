@@ -45,11 +45,11 @@ struct RelativeFrame {
 /// Sums over the points nearer than the clearance, weighted by how much nearer they are; in the other's
 /// frame.
 struct ContactSums {
-  float weight;     ///< sum of penetrations
-  float point[3];   ///< sum of penetration * point
-  float normal[3];  ///< sum of penetration * outward gradient of the function that vanishes on the surface
-  float gradient;   ///< sum of penetration * length of that gradient
-  float deepest;    ///< largest penetration into the clearance
+  float weight;         ///< sum of penetrations
+  float point[3];       ///< sum of penetration * point
+  float normal[3];      ///< sum of penetration * outward gradient of a function that vanishes on the surface
+  float gradient;       ///< sum of penetration * length of that gradient
+  float deepest;        ///< largest penetration into the clearance
   ClusterMask touched;  ///< clusters with a point nearer than the clearance
   float nearest;        ///< no sample point is nearer to the surface than this (negative: inside)
 };

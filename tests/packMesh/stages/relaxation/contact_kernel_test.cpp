@@ -89,7 +89,7 @@ Field closedForm(const FieldView& f, const Vec3& q) {
 
 Field onGrid(const DistanceGrid& grid, const Vec3& q) {
   const Vec3 gradient = grid.gradient(q);
-  return {grid.distance(q), gradient.normalized(), gradient.norm()};
+  return {grid.distance(q), gradient.normalized(), grid.spacing * gradient.norm()};
 }
 
 /// Distance to the surface itself, not to what the kernel takes for it. Positive outside.
@@ -168,7 +168,8 @@ TEST_CASE("Contacts are the sums over all sample points, with or without culling
 
         // Floats of a few µm err by some 1e-6; distances by as much over the slope of the field.
         constexpr double rounding = 3e-5;
-        double weight = 0.0, deepest = 0.0, weightError = 0.0, normalError = 0.0;
+        double weight = 0.0, deepest = 0.0, weightError = 0.0, normalError = 0.0, gradient = 0.0,
+               steepest = 0.0;
         Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
         for (int i = 0; i < a.samples.clusters * SamplePoints::width; ++i) {
           const Vec3 q = pointOf(a.samples, i, c.frame);
@@ -178,9 +179,11 @@ TEST_CASE("Contacts are the sums over all sample points, with or without culling
           if (depth <= 0.0) continue;
           weight += depth;
           point += depth * q;
-          normal += depth * at.normal;
+          normal += depth * at.steepness * at.normal;
+          gradient += depth * at.steepness;
+          steepest = std::max(steepest, at.steepness);
           // The gradient of an interpolant jumps from cell to cell of the grid.
-          normalError += depth * (grid ? 0.02 : std::min(2.0, 1e-4 / std::max(1e-6, at.steepness)));
+          normalError += depth * (grid ? 0.02 : 1e-4);
           deepest = std::max(deepest, depth);
         }
         CAPTURE(n, weight, sums.weight, sums.nearest);
@@ -189,8 +192,9 @@ TEST_CASE("Contacts are the sums over all sample points, with or without culling
         REQUIRE(std::abs(sums.deepest - deepest) <= rounding);
         for (int k = 0; k < 3; ++k) {
           REQUIRE(std::abs(sums.point[k] - point[k]) <= reach * weightError);
-          REQUIRE(std::abs(sums.normal[k] - normal[k]) <= weightError + normalError);
+          REQUIRE(std::abs(sums.normal[k] - normal[k]) <= steepest * weightError + normalError);
         }
+        REQUIRE(std::abs(sums.gradient - gradient) <= steepest * weightError + normalError);
       }
     }
 }
@@ -216,7 +220,7 @@ TEST_CASE("Penetrations are those into the surface itself", "[relaxation][kernel
       one.centerX = one.x, one.centerY = one.y, one.centerZ = one.z;
       one.radius.assign(16, 0.0f);
       const SampleView view{1,
-                            1,
+                            0,
                             one.x.data(),
                             one.y.data(),
                             one.z.data(),
@@ -322,7 +326,7 @@ TEST_CASE("What stands in the padding of clusters does not matter", "[relaxation
   SamplePoints samples = surface.shape->samples();
   REQUIRE(samples.clusters % SamplePoints::width != 0);
   const auto view = [&samples] {
-    return SampleView{samples.clusters,       1,
+    return SampleView{samples.clusters,       0,
                       samples.x.data(),       samples.y.data(),
                       samples.z.data(),       samples.centerX.data(),
                       samples.centerY.data(), samples.centerZ.data(),
