@@ -164,6 +164,7 @@ class Run {
   bool certified(Relaxation& relaxation) {
     result_.cells.clear();
     for (int round = 0; round < repairRounds; ++round) {
+      relaxation.dropLists();
       const std::vector<Body> bodies = relaxation.cells();
       {
         Stopwatch watch(result_.statistics.certificateSeconds);

@@ -7,6 +7,18 @@
 #include "packMesh/geometry/sphere_grid.h"
 
 namespace packmesh {
+namespace {
+
+/// Pairs of so many spheres of one size, as if these were spread evenly; at most what growing step by step
+/// could come to. Real cells keep apart, so that there are hardly more.
+std::size_t expectedPairs(std::size_t bodies, double radius, double margin, const Box& bounds) {
+  constexpr double most = 16.0;
+  const double reach = 2.0 * radius + margin;
+  const double near = 4.19 * reach * reach * reach * static_cast<double>(bodies) / bounds.volume();
+  return static_cast<std::size_t>(std::min(0.5 * near, most) * static_cast<double>(bodies));
+}
+
+}  // namespace
 
 PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
                    const Box& bounds, const Vec3& period, int blocks) {
@@ -20,6 +32,7 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
   const SphereGrid grid(spheres);
 
   PairList list;
+  list.pairs.reserve(expectedPairs(bodies.size(), largest, margin, bounds));
   list.start.assign(blocks + 1, 0);
   for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
     const std::size_t first = list.pairs.size();

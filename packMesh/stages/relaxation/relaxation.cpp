@@ -107,6 +107,7 @@ void Relaxation::refreshLists() {
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
+  list_ = PairList();  // never two lists at a time in memory
   list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + skin_, input_.bounds, input_.period,
                     blocks_.count());
   if (!extraClearance_.empty())
@@ -183,6 +184,11 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
 void Relaxation::remove(const std::vector<std::int64_t>& ids) {
   const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
   bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
+  listed_ = false;
+}
+
+void Relaxation::dropLists() {
+  list_ = PairList();
   listed_ = false;
 }
 

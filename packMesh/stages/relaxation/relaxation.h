@@ -49,6 +49,9 @@ class Relaxation {
   /// Takes cells out. Pre: `ids` sorted.
   void remove(const std::vector<std::int64_t>& ids);
 
+  /// Frees what can be found out anew, to leave its memory to others between sweeps.
+  void dropLists();
+
   /// The cells in the order of their ids, positions wrapped into the bounds.
   std::vector<Body> cells() const;
   /// The cells in their present order.
