@@ -5,6 +5,8 @@
 #include <cstring>
 #include <initializer_list>
 
+#include "packMesh/stages/relaxation/wall_kernel.h"
+
 namespace packmesh {
 
 bool available(InstructionSet set) {
@@ -30,6 +32,15 @@ ContactKernel contactKernel(InstructionSet set) {
 #endif
   (void)set;
   return kernel_portable::contact;
+}
+
+WallKernel wallKernel(InstructionSet set) {
+#if defined(__x86_64__)
+  if (set == InstructionSet::avx512) return kernel_avx512::wall;
+  if (set == InstructionSet::avx2) return kernel_avx2::wall;
+#endif
+  (void)set;
+  return kernel_portable::wall;
 }
 
 InstructionSet chosenInstructionSet() {

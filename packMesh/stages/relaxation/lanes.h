@@ -3,8 +3,8 @@
 /// as that takes. Every operation is one IEEE operation per lane, so that all instruction sets give the same
 /// bits.
 ///
-/// For the contact kernel's translation units only: everything has internal linkage, because each of them is
-/// compiled for another processor.
+/// For the kernels' translation units only: everything has internal linkage, because each of them is compiled
+/// for another processor.
 #pragma once
 
 #include <immintrin.h>
@@ -91,6 +91,9 @@ inline Lanes& operator+=(Lanes& a, const Lanes& b) {
 
 inline Mask operator<(const Lanes& a, const Lanes& b) {
   return eachMask([&](int k) { return a.r[k] < b.r[k]; });
+}
+inline Mask operator!=(const Lanes& a, const Lanes& b) {
+  return eachMask([&](int k) { return a.r[k] != b.r[k]; });
 }
 inline Mask operator|(const Mask& a, const Mask& b) {
   return eachMask([&](int k) { return a.r[k] | b.r[k]; });
