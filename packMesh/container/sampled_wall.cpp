@@ -6,21 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "packMesh/error.h"
+#include "packMesh/geometry/vector_text.h"
+
 namespace packmesh {
-namespace {
-
-/// What stands for bricks that are not known yet.
-const float* unknownBrick() {
-  static const auto brick = [] {
-    std::array<float, BrickView::nodes> values;
-    values.fill(std::numeric_limits<float>::quiet_NaN());
-    return values;
-  }();
-  return brick.data();
-}
-
-}  // namespace
-
 SampledWall::SampledWall(const Wall& wall, const Box& region, double spacing)
     : wall_(wall), spacing_(spacing) {
   std::size_t count = 1;
@@ -31,11 +20,11 @@ SampledWall::SampledWall(const Wall& wall, const Box& region, double spacing)
     bricks_[k] = static_cast<int>(last - first) + 1;
     count *= bricks_[k];
   }
-  table_.assign(count, unknownBrick());
+  begins_.assign(count, -1);
 }
 
 void SampledWall::evaluate(int index) const {
-  if (table_[index] != unknownBrick()) return;
+  if (begins_[index] >= 0) return;
   const int brick[3] = {index % bricks_[0], index / bricks_[0] % bricks_[1], index / bricks_[0] / bricks_[1]};
   NodeBlock block;
   block.spacing = spacing_;
@@ -43,13 +32,25 @@ void SampledWall::evaluate(int index) const {
     block.origin[k] = spacing_ * (lo_[k] + BrickView::cells * brick[k]);
     block.nodes[k] = BrickView::row;
   }
-  evaluated_.push_back(std::make_unique<float[]>(BrickView::nodes));
-  wall_.sample(block, evaluated_.back().get());
-  table_[index] = evaluated_.back().get();
+  std::array<float, BrickView::nodes> distances;
+  wall_.sample(block, distances.data());
+  constexpr std::size_t most = std::numeric_limits<std::int32_t>::max() - BrickView::nodes;
+  if (values_.size() > most)
+    throw InputError("the walls near cells need more than 4 GB at a spacing of " + toText(spacing_, 3) + " µm");
+  const std::size_t begin = values_.empty() ? 0 : values_.size() - 1;
+  values_.resize(begin + BrickView::nodes + 1);
+  where_ = values_.data();
+  const float steps = static_cast<float>(BrickView::stepsPerSpacing / spacing_);
+  for (int n = 0; n < BrickView::nodes; ++n) {
+    constexpr float furthest = std::numeric_limits<std::int16_t>::max();
+    const float stored = std::clamp(steps * distances[n], -furthest, furthest);
+    values_[begin + n] = static_cast<std::int16_t>(stored + (stored < 0.0f ? -0.5f : 0.5f));
+  }
+  begins_[index] = static_cast<std::int32_t>(begin);
 }
 
 BrickView SampledWall::view() const {
-  return {table_.data(), {bricks_[0], bricks_[1], bricks_[2]}, static_cast<float>(1.0 / spacing_), this,
+  return {begins_.data(), &where_, {bricks_[0], bricks_[1], bricks_[2]}, static_cast<float>(1.0 / spacing_), this,
           [](const SampledWall& wall, int index) { wall.evaluate(index); }};
 }
 
@@ -70,7 +71,7 @@ WallDistance SampledWall::distance(const Vec3& p) const {
   const int index = brick[0] + bricks_[0] * (brick[1] + bricks_[1] * brick[2]);
   evaluate(index);
   constexpr int row = BrickView::row, slab = BrickView::slab;
-  const float* v = table_[index] + cell[0] + row * cell[1] + slab * cell[2];
+  const std::int16_t* v = where_ + begins_[index] + cell[0] + row * cell[1] + slab * cell[2];
   const double v000 = v[0], v100 = v[1], v010 = v[row], v110 = v[row + 1], v001 = v[slab], v101 = v[slab + 1],
                v011 = v[slab + row], v111 = v[slab + row + 1];
   const double x00 = v000 + t[0] * (v100 - v000), x10 = v010 + t[0] * (v110 - v010);
@@ -79,9 +80,10 @@ WallDistance SampledWall::distance(const Vec3& p) const {
   const double dx0 = (v100 - v000) + t[1] * ((v110 - v010) - (v100 - v000));
   const double dx1 = (v101 - v001) + t[1] * ((v111 - v011) - (v101 - v001));
   WallDistance result;
-  result.distance = y0 + t[2] * (y1 - y0) - spacing_ * beyond.lpNorm<1>();
+  const double perStep = spacing_ / BrickView::stepsPerSpacing;
+  result.distance = perStep * (y0 + t[2] * (y1 - y0)) - spacing_ * beyond.lpNorm<1>();
   result.gradient = Vec3(dx0 + t[2] * (dx1 - dx0), (x10 - x00) + t[2] * ((x11 - x01) - (x10 - x00)), y1 - y0);
-  result.gradient /= spacing_;
+  result.gradient /= BrickView::stepsPerSpacing;
   for (int k = 0; k < 3; ++k)
     if (beyond[k] != 0.0) result.gradient[k] = beyond[k] < 0.0 ? 1.0 : -1.0;
   return result;

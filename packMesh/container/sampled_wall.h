@@ -2,7 +2,7 @@
 /// @file A wall remembered on a grid.
 #pragma once
 
-#include <memory>
+#include <cstdint>
 #include <vector>
 
 #include "packMesh/container/brick_view.h"
@@ -40,8 +40,9 @@ class SampledWall {
   double spacing_;
   Vec3 lo_;  ///< node of the first brick
   int bricks_[3];
-  mutable std::vector<const float*> table_;                ///< see BrickView::brick
-  mutable std::vector<std::unique_ptr<float[]>> evaluated_;
+  mutable std::vector<std::int32_t> begins_;  ///< see BrickView
+  mutable std::vector<std::int16_t> values_;
+  mutable const std::int16_t* where_ = nullptr;  ///< values_.data()
 };
 
 }  // namespace packmesh

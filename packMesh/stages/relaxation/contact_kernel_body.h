@@ -3,7 +3,7 @@
 /// PACKMESH_KERNEL_NAMESPACE. See contact_kernel.h.
 
 #include "packMesh/stages/relaxation/contact_kernel.h"
-#include "packMesh/stages/relaxation/lanes.h"
+#include "packMesh/geometry/lanes.h"
 
 namespace packmesh {
 namespace PACKMESH_KERNEL_NAMESPACE {

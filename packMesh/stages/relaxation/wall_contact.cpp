@@ -9,6 +9,10 @@ namespace {
 /// Cells deeper in the wall than this are pushed back by coarse samples [µm].
 constexpr double deepContact = 0.3;
 
+/// Which clusters may touch the wall is only remembered for motions smaller than this [µm]: for larger ones it
+/// would be most of them.
+constexpr double widestMargin = 0.15;
+
 /// A pair has a contact for either direction, each of which takes omega times the penetration away; a wall has
 /// one, so it takes that much more.
 constexpr double wallPush = 1.7;
@@ -45,23 +49,26 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
     return found;
   };
   WallSums found;
-  if (body.deepInWall) {
+  if (body.deepInWall || coarsely_) {
     ClusterMask all = allClusters;
     found = lookAt(model.coarseSamples, true, 0.0, all);
   }
-  if (!body.deepInWall) {
+  if (!body.deepInWall && !coarsely_) {
     if (body.moved < body.wallMaskWhile) {
       ClusterMask mask = body.wallMask;  // a full mask would be narrowed to no margin
       found = lookAt(model.samples, false, 0.0, mask);
+      found.nearest = std::min(found.nearest, static_cast<float>(clearance + body.wallMaskWhile - body.moved));
     } else {
+      const double expected = std::max(0.5 * expectedMotion_, 1.5 * body.moved);
+      const bool still = body.moved + expected < widestMargin;
       body.wallMask = allClusters;
-      body.wallMaskWhile = std::max(0.5 * expectedMotion_, 1.5 * body.moved);
-      found = lookAt(model.samples, false, body.moved + body.wallMaskWhile, body.wallMask);
+      body.wallMaskWhile = still ? expected : -1.0;
+      found = lookAt(model.samples, false, still ? body.moved + expected : 0.0, body.wallMask);
     }
   }
   if (found.contacts == 0) {
-    const double nearest = std::min<double>(found.nearest, clearance + (body.wallMaskWhile - body.moved));
-    body.awayFromWallWhile = nearest - clearance - body.moved;
+    if (coarsely_) return;  // coarse samples say nothing of the gap
+    body.awayFromWallWhile = found.nearest - clearance - body.moved;
     return;
   }
 

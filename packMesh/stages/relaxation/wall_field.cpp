@@ -68,13 +68,14 @@ WallFrame WallField::frameOf(const Body& body, double reach, bool deep) const {
       frame.m[3 * r + c] = static_cast<float>(body.scale * body.rotation(r, c));
   frame.scale = static_cast<float>(body.scale);
   frame.slack = static_cast<float>(slack_);
-  frame.sampled = !form_;
   if (form_) {
+    frame.kind = WallFrame::Kind::form;
     frame.form = formOf(*form_, body.position);
-  } else {
-    frame.coarse = gridOf(sampled_->coarse, body.position, reach);
-    frame.fine = deep ? frame.coarse : gridOf(sampled_->fine, body.position, reach);
+    return frame;
   }
+  frame.kind = deep ? WallFrame::Kind::coarse : WallFrame::Kind::sampled;
+  frame.coarse = gridOf(sampled_->coarse, body.position, reach);
+  if (!deep) frame.fine = gridOf(sampled_->fine, body.position, reach);
   return frame;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file The other innermost loop: how deep do the sample points of a cell reach into the wall.
 ///
-/// Compiled for three instruction sets and chosen at run time like the contact kernel; see contact_kernel.h.
+/// A kernel: see packMesh/geometry/instruction_set.h.
 #pragma once
 
 #include "packMesh/container/brick_view.h"
@@ -31,10 +31,10 @@ struct WallForm {
 struct WallFrame {
   float m[9];  ///< from the body frame to the axes of the world, with the cell's scale
   float scale;
-  bool sampled;
+  enum class Kind { form, coarse, sampled } kind;
   WallForm form;
-  WallGrid coarse, fine;  ///< for the middles of clusters; for points
-  float slack;            ///< distances at the middles of clusters are too large by at most this [µm]
+  WallGrid coarse, fine;  ///< sampled: the fine one only where the coarse one says that the wall is near
+  float slack;            ///< coarse distances are too large by at most this [µm]
 };
 
 /// Sums over points that touch the wall from about the same direction, weighted by how much nearer than the

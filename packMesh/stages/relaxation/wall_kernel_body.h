@@ -2,7 +2,7 @@
 /// @file Body of the wall kernel; included by one translation unit per instruction set, which defines
 /// PACKMESH_KERNEL_NAMESPACE. See wall_kernel.h.
 
-#include "packMesh/stages/relaxation/lanes.h"
+#include "packMesh/geometry/lanes.h"
 #include "packMesh/stages/relaxation/wall_kernel.h"
 
 namespace packmesh {
@@ -62,62 +62,70 @@ inline Lanes mix(const Lanes& a, const Lanes& b, const Lanes& t) {
 /// Trilinear interpolation; beyond the grid what holds at its nearest point, less the way there.
 inline Look sampled(const WallGrid& grid, const Point& p) {
   const BrickView& bricks = grid.bricks;
+  constexpr int cells = BrickView::cells, shift = 3;
+  static_assert(cells == 1 << shift);
   const Lanes* along[3] = {&p.x, &p.y, &p.z};
-  Lanes beyond[3];
-  float at[3][width];
+  Lanes beyond[3], t[3];
+  Ints brick[3], cell[3];
   for (int k = 0; k < 3; ++k) {
     const Lanes u = bricks.nodesPerLength * *along[k] + grid.start[k];
     const Lanes inside = smaller(larger(u, splat(grid.first[k])), splat(grid.last[k]));
     beyond[k] = u - inside;
-    store(inside, at[k]);
+    const Ints whole = truncated(inside), node = whole + grid.base[k];
+    t[k] = inside - toFloat(whole);
+    brick[k] = node >> shift;
+    cell[k] = node & (cells - 1);
   }
-  int brickOf[width], cellOf[width];
-  float fraction[3][width];
-  for (int lane = 0; lane < width; ++lane) {
-    int brick[3], cell[3];
-    for (int k = 0; k < 3; ++k) {
-      const int whole = static_cast<int>(at[k][lane]), node = grid.base[k] + whole;
-      fraction[k][lane] = at[k][lane] - static_cast<float>(whole);
-      brick[k] = node / BrickView::cells;
-      cell[k] = node % BrickView::cells;
-    }
-    brickOf[lane] = brick[0] + bricks.bricks[0] * (brick[1] + bricks.bricks[1] * brick[2]);
-    cellOf[lane] = cell[0] + BrickView::row * cell[1] + BrickView::slab * cell[2];
+  const Ints index = brick[0] + bricks.bricks[0] * (brick[1] + bricks.bricks[1] * brick[2]);
+  Ints begin = gather(bricks.begins, index);
+  if (const unsigned unknown = bitsOf(begin < 0)) {
+    for (int lane = 0; lane < width; ++lane)
+      if (unknown >> lane & 1u) bricks.evaluate(*bricks.wall, laneOf(index, lane));
+    begin = gather(bricks.begins, index);
   }
-  const Lanes t[3] = {load(fraction[0]), load(fraction[1]), load(fraction[2])};
-  for (bool first = true;; first = false) {
-    float corner[8][width];
-    for (int lane = 0; lane < width; ++lane) {
-      const float* v = bricks.brick[brickOf[lane]] + cellOf[lane];
-      for (int c = 0; c < 8; ++c)
-        corner[c][lane] = v[(c & 1) + (c & 2 ? BrickView::row : 0) + (c & 4 ? BrickView::slab : 0)];
-    }
-    Lanes c[8];
-    for (int k = 0; k < 8; ++k) c[k] = load(corner[k]);
-    const Lanes y00 = mix(c[0], c[1], t[0]), y10 = mix(c[2], c[3], t[0]);
-    const Lanes y01 = mix(c[4], c[5], t[0]), y11 = mix(c[6], c[7], t[0]);
-    const Lanes z0 = mix(y00, y10, t[1]), z1 = mix(y01, y11, t[1]);
-    Look look;
-    look.distance = mix(z0, z1, t[2]);
-    if (const unsigned unknown = first ? bitsOf(look.distance != look.distance) : 0u) {  // NaN
-      for (int lane = 0; lane < width; ++lane)
-        if (unknown >> lane & 1u) bricks.evaluate(*bricks.wall, brickOf[lane]);
-      continue;
-    }
-    look.gradient.x = mix(mix(c[1] - c[0], c[3] - c[2], t[1]), mix(c[5] - c[4], c[7] - c[6], t[1]), t[2]);
-    look.gradient.y = mix(y10 - y00, y11 - y01, t[2]);
-    look.gradient.z = z1 - z0;
-    Lanes* slope[3] = {&look.gradient.x, &look.gradient.y, &look.gradient.z};
-    Lanes way = splat(0.0f);
-    for (int k = 0; k < 3; ++k) {
-      way += magnitude(beyond[k]);
-      *slope[k] = *slope[k] * bricks.nodesPerLength;
-      *slope[k] = select(splat(0.0f) < beyond[k], splat(-1.0f), *slope[k]);
-      *slope[k] = select(beyond[k] < splat(0.0f), splat(1.0f), *slope[k]);
-    }
-    look.distance = look.distance - way / splat(bricks.nodesPerLength);
-    return look;
+  const Ints first = begin + cell[0] + BrickView::row * cell[1] + BrickView::slab * cell[2];
+  const std::int16_t* values = *bricks.values;
+  Lanes c[8];
+  for (int k = 0; k < 4; ++k) {  // two neighbours along x at a time
+    const Ints both = gather(values, first + ((k & 1) * BrickView::row + (k >> 1) * BrickView::slab));
+    c[2 * k] = toFloat(both << 16 >> 16);
+    c[2 * k + 1] = toFloat(both >> 16);
   }
+  const Lanes y00 = mix(c[0], c[1], t[0]), y10 = mix(c[2], c[3], t[0]);
+  const Lanes y01 = mix(c[4], c[5], t[0]), y11 = mix(c[6], c[7], t[0]);
+  const Lanes z0 = mix(y00, y10, t[1]), z1 = mix(y01, y11, t[1]);
+  constexpr float perStep = 1.0f / BrickView::stepsPerSpacing;
+  Look look;
+  look.distance = perStep * mix(z0, z1, t[2]);
+  look.gradient.x = mix(mix(c[1] - c[0], c[3] - c[2], t[1]), mix(c[5] - c[4], c[7] - c[6], t[1]), t[2]);
+  look.gradient.y = mix(y10 - y00, y11 - y01, t[2]);
+  look.gradient.z = z1 - z0;
+  Lanes* slope[3] = {&look.gradient.x, &look.gradient.y, &look.gradient.z};
+  for (int k = 0; k < 3; ++k) {
+    look.distance = look.distance - magnitude(beyond[k]);
+    *slope[k] = perStep * *slope[k];
+    *slope[k] = select(splat(0.0f) < beyond[k], splat(-1.0f), *slope[k]);
+    *slope[k] = select(beyond[k] < splat(0.0f), splat(1.0f), *slope[k]);
+  }
+  look.distance = look.distance / splat(bricks.nodesPerLength);
+  return look;
+}
+
+/// The wall as points see it that matter up to `limit`.
+inline Look look(const WallFrame& frame, const Point& p, float limit) {
+  if (frame.kind == WallFrame::Kind::form) return closedForm(frame.form, p);
+  if (frame.kind == WallFrame::Kind::coarse) return sampled(frame.coarse, p);
+  const Lanes atLeast = sampled(frame.coarse, p).distance - frame.slack;
+  const Mask close = atLeast < splat(limit);
+  const unsigned lanes = bitsOf(close);
+  if (lanes == 0) return {atLeast, {splat(0.0f), splat(0.0f), splat(0.0f)}};
+  // Bricks are made only where they are needed: other points stand in for those that are far away.
+  const int lane = __builtin_ctz(lanes);
+  const Point near{select(close, p.x, splat(laneOf(p.x, lane))), select(close, p.y, splat(laneOf(p.y, lane))),
+                   select(close, p.z, splat(laneOf(p.z, lane)))};
+  Look fine = sampled(frame.fine, near);
+  fine.distance = select(close, fine.distance, atLeast);
+  return fine;
 }
 
 /// Adds what touches the wall to the contact of its direction, or as a new one.
@@ -181,8 +189,8 @@ void wall(const SampleView& samples, const WallFrame& frame, float clearance, fl
     if (everywhere) {
       const Point center = pointsOf(frame, load(samples.centerX + group), load(samples.centerY + group),
                                     load(samples.centerZ + group));
-      const Lanes distance =
-          frame.sampled ? sampled(frame.coarse, center).distance : closedForm(frame.form, center).distance;
+      const Lanes distance = frame.kind == WallFrame::Kind::form ? closedForm(frame.form, center).distance
+                                                                 : sampled(frame.coarse, center).distance;
       const Lanes apart = distance - frame.slack - frame.scale * load(samples.radius + group);
       const Mask close = apart < splat(limit);
       nearest = smaller(nearest, select(close, nearest, apart));
@@ -197,12 +205,12 @@ void wall(const SampleView& samples, const WallFrame& frame, float clearance, fl
       const int cluster = group + __builtin_ctz(members), first = cluster * width;
       const Point p =
           pointsOf(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
-      const Look look = frame.sampled ? sampled(frame.fine, p) : closedForm(frame.form, p);
-      nearest = smaller(nearest, look.distance);
-      if (bitsOf(look.distance < splat(limit)) == 0) continue;
+      const Look at = look(frame, p, limit);
+      nearest = smaller(nearest, at.distance);
+      if (bitsOf(at.distance < splat(limit)) == 0) continue;
       near |= ClusterMask{1} << cluster / samples.clustersPerBit;
-      const Lanes penetration = larger(clearance - look.distance, splat(0.0f));
-      if (bitsOf(splat(0.0f) < penetration) != 0) add(out, penetration, p, look.gradient);
+      const Lanes penetration = larger(clearance - at.distance, splat(0.0f));
+      if (bitsOf(splat(0.0f) < penetration) != 0) add(out, penetration, p, at.gradient);
     }
   }
   if (everywhere) mask = near;

@@ -35,6 +35,9 @@ struct Lanes {
   Register r[registers];
 };
 
+/// Sixteen whole numbers.
+using Ints = Mask;
+
 template <class Operation>
 inline __attribute__((always_inline)) Lanes each(Operation operation) {
   Lanes out;
@@ -92,9 +95,6 @@ inline Lanes& operator+=(Lanes& a, const Lanes& b) {
 inline Mask operator<(const Lanes& a, const Lanes& b) {
   return eachMask([&](int k) { return a.r[k] < b.r[k]; });
 }
-inline Mask operator!=(const Lanes& a, const Lanes& b) {
-  return eachMask([&](int k) { return a.r[k] != b.r[k]; });
-}
 inline Mask operator|(const Mask& a, const Mask& b) {
   return eachMask([&](int k) { return a.r[k] | b.r[k]; });
 }
@@ -122,6 +122,56 @@ inline Lanes squareRoot(const Lanes& a) {
   });
 }
 
+inline Ints truncated(const Lanes& a) {
+  return eachMask([&](int k) { return __builtin_convertvector(a.r[k], MaskRegister); });
+}
+inline Lanes toFloat(const Ints& a) {
+  return each([&](int k) { return __builtin_convertvector(a.r[k], Register); });
+}
+inline Ints operator+(const Ints& a, const Ints& b) {
+  return eachMask([&](int k) { return a.r[k] + b.r[k]; });
+}
+inline Ints operator+(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] + b; });
+}
+inline Ints operator*(int a, const Ints& b) {
+  return eachMask([&](int k) { return a * b.r[k]; });
+}
+inline Ints operator&(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] & b; });
+}
+inline Ints operator<<(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] << b; });
+}
+inline Ints operator>>(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] >> b; });
+}
+inline Mask operator<(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] < b; });
+}
+
+/// The 32 bits that begin at each of the elements `base[at]`.
+template <class Element>
+inline Ints gather(const Element* base, const Ints& at) {
+  return eachMask([&](int k) -> MaskRegister {
+#if defined(__AVX512F__)
+    return reinterpret_cast<MaskRegister>(
+        _mm512_i32gather_epi32(reinterpret_cast<__m512i>(at.r[k]), base, sizeof(Element)));
+#elif defined(__AVX2__)
+    return reinterpret_cast<MaskRegister>(_mm256_i32gather_epi32(
+        reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(at.r[k]), sizeof(Element)));
+#else
+    MaskRegister out;
+    for (int lane = 0; lane < registerLanes; ++lane) {
+      int bits;
+      __builtin_memcpy(&bits, base + at.r[k][lane], sizeof bits);
+      out[lane] = bits;
+    }
+    return out;
+#endif
+  });
+}
+
 /// Bit k is set where lane k of the mask is.
 inline unsigned bitsOf(const Mask& m) {
   unsigned bits = 0;
@@ -139,6 +189,14 @@ inline unsigned bitsOf(const Mask& m) {
 
 inline void store(const Lanes& a, float* out) {
   for (int k = 0; k < registers; ++k) *reinterpret_cast<UnalignedRegister*>(out + k * registerLanes) = a.r[k];
+}
+
+inline float laneOf(const Lanes& a, int lane) {
+  return a.r[lane / registerLanes][lane % registerLanes];
+}
+
+inline int laneOf(const Ints& a, int lane) {
+  return a.r[lane / registerLanes][lane % registerLanes];
 }
 
 /// Sum in an order that every instruction set keeps: lanes k and k + 8, then k and k + 4, ...
