@@ -35,7 +35,7 @@ std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) 
 }
 
 /// Beyond the clearance, no contact is looked for further from the wall than this [µm].
-constexpr double noContact = 0.5;
+constexpr double noContact = 0.3;
 
 /// Distances at the nodes of a block from those at every other node, by interpolation.
 void refine(const std::vector<float>& coarse, const NodeBlock& block, float* distances) {
@@ -77,8 +77,9 @@ class AcceptedWall final : public Wall {
   WallDistance distance(const Vec3& p) const override {
     if (!wall_) return voxels(p);
     const WallDistance wall = wall_->distance(p);
-    const double toFaces = std::min((p - kept_.lo).minCoeff(), (kept_.hi - p).minCoeff());
-    if (const auto known = withoutVoxels(wall.distance, toFaces)) return {*known, wall.gradient};
+    double distance = wall.distance;
+    if (!isOpen(distance, std::min({toFace(p, 0), toFace(p, 1), toFace(p, 2)})))
+      return {distance, wall.gradient};
     const WallDistance voxel = voxels(p);
     return wall.distance < voxel.distance ? wall : voxel;
   }
@@ -86,32 +87,30 @@ class AcceptedWall final : public Wall {
   void sample(const NodeBlock& block, float* distances) const override {
     if (wall_) sampleWall(block, distances);
     const std::optional<SampleRows> rows = rowsOf(block);
-    std::array<std::vector<double>, 3> toFaces;
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < block.nodes[k]; ++i) {
-        const double x = block.origin[k] + block.spacing * i;
-        toFaces[k].push_back(std::min(x - kept_.lo[k], kept_.hi[k] - x));
-      }
-    std::vector<float> near(block.nodes[0]);
+    const int n = block.nodes[0];
+    std::vector<float> toFaces(n), voxel(n, std::numeric_limits<float>::quiet_NaN());
+    std::vector<char> open(n, true);  // the true wall does not tell
+    for (int i = 0; i < n; ++i) toFaces[i] = static_cast<float>(toFace(block.position(i, 0, 0), 0));
     for (int k = 0; k < block.nodes[2]; ++k)
-      for (int j = 0; j < block.nodes[1]; ++j) {
-        bool looked = false;
-        for (int i = 0; i < block.nodes[0]; ++i, ++distances) {
-          const double wall = wall_ ? *distances : std::numeric_limits<double>::infinity();
-          if (wall_) {
-            const double faces = std::min(toFaces[0][i], std::min(toFaces[1][j], toFaces[2][k]));
-            if (const auto known = withoutVoxels(wall, faces)) {
-              *distances = static_cast<float>(*known);
-              continue;
-            }
-          }
-          if (!looked && rows)
-            voxels_.atSamples({rows->first[0], rows->first[1] + rows->step * j, rows->first[2] + rows->step * k},
-                              rows->step, block.nodes[0], near.data());
-          looked = true;
-          const bool known = rows && !std::isnan(near[i]);
-          const double voxel = known ? near[i] + wallClearance_ : voxels(block.position(i, j, k)).distance;
-          *distances = static_cast<float>(std::min(wall, voxel));
+      for (int j = 0; j < block.nodes[1]; ++j, distances += n) {
+        if (wall_) {
+          const Vec3 first = block.position(0, j, k);
+          const float across = static_cast<float>(std::min(toFace(first, 1), toFace(first, 2)));
+          bool any = false;
+          for (int i = 0; i < n; ++i) any |= open[i] = isOpen(distances[i], std::min(toFaces[i], across));
+          if (!any) continue;
+        } else {
+          std::fill(distances, distances + n, std::numeric_limits<float>::infinity());
+        }
+        if (rows)
+          voxels_.atSamples({rows->first[0], rows->first[1] + rows->step * j, rows->first[2] + rows->step * k},
+                            rows->step, n, voxel.data());
+        for (int i = 0; i < n; ++i) {
+          if (!open[i]) continue;
+          const float distance = std::isnan(voxel[i])
+                                     ? static_cast<float>(voxels(block.position(i, j, k)).distance)
+                                     : voxel[i] + static_cast<float>(wallClearance_);
+          distances[i] = std::min(distances[i], distance);
         }
       }
   }
@@ -148,14 +147,27 @@ class AcceptedWall final : public Wall {
     refine(values, block, distances);
   }
 
-  /// The distance as far as the true wall tells it: further in than any contact, a bound of the distance to the
-  /// forbidden voxels will do; further out than they are, the way back is that to the true wall.
+  /// Distance to the nearer face of the region that is kept, along an axis [µm].
+  double toFace(const Vec3& p, int axis) const {
+    return std::min(p[axis] - kept_.lo[axis], kept_.hi[axis] - p[axis]);
+  }
+
+  /// Whether voxels must be asked, given the distance to the true wall. Otherwise `distance` is what to say:
+  /// further in than any contact, a bound of the distance to the forbidden voxels will do; further out than they
+  /// are, the way back is that to the true wall.
   /// @param toFaces distance to the faces of the region that is kept [µm]
-  std::optional<double> withoutVoxels(double wall, double toFaces) const {
-    const double bound = wallClearance_ + std::min(wall - reach_, toFaces);
-    if (bound > wallClearance_ + noContact) return std::min(wall, bound);
-    if (wall < -deep_) return wall - 0.5 * reach_;
-    return {};
+  template <class Real>
+  bool isOpen(Real& distance, Real toFaces) const {
+    const Real beyond = std::min(distance - static_cast<Real>(reach_), toFaces);
+    if (beyond > static_cast<Real>(noContact)) {
+      distance = std::min(distance, beyond + static_cast<Real>(wallClearance_));
+      return false;
+    }
+    if (distance < static_cast<Real>(-deep_)) {
+      distance -= static_cast<Real>(0.5 * reach_);
+      return false;
+    }
+    return true;
   }
 
   /// The block in half nodes from the low corner of the lattice, if its nodes are at whole multiples of them.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace packmesh::hemocell {
@@ -40,33 +41,34 @@ constexpr int axisCode(int c, int s) {
 }
 
 constexpr int lanes = 16;  // fine samples along x, padded to what a vector register holds
-using Row = std::array<std::uint8_t, lanes>;
+struct Row {
+  typedef std::uint8_t Bytes __attribute__((vector_size(lanes)));
+  Bytes code;
+};
+Row filled(int code) {
+  return {Row::Bytes{} + static_cast<std::uint8_t>(code)};
+}
 
 /// For each pattern of cubes in a row of a window: squared distances to the nearest, cut off.
 const std::vector<Row>& rowCodes() {
   static const std::vector<Row> table = [] {
     std::vector<Row> rows(1u << window);
     for (unsigned pattern = 0; pattern < rows.size(); ++pattern) {
-      rows[pattern].fill(codeLimit);
+      rows[pattern] = filled(codeLimit);
       for (int c = 0; c < window; ++c)
         if (pattern >> c & 1u)
           for (int s = 0; s < 9; ++s)
-            rows[pattern][s] = static_cast<std::uint8_t>(std::min<int>(rows[pattern][s], axisCode(c, s)));
+            rows[pattern].code[s] = static_cast<std::uint8_t>(std::min<int>(rows[pattern].code[s], axisCode(c, s)));
     }
     return rows;
   }();
   return table;
 }
 
-/// The smaller of `row` and `other` + more, sample by sample. By value, so that compilers keep it in
-/// registers.
-Row lowered(Row row, const Row& other, int more) {
-  const std::uint8_t add = static_cast<std::uint8_t>(more);
-  for (int s = 0; s < lanes; ++s) {
-    const std::uint8_t value = static_cast<std::uint8_t>(other[s] + add);
-    row[s] = value < row[s] ? value : row[s];
-  }
-  return row;
+/// The smaller of `row` and `other` + more, sample by sample.
+Row lowered(const Row& row, const Row& other, int more) {
+  const Row::Bytes value = other.code + static_cast<std::uint8_t>(more);
+  return {value < row.code ? value : row.code};
 }
 
 /// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nodes that do not exist.
@@ -85,26 +87,46 @@ unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
 
 using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
 
+/// The cubes of a window that are nearer than codeLimit to a sample of the brick, and how near.
+struct Near {
+  int count = 0, cube[window] = {}, code[window] = {};
+};
+constexpr std::array<Near, 9> nearCubes() {
+  std::array<Near, 9> all{};
+  for (int s = 0; s < 9; ++s)
+    for (int c = 0; c < window; ++c)
+      if (const int code = axisCode(c, s); code < codeLimit) {
+        all[s].cube[all[s].count] = c;
+        all[s].code[all[s].count++] = code;
+      }
+  return all;
+}
+
 /// Squared distances of all samples of a brick to the nearest cube set in `patterns` (window rows [k][j]).
 BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patterns) {
   static const std::vector<Row>& table = rowCodes();
-  Row none;
-  none.fill(codeLimit);
+  static constexpr std::array<Near, 9> near = nearCubes();
+  const Row none = filled(codeLimit);
   std::array<std::array<Row, 9>, window> slices;
-  for (int k = 0; k < window; ++k)
+  bool empty[window];
+  for (int k = 0; k < window; ++k) {
+    empty[k] = true;
+    for (int j = 0; j < window; ++j) empty[k] = empty[k] && patterns[k][j] == 0;
+    if (empty[k]) continue;
     for (int y = 0; y < 9; ++y) {
       Row row = none;
-      for (int j = 0; j < window; ++j)
-        if (const int more = axisCode(j, y); more < codeLimit)
-          row = lowered(row, table[patterns[k][j]], more);
+      for (int n = 0; n < near[y].count; ++n)
+        if (const unsigned pattern = patterns[k][near[y].cube[n]])
+          row = lowered(row, table[pattern], near[y].code[n]);
       slices[k][y] = row;
     }
+  }
   BrickCodes codes;
   for (int z = 0; z < 9; ++z)
     for (int y = 0; y < 9; ++y) {
       Row row = none;
-      for (int k = 0; k < window; ++k)
-        if (const int more = axisCode(k, z); more < codeLimit) row = lowered(row, slices[k][y], more);
+      for (int n = 0; n < near[z].count; ++n)
+        if (const int k = near[z].cube[n]; !empty[k]) row = lowered(row, slices[k][y], near[z].code[n]);
       codes[z][y] = row;
     }
   return codes;
@@ -178,10 +200,11 @@ std::unique_ptr<VoxelDistance::Brick> VoxelDistance::makeBrick(const std::array<
   const BrickCodes toIn = codesOf(in), toOut = codesOf(out);
   auto brick = std::make_unique<Brick>();
   for (int z = 0; z < brickSamples; ++z)
-    for (int y = 0; y < brickSamples; ++y)
-      for (int x = 0; x < brickSamples; ++x)
-        brick->code[x + brickSamples * (y + brickSamples * z)] =
-            static_cast<std::int8_t>(toIn[z][y][x] > 0 ? -toIn[z][y][x] : toOut[z][y][x]);
+    for (int y = 0; y < brickSamples; ++y) {
+      const Row::Bytes &in2 = toIn[z][y].code, &out2 = toOut[z][y].code;
+      const Row::Bytes code = in2 > 0 ? -in2 : out2;
+      std::memcpy(&brick->code[brickSamples * (y + brickSamples * z)], &code, brickSamples);
+    }
   return brick;
 }
 

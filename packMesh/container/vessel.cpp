@@ -57,7 +57,7 @@ class Vessel final : public Container, public Wall {
         walls_(wall_),
         closed_(closed),
         bounds_(boundingBox(closed)),
-        surface_(periodic() ? withImages(wall_, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall_) {
+        distances_(periodic() ? withImages(wall_, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall_) {
     if (ends_) {
       bounds_.lo[ends_->axis] = ends_->lo;
       bounds_.hi[ends_->axis] = ends_->hi;
@@ -116,7 +116,7 @@ class Vessel final : public Container, public Wall {
       if (!ends_->periodic)
         for (double& v : x) v = std::clamp(v, ends_->lo, ends_->hi);
     }
-    signedDistances(surface_, at, true, distances);
+    distances_.sample(at, true, distances);
     std::size_t n = 0;
     for (int k = 0; k < block.nodes[2]; ++k)
       for (int j = 0; j < block.nodes[1]; ++j)
@@ -149,10 +149,11 @@ class Vessel final : public Container, public Wall {
 
  private:
   WallDistance lumenSide(const Vec3& p) const {
-    const ClosestPoint::Nearest nearest = surface_.nearest(p);
-    const int side = surface_.side(p, nearest);  // +1: outside of the lumen
+    const ClosestPoint& surface = distances_.surface();
+    const ClosestPoint::Nearest nearest = surface.nearest(p);
+    const int side = surface.side(p, nearest);  // +1: outside of the lumen
     const Vec3 away = p - nearest.point;
-    Vec3 gradient = nearest.distance > 0.0 ? Vec3(-side * away / nearest.distance) : -surface_.normal(nearest);
+    Vec3 gradient = nearest.distance > 0.0 ? Vec3(-side * away / nearest.distance) : -surface.normal(nearest);
     return {-side * nearest.distance, gradient};
   }
 
@@ -210,7 +211,7 @@ class Vessel final : public Container, public Wall {
   MeshHierarchy closed_;           ///< the lumen, closed at its ends
   std::vector<Vec3> wallSamples_;  ///< a vertex of each component of the wall
   Box bounds_;
-  ClosestPoint surface_;           ///< what distances are to: the wall and its continuation or images
+  SignedDistances distances_;      ///< to the wall and its continuation or images
 };
 
 }  // namespace

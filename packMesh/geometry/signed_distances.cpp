@@ -29,26 +29,6 @@ constexpr float rounding = 1e-4f;
 /// A block this many times its radius inside of the surface is not measured point by point.
 constexpr double farInside = 4.0;
 
-/// A triangle, seen from `middle`.
-TriangleFacts factsOf(const ClosestPoint& surface, int triangle, const Vec3& middle) {
-  const Vec3 corner[3] = {surface.corner(triangle, 0) - middle, surface.corner(triangle, 1) - middle,
-                          surface.corner(triangle, 2) - middle};
-  const Vec3 normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
-  TriangleFacts facts;
-  for (int e = 0; e < 3; ++e) {
-    const Vec3 edge = corner[(e + 1) % 3] - corner[e], inward = normal.cross(edge);
-    const double square = edge.squaredNorm();
-    for (int k = 0; k < 3; ++k) {
-      facts.corner[e][k] = static_cast<float>(corner[e][k]);
-      facts.edge[e][k] = static_cast<float>(edge[k]);
-      facts.inward[e][k] = static_cast<float>(inward[k]);
-    }
-    facts.perSquare[e] = square > 0.0 ? static_cast<float>(1.0 / square) : 0.0f;
-    facts.normal[e] = static_cast<float>(normal[e]);
-  }
-  return facts;
-}
-
 /// Neighbouring points: first[k] ... first[k] + count[k] - 1 along each axis.
 struct Block {
   int first[3], count[3];
@@ -64,11 +44,18 @@ struct Block {
   }
 };
 
-class Search {
+}  // namespace
+
+/// One call of sample().
+class SignedDistances::Search {
  public:
-  Search(const ClosestPoint& surface, const std::array<std::vector<double>, 3>& coordinates, bool rough,
+  Search(const SignedDistances& all, const std::array<std::vector<double>, 3>& coordinates, bool rough,
          float* distances)
-      : surface_(surface), coordinates_(coordinates), rough_(rough), distance_(distances) {
+      : all_(all),
+        surface_(all.surface_),
+        coordinates_(coordinates),
+        rough_(rough),
+        distance_(distances) {
     slab_ = coordinates[0].size() * coordinates[1].size();
     nearest_.resize(slab_ * coordinates[2].size());
   }
@@ -125,48 +112,57 @@ class Search {
       return;
     }
     const double furthest = atMiddle.distance + 2.0 * radius + tolerance::culling;
-    std::vector<int> near;
+    near_.clear();
     surface_.forEachNear(middle, furthest, [&](int t) {
-      if (surface_.onTriangle(t, middle).distance <= furthest) near.push_back(t);
-      return static_cast<int>(near.size()) <= mostCandidates;
+      if (surface_.onTriangle(t, middle).distance <= furthest) near_.push_back(t);
+      return static_cast<int>(near_.size()) <= mostCandidates;
     });
-    if (static_cast<int>(near.size()) > mostCandidates) {
-      int axis = 0;
-      box.size().maxCoeff(&axis);
-      if (block.count[axis] == 1) axis = block.count[0] > 1 ? 0 : block.count[1] > 1 ? 1 : 2;
-      for (int k = 0; k < 2; ++k) search(block.half(axis, k));
+    if (static_cast<int>(near_.size()) > mostCandidates) {
+      forEachPart(block, [&](const Block& part) { search(part); });
       return;
     }
     middle_ = middle;
     facts_.clear();
-    for (const int t : near) facts_.push_back(factsOf(surface_, t, middle));
-    compareParts(block, near);
+    for (const int t : near_) {
+      facts_.push_back(all_.facts_[t]);
+      for (int c = 0; c < 3; ++c) {
+        const Vec3 corner = surface_.corner(t, c) - middle;
+        for (int k = 0; k < 3; ++k) facts_.back().corner[c][k] = static_cast<float>(corner[k]);
+      }
+    }
+    compareParts(block);
+  }
+
+  template <class Visit>
+  static void forEachPart(const Block& block, Visit&& visit) {
+    for (int p = 0; p < 8; ++p) {
+      const Block part = block.half(0, p & 1).half(1, p >> 1 & 1).half(2, p >> 2);
+      if (part.points() > 0) visit(part);
+    }
   }
 
   /// Of the candidates of a block only some can be nearest in each of its parts.
-  void compareParts(const Block& block, const std::vector<int>& triangles) {
+  void compareParts(const Block& block) {
     const int candidates = static_cast<int>(facts_.size());
     if (candidates <= fewCandidates || block.points() <= smallBlock) {
       chosen_.resize(candidates);
       std::iota(chosen_.begin(), chosen_.end(), 0);
-      compare(block, triangles);
+      compare(block);
       return;
     }
     Block parts[8];
     PointLanes middles{};
     float radius[8], nearest[8];
     int count = 0;
-    for (int p = 0; p < 8; ++p) {
-      const Block part = block.half(0, p & 1).half(1, p >> 1 & 1).half(2, p >> 2);
-      if (part.points() == 0) continue;
+    forEachPart(block, [&](const Block& part) {
       const Box box = boxOf(part);
       setLane(middles, count, box.center());
       radius[count] = static_cast<float>(0.5 * box.size().norm());
       nearest[count] = 1e30f;
       parts[count++] = part;
-    }
+    });
     toParts_.resize(lanes * candidates);
-    kernels_.distances(middles, facts_.data(), candidates, toParts_.data());
+    all_.kernels_.distances(middles, facts_.data(), candidates, toParts_.data());
     for (int c = 0; c < candidates; ++c)
       for (int p = 0; p < count; ++p) nearest[p] = std::min(nearest[p], toParts_[lanes * c + p]);
     for (int p = 0; p < count; ++p) {
@@ -174,7 +170,7 @@ class Search {
       chosen_.clear();
       for (int c = 0; c < candidates; ++c)
         if (toParts_[lanes * c + p] <= furthest * furthest) chosen_.push_back(c);
-      compare(parts[p], triangles);
+      compare(parts[p]);
     }
   }
 
@@ -185,16 +181,16 @@ class Search {
     points.z[lane] = static_cast<float>(from.z());
   }
 
-  void compare(const Block& block, const std::vector<int>& triangles) {
+  void compare(const Block& block) {
     std::size_t index[lanes];
     PointLanes points{};
     int used = 0;
     const auto compareLanes = [&] {
       float squared[lanes], nearest[lanes];
-      kernels_.nearest(points, facts_.data(), chosen_.data(), static_cast<int>(chosen_.size()), squared, nearest);
+      all_.kernels_.nearest(points, facts_.data(), chosen_.data(), static_cast<int>(chosen_.size()), squared, nearest);
       for (int lane = 0; lane < used; ++lane) {
         distance_[index[lane]] = std::sqrt(squared[lane]);
-        nearest_[index[lane]] = triangles[chosen_[static_cast<int>(nearest[lane])]];
+        nearest_[index[lane]] = near_[chosen_[static_cast<int>(nearest[lane])]];
       }
       used = 0;
     };
@@ -230,6 +226,7 @@ class Search {
     return surface_.side(p, surface_.onTriangle(nearest_[here], p)) < 0;
   }
 
+  const SignedDistances& all_;
   const ClosestPoint& surface_;
   const std::array<std::vector<double>, 3>& coordinates_;
   bool rough_;
@@ -237,18 +234,36 @@ class Search {
   std::size_t slab_;
   std::vector<int> nearest_;
   int hint_ = -1;
-  TriangleKernels kernels_ = triangleKernels(chosenInstructionSet());
-  Vec3 middle_;                       ///< what candidates are seen from
-  std::vector<TriangleFacts> facts_;  ///< of the candidates
+  std::vector<int> near_;             ///< candidates: triangles that can be nearest in a block
+  Vec3 middle_;                       ///< what they are seen from
+  std::vector<TriangleFacts> facts_;  ///< of them
   std::vector<int> chosen_;           ///< among them
   std::vector<float> toParts_;        ///< their squared distances from the middles of parts
 };
 
-}  // namespace
+SignedDistances::SignedDistances(const TriangleMesh& mesh)
+    : surface_(mesh), kernels_(triangleKernels(chosenInstructionSet())) {
+  facts_.resize(mesh.triangles.size());
+  for (std::size_t t = 0; t < facts_.size(); ++t) {
+    const int n = static_cast<int>(t);
+    const Vec3 normal =
+        (mesh.corner(n, 1) - mesh.corner(n, 0)).cross(mesh.corner(n, 2) - mesh.corner(n, 0)).normalized();
+    for (int e = 0; e < 3; ++e) {
+      const Vec3 edge = mesh.corner(n, (e + 1) % 3) - mesh.corner(n, e), inward = normal.cross(edge);
+      const double square = edge.squaredNorm();
+      for (int k = 0; k < 3; ++k) {
+        facts_[t].edge[e][k] = static_cast<float>(edge[k]);
+        facts_[t].inward[e][k] = static_cast<float>(inward[k]);
+      }
+      facts_[t].perSquare[e] = square > 0.0 ? static_cast<float>(1.0 / square) : 0.0f;
+      facts_[t].normal[e] = static_cast<float>(normal[e]);
+    }
+  }
+}
 
-void signedDistances(const ClosestPoint& surface, const std::array<std::vector<double>, 3>& coordinates,
-                     bool rough, float* distances) {
-  Search(surface, coordinates, rough, distances)();
+void SignedDistances::sample(const std::array<std::vector<double>, 3>& coordinates, bool rough,
+                             float* distances) const {
+  Search(*this, coordinates, rough, distances)();
 }
 
 }  // namespace packmesh

@@ -15,7 +15,7 @@ constexpr double widestMargin = 0.15;
 
 /// A pair has a contact for either direction, each of which takes omega times the penetration away; a wall has
 /// one, so it takes that much more.
-constexpr double wallPush = 1.7;
+constexpr double wallPush = 1.9;
 
 Vec3 vectorOf(const float (&v)[3]) {
   return {v[0], v[1], v[2]};
