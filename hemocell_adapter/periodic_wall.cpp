@@ -13,6 +13,12 @@ class MovedWall : public Wall {
 
   WallDistance distance(const Vec3& p) const override { return wall_->distance(p - shift_); }
   double slack() const override { return wall_->slack(); }
+  double samplingSpacing() const override { return wall_->samplingSpacing(); }
+  void sample(const NodeBlock& block, float* distances) const override {
+    NodeBlock moved = block;
+    moved.origin -= shift_;
+    wall_->sample(moved, distances);
+  }
   std::optional<std::string> objection(const TriangleMesh& cell) const override {
     TriangleMesh moved = cell;
     for (Vec3& v : moved.vertices) v -= shift_;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 namespace packmesh::hemocell {
 namespace {
@@ -39,33 +41,35 @@ constexpr int axisCode(int c, int s) {
 }
 
 constexpr int lanes = 16;  // fine samples along x, padded to what a vector register holds
-using Row = std::array<std::uint8_t, lanes>;
+struct Row {
+  typedef std::uint8_t Bytes __attribute__((vector_size(lanes)));
+  Bytes code;
+};
+Row filled(int code) {
+  return {Row::Bytes{} + static_cast<std::uint8_t>(code)};
+}
 
 /// For each pattern of cubes in a row of a window: squared distances to the nearest, cut off.
 const std::vector<Row>& rowCodes() {
   static const std::vector<Row> table = [] {
     std::vector<Row> rows(1u << window);
     for (unsigned pattern = 0; pattern < rows.size(); ++pattern) {
-      rows[pattern].fill(codeLimit);
+      rows[pattern] = filled(codeLimit);
       for (int c = 0; c < window; ++c)
         if (pattern >> c & 1u)
           for (int s = 0; s < 9; ++s)
-            rows[pattern][s] = static_cast<std::uint8_t>(std::min<int>(rows[pattern][s], axisCode(c, s)));
+            rows[pattern].code[s] =
+                static_cast<std::uint8_t>(std::min<int>(rows[pattern].code[s], axisCode(c, s)));
     }
     return rows;
   }();
   return table;
 }
 
-/// The smaller of `row` and `other` + more, sample by sample. By value, so that compilers keep it in
-/// registers.
-Row lowered(Row row, const Row& other, int more) {
-  const std::uint8_t add = static_cast<std::uint8_t>(more);
-  for (int s = 0; s < lanes; ++s) {
-    const std::uint8_t value = static_cast<std::uint8_t>(other[s] + add);
-    row[s] = value < row[s] ? value : row[s];
-  }
-  return row;
+/// The smaller of `row` and `other` + more, sample by sample.
+Row lowered(const Row& row, const Row& other, int more) {
+  const Row::Bytes value = other.code + static_cast<std::uint8_t>(more);
+  return {value < row.code ? value : row.code};
 }
 
 /// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nodes that do not exist.
@@ -84,26 +88,46 @@ unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
 
 using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
 
+/// The cubes of a window that are nearer than codeLimit to a sample of the brick, and how near.
+struct Near {
+  int count = 0, cube[window] = {}, code[window] = {};
+};
+constexpr std::array<Near, 9> nearCubes() {
+  std::array<Near, 9> all{};
+  for (int s = 0; s < 9; ++s)
+    for (int c = 0; c < window; ++c)
+      if (const int code = axisCode(c, s); code < codeLimit) {
+        all[s].cube[all[s].count] = c;
+        all[s].code[all[s].count++] = code;
+      }
+  return all;
+}
+
 /// Squared distances of all samples of a brick to the nearest cube set in `patterns` (window rows [k][j]).
 BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patterns) {
   static const std::vector<Row>& table = rowCodes();
-  Row none;
-  none.fill(codeLimit);
+  static constexpr std::array<Near, 9> near = nearCubes();
+  const Row none = filled(codeLimit);
   std::array<std::array<Row, 9>, window> slices;
-  for (int k = 0; k < window; ++k)
+  bool empty[window];
+  for (int k = 0; k < window; ++k) {
+    empty[k] = true;
+    for (int j = 0; j < window; ++j) empty[k] = empty[k] && patterns[k][j] == 0;
+    if (empty[k]) continue;
     for (int y = 0; y < 9; ++y) {
       Row row = none;
-      for (int j = 0; j < window; ++j)
-        if (const int more = axisCode(j, y); more < codeLimit)
-          row = lowered(row, table[patterns[k][j]], more);
+      for (int n = 0; n < near[y].count; ++n)
+        if (const unsigned pattern = patterns[k][near[y].cube[n]])
+          row = lowered(row, table[pattern], near[y].code[n]);
       slices[k][y] = row;
     }
+  }
   BrickCodes codes;
   for (int z = 0; z < 9; ++z)
     for (int y = 0; y < 9; ++y) {
       Row row = none;
-      for (int k = 0; k < window; ++k)
-        if (const int more = axisCode(k, z); more < codeLimit) row = lowered(row, slices[k][y], more);
+      for (int n = 0; n < near[z].count; ++n)
+        if (const int k = near[z].cube[n]; !empty[k]) row = lowered(row, slices[k][y], near[z].code[n]);
       codes[z][y] = row;
     }
   return codes;
@@ -141,53 +165,83 @@ double trilinear(const float (&c)[2][2][2], const double (&t)[3], Vec3& gradient
 VoxelDistance::VoxelDistance(const Lattice& inside)
     : dx_(inside.dx()),
       nodes_(inside.nodes()),
+      inside_(inside),
       step_(coarsenessOf(inside.nodes()).step),
       farError_(coarsenessOf(inside.nodes()).error) {
   for (int k = 0; k < 3; ++k) {
     bricks_[k] = (nodes_[k] + brickNodes - 1) / brickNodes;
     samples_[k] = bricks_[k] * brickNodes / step_ + 1;
   }
-  transform_ = voxelTransform(inside, step_, samples_);
-  buildBricks(inside);
+  brick_.resize(std::size_t(bricks_[0]) * bricks_[1] * bricks_[2]);
+  isMade_.resize(brick_.size());
 }
 
-void VoxelDistance::buildBricks(const Lattice& inside) {
-  brickAt_.assign(std::size_t(bricks_[0]) * bricks_[1] * bricks_[2], -1);
-  const double near = farReach + 0.5 * std::sqrt(3.0) * step_;
-  const int perBrick = brickNodes / step_;
-  std::size_t index = 0;
-  for (int bk = 0; bk < bricks_[2]; ++bk)
-    for (int bj = 0; bj < bricks_[1]; ++bj)
-      for (int bi = 0; bi < bricks_[0]; ++bi, ++index) {
-        float nearest = 1e30f;
-        for (int k = bk * perBrick; k <= (bk + 1) * perBrick; ++k)
-          for (int j = bj * perBrick; j <= (bj + 1) * perBrick; ++j)
-            for (int i = bi * perBrick; i <= (bi + 1) * perBrick; ++i)
-              nearest = std::min(
-                  nearest,
-                  std::abs(transform_[i + std::size_t(samples_[0]) * (j + std::size_t(samples_[1]) * k)]));
-        if (nearest >= near) continue;
+const VoxelDistance::Brick* VoxelDistance::brick(const std::array<int, 3>& at) const {
+  const std::size_t index = at[0] + bricks_[0] * (at[1] + std::size_t(bricks_[1]) * at[2]);
+  if (!isMade_[index]) {
+    brick_[index] = makeBrick(at);
+    isMade_[index] = true;
+  }
+  return brick_[index].get();
+}
 
-        std::array<std::array<unsigned, window>, window> in, out;
-        for (int k = 0; k < window; ++k)
-          for (int j = 0; j < window; ++j) {
-            in[k][j] = patternOf(inside, brickNodes * bi - margin, brickNodes * bj - margin + j,
-                                 brickNodes * bk - margin + k);
-            out[k][j] = ~in[k][j] & ((1u << window) - 1);
-          }
-        const BrickCodes toIn = codesOf(in), toOut = codesOf(out);
-        Brick brick{};
-        for (int z = 0; z < brickSamples; ++z)
-          for (int y = 0; y < brickSamples; ++y)
-            for (int x = 0; x < brickSamples; ++x)
-              brick.code[x + brickSamples * (y + brickSamples * z)] =
-                  static_cast<std::int8_t>(toIn[z][y][x] > 0 ? -toIn[z][y][x] : toOut[z][y][x]);
-        brickAt_[index] = static_cast<std::int32_t>(brick_.size());
-        brick_.push_back(brick);
-      }
+std::unique_ptr<VoxelDistance::Brick> VoxelDistance::makeBrick(const std::array<int, 3>& at) const {
+  constexpr unsigned all = (1u << window) - 1;
+  std::array<std::array<unsigned, window>, window> in, out;
+  unsigned anyIn = 0, anyOut = 0;
+  for (int k = 0; k < window; ++k)
+    for (int j = 0; j < window; ++j) {
+      in[k][j] = patternOf(inside_, brickNodes * at[0] - margin, brickNodes * at[1] - margin + j,
+                           brickNodes * at[2] - margin + k);
+      out[k][j] = ~in[k][j] & all;
+      anyIn |= in[k][j];
+      anyOut |= out[k][j];
+    }
+  if (anyIn == 0 || anyOut == 0) return nullptr;
+  const BrickCodes toIn = codesOf(in), toOut = codesOf(out);
+  auto brick = std::make_unique<Brick>();
+  for (int z = 0; z < brickSamples; ++z)
+    for (int y = 0; y < brickSamples; ++y) {
+      const Row::Bytes &in2 = toIn[z][y].code, &out2 = toOut[z][y].code;
+      const Row::Bytes code = in2 > 0 ? -in2 : out2;
+      std::memcpy(&brick->code[brickSamples * (y + brickSamples * z)], &code, brickSamples);
+    }
+  return brick;
+}
+
+void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const {
+  constexpr int edge = 2 * brickNodes;  // samples from brick to brick
+  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+  constexpr int reach = static_cast<int>(4.0 * fineReach * fineReach);  // as a code
+  std::array<int, 3> at;
+  int row = 0, perRow = 1;
+  for (int k = 1; k < 3; ++k) {
+    if (first[k] < 0 || first[k] > 2 * nodes_[k]) {
+      std::fill(distances, distances + count, unknown);
+      return;
+    }
+    at[k] = std::min(first[k] / edge, bricks_[k] - 1);
+    perRow *= brickSamples;
+    row += perRow * (first[k] - edge * at[k]);
+  }
+  at[0] = -1;
+  const Brick* stored = nullptr;
+  for (int i = 0; i < count; ++i) {
+    const int sample = first[0] + step * i;
+    distances[i] = unknown;
+    if (sample < 0 || sample > 2 * nodes_[0]) continue;
+    if (const int brickHere = std::min(sample / edge, bricks_[0] - 1); brickHere != at[0]) {
+      at[0] = brickHere;
+      stored = brick(at);
+    }
+    if (!stored) continue;
+    const int code = stored->code[row + sample - edge * at[0]];
+    if (std::abs(code) <= reach) distances[i] = static_cast<float>(dx_) * decoder.distance[codeLimit + code];
+  }
 }
 
 WallDistance VoxelDistance::far(const Vec3& w) const {
+  if (transform_.empty()) transform_ = voxelTransform(inside_, step_, samples_);
   int cell[3];
   double t[3];
   for (int k = 0; k < 3; ++k) {
@@ -206,23 +260,23 @@ WallDistance VoxelDistance::far(const Vec3& w) const {
 }
 
 WallDistance VoxelDistance::inLattice(const Vec3& w) const {
-  int brick[3], cell[3];
+  std::array<int, 3> at;
+  int cell[3];
   double t[3];
   for (int k = 0; k < 3; ++k) {
     const int fine = std::min(static_cast<int>(2.0 * w[k]), 2 * nodes_[k] - 1);
-    brick[k] = fine / (2 * brickNodes);
+    at[k] = fine / (2 * brickNodes);
     cell[k] = fine % (2 * brickNodes);
     t[k] = 2.0 * w[k] - fine;
   }
-  const std::int32_t stored =
-      brickAt_[brick[0] + bricks_[0] * (brick[1] + std::size_t(bricks_[1]) * brick[2])];
-  if (stored < 0) return far(w);
+  const Brick* stored = brick(at);
+  if (!stored) return far(w);
   constexpr int dy = brickSamples, dz = brickSamples * brickSamples;
-  const std::int8_t* at = &brick_[stored].code[cell[0] + dy * cell[1] + dz * cell[2]];
+  const std::int8_t* code = &stored->code[cell[0] + dy * cell[1] + dz * cell[2]];
   const float* decode = decoder.distance + codeLimit;
   const float corners[2][2][2] = {
-      {{decode[at[0]], decode[at[1]]}, {decode[at[dy]], decode[at[dy + 1]]}},
-      {{decode[at[dz]], decode[at[dz + 1]]}, {decode[at[dz + dy]], decode[at[dz + dy + 1]]}}};
+      {{decode[code[0]], decode[code[1]]}, {decode[code[dy]], decode[code[dy + 1]]}},
+      {{decode[code[dz]], decode[code[dz + 1]]}, {decode[code[dz + dy]], decode[code[dz + dy + 1]]}}};
   WallDistance near;
   near.distance = trilinear(corners, t, near.gradient);
   near.gradient *= 2.0;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "hemocell_adapter/lattice.h"
@@ -18,14 +19,20 @@ namespace packmesh::hemocell {
 /// faces, edges and middles of the cubes, so that each interpolation cell lies in one cube, and **the sign is
 /// exact everywhere**: distance > 0 only where the node of the point is fluid. Away from the boundary:
 /// interpolation of a coarser transform, lowered by its largest error. The two are blended: the distance is
-/// continuous.
+/// continuous. Both are made where and when they are first needed. For one thread at a time.
 class VoxelDistance {
  public:
+  /// @param inside must outlive this
   explicit VoxelDistance(const Lattice& inside);
 
   /// @param p [µm] in the frame of the lattice; anywhere, but finite
   /// @return distance [µm] and unit gradient of the interpolant
   WallDistance at(const Vec3& p) const;
+
+  /// Distances at the samples that are first[k] + step * (0 ... count - 1 along x) half nodes from the low
+  /// corner of the lattice [µm]: exact where they are no further than fineReach from the boundary, elsewhere,
+  /// and beyond the lattice, NaN.
+  void atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const;
 
   /// How much a distance may exceed the true one [µm]: interpolation next to a corner of a cube.
   double slack() const { return nearError * dx_; }
@@ -44,19 +51,22 @@ class VoxelDistance {
     std::int8_t code[brickSamples * brickSamples * brickSamples + 7];
   };
 
-  void buildBricks(const Lattice& inside);
+  /// The brick, made when it is first asked for; nullptr: all of it further than farReach from the boundary.
+  const Brick* brick(const std::array<int, 3>& at) const;
+  std::unique_ptr<Brick> makeBrick(const std::array<int, 3>& at) const;
   WallDistance far(const Vec3& w) const;
   WallDistance inLattice(const Vec3& w) const;
 
   double dx_;
   std::array<int, 3> nodes_, bricks_;
-  std::vector<std::int32_t>
-      brickAt_;  ///< of brick (i,j,k), -1: all of it further than farReach from the boundary
-  std::vector<Brick> brick_;
-  int step_;                      ///< nodes between coarse samples
-  double farError_;               ///< largest excess of their interpolation beyond fineReach [nodes]
-  std::array<int, 3> samples_;    ///< coarse samples on each axis
-  std::vector<float> transform_;  ///< signed distance at the coarse samples [nodes]
+  const Lattice& inside_;
+  mutable std::vector<std::unique_ptr<Brick>> brick_;
+  mutable std::vector<bool> isMade_;  ///< of bricks
+  int step_;                          ///< nodes between coarse samples
+  double farError_;                   ///< largest excess of their interpolation beyond fineReach [nodes]
+  std::array<int, 3> samples_;        ///< coarse samples on each axis
+  mutable std::vector<float>
+      transform_;  ///< signed distance at the coarse samples [nodes]; empty: not needed yet
 };
 
 /// Euclidean distance transform: signed distance [nodes] from the corners of cubes to the boundary of the

@@ -35,8 +35,4 @@ inline constexpr double flatCapFraction = 1e-6;
 /// for a vessel of 25 µm, less than the facets of such meshes deviate from a round wall.
 inline constexpr double sameOutlineFraction = 1e-3;
 
-/// Beyond its exact band a distance grid is too large by at most this fraction of its spacing (measured:
-/// 0.18).
-inline constexpr double spreadErrorFraction = 0.35;
-
 }  // namespace packmesh::tolerance

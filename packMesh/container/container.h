@@ -6,17 +6,19 @@
 #include <optional>
 #include <string>
 
+#include "packMesh/container/closed_form_wall.h"
 #include "packMesh/geometry/box.h"
 #include "packMesh/geometry/triangle_mesh.h"
 
 namespace packmesh {
 
-/// Distance to the wall at one point: positive inside the lumen [µm], gradient pointing into the lumen.
-/// Precise where |distance| is below about a micrometre, of the right sign and a lower bound of the distance
-/// within `Wall::slack()` further away.
-struct WallDistance {
-  double distance;
-  Vec3 gradient;
+/// Nodes of a grid: (i,j,k) is at origin + spacing * (i,j,k) [µm].
+struct NodeBlock {
+  Vec3 origin = Vec3::Zero();
+  double spacing = 1.0;
+  int nodes[3] = {0, 0, 0};
+
+  Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
 };
 
 /// The wall as one species of cells meets it.
@@ -30,9 +32,16 @@ class Wall {
   /// How much distance() may exceed the true distance anywhere [µm]; 0 for closed forms.
   virtual double slack() const { return 0.0; }
 
-  /// Where distance() is costly, the spacing at which it may be sampled and interpolated [µm], on nodes at
-  /// whole multiples of it; 0: closed form, no need to.
-  virtual double samplingSpacing() const { return 0.0; }
+  /// The same wall as a formula, if there is one.
+  virtual std::optional<ClosedFormWall> closedForm() const { return {}; }
+
+  /// Without a closed form: the spacing at which the distance may be sampled and interpolated [µm], on nodes
+  /// at whole multiples of it.
+  virtual double samplingSpacing() const { return 0.25; }
+
+  /// Distances [µm] at the nodes of a block, x fastest: what distance() says there, to rounding or to within
+  /// what interpolation at the samplingSpacing() errs by. Overridden where that is cheaper than node by node.
+  virtual void sample(const NodeBlock& block, float* distances) const;
 
   /// Exact verdict on a placed mesh: nothing when it is wholly inside the lumen and meets no wall, otherwise
   /// what is wrong with it ("meets the wall", "is outside the lumen", ...).

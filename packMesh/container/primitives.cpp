@@ -37,25 +37,26 @@ std::optional<std::string> objectionInConvex(const TriangleMesh& cell, Inside&& 
   return within == 0 ? "is outside the lumen" : "meets the wall";
 }
 
-WallDistance nearer(const WallDistance& a, const WallDistance& b) {
-  return b.distance < a.distance ? b : a;
-}
-
-/// The planes `lo` and `hi` across `axis`.
-WallDistance betweenPlanes(double x, double lo, double hi, int axis) {
-  const Vec3 along = Vec3::Unit(axis);
-  return x - lo < hi - x ? WallDistance{x - lo, along} : WallDistance{hi - x, -along};
-}
-
 /// What all of them share: a wall that is the container's own.
 class Primitive : public Container, public Wall {
  public:
   const Wall* wall() const override { return this; }
+  WallDistance distance(const Vec3& p) const override { return form_.distance(p); }
+  std::optional<ClosedFormWall> closedForm() const override { return form_; }
+
+ protected:
+  ClosedFormWall form_;
 };
 
 class BoxContainer final : public Primitive {
  public:
-  BoxContainer(const Box& box, const std::array<bool, 3>& periodic) : box_(box), periodic_(periodic) {}
+  BoxContainer(const Box& box, const std::array<bool, 3>& periodic) : box_(box), periodic_(periodic) {
+    for (int k = 0; k < 3; ++k)
+      if (!periodic[k]) {
+        form_.lo[k] = box.lo[k];
+        form_.hi[k] = box.hi[k];
+      }
+  }
 
   Box bounds() const override { return box_; }
   Vec3 period() const override {
@@ -86,13 +87,6 @@ class BoxContainer final : public Primitive {
     return mesh;
   }
 
-  WallDistance distance(const Vec3& p) const override {
-    WallDistance best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
-    for (int k = 0; k < 3; ++k)
-      if (!periodic_[k]) best = nearer(best, betweenPlanes(p[k], box_.lo[k], box_.hi[k], k));
-    return best;
-  }
-
   std::optional<std::string> objection(const TriangleMesh& cell) const override {
     return objectionInConvex(cell, [&](const Vec3& v) {
       for (int k = 0; k < 3; ++k)
@@ -114,6 +108,13 @@ class CylinderContainer final : public Primitive {
       : center_(center), axis_(axis), radius_(radius), length_(length), periodic_(periodic) {
     lo_ = center[axis] - 0.5 * length;
     hi_ = center[axis] + 0.5 * length;
+    form_.center = center;
+    form_.across = Vec3::Ones() - Vec3(Vec3::Unit(axis));
+    form_.radius = radius;
+    if (!periodic) {
+      form_.lo[axis] = lo_;
+      form_.hi[axis] = hi_;
+    }
   }
 
   Box bounds() const override {
@@ -160,14 +161,6 @@ class CylinderContainer final : public Primitive {
     return mesh;
   }
 
-  WallDistance distance(const Vec3& p) const override {
-    Vec3 radial = p - center_;
-    radial[axis_] = 0.0;
-    const double r = radial.norm();
-    const WallDistance side{radius_ - r, r > 0.0 ? Vec3(-radial / r) : Vec3(Vec3::Unit((axis_ + 1) % 3))};
-    return periodic_ ? side : nearer(side, betweenPlanes(p[axis_], lo_, hi_, axis_));
-  }
-
   std::optional<std::string> objection(const TriangleMesh& cell) const override {
     return objectionInConvex(cell, [&](const Vec3& v) {
       Vec3 radial = v - center_;
@@ -186,7 +179,11 @@ class CylinderContainer final : public Primitive {
 
 class SphereContainer final : public Primitive {
  public:
-  SphereContainer(const Vec3& center, double radius) : center_(center), radius_(radius) {}
+  SphereContainer(const Vec3& center, double radius) : center_(center), radius_(radius) {
+    form_.center = center;
+    form_.across = Vec3::Ones();
+    form_.radius = radius;
+  }
 
   Box bounds() const override { return {center_.array() - radius_, center_.array() + radius_}; }
   Vec3 period() const override { return Vec3::Zero(); }
@@ -222,12 +219,6 @@ class SphereContainer final : public Primitive {
     }
     for (Vec3& v : mesh.vertices) v = center_ + radius_ / innermost * v;
     return mesh;
-  }
-
-  WallDistance distance(const Vec3& p) const override {
-    const Vec3 radial = p - center_;
-    const double r = radial.norm();
-    return {radius_ - r, r > 0.0 ? Vec3(-radial / r) : Vec3(Vec3::UnitX())};
   }
 
   std::optional<std::string> objection(const TriangleMesh& cell) const override {

@@ -2,43 +2,47 @@
 /// @file A wall remembered on a grid.
 #pragma once
 
-#include <memory>
+#include <cstdint>
 #include <vector>
 
+#include "packMesh/container/brick_view.h"
 #include "packMesh/container/container.h"
 
 namespace packmesh {
 
-/// Interpolates another wall's distance() between nodes at whole multiples of its samplingSpacing(). Nodes
-/// are evaluated when they are first needed and kept in bricks, so that time and memory go with the wall's
-/// area near cells, not with the lumen's volume. What it tells does not depend on the order of questions.
+/// Interpolates a wall's distance between nodes at whole multiples of a spacing. Nodes are evaluated brick by
+/// brick when they are first needed, so that time and memory go with the wall's area near cells, not with the
+/// lumen's volume. What it tells does not depend on the order of questions.
 ///
-/// For one thread at a time. objection() is the other wall's own.
-class SampledWall final : public Wall {
+/// For one thread at a time.
+class SampledWall {
  public:
-  /// @param wall must outlive this; pre: samplingSpacing() > 0
-  /// @param region where questions are expected [µm]; elsewhere the wall itself is asked
-  SampledWall(const Wall& wall, const Box& region);
+  /// @param wall must outlive this
+  /// @param region where questions are expected; outside of it the wall is taken to be as far as at the
+  ///   nearest point of the region, less the way there
+  /// @param spacing of the nodes [µm]
+  SampledWall(const Wall& wall, const Box& region, double spacing);
 
-  WallDistance distance(const Vec3& p) const override;
-  double slack() const override { return wall_.slack(); }
-  std::optional<std::string> objection(const TriangleMesh& placedCell) const override {
-    return wall_.objection(placedCell);
-  }
+  SampledWall(const SampledWall&) = delete;
+  SampledWall& operator=(const SampledWall&) = delete;
+
+  WallDistance distance(const Vec3& p) const;
+
+  double spacing() const { return spacing_; }
+  /// Coordinates in the grid: bricks begin at whole multiples of BrickView::cells.
+  Vec3 nodeOf(const Vec3& p) const { return p / spacing_ - lo_; }
+  BrickView view() const;
 
  private:
-  static constexpr int brickCells = 8, brickNodes = brickCells + 1;
-  struct Brick {
-    float value[brickNodes * brickNodes * brickNodes];  ///< [µm]; NaN: not yet known
-  };
-
-  void evaluate(Brick& brick, const int (&brickIndex)[3], const int (&cell)[3]) const;
+  void evaluate(int index) const;
 
   const Wall& wall_;
   double spacing_;
-  int lo_[3];  ///< node of the first brick
+  Vec3 lo_;  ///< node of the first brick
   int bricks_[3];
-  mutable std::vector<std::unique_ptr<Brick>> brick_;
+  mutable std::vector<std::int32_t> begins_;  ///< see BrickView
+  mutable std::vector<std::int16_t> values_;
+  mutable const std::int16_t* where_ = nullptr;  ///< values_.data()
 };
 
 }  // namespace packmesh

@@ -9,11 +9,12 @@
 
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/error.h"
+#include "packMesh/geometry/closest_point.h"
 #include "packMesh/geometry/mesh_intersection.h"
+#include "packMesh/geometry/signed_distances.h"
 #include "packMesh/geometry/triangle_intersection.h"
 #include "packMesh/geometry/triangle_tree.h"
 #include "packMesh/geometry/vector_text.h"
-#include "packMesh/shape/distance_grid.h"
 #include "packMesh/tolerances.h"
 
 namespace packmesh {
@@ -21,25 +22,12 @@ namespace {
 
 constexpr const char* axisName[3] = {"x", "y", "z"};
 
-/// The field is precise this far from the wall [µm], and covers the lumen and this margin around it.
-constexpr double preciseBand = 1.0, fieldMargin = 2.0;
-
-/// How far beyond the ends of a periodic vessel its images count as wall for the field [µm]: more than the
-/// radius of any blood cell.
+/// How far beyond the ends of a periodic vessel distances are to its images [µm]: more than the radius of any
+/// blood cell.
 constexpr double imageReach = 12.0;
 
-/// How far the wall of a vessel with closed ends continues behind them for the field [µm].
+/// How far the wall of a vessel with closed ends continues behind them for distances [µm].
 constexpr double closedReach = 2.0;
-
-/// Largest number of nodes of the field (256 MB); huge vessels get a coarser one.
-constexpr double mostNodes = 6.4e7;
-
-double spacingFor(const Box& region, double detail) {
-  double spacing = detail;
-  const auto nodes = [&] { return ((region.size() / spacing).array() + 2.0).prod(); };
-  while (nodes() > mostNodes) spacing *= std::max(1.01, std::cbrt(nodes() / mostNodes));
-  return spacing;
-}
 
 /// One vertex of each connected component.
 std::vector<int> componentSamples(const TriangleMesh& mesh) {
@@ -64,28 +52,17 @@ class Vessel final : public Container, public Wall {
          double detail)
       : volume_(volume),
         ends_(ends),
+        detail_(detail),
         wall_(std::move(wall)),
         walls_(wall_),
         closed_(closed),
-        bounds_(boundingBox(closed)) {
+        bounds_(boundingBox(closed)),
+        distances_(periodic() ? withImages(wall_, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall_) {
     if (ends_) {
       bounds_.lo[ends_->axis] = ends_->lo;
       bounds_.hi[ends_->axis] = ends_->hi;
     }
     for (const int v : componentSamples(wall_)) wallSamples_.push_back(wall_.vertices[v]);
-    Box region = bounds_.grownBy(fieldMargin);
-    if (ends_) {
-      region.lo[ends_->axis] = ends_->lo;
-      region.hi[ends_->axis] = ends_->hi;
-    }
-    const double spacing = spacingFor(region, detail);
-    if (!ends_)
-      field_ = sampleDistance(closed, region, spacing, preciseBand);
-    else if (ends_->periodic)
-      field_ = sampleDistance(withImages(wall_, ends_->axis, ends_->lo, ends_->hi, imageReach), region,
-                              spacing, preciseBand);
-    else
-      field_ = sampleDistance(wall_, region, spacing, preciseBand);
   }
 
   Box bounds() const override { return bounds_; }
@@ -102,7 +79,7 @@ class Vessel final : public Container, public Wall {
                        " µm of " + std::to_string(closed_.mesh().triangles.size()) + " triangles";
     if (ends_)
       text += std::string(periodic() ? ", periodic along " : ", flat ends across ") + axisName[ends_->axis];
-    return text + ", distance field at " + toText(field_.spacing, 3) + " µm";
+    return text;
   }
 
   WallDistance distance(const Vec3& p) const override {
@@ -113,8 +90,7 @@ class Vessel final : public Container, public Wall {
     if (ends_->periodic) {
       at[k] -= (hi - lo) * std::floor((at[k] - lo) / (hi - lo));
       WallDistance result = lumenSide(at);
-      // Nothing is known of the images further away.
-      result.distance = std::min(result.distance, imageReach + std::min(at[k] - lo, hi - at[k]));
+      result.distance = std::min(result.distance, toEnds(at[k]));
       return result;
     }
     at[k] = std::clamp(at[k], lo, hi);
@@ -124,8 +100,32 @@ class Vessel final : public Container, public Wall {
     return result;
   }
 
-  double slack() const override {
-    return field_.interpolationError() + tolerance::spreadErrorFraction * field_.spacing;
+  double samplingSpacing() const override { return detail_; }
+
+  void sample(const NodeBlock& block, float* distances) const override {
+    std::array<std::vector<double>, 3> at;
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < block.nodes[k]; ++i) at[k].push_back(block.origin[k] + block.spacing * i);
+    std::vector<double> along;
+    if (ends_) {
+      std::vector<double>& x = at[ends_->axis];
+      const double period = ends_->periodic ? ends_->hi - ends_->lo : 0.0;
+      const double shift = ends_->periodic ? period * imageOf(0.5 * (x.front() + x.back())) : 0.0;
+      for (double& v : x) v -= shift;
+      along = x;
+      if (!ends_->periodic)
+        for (double& v : x) v = std::clamp(v, ends_->lo, ends_->hi);
+    }
+    distances_.sample(at, true, distances);
+    std::size_t n = 0;
+    for (int k = 0; k < block.nodes[2]; ++k)
+      for (int j = 0; j < block.nodes[1]; ++j)
+        for (int i = 0; i < block.nodes[0]; ++i, ++n) {
+          distances[n] = -distances[n];
+          if (!ends_) continue;
+          const double x = along[ends_->axis == 0 ? i : ends_->axis == 1 ? j : k];
+          distances[n] = std::min(distances[n], static_cast<float>(toEnds(x)));
+        }
   }
 
   std::optional<std::string> objection(const TriangleMesh& cell) const override {
@@ -149,16 +149,27 @@ class Vessel final : public Container, public Wall {
 
  private:
   WallDistance lumenSide(const Vec3& p) const {
-    const DistanceGrid::Sample sample = field_.sample(p);
-    return {-sample.distance, -sample.gradient};
+    const ClosestPoint& surface = distances_.surface();
+    const ClosestPoint::Nearest nearest = surface.nearest(p);
+    const int side = surface.side(p, nearest);  // +1: outside of the lumen
+    const Vec3 away = p - nearest.point;
+    Vec3 gradient = nearest.distance > 0.0 ? Vec3(-side * away / nearest.distance) : -surface.normal(nearest);
+    return {-side * nearest.distance, gradient};
+  }
+
+  /// Distance of x along the axis to what ends the vessel [µm]; where it is periodic, to where nothing is
+  /// known of its images.
+  double toEnds(double x) const {
+    return std::min(x - ends_->lo, ends_->hi - x) + (ends_->periodic ? imageReach : 0.0);
   }
 
   bool periodic() const { return ends_ && ends_->periodic; }
 
   /// The image of the vessel that p is in along its axis; 0 when it is not periodic.
-  int imageOf(const Vec3& p) const {
-    return periodic() ? static_cast<int>(std::floor((p[ends_->axis] - ends_->lo) / (ends_->hi - ends_->lo)))
-                      : 0;
+  int imageOf(const Vec3& p) const { return periodic() ? imageOf(p[ends_->axis]) : 0; }
+  /// Pre: periodic.
+  int imageOf(double x) const {
+    return static_cast<int>(std::floor((x - ends_->lo) / (ends_->hi - ends_->lo)));
   }
 
   Vec3 shifted(Vec3 p, int image) const {
@@ -192,12 +203,13 @@ class Vessel final : public Container, public Wall {
 
   double volume_;
   std::optional<VesselEnds> ends_;
+  double detail_;
   TriangleMesh wall_;  ///< what cells must not meet: no caps where there are ends
   TriangleTree walls_;
   MeshHierarchy closed_;           ///< the lumen, closed at its ends
   std::vector<Vec3> wallSamples_;  ///< a vertex of each component of the wall
   Box bounds_;
-  DistanceGrid field_;
+  SignedDistances distances_;  ///< to the wall and its continuation or images
 };
 
 }  // namespace
@@ -206,7 +218,7 @@ std::unique_ptr<Container> makeVessel(TriangleMesh surface, const std::optional<
                                       double detail) {
   if (surface.triangles.empty()) throw MeshError("the mesh of the vessel has no triangles");
   if (!(detail > 0.0) || !std::isfinite(detail))
-    throw InputError("the spacing of the vessel's distance field must be positive and finite, found " +
+    throw InputError("the spacing of the vessel's distances must be positive and finite, found " +
                      toText(detail) + " µm");
   const double volume = signedVolume(surface);
   if (!ends) return std::make_unique<Vessel>(volume, surface, surface, ends, detail);

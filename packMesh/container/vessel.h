@@ -27,10 +27,8 @@ struct VesselEnds {
 /// closed ends; a periodic vessel's image begins there, and what the mesh has beyond stays a wall as well.
 ///
 /// volume() is the volume of `surface` as given, not of its continuation; surface() includes the
-/// continuation. distance() interpolates a DistanceGrid, objection() is exact and needs no grid.
-/// @param detail spacing of the distance field [µm]; coarser when that would take more than 256 MB
-/// (describe()
-///   tells the spacing used)
+/// continuation. distance() and objection() are exact.
+/// @param detail spacing at which distances may be sampled [µm]
 /// @throws MeshError when an end has no flat cap, or the two ends of a periodic vessel do not have the same
 ///   outline; InputError when the ends or `detail` make no sense
 std::unique_ptr<Container> makeVessel(TriangleMesh surface, const std::optional<VesselEnds>& ends,

@@ -34,8 +34,25 @@ class ClosestPoint {
   /// H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11(3), 2005. Pre: mesh closed and oriented outwards.
   int side(const Vec3& p, const Nearest& nearest) const;
 
+  /// Calls `visit(t)` for triangles whose bounding box is nearer to `p` than `distance` [µm]: all of them, or
+  /// until it returns false.
+  template <class Visit>
+  void forEachNear(const Vec3& p, double distance, Visit&& visit) const {
+    tree_.visitNearer(p, distance * distance, [&](int t) { return visit(t) ? distance * distance : -1.0; });
+  }
+
+  /// Unit pseudonormal there.
+  Vec3 normal(const Nearest& nearest) const {
+    return normals_[nearest.triangle][nearest.feature].normalized();
+  }
+
   /// The nearest point of one triangle.
   Nearest onTriangle(int triangle, const Vec3& p) const;
+
+  Vec3 corner(int triangle, int k) const {
+    const Facet& f = facets_[triangle];
+    return k == 0 ? f.a : f.a + (k == 1 ? f.u : f.v);
+  }
 
   /// Positive outside [µm].
   double signedDistance(const Vec3& p) const {

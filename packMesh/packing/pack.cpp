@@ -5,10 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <map>
-#include <memory>
 
-#include "packMesh/container/sampled_wall.h"
 #include "packMesh/error.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/stages/placement/placement.h"
@@ -50,10 +47,6 @@ class Run {
     for (const Species& species : problem.species) {
       shapes_.push_back(species.shape.get());
       walls_.push_back(species.wall ? species.wall.get() : problem.container->wall());
-      const bool sampled = walls_.back() && walls_.back()->samplingSpacing() > 0.0;
-      if (sampled && !sampledWalls_[walls_.back()])
-        sampledWalls_[walls_.back()] =
-            std::make_unique<SampledWall>(*walls_.back(), problem.container->bounds().grownBy(1.0));
     }
   }
 
@@ -75,10 +68,7 @@ class Run {
     Stopwatch watch(result_.statistics.placementSeconds);
     RelaxationInput input;
     input.shapes = shapes_;
-    for (const Wall* wall : walls_) {
-      const auto sampled = sampledWalls_.find(wall);
-      input.walls.push_back(sampled != sampledWalls_.end() ? sampled->second.get() : wall);
-    }
+    input.walls = walls_;
     input.bounds = problem_.container->bounds();
     input.period = problem_.container->period();
     input.clearance = problem_.clearance + tolerance::relaxationMargin;
@@ -223,7 +213,6 @@ class Run {
   std::chrono::steady_clock::time_point start_;
   std::vector<const Shape*> shapes_;
   std::vector<const Wall*> walls_;
-  std::map<const Wall*, std::unique_ptr<SampledWall>> sampledWalls_;  ///< what relaxation asks instead
   bool interrupted_ = false, thinning_ = false;
   PackingResult result_;
 };

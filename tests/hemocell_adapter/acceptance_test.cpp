@@ -195,7 +195,8 @@ TEST_CASE("The accepted wall is the nearer of the true wall and the voxels", "[a
   CHECK(wall->distance({10, 10, 3.5}).distance == 0.5);
   CHECK(wall->distance({10, 10, 3.5}).gradient == Vec3::UnitZ());
   CHECK(wall->distance({0.25, 10, 10}).distance == Approx(0.5 + 0.02));
-  CHECK(wall->distance({0.25, 10, 10}).gradient == Vec3::UnitX());
+  CHECK(wall->distance({0.0, 10, 10}).distance == Approx(0.25 + 0.02));
+  CHECK(wall->distance({0.0, 10, 10}).gradient == Vec3::UnitX());
   CHECK(wall->distance({-1.25, 10, 10}).distance == Approx(-1.0 + 0.02));
 
   TriangleMesh cell{{{5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {{0, 1, 2}}};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <variant>
 
@@ -96,13 +97,25 @@ struct ContactSolver::Contact {
   double depth;  ///< penetration into the clearance [µm]
 };
 
-ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance,
-                             double wallClearance)
+ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period,
+                             double clearance, double wallClearance)
     : models_(std::move(models)),
       period_(period),
       clearance_(clearance),
       wallClearance_(wallClearance),
-      kernel_(contactKernel(chosenInstructionSet())) {}
+      kernel_(contactKernel(chosenInstructionSet())),
+      wallKernel_(wallKernel(chosenInstructionSet())) {
+  std::map<const Wall*, const WallField*> fields;
+  for (SpeciesModel& model : models_) {
+    if (model.wall == nullptr) continue;
+    const WallField*& field = fields[model.wall];
+    if (field == nullptr) {
+      walls_.push_back(std::make_unique<WallField>(*model.wall, region));
+      field = walls_.back().get();
+    }
+    model.wallField = field;
+  }
+}
 
 bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface,
                                 double clearance, bool coarsely, double margin, ClusterMask& mask,

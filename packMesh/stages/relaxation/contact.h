@@ -2,6 +2,7 @@
 /// @file Contacts between two bodies, and of a body with the wall: found and resolved.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "packMesh/container/container.h"
@@ -9,6 +10,7 @@
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact_kernel.h"
 #include "packMesh/stages/relaxation/pair_list.h"
+#include "packMesh/stages/relaxation/wall_field.h"
 
 namespace packmesh {
 
@@ -17,10 +19,11 @@ struct SpeciesModel {
   SampleView samples, coarseSamples;
   FieldView field;
   SupportBound bound;
-  double radius;          ///< [µm]
-  double inverseMass;     ///< of a cell of scale 1; 1 for the species of the median volume
-  double inverseInertia;  ///< isotropic [1/µm²], times inverseMass
-  const Wall* wall;       ///< nullptr: none
+  double radius;                         ///< [µm]
+  double inverseMass;                    ///< of a cell of scale 1; 1 for the species of the median volume
+  double inverseInertia;                 ///< isotropic [1/µm²], times inverseMass
+  const Wall* wall;                      ///< nullptr: none
+  const WallField* wallField = nullptr;  ///< of the wall; set by the solver
 
   /// References `shape`, which must outlive the model.
   /// @param referenceVolume volume of a cell of mass 1 [µm³]
@@ -46,7 +49,9 @@ struct SweepSums {
 /// times the penetration is gone.
 class ContactSolver {
  public:
-  ContactSolver(std::vector<SpeciesModel> models, const Vec3& period, double clearance, double wallClearance);
+  /// @param region where cells can be [µm]
+  ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period, double clearance,
+                double wallClearance);
 
   /// @param slack penetrations up to this are left alone [µm]
   void setPush(double omega, double slack) {
@@ -100,6 +105,8 @@ class ContactSolver {
   int epoch_ = 0;
   double expectedMotion_ = 0.1;
   ContactKernel kernel_;
+  WallKernel wallKernel_;
+  std::vector<std::unique_ptr<WallField>> walls_;
 };
 
 }  // namespace packmesh

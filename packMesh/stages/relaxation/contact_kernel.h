@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file The innermost loop: how deep do the sample points of one cell reach into the surface of another.
 ///
-/// The same source (contact_kernel_body.h) is compiled for the baseline, AVX2 and AVX-512 instruction sets
-/// and chosen at run time. All work in lanes of 16 floats with IEEE operations only (no contraction, sums in
-/// lane order), so that the three give the same bits. This header must not pull in templates of other
-/// libraries: what they instantiate in an AVX-512 object could be linked into the baseline.
+/// A kernel: see packMesh/geometry/instruction_set.h.
 #pragma once
 
 #include <cstdint>
+
+#include "packMesh/geometry/instruction_set.h"
 
 namespace packmesh {
 
@@ -72,16 +71,7 @@ void contact(const SampleView&, const RelativeFrame&, const FieldView&, float cl
              ClusterMask& mask, ContactSums&);
 }
 
-enum class InstructionSet { portable, avx2, avx512 };
-
-/// Whether this processor has it.
-bool available(InstructionSet set);
-
 /// The kernel for an instruction set. Pre: available(set).
 ContactKernel contactKernel(InstructionSet set);
-
-/// The best instruction set available, unless the environment variable PACKMESH_ISA (portable, avx2, avx512)
-/// asks for another one that is.
-InstructionSet chosenInstructionSet();
 
 }  // namespace packmesh

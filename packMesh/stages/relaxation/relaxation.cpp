@@ -56,7 +56,11 @@ ContactSolver makeSolver(const RelaxationInput& input, const std::vector<Body>& 
   const double reference = medianVolume(input, bodies);
   for (std::size_t s = 0; s < input.shapes.size(); ++s)
     models.emplace_back(*input.shapes[s], input.walls[s], reference);
-  ContactSolver solver(std::move(models), input.period, input.clearance, input.wallClearance);
+  double reach = 0.0;
+  for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
+  // Between two makings of lists no point of a cell gets further out of the bounds than this.
+  ContactSolver solver(std::move(models), input.bounds.grownBy(2.0 * reach), input.period, input.clearance,
+                       input.wallClearance);
   solver.setMobile(input.rotate);
   return solver;
 }

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "packMesh/stages/relaxation/contact.h"
 
@@ -11,128 +9,81 @@ namespace {
 /// Cells deeper in the wall than this are pushed back by coarse samples [µm].
 constexpr double deepContact = 0.3;
 
-/// Culling trusts sampled distances to this [fraction of a cell's radius]; what slips through is found by the
-/// exact test and given more clearance.
-constexpr double largestSlack = 0.02;
+/// Which clusters may touch the wall is only remembered for motions smaller than this [µm]: for larger ones
+/// it would be most of them.
+constexpr double widestMargin = 0.15;
 
-/// Points that touch the wall from about the same direction.
-struct WallContact {
-  Vec3 arm = Vec3::Zero(), normal = Vec3::Zero();  ///< weighted sums
-  double weight = 0.0, depth = 0.0;
-};
+/// A pair has a contact for either direction, each of which takes omega times the penetration away; a wall
+/// has one, so it takes that much more.
+constexpr double wallPush = 1.9;
 
-/// In a narrow lumen a cell touches opposite walls at once, so there is a contact for each direction.
-class WallContacts {
- public:
-  void add(const Vec3& arm, const Vec3& normal, double depth) {
-    constexpr double alike = 0.7;  // cosine
-    int slot = 0;
-    while (slot < count_ && contacts_[slot].normal.dot(normal) < alike * contacts_[slot].weight) ++slot;
-    if (slot == static_cast<int>(contacts_.size())) --slot;
-    count_ = std::max(count_, slot + 1);
-    WallContact& c = contacts_[slot];
-    c.arm += depth * arm;
-    c.normal += depth * normal;
-    c.weight += depth;
-    c.depth = std::max(c.depth, depth);
-  }
-  const WallContact* begin() const { return contacts_.data(); }
-  const WallContact* end() const { return contacts_.data() + count_; }
-  double deepest() const {
-    double depth = 0.0;
-    for (const WallContact& c : *this) depth = std::max(depth, c.depth);
-    return depth;
-  }
+Vec3 vectorOf(const float (&v)[3]) {
+  return {v[0], v[1], v[2]};
+}
 
- private:
-  std::array<WallContact, 4> contacts_;
-  int count_ = 0;
-};
-
-/// How the wall is searched for.
-struct WallSearch {
-  const Wall& wall;
-  double slack;      ///< clusters are culled only this much further away [µm]
-  double clearance;  ///< [µm]
-  double margin;     ///< [µm]
-};
-
-/// Looks at the clusters in `mask`; returns those that may be nearer to the wall than clearance + margin and
-/// lowers `nearest` to a bound of the distance of all points looked at.
-ClusterMask findWallContacts(const Body& body, const SampleView& samples, const WallSearch& search,
-                             ClusterMask mask, WallContacts& contacts, double& nearest) {
-  const Mat3 toWorld = body.scale * body.rotation;
-  ClusterMask near = 0;
-  for (int c = 0; c < samples.clusters; ++c) {
-    const ClusterMask bit = ClusterMask{1} << (c >> samples.bitShift);
-    if (!(mask & bit)) continue;
-    const Vec3 center =
-        body.position + toWorld * Vec3(samples.centerX[c], samples.centerY[c], samples.centerZ[c]);
-    const double apart =
-        search.wall.distance(center).distance - search.slack - body.scale * samples.radius[c];
-    if (apart < search.clearance + search.margin) near |= bit;
-    if (apart > search.clearance) {
-      nearest = std::min(nearest, apart);
-      continue;
-    }
-    for (int k = c * SamplePoints::width; k < (c + 1) * SamplePoints::width; ++k) {
-      const Vec3 arm = toWorld * Vec3(samples.x[k], samples.y[k], samples.z[k]);
-      const WallDistance at = search.wall.distance(body.position + arm);
-      nearest = std::min(nearest, at.distance);
-      if (at.distance < search.clearance) contacts.add(arm, at.gradient, search.clearance - at.distance);
-    }
-  }
-  return near;
+double deepestOf(const WallSums& sums) {
+  float depth = 0.0f;
+  for (int k = 0; k < sums.contacts; ++k) depth = std::max(depth, sums.contact[k].deepest);
+  return depth;
 }
 
 }  // namespace
 
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SpeciesModel& model = models_[body.species];
-  if (model.wall == nullptr || body.moved < body.awayFromWallWhile) return;
+  if (model.wallField == nullptr || body.moved < body.awayFromWallWhile) return;
+  const WallField& wall = *model.wallField;
   const double clearance = wallClearance_ + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
-  WallSearch search{*model.wall, std::min(model.wall->slack(), largestSlack * reach), clearance, 0.0};
-  const double atCenter = model.wall->distance(body.position).distance - search.slack;
+  const double atCenter = wall.distance(body.position) - wall.slack();
   if (atCenter > reach + clearance) {
     body.awayFromWallWhile = atCenter - reach - clearance - body.moved;
     return;
   }
 
-  WallContacts contacts;
-  double nearest = reach + clearance;
-  if (body.deepInWall) {
-    findWallContacts(body, model.coarseSamples, search, allClusters, contacts, nearest);
-    body.deepInWall = contacts.deepest() > deepContact;
+  const auto lookAt = [&](const SampleView& samples, bool deep, double margin, ClusterMask& mask) {
+    WallSums found;
+    wallKernel_(samples, wall.frameOf(body, reach, deep), static_cast<float>(clearance),
+                static_cast<float>(margin), mask, found);
+    body.deepInWall = deepestOf(found) > deepContact;
+    return found;
+  };
+  WallSums found;
+  if (body.deepInWall || coarsely_) {
+    ClusterMask all = allClusters;
+    found = lookAt(model.coarseSamples, true, 0.0, all);
   }
-  if (!body.deepInWall) {
-    contacts = WallContacts();
-    nearest = reach + clearance;
-    const bool everywhere = !(body.moved < body.wallMaskWhile);
-    if (everywhere) {
+  if (!body.deepInWall && !coarsely_) {
+    if (body.moved < body.wallMaskWhile) {
+      ClusterMask mask = body.wallMask;  // a full mask would be narrowed to no margin
+      found = lookAt(model.samples, false, 0.0, mask);
+      found.nearest =
+          std::min(found.nearest, static_cast<float>(clearance + body.wallMaskWhile - body.moved));
+    } else {
+      const double expected = std::max(0.5 * expectedMotion_, 1.5 * body.moved);
+      const bool still = body.moved + expected < widestMargin;
       body.wallMask = allClusters;
-      body.wallMaskWhile = std::max(0.5 * expectedMotion_, 1.5 * body.moved);
-      search.margin = body.moved + body.wallMaskWhile;
+      body.wallMaskWhile = still ? expected : -1.0;
+      found = lookAt(model.samples, false, still ? body.moved + expected : 0.0, body.wallMask);
     }
-    const ClusterMask near = findWallContacts(body, model.samples, search, body.wallMask, contacts, nearest);
-    if (everywhere) body.wallMask = near;
-    nearest = std::min(nearest, clearance + (body.wallMaskWhile - body.moved));
-    body.deepInWall = contacts.deepest() > deepContact;
   }
-  if (contacts.begin() == contacts.end()) {
-    body.awayFromWallWhile = nearest - clearance - body.moved;
+  if (found.contacts == 0) {
+    if (coarsely_) return;  // coarse samples say nothing of the gap
+    body.awayFromWallWhile = found.nearest - clearance - body.moved;
     return;
   }
 
   const double inertia = rotate_ ? model.inverseInertia : 0.0;
-  for (const WallContact& c : contacts) {
-    sums.add(c.depth);
-    body.overlap += c.depth;
-    const double length = c.normal.norm();
+  for (int k = 0; k < found.contacts; ++k) {
+    const WallContact& c = found.contact[k];
+    sums.add(c.deepest);
+    body.overlap += c.deepest;
+    const Vec3 direction = vectorOf(c.normal);
+    const double length = direction.norm();
     if (!(length > 0.0)) continue;
-    const Vec3 normal = c.normal / length;
-    const Vec3 turn = (c.arm / c.weight).cross(normal);
-    const double impulse = omega_ * c.depth / (model.inverseMass + inertia * turn.squaredNorm());
+    const Vec3 normal = direction / length;
+    const Vec3 turn = (vectorOf(c.point) / c.weight).cross(normal);
+    const double impulse = wallPush * omega_ * c.deepest / (model.inverseMass + inertia * turn.squaredNorm());
     move(body, impulse * model.inverseMass * normal, impulse * inertia * turn);
   }
 }

@@ -69,7 +69,7 @@ TEST_CASE("A vessel made of a tube is a cylinder", "[container]") {
       for (int n = 0; n < 3000; ++n) {
         const Vec3 p(x(random), y(random), y(random));
         const WallDistance found = vessel->wall()->distance(p), expected = cylinder->wall()->distance(p);
-        REQUIRE(found.distance <= expected.distance + vessel->wall()->slack());
+        REQUIRE(found.distance <= expected.distance + vessel->wall()->slack() + 1e-9);
         if (std::abs(expected.distance) > 1.0) {
           REQUIRE(found.distance * expected.distance > 0.0);
           continue;
@@ -142,7 +142,7 @@ TEST_CASE("A periodic vessel that bends continues as its own image", "[container
   for (int n = 0; n < 3000; ++n) {
     const Vec3 p(x(random), y(random), y(random));
     const double expected = -truth.signedDistance(p), found = vessel->wall()->distance(p).distance;
-    REQUIRE(found <= expected + vessel->wall()->slack());
+    REQUIRE(found <= expected + vessel->wall()->slack() + 1e-9);
     if (std::abs(expected) < 1.0) REQUIRE(found == Approx(expected).margin(0.04));
   }
   int inside = 0;
@@ -200,7 +200,7 @@ TEST_CASE("A periodic vessel may run along any axis and have differently cut out
 TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {
   const TriangleMesh tube = sample::straightTube(0.0, 20.0, 5.0, 11, 16);
   CHECK_THROWS_WITH(makeVessel({}, std::nullopt, 0.25), Contains("no triangles"));
-  CHECK_THROWS_WITH(makeVessel(tube, std::nullopt, 0.0), Contains("spacing of the vessel's distance field"));
+  CHECK_THROWS_WITH(makeVessel(tube, std::nullopt, 0.0), Contains("spacing of the vessel's distances"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{4, 0, 20, true}, 0.25), Contains("axis"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 20, 0, true}, 0.25),
                     Contains("must end beyond where it begins"));
@@ -222,6 +222,5 @@ TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {
 TEST_CASE("A vessel describes itself", "[container]") {
   const auto vessel =
       makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, true}, 0.25);
-  REQUIRE(vessel->describe() ==
-          "vessel 21.5 x 10 x 10 µm of 416 triangles, periodic along x, distance field at 0.25 µm");
+  REQUIRE(vessel->describe() == "vessel 21.5 x 10 x 10 µm of 416 triangles, periodic along x");
 }

@@ -3,8 +3,8 @@
 /// as that takes. Every operation is one IEEE operation per lane, so that all instruction sets give the same
 /// bits.
 ///
-/// For the contact kernel's translation units only: everything has internal linkage, because each of them is
-/// compiled for another processor.
+/// For the kernels' translation units only: everything has internal linkage, because each of them is compiled
+/// for another processor.
 #pragma once
 
 #include <immintrin.h>
@@ -86,6 +86,9 @@ struct Lanes {
   Register r[registers];
 };
 
+/// Sixteen whole numbers.
+using Ints = Mask;
+
 template <class Operation>
 inline __attribute__((always_inline)) Lanes each(Operation operation) {
   Lanes out;
@@ -162,6 +165,56 @@ inline Lanes squareRoot(const Lanes& a) {
   return each([&](int k) { return static_cast<Register>(nativeRoot(a.r[k])); });
 }
 
+inline Ints truncated(const Lanes& a) {
+  return eachMask([&](int k) { return __builtin_convertvector(a.r[k], MaskRegister); });
+}
+inline Lanes toFloat(const Ints& a) {
+  return each([&](int k) { return __builtin_convertvector(a.r[k], Register); });
+}
+inline Ints operator+(const Ints& a, const Ints& b) {
+  return eachMask([&](int k) { return a.r[k] + b.r[k]; });
+}
+inline Ints operator+(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] + b; });
+}
+inline Ints operator*(int a, const Ints& b) {
+  return eachMask([&](int k) { return a * b.r[k]; });
+}
+inline Ints operator&(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] & b; });
+}
+inline Ints operator<<(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] << b; });
+}
+inline Ints operator>>(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] >> b; });
+}
+inline Mask operator<(const Ints& a, int b) {
+  return eachMask([&](int k) { return a.r[k] < b; });
+}
+
+/// The 32 bits that begin at each of the elements `base[at]`.
+template <class Element>
+inline Ints gather(const Element* base, const Ints& at) {
+  return eachMask([&](int k) -> MaskRegister {
+#if defined(__AVX512F__)
+    return reinterpret_cast<MaskRegister>(
+        _mm512_i32gather_epi32(reinterpret_cast<__m512i>(at.r[k]), base, sizeof(Element)));
+#elif defined(__AVX2__)
+    return reinterpret_cast<MaskRegister>(_mm256_i32gather_epi32(
+        reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(at.r[k]), sizeof(Element)));
+#else
+    MaskRegister out;
+    for (int lane = 0; lane < registerLanes; ++lane) {
+      int bits;
+      __builtin_memcpy(&bits, base + at.r[k][lane], sizeof bits);
+      out[lane] = bits;
+    }
+    return out;
+#endif
+  });
+}
+
 /// Bit k is set where lane k of a is less than that of b.
 inline unsigned bitsWhereLess(const Lanes& a, const Lanes& b) {
   unsigned bits = 0;
@@ -169,8 +222,31 @@ inline unsigned bitsWhereLess(const Lanes& a, const Lanes& b) {
   return bits;
 }
 
+/// Bit k is set where lane k of the mask is.
+inline unsigned bitsOf(const Mask& m) {
+  unsigned bits = 0;
+  for (int k = 0; k < registers; ++k) {
+#if defined(__AVX512F__)
+    bits |= _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m.r[k]), reinterpret_cast<__m512i>(m.r[k]));
+#elif defined(__AVX__)
+    bits |= static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m.r[k]))) << k * registerLanes;
+#else
+    bits |= static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m.r[k]))) << k * registerLanes;
+#endif
+  }
+  return bits;
+}
+
 inline void store(const Lanes& a, float* out) {
   for (int k = 0; k < registers; ++k) *reinterpret_cast<UnalignedRegister*>(out + k * registerLanes) = a.r[k];
+}
+
+inline float laneOf(const Lanes& a, int lane) {
+  return a.r[lane / registerLanes][lane % registerLanes];
+}
+
+inline int laneOf(const Ints& a, int lane) {
+  return a.r[lane / registerLanes][lane % registerLanes];
 }
 
 /// Folds the lanes k and k + 8, then k and k + 4: what is left of a sum or an extremum.

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/closed_form_wall.h"
+
+namespace packmesh {
+
+WallDistance ClosedFormWall::distance(const Vec3& p) const {
+  WallDistance nearest{std::numeric_limits<double>::infinity(), Vec3::Zero()};
+  if (radius > 0.0) {
+    const Vec3 radial = across.cwiseProduct(p - center);
+    const double r = radial.norm();
+    Vec3 inward = -radial / r;
+    if (!(r > 0.0)) inward = across.x() > 0.0 ? Vec3::UnitX() : Vec3::UnitY();
+    nearest = {radius - r, inward};
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (p[k] - lo[k] < nearest.distance) nearest = {p[k] - lo[k], Vec3::Unit(k)};
+    if (hi[k] - p[k] < nearest.distance) nearest = {hi[k] - p[k], -Vec3::Unit(k)};
+  }
+  return nearest;
+}
+
+}  // namespace packmesh

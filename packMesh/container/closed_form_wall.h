@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Walls that a formula describes.
+#pragma once
+
+#include <limits>
+
+#include "packMesh/geometry/vector.h"
+
+namespace packmesh {
+
+/// Distance to the wall at one point: positive inside the lumen [µm], gradient pointing into the lumen.
+/// Precise where |distance| is below about a micrometre, of the right sign and a lower bound of the distance
+/// within `Wall::slack()` further away.
+struct WallDistance {
+  double distance;
+  Vec3 gradient;
+};
+
+/// A round wall, planes across the axes, or both: cylinders, spheres, boxes and what is periodic of them.
+struct ClosedFormWall {
+  /// The round wall is where `across` times the vector from `center` is `radius` long [µm]: across = (1,1,1)
+  /// for a sphere, with a 0 for the axis of a cylinder. Radius 0: none.
+  Vec3 center = Vec3::Zero(), across = Vec3::Zero();
+  double radius = 0.0;
+  /// The lumen lies between these planes [µm]; infinite: none.
+  Vec3 lo = Vec3::Constant(-std::numeric_limits<double>::infinity());
+  Vec3 hi = Vec3::Constant(std::numeric_limits<double>::infinity());
+
+  /// Distance to the nearest of these walls: outside an edge between two of them it is nearer than the true
+  /// distance.
+  WallDistance distance(const Vec3& p) const;
+};
+
+}  // namespace packmesh
