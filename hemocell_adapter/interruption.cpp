@@ -9,11 +9,16 @@
 namespace packmesh::hemocell {
 namespace {
 
-volatile sig_atomic_t flag = 0;
+volatile sig_atomic_t flag = 0, polled = 0;
 
 extern "C" void onSignal(int) {
-  if (flag) _exit(int(ExitCode::interrupted));
-  flag = 1;
+  if (polled && !flag) {
+    flag = 1;
+    return;
+  }
+  constexpr char message[] = "(packMesh) (Error) interrupted\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, sizeof message - 1);
+  _exit(int(ExitCode::interrupted));
 }
 
 }  // namespace
@@ -24,6 +29,13 @@ void catchInterruption() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+PolledInterruption::PolledInterruption() {
+  polled = 1;
+}
+PolledInterruption::~PolledInterruption() {
+  polled = 0;
 }
 
 bool interrupted() {

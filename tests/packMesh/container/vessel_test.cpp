@@ -224,4 +224,8 @@ TEST_CASE("A vessel describes itself", "[container]") {
       makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, true}, 0.25);
   REQUIRE(vessel->describe() ==
           "vessel 21.5 x 10 x 10 µm of 416 triangles, periodic along x, distance field at 0.25 µm");
+  const auto closed =
+      makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, false}, 0.25);
+  REQUIRE(closed->describe() ==
+          "vessel 21.5 x 10 x 10 µm of 416 triangles, closed along x, distance field at 0.25 µm");
 }
