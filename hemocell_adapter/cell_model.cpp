@@ -7,6 +7,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "hemocell_adapter/value.h"
+#include "hemocell_adapter/xml_tags.h"
 #include "packMesh/error.h"
 
 namespace packmesh::hemocell {
@@ -27,20 +29,6 @@ constexpr NamedConstruction constructions[] = {
 constexpr int mostTriangles = 5'000'000;
 /// Radii of blood cells lie well inside [m]; 3.91 instead of 3.91e-6 does not.
 constexpr double smallestRadius = 1e-8, largestRadius = 1e-3;
-
-std::string trimmed(const std::string& text) {
-  constexpr const char* blanks = " \t\r\n\v\f";
-  const std::size_t begin = text.find_first_not_of(blanks);
-  return begin == text.npos ? "" : text.substr(begin, text.find_last_not_of(blanks) - begin + 1);
-}
-
-/// Text of an element without the comments and blanks around and in it.
-std::string textOf(const tinyxml2::XMLElement& element) {
-  std::string text;
-  for (const tinyxml2::XMLNode* node = element.FirstChild(); node; node = node->NextSibling())
-    if (node->ToText()) text += node->Value();
-  return trimmed(text);
-}
 
 bool startsWith(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
@@ -75,7 +63,7 @@ class MaterialModel {
   }
   [[noreturn]] void failValue(const char* tag, const char* expected) const {
     const tinyxml2::XMLElement& at = *element_->FirstChildElement(tag);
-    fail(at, fmt::format("<{}> '{}', expected {}", tag, textOf(at), expected));
+    fail(at, fmt::format("<{}> '{}', expected {}", tag, trimmed(textOf(at)), expected));
   }
 
   /// The element's text, nothing when there is no such element.
@@ -85,7 +73,7 @@ class MaterialModel {
     if (const tinyxml2::XMLElement* second = found->NextSiblingElement(tag))
       fail(*second,
            fmt::format("<{}> stands here and on line {}, expected it once", tag, found->GetLineNum()));
-    return textOf(*found);
+    return trimmed(textOf(*found));
   }
 
   std::optional<double> number(const char* tag, const char* expected) const {
@@ -114,14 +102,13 @@ class MaterialModel {
   const tinyxml2::XMLElement* element_ = nullptr;
 };
 
-std::string constructionNames() {
-  std::string names;
-  for (const NamedConstruction& entry : constructions)
-    names += (names.empty() ? "" : ", ") + std::string(entry.name);
+}  // namespace
+
+std::vector<std::string> constructionNames() {
+  std::vector<std::string> names;
+  for (const NamedConstruction& entry : constructions) names.emplace_back(entry.name);
   return names;
 }
-
-}  // namespace
 
 std::string toString(Construction construction) {
   for (const NamedConstruction& entry : constructions)
@@ -166,10 +153,10 @@ CellModel readCellXml(const std::filesystem::path& file, const std::string& name
   const std::optional<std::string> stl = material.text("StlFile");
   if (!construction) construction = defaultConstruction(name, stl.has_value());
   if (!construction)
-    throw InputError(
-        fmt::format("{}: how HemoCell builds {} stands in the case's code, not here, and its name does "
-                    "not tell; expected its construction, one of {}",
-                    file.string(), name, constructionNames()));
+    throw InputError(fmt::format(
+        "{}: how HemoCell builds {} stands in the case's code, not here, and its name does "
+        "not tell; expected its construction, {} ({})",
+        file.string(), name, alternatives(constructionNames()), "<species construction=\"...\">"));
 
   CellModel model;
   model.name = name;

@@ -20,6 +20,8 @@ enum class Construction { rbcFromSphere, ellipsoidFromSphere, wbcSphere, meshFro
 /// `RBC_FROM_SPHERE`, `ELLIPSOID_FROM_SPHERE`, `WBC_SPHERE`, `MESH_FROM_STL`.
 std::string toString(Construction construction);
 std::optional<Construction> constructionFromString(const std::string& text);
+/// All of them.
+std::vector<std::string> constructionNames();
 
 /// What `<Cell>.xml` says about the shape of a cell.
 struct CellModel {

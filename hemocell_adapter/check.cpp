@@ -72,15 +72,17 @@ class Report {
     printOverlap();
     printMisplaced();
     if (knowsAcceptance(scene_)) printKept();
-    printHematocrit("in the files", nullptr);
+    printHematocrit("In the files", nullptr);
     if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size())
-      printHematocrit("of what HemoCell keeps", &kept_);
+      printHematocrit("Of what HemoCell keeps", &kept_);
     log::info(fmt::format("Minimum gap: {}", certificate_.overlapping.empty()
                                                  ? gapText(certificate_.minimumGap)
                                                  : "none, cells overlap"));
     const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
     const bool clean = certificate_.clean() && (!droppedIsFault || kept_.size() == found_.cells.size());
-    log::info(clean ? "Verdict: clean" : "Verdict: NOT clean");
+    log::info(fmt::format(
+        "Verdict: {}{}", clean ? "clean" : "NOT clean",
+        job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
     return clean;
   }
 
@@ -91,6 +93,7 @@ class Report {
   }
 
   void printHead() const {
+    log::info(versionLine());
     if (job_.config) log::info(fmt::format("Check of {}", job_.config->file.string()));
     for (const std::string& line : lumenLines(scene_)) log::info(line);
     for (const SceneSpecies& species : scene_.species) {
@@ -162,7 +165,7 @@ class Report {
   void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
     const Tally tally = tallyOf(scene_, found_.cells, chosen);
     for (const std::string& line : hematocritLines(job_, scene_, tally))
-      log::info(fmt::format("{} ({})", line, which));
+      log::info(fmt::format("{}: {}", which, line));
   }
 
   const Job& job_;

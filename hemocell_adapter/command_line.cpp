@@ -214,6 +214,16 @@ void checkCombination(const CommandLine& c) {
     }
   }
   if (given(c, "quiet") && given(c, "verbose")) throw UsageError("--quiet excludes --verbose");
+  const char* lumen = nullptr;
+  for (const char* option : {"cylinder", "sphere", "vessel"}) {
+    if (!given(c, option)) continue;
+    if (lumen) throw UsageError(fmt::format("--{} excludes --{}: there is one lumen", lumen, option));
+    lumen = option;
+  }
+  if (!c.configFile && given(c, "minimum-distance-from-solid")) {
+    throw UsageError(
+        "option '--minimum-distance-from-solid' is for cases: without a config.xml there are no solid nodes");
+  }
   if (given(c, "box") && c.command != Command::check) {
     throw UsageError("option '--box' belongs to check; to pack a box give its sizes alone: sX sY sZ");
   }

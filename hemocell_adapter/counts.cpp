@@ -5,17 +5,16 @@
 
 #include <cmath>
 
+#include "hemocell_adapter/value_specs.h"
 #include "packMesh/error.h"
 
 namespace packmesh::hemocell {
 namespace {
 
-constexpr double mostCells = 1e8;
-
 std::int64_t rounded(double cells, const std::string& name) {
-  if (!(cells <= mostCells)) {
+  if (!(cells <= specs::largestCount)) {
     throw InputError(fmt::format("{:.3g} cells of '{}' are too many; at most {:.0e} can be packed", cells,
-                                 name, mostCells));
+                                 name, specs::largestCount));
   }
   return std::llround(cells);
 }
@@ -67,7 +66,7 @@ std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
                                  *hematocrit, lumenVolume)
                    : std::string("nothing to pack: every count is 0"));
   }
-  if (double(total) > mostCells) throw InputError(fmt::format("{} cells are too many", total));
+  if (double(total) > specs::largestCount) throw InputError(fmt::format("{} cells are too many", total));
   return counts;
 }
 

@@ -6,16 +6,33 @@
 
 namespace packmesh::hemocell {
 
-/// Exit codes, as `--help` documents them.
 enum class ExitCode {
-  ok = 0,             ///< a certified packing was written; a check found nothing wrong
-  usage = 1,          ///< the command line makes no sense
-  badInput = 2,       ///< a file (config.xml, <Cell>.xml, mesh, .pos) or a value in it is at fault
-  outOfReach = 3,     ///< the target was not reached within the limits; nothing was written
-  faultsFound = 4,    ///< `check` found overlap, cells outside the lumen or cells HemoCell would delete
-  cannotWrite = 5,    ///< the output folder is not writable or the disk is full
-  internal = 70,      ///< a fault of packMesh itself
-  interrupted = 130,  ///< Ctrl-C or SIGTERM; nothing was written
+  ok = 0,
+  usage = 1,
+  badInput = 2,
+  outOfReach = 3,
+  faultsFound = 4,
+  cannotWrite = 5,
+  internal = 70,
+  interrupted = 130,
+};
+
+/// What an exit code says, as `--help` and the README tell it.
+struct ExitCodeMeaning {
+  ExitCode code;
+  const char* text;
+};
+inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
+    {ExitCode::ok, "certified and written; check: nothing wrong"},
+    {ExitCode::usage, "the command line makes no sense"},
+    {ExitCode::badInput, "a file, or a value in it, is at fault"},
+    {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
+    {ExitCode::faultsFound,
+     "check found overlap, cells outside the lumen or cells HemoCell deletes (in a box only with "
+     "--keep-all)"},
+    {ExitCode::cannotWrite, "the output cannot be written"},
+    {ExitCode::internal, "a fault of packMesh itself"},
+    {ExitCode::interrupted, "interrupted: nothing written"},
 };
 
 /// The command line is at fault.

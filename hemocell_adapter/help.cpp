@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "hemocell_adapter/command_line.h"
+#include "hemocell_adapter/exit_codes.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -45,8 +46,8 @@ void wrap(std::string& out, const std::string& text, std::size_t column, std::si
   out += "\n";
 }
 
-void entry(std::string& out, const std::string& head, const std::string& text) {
-  constexpr std::size_t column = 30;
+/// `head` and, from `column` on, `text`.
+void entry(std::string& out, const std::string& head, const std::string& text, std::size_t column = 30) {
   out += "  " + head;
   std::size_t at = 2 + head.size();
   if (at + 2 > column) {
@@ -96,15 +97,9 @@ std::string helpText(bool asPackCells) {
       "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are cut to whole "
       "numbers,\n"
       "as packCells does. Otherwise the volume of the mesh HemoCell builds counts.\n"
-      "\nExit codes:\n"
-      "  0    certified and written; check: nothing wrong\n"
-      "  1    the command line makes no sense\n"
-      "  2    a file or a value in it is at fault\n"
-      "  3    out of reach within the limits: nothing written (unless --best-effort)\n"
-      "  4    check found overlap, cells outside the lumen or cells HemoCell deletes\n"
-      "  5    the output cannot be written\n"
-      "  70   a fault of packMesh itself\n"
-      "  130  interrupted: nothing written\n";
+      "\nExit codes:\n";
+  for (const ExitCodeMeaning& meaning : exitCodeMeanings)
+    entry(out, std::to_string(int(meaning.code)), meaning.text, 7);
   return out;
 }
 

@@ -2,18 +2,44 @@
 #include "hemocell_adapter/interruption.h"
 
 #include <signal.h>
+#include <time.h>
 #include <unistd.h>
+
+#include <cstddef>
 
 #include "hemocell_adapter/exit_codes.h"
 
 namespace packmesh::hemocell {
 namespace {
 
-volatile sig_atomic_t flag = 0;
+volatile sig_atomic_t flag = 0, polled = 0;
+volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
+
+/// timeout, mpirun and batch systems send the same signal to a process and to its group: what comes within so
+/// many seconds is one signal.
+constexpr time_t sameSignal = 2;
+
+time_t now() {
+  timespec time;
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return time.tv_sec;
+}
+
+[[noreturn]] void endNow(const char* message, std::size_t length) {
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, length);
+  _exit(int(ExitCode::interrupted));
+}
 
 extern "C" void onSignal(int) {
-  if (flag) _exit(int(ExitCode::interrupted));
-  flag = 1;
+  constexpr char early[] = "(packMesh) (Error) interrupted: nothing was written\n";
+  constexpr char again[] = "(packMesh) (Error) interrupted again: ended at once\n";
+  if (!polled && !flag) endNow(early, sizeof early - 1);
+  if (!flag) {
+    flag = 1;
+    firstAt = now();
+  } else if (now() - firstAt >= sameSignal) {
+    endNow(again, sizeof again - 1);
+  }
 }
 
 }  // namespace
@@ -24,6 +50,13 @@ void catchInterruption() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
+
+PolledInterruption::PolledInterruption() {
+  polled = 1;
+}
+PolledInterruption::~PolledInterruption() {
+  polled = 0;
 }
 
 bool interrupted() {

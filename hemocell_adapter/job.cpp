@@ -7,18 +7,14 @@
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job_species.h"
+#include "hemocell_adapter/value_specs.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 /// Sizes of a box. packCells reads them with atoi; under its name so do we, and say when that matters.
 Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings) {
-  ValueSpec spec;
-  spec.kind = Kind::number;
-  spec.unit = "µm";
-  spec.low = 0;
-  spec.lowExcluded = true;
-  spec.high = 1e5;
+  const ValueSpec spec = specs::length("");
   Vec3 sizes;
   for (int k = 0; k < 3; ++k) {
     const std::string& text = (*commandLine.sizes)[k];
@@ -27,9 +23,11 @@ Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings
       if (commandLine.asPackCells) {
         const double truncated = std::atoi(text.c_str());
         if (truncated != sizes[k]) {
-          warnings.push_back(fmt::format(
-              "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated));
-          sizes[k] = std::get<double>(parseValue(spec, fmt::format("{}", truncated)));
+          const std::string notice = fmt::format(
+              "size {} is read as {}, as packCells does; packMesh takes it as it is", text, truncated);
+          if (!(truncated > 0)) throw InputError(notice);
+          warnings.push_back(notice);
+          sizes[k] = truncated;
         }
       }
     } catch (const InputError& error) {
@@ -65,7 +63,7 @@ void takeSettings(Job& job, const Settings& s) {
 }
 
 /// Settings that have no effect where they were given are refused, not ignored.
-void checkApplicability(const Job& job) {
+void checkApplicability(const Job& job, const Settings& options) {
   const bool meshLumen =
       job.container && job.container->lumen && job.container->lumen->kind == SolidRequest::Kind::mesh;
   if (job.container && job.container->lumen && job.container->lumen->openAxis && !meshLumen) {
@@ -78,7 +76,9 @@ void checkApplicability(const Job& job) {
   const bool boxLumen = ownBody ? job.container->lumen->kind == SolidRequest::Kind::box
                                 : !job.config || !job.config->domain.geometry || job.container;
   if (job.walls && !job.walls->empty() && !boxLumen) {
-    throw UsageError("walls are chosen for boxes only; the surface of this lumen is its wall");
+    const std::string reason = "walls are chosen for boxes only; the surface of this lumen is its wall";
+    if (options.walls) throw UsageError("option '--walls': " + reason);
+    throw InputError(job.config->file.string() + ": <walls>: " + reason);
   }
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
@@ -107,7 +107,7 @@ Job makeJob(const CommandLine& commandLine) {
   takeSettings(job, settings);
   if (job.config) job.dx = job.config->domain.dx;
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
-  checkApplicability(job);
+  checkApplicability(job, options);
   if (job.config && job.config->hasPreInlet && !job.container) {
     throw InputError(fmt::format(
         "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only, whose place "

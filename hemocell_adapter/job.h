@@ -54,7 +54,8 @@ struct Job {
 
   std::filesystem::path outputDirectory;
   bool povScene = false;
-  std::vector<std::string> warnings;  ///< what the user should know about how this was understood
+  std::vector<std::string> unchecked;  ///< .pos files that `check` cannot examine
+  std::vector<std::string> warnings;   ///< what the user should know about how this was understood
 };
 
 /// packCells' convention: a red cell has 97 µm³.

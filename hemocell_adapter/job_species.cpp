@@ -30,6 +30,11 @@ SpeciesRequest* fillerOf(std::vector<SpeciesRequest>& species) {
   return nullptr;
 }
 
+/// Where what is asked for stands, for messages.
+std::string sourceOf(const Job& job) {
+  return job.config ? job.config->file.string() : "command line";
+}
+
 JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
   JobSpecies species;
   species.name = request.name;
@@ -96,9 +101,8 @@ void settleHematocrit(Job& job, Settings& settings, const Settings& options) {
       return;
     }
   } else if (!options.hematocrit && anyRed) {
-    throw InputError(
-        fmt::format("{}: <hematocrit> and a count or ratio for every red cell; one of them decides",
-                    job.config ? job.config->file.string() : "command line"));
+    throw InputError(fmt::format(
+        "{}: <hematocrit> and a count or ratio for every red cell; one of them decides", sourceOf(job)));
   }
 }
 
@@ -167,7 +171,7 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
   }
   for (const SpeciesRequest& request : all) {
     if (!request.count && !request.ratio && !(job.hematocrit && isRedCell(request))) {
-      throw InputError(fmt::format("how many '{}'? Give it a count{}", request.name,
+      throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(job), request.name,
                                    isRedCell(request) ? " or a hematocrit" : " or a ratio"));
     }
     job.species.push_back(resolved(job, request));
@@ -198,6 +202,7 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
     if (known) {
       job.species.push_back(resolved(job, request));
     } else {
+      job.unchecked.push_back(name + ".pos");
       job.warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
                                          job.config
                                              ? "there is no " + name + ".xml"

@@ -12,7 +12,6 @@ namespace packmesh::hemocell {
 namespace {
 
 constexpr std::uint64_t allBits = ~std::uint64_t(0);
-constexpr double mostNodes = 2147483648.0;  // 2^31
 
 /// The bits of word w of a row that stand for nodes.
 std::uint64_t usedBits(int nodes, int w) {
@@ -81,10 +80,6 @@ std::int64_t Lattice::fluidNodes() const {
 
 double Lattice::fluidVolume() const {
   return static_cast<double>(fluidNodes()) * dx_ * dx_ * dx_;
-}
-
-Box Lattice::keptRegion() const {
-  return {Vec3::Constant(-0.5 * dx_), dx_ * (Vec3(nodes_[0], nodes_[1], nodes_[2]).array() - 0.5)};
 }
 
 Lattice Lattice::eroded(int radius) const {

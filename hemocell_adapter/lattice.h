@@ -11,6 +11,15 @@
 
 namespace packmesh::hemocell {
 
+/// Nodes of a lattice that fit into memory: 2^31 flags are 256 MB.
+constexpr double mostNodes = 2147483648.0;
+
+/// Where HemoCell keeps vertices of a lattice with so many nodes: (lo, hi] = (-0.5, n - 0.5] on every axis,
+/// times dx [µm].
+inline Box keptRegion(const std::array<int, 3>& nodes, double dx) {
+  return {Vec3::Constant(-0.5 * dx), dx * (Vec3(nodes[0], nodes[1], nodes[2]).array() - 0.5)};
+}
+
 /// Nodes of HemoCell's lattice with their flags; node (i,j,k) stands at (i,j,k)·dx µm in the .pos frame.
 ///
 /// A bit per node; each row along x starts with a new word, whose unused bits are 0.
@@ -31,8 +40,8 @@ class Lattice {
   void setFluid(int from, int to, int j, int k, bool fluid);
   std::int64_t fluidNodes() const;
   double fluidVolume() const;  ///< fluid nodes · dx³ [µm³]
-  /// (-0.5, n - 0.5] on every axis, times dx [µm]: where HemoCell keeps vertices.
-  Box keptRegion() const;
+  /// Where HemoCell keeps vertices.
+  Box keptRegion() const { return packmesh::hemocell::keptRegion(nodes_, dx_); }
 
   /// The lattice whose fluid nodes are the fluid nodes of this one without a solid node within ±radius on
   /// every axis (a cube). Nodes that do not exist are not solid.

@@ -37,14 +37,20 @@ TriangleMesh readClosed(const fs::path& file, const std::string& where, std::vec
   }
 }
 
-/// Half open at its low faces: where HemoCell keeps vertices of a box with so many nodes.
-Box keptBoxOf(const Vec3& nodes, double dx) {
-  return {Vec3::Constant(-0.5 * dx), dx * (nodes.array() - 0.5).matrix()};
+/// Where HemoCell keeps vertices of a box with so many nodes, (lo, hi]; along an axis with walls the first
+/// and the last plane of nodes are solid.
+Box keptBoxOf(const std::array<int, 3>& nodes, double dx, const std::string& walls) {
+  Box box = keptRegion(nodes, dx);
+  for (int k = 0; k < 3; ++k) {
+    if (!hasWall(walls, k)) continue;
+    box.lo[k] += dx;
+    box.hi[k] -= dx;
+  }
+  return box;
 }
 
 std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where) {
-  constexpr double most = 2147483648.0;  // 2^31 flags are 256 MB
-  if (nodes.prod() > most) {
+  if (nodes.prod() > mostNodes) {
     throw InputError(fmt::format("{}: a lattice of {} x {} x {} nodes is too large (at most 2^31)", where,
                                  nodes[0], nodes[1], nodes[2]));
   }
@@ -57,31 +63,29 @@ Lumen boxLumen(const Job& job) {
   const std::string walls = job.walls.value_or("");
   // Rounding of s / dx: a size that is a multiple of dx up to the last bits has that many nodes.
   constexpr double relativeRounding = 1e-9;
-  Vec3 nodes;
+  std::array<int, 3> nodes{};
   for (int k = 0; k < 3; ++k) {
-    nodes[k] = std::max(
-        1.0, std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding)) + (hasWall(walls, k) ? 1 : 0));
+    const double steps = std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding));
+    nodes[k] = int(std::clamp(steps, 1.0, 1e9)) + (hasWall(walls, k) ? 1 : 0);
   }
-  lumen.keptBox = keptBoxOf(nodes, job.dx);
+  lumen.keptBox = keptBoxOf(nodes, job.dx, walls);
   Box box{Vec3::Zero(), *job.boxSize};
   std::array<bool, 3> periodic{};
   const bool closed = job.keepAll || !job.periodicEnds.value_or(true);
   for (int k = 0; k < 3; ++k) {
     periodic[k] = !hasWall(walls, k) && !closed;
     lumen.periodic = lumen.periodic || periodic[k];
-    if (job.keepAll && !hasWall(walls, k)) {
-      box.lo[k] = lumen.keptBox->lo[k];
-      box.hi[k] = lumen.keptBox->hi[k];
-    }
   }
+  if (job.keepAll) box = *lumen.keptBox;
   lumen.container = makeBox(box, periodic);
   lumen.acceptedOnly = job.keepAll;
-  lumen.ends = lumen.periodic ? "periodic" : "closed";
   if (job.keepAll) {
-    lumen.notices.push_back(
-        fmt::format("every cell stays within {:.6g} .. {:.6g}, {:.6g}, {:.6g} µm, what HemoCell keeps "
-                    "of {} x {} x {} nodes at dx {:.6g} µm",
-                    box.lo[0], box.hi[0], box.hi[1], box.hi[2], nodes[0], nodes[1], nodes[2], job.dx));
+    lumen.note = fmt::format(
+        "({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] µm, what HemoCell keeps of {} x {} x {} "
+        "nodes at "
+        "dx {:.6g} µm",
+        box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2], nodes[0], nodes[1], nodes[2],
+        job.dx);
   }
   return lumen;
 }
@@ -103,9 +107,9 @@ Lumen domainBox(const Job& job) {
   const Vec3 counts((*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]);
   const std::array<int, 3> nodes = checkedNodes(counts, job.config->file.string());
   auto lattice = std::make_shared<Lattice>(nodes, domain.dx);
-  Box box = keptBoxOf(counts, domain.dx);
+  const Box box = keptBoxOf(nodes, domain.dx, *job.walls);
   std::array<bool, 3> periodic{};
-  const bool wrap = job.periodicEnds.value_or(job.command == Command::check);
+  const bool wrap = job.periodicEnds.value_or(false);
   for (int k = 0; k < 3; ++k) {
     if (!hasWall(*job.walls, k)) {
       periodic[k] = wrap;
@@ -115,8 +119,6 @@ Lumen domainBox(const Job& job) {
       throw InputError(fmt::format("{}: {} nodes along {} leave no lumen between two walls",
                                    job.config->file.string(), nodes[k], "xyz"[k]));
     }
-    box.lo[k] += domain.dx;
-    box.hi[k] -= domain.dx;
     for (int a = 0; a < nodes[(k + 1) % 3]; ++a) {
       for (int b = 0; b < nodes[(k + 2) % 3]; ++b) {
         for (const int plane : {0, nodes[k] - 1}) {
@@ -133,8 +135,7 @@ Lumen domainBox(const Job& job) {
   lumen.lattice = std::move(lattice);
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];
   lumen.acceptedOnly = true;
-  lumen.ends = fmt::format("walls {}, else {}", job.walls->empty() ? "none" : *job.walls,
-                           lumen.periodic ? "periodic" : "closed");
+  lumen.note = fmt::format("walls: {}", job.walls->empty() ? "none" : *job.walls);
   return lumen;
 }
 
@@ -158,21 +159,16 @@ Lumen vesselLumen(const Job& job) {
                                        domain.dx, domain.refDir, domain.refDirN);
   VesselEnds ends;
   ends.axis = 0;
-  ends.lo = -0.5 * domain.dx;
-  ends.hi = (vessel.lattice.nodes()[0] - 0.5) * domain.dx;
-  ends.periodic = job.periodicEnds.value_or(job.command == Command::check);
+  ends.lo = vessel.lattice.keptRegion().lo.x();
+  ends.hi = vessel.lattice.keptRegion().hi.x();
+  ends.periodic = job.periodicEnds.value_or(false);
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
-  if (job.command == Command::check && !job.periodicEnds) {
-    try {
-      lumen.container = makeVessel(vessel.surface, ends, vesselDetail);
-    } catch (const MeshError&) {
-      ends.periodic = false;  // two different outlines cannot be joined
-    }
-  }
-  if (!lumen.container) lumen.container = makeVessel(std::move(vessel.surface), ends, vesselDetail);
+  lumen.note =
+      fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
+                  boundingBox(vessel.surface).size().x());
+  lumen.container = makeVessel(std::move(vessel.surface), ends, vesselDetail);
   lumen.periodic = ends.periodic;
   lumen.acceptedOnly = true;
-  lumen.ends = ends.periodic ? "periodic along x" : "closed along x";
   return lumen;
 }
 
@@ -203,8 +199,23 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
                                  solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
-  lumen.ends = lumen.periodic ? "periodic" : "closed";
   return makeSolid(solid, periodic, lumen.notices);
+}
+
+/// Refuses a lumen that reaches more than a node beyond the lattice: no cell can be there, but its volume
+/// would count. (A little beyond is how an open end is described.)
+void requireInside(const Container& container, const Lattice& lattice) {
+  const Box lumen = container.bounds(), kept = lattice.keptRegion();
+  for (int k = 0; k < 3; ++k) {
+    if (container.period()[k] > 0) continue;
+    if (lumen.lo[k] >= kept.lo[k] - lattice.dx() && lumen.hi[k] <= kept.hi[k] + lattice.dx()) continue;
+    throw InputError(fmt::format(
+        "the lumen reaches from {0} = {1:.6g} to {2:.6g} µm, the lattice only from {3:.6g} to {4:.6g} µm "
+        "({5} nodes "
+        "along {0} at dx {6:.6g} µm): move it (origin, center, offset) or state the lattice by "
+        "<container><nodes>",
+        "xyz"[k], lumen.lo[k], lumen.hi[k], kept.lo[k], kept.hi[k], lattice.nodes()[k], lattice.dx()));
+  }
 }
 
 /// Lattice of a lumen that the XML does not give: nodes inside the lumen are fluid.
@@ -238,6 +249,7 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
     }
   }
   auto lattice = std::make_shared<Lattice>(n, dx);
+  requireInside(container, *lattice);
   const Wall* wall = container.wall();
   if (!wall) return lattice;
   for (int k = 0; k < n[2]; ++k) {
@@ -265,8 +277,9 @@ Lumen ownLumen(const Job& job) {
   } else if (job.config && job.config->domain.boxNodes) {
     lumen = domainBox(job);
   } else {
-    throw InputError(
-        "<container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>");
+    throw InputError(fmt::format(
+        "{}: <container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>",
+        job.config->file.string()));
   }
   if (!job.container->obstacles.empty()) {
     std::vector<Obstacle> obstacles;

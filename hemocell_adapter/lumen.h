@@ -20,15 +20,17 @@ struct Lumen {
   std::optional<Box> keptBox;
   bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do
   bool acceptedOnly = false;         ///< packing keeps to HemoCell's acceptance rules
-  std::string ends;                  ///< for people
+  std::string note;                  ///< for people: what container->describe() does not know
   std::vector<std::string> notices;  ///< assumptions and repairs the user should know of
 
   /// The volume a hematocrit is a share of [µm³].
   double fluidVolume() const { return lattice ? lattice->fluidVolume() : container->volume(); }
 };
 
-/// Builds the lumen of a job. For `check`, an open vessel is periodic where it can be (as HemoCell is), so
-/// that cells that meet across its ends are found.
+/// Builds the lumen of a job, for packing and checking alike.
+///
+/// The ends of a case's lumen are closed unless the job says otherwise, although HemoCell's flow is periodic:
+/// the cells it keeps do not cross them, so that none of those can meet the image of another one.
 /// @throws InputError, MeshError
 Lumen makeLumen(const Job& job);
 

@@ -98,7 +98,7 @@ VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN
   for (int k = 0; k < 3; ++k) {
     const double n = std::floor(box.size()[k] * scale + 2.0 * inflation) + extraNodes;
     count *= n;
-    if (!(count <= 2147483648.0))
+    if (!(count <= mostNodes))
       throw InputError(
           fmt::format("<refDirN> {} along {} makes a lattice of more than 2^31 nodes (the vessel is {:.4g} x "
                       "{:.4g} x {:.4g} in units of its file)",

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "hemocell_adapter/value_specs.h"
 #include "packMesh/error.h"
 
 namespace packmesh::hemocell {
@@ -17,6 +18,10 @@ namespace {
 
 constexpr double degree = 3.14159265358979323846 / 180.0;
 constexpr std::string_view blanks = " \t\r\v\f";
+
+/// Positions [µm] and angles [degrees] beyond this are slips; the certificate counts on it
+/// (tolerance::culling).
+constexpr double largest = specs::largestLength;
 
 /// -0 would be written as "-0".
 double withoutNegativeZero(double x) {
@@ -164,9 +169,13 @@ class PosReader {
     double numbers[6];
     for (int k = 0; k < 6; ++k) {
       const std::optional<double> number = numberIn(fields[k]);
+      const std::string_view name = std::string_view("xyzabc").substr(k, 1);
       if (!number)
-        fail(line_, fmt::format("field {} ({}): expected a finite number, found {}", k + 1,
-                                std::string_view("xyzabc").substr(k, 1), quoted(fields[k])));
+        fail(line_, fmt::format("field {} ({}): expected a finite number, found {}", k + 1, name,
+                                quoted(fields[k])));
+      if (std::abs(*number) > largest)
+        fail(line_, fmt::format("field {} ({}): expected a number between -{:.0f} and {:.0f}, found {}",
+                                k + 1, name, largest, largest, quoted(fields[k])));
       numbers[k] = *number;
     }
     return {{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};

@@ -34,7 +34,7 @@ std::string formatPos(const std::vector<PosLine>& lines);
 /// repeated,
 ///   leading or trailing spaces (pos_to_vtk drops such lines), Windows line ends, blank lines
 /// @throws InputError with file and line: missing file, bad count, count that disagrees with the lines,
-///   comments, extra or missing fields, non-finite numbers
+///   comments, extra or missing fields, numbers that are not finite or absurdly large
 std::vector<PosLine> readPos(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr);
 
 /// Writes text files so that each appears whole or not at all: all are written next to their targets under

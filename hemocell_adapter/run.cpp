@@ -162,9 +162,9 @@ ExitCode runPacking(const Job& job) {
     for (const std::string& warning : *list) log::warning(warning);
   }
   for (const std::string& line : headLines(job, scene)) log::info(line);
-  if (interrupted()) return endInterrupted();
   log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
 
+  const PolledInterruption whilePackingAndWriting;
   ProgressLog progress;
   const PackingResult result =
       pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));

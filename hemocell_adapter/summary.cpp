@@ -10,9 +10,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Gaps above this are not measured (certify's gapOfInterest) [µm].
-constexpr double gapOfInterest = 1.0;
-
 std::string request(const JobSpecies& species) {
   if (species.count) return fmt::format("{} asked for", *species.count);
   if (species.ratio) return fmt::format("{:.15g} per red cell", *species.ratio);
@@ -26,10 +23,15 @@ std::string gapText(double gap) {
   return fmt::format("{:.6f} µm", gap);
 }
 
+std::string versionLine() {
+  return fmt::format("packMesh {} ({}), 1 rank", version(), gitHash());
+}
+
 std::vector<std::string> lumenLines(const Scene& scene) {
   const Lumen& lumen = scene.lumen;
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("Lumen: {}; ends: {}", lumen.container->describe(), lumen.ends));
+  lines.push_back(
+      fmt::format("Lumen: {}{}{}", lumen.container->describe(), lumen.note.empty() ? "" : "; ", lumen.note));
   std::string volumes = fmt::format("Lumen volume: {:.6g} µm³", lumen.container->volume());
   if (lumen.lattice) {
     const auto n = lumen.lattice->nodes();
@@ -43,7 +45,7 @@ std::vector<std::string> lumenLines(const Scene& scene) {
 
 std::vector<std::string> headLines(const Job& job, const Scene& scene) {
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("packMesh {} ({}), 1 rank", version(), gitHash()));
+  lines.push_back(versionLine());
   if (job.config) lines.push_back(fmt::format("Case: {}", job.config->file.string()));
   for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
   if (job.hematocrit) {

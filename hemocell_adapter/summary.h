@@ -29,13 +29,16 @@ struct Kept {
 std::vector<std::string> footLines(const Job& job, const Scene& scene, const std::vector<PlacedCell>& cells,
                                    const Certificate& certificate, const Kept& kept, const RunTimes& times);
 
-/// "hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
+/// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
 std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
+
+/// "packMesh 0.1.0 (0123456789), 1 rank".
+std::string versionLine();
 
 /// "0.0213 µm", "more than 1 µm".
 std::string gapText(double gap);
 
-/// "periodic box 50 x 50 x 50 µm, periodic", volumes, lattice.
+/// "Lumen: periodic box 50 x 50 x 50 µm", volumes, lattice.
 std::vector<std::string> lumenLines(const Scene& scene);
 
 /// Adds `reason` to the list of reasons.

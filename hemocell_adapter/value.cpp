@@ -201,7 +201,8 @@ std::optional<std::string> nearestName(const std::string& name, const std::vecto
   std::optional<std::string> nearest;
   std::size_t least = 1 + std::max<std::size_t>(1, name.size() / 3);
   for (const std::string& candidate : candidates) {
-    const std::size_t d = distance(lowered(name), lowered(candidate));
+    const bool begins = name.size() > 1 && lowered(candidate).compare(0, name.size(), lowered(name)) == 0;
+    const std::size_t d = begins ? 1 : distance(lowered(name), lowered(candidate));
     if (d < least) {
       least = d;
       nearest = candidate;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "hemocell_adapter/cell_model.h"
 #include "hemocell_adapter/value.h"
 
 namespace packmesh::hemocell::specs {
@@ -85,13 +86,13 @@ inline ValueSpec meshScale() {
   return number("factor", "µm per unit of the file", 0, true, 1e9);
 }
 inline ValueSpec seed() {
-  return integer("n", "", 0, std::numeric_limits<double>::infinity());
+  return integer("n", "", 0, double(std::numeric_limits<std::int64_t>::max()));
 }
 inline ValueSpec distanceFromSolid() {
   return integer("d", "µm", 0, 1000);
 }
 inline ValueSpec constructions() {
-  return choice("kind", {"RBC_FROM_SPHERE", "ELLIPSOID_FROM_SPHERE", "WBC_SPHERE", "MESH_FROM_STL"});
+  return choice("kind", constructionNames());
 }
 
 using Values = std::vector<Value>;

@@ -78,7 +78,7 @@ class Vessel final : public Container, public Wall {
     std::string text = "vessel " + toText(size.x()) + " x " + toText(size.y()) + " x " + toText(size.z()) +
                        " µm of " + std::to_string(closed_.mesh().triangles.size()) + " triangles";
     if (ends_)
-      text += std::string(periodic() ? ", periodic along " : ", flat ends across ") + axisName[ends_->axis];
+      text += std::string(periodic() ? ", periodic along " : ", closed along ") + axisName[ends_->axis];
     return text;
   }
 

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <map>
+#include <utility>
 
 #include "packMesh/error.h"
 #include "packMesh/packing/validate_problem.h"
@@ -20,10 +22,18 @@ namespace {
 constexpr int repairRounds = 60;
 constexpr std::int64_t repairSweeps = 400;
 
+/// Thin parts of cells can pierce each other between their sample points, where a little more clearance
+/// changes nothing: pairs that fail more often than this get twice as much every time.
+constexpr int patience = 2;
+
 /// When all cells do not fit: the share of them, the most overlapped, that is taken out before trying again,
 /// and sweeps for each trial.
 constexpr double thinning = 0.01;
 constexpr std::int64_t thinningSweeps = 400;
+
+/// With a time limit, thinning out takes about as long again at most: a trial ends after a tenth of the
+/// limit, and with every tenth spent the share doubles.
+constexpr double thinningParts = 10.0;
 
 double cpuSeconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
@@ -43,7 +53,8 @@ class Stopwatch {
 /// One run of pack().
 class Run {
  public:
-  explicit Run(const PackingProblem& problem) : problem_(problem), start_(std::chrono::steady_clock::now()) {
+  explicit Run(const PackingProblem& problem)
+      : problem_(problem), start_(std::chrono::steady_clock::now()), deadline_(problem.limits.maxSeconds) {
     for (const Species& species : problem.species) {
       shapes_.push_back(species.shape.get());
       walls_.push_back(species.wall ? species.wall.get() : problem.container->wall());
@@ -98,11 +109,12 @@ class Run {
     return relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps));
   }
 
-  bool timeIsUp() const {
-    if (problem_.limits.maxSeconds <= 0.0) return false;
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count() >
-           problem_.limits.maxSeconds;
+  /// Wall time since the start [s].
+  double elapsed() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
+
+  bool timeIsUp() const { return problem_.limits.maxSeconds > 0.0 && elapsed() > deadline_; }
 
   bool askedToStop() {
     interrupted_ = interrupted_ || (problem_.interrupted && problem_.interrupted());
@@ -112,7 +124,7 @@ class Run {
   ScheduleLimits limits(const Relaxation& relaxation, std::int64_t maxSweeps) {
     ScheduleLimits limits;
     limits.maxSweeps = maxSweeps;
-    limits.stop = [this] { return askedToStop() || (!thinning_ && timeIsUp()); };
+    limits.stop = [this] { return askedToStop() || timeIsUp(); };
     if (problem_.progress)
       limits.tell = [this, &relaxation](const char* stage) {
         problem_.progress({stage, relaxation.sweeps(), 1.0, relaxation.lastSweep().deepest,
@@ -167,9 +179,11 @@ class Run {
           if (result_.certificate.clean()) return true;
           failing = result_.certificate.overlapping;
         }
-        for (const OverlappingPair& pair : failing)
-          relaxation.demandClearance(bodies[pair.first].id, bodies[pair.second].id,
-                                     tolerance::repairClearance);
+        for (const OverlappingPair& pair : failing) {
+          const std::int64_t first = bodies[pair.first].id, second = bodies[pair.second].id;
+          const int again = std::max(0, ++failures_[{first, second}] - patience);
+          relaxation.demandClearance(first, second, std::ldexp(tolerance::repairClearance, again));
+        }
         for (const MisplacedCell& cell : result_.certificate.misplaced)
           relaxation.demandWallClearance(bodies[cell.cell].id, tolerance::repairClearance);
       }
@@ -184,13 +198,19 @@ class Run {
 
   /// Takes out the most overlapped cells, a few at a time, until the others are certified.
   void thinOut(Relaxation& relaxation) {
-    thinning_ = true;
+    const double maxSeconds = problem_.limits.maxSeconds, began = elapsed();
     while (!interrupted_ && !relaxation.bodies().empty()) {
+      double share = thinning;
+      if (maxSeconds > 0.0) {
+        share *= std::exp2(std::floor(thinningParts * (elapsed() - began) / maxSeconds));
+        deadline_ = elapsed() + maxSeconds / thinningParts;
+      }
       std::vector<Body> bodies = relaxation.bodies();
       std::sort(bodies.begin(), bodies.end(), [](const Body& a, const Body& b) {
         return a.overlap != b.overlap ? a.overlap > b.overlap : a.id < b.id;
       });
-      const auto count = static_cast<std::size_t>(std::ceil(thinning * static_cast<double>(bodies.size())));
+      const auto count =
+          static_cast<std::size_t>(std::ceil(std::min(share, 1.0) * static_cast<double>(bodies.size())));
       std::vector<std::int64_t> ids;
       for (std::size_t i = 0; i < count; ++i) ids.push_back(bodies[i].id);
       std::sort(ids.begin(), ids.end());
@@ -211,9 +231,11 @@ class Run {
 
   const PackingProblem& problem_;
   std::chrono::steady_clock::time_point start_;
+  double deadline_;  ///< in elapsed() [s]; counts when there is a time limit
   std::vector<const Shape*> shapes_;
   std::vector<const Wall*> walls_;
-  bool interrupted_ = false, thinning_ = false;
+  std::map<std::pair<std::int64_t, std::int64_t>, int> failures_;  ///< of pairs (ids) in the exact test
+  bool interrupted_ = false;
   PackingResult result_;
 };
 

@@ -24,8 +24,10 @@ struct Species {
 
 /// When to give up.
 struct Limits {
-  double maxSeconds = 0.0;          ///< wall time [s]; 0: no limit
-  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps
+  /// Wall time after which no more is tried to fit all cells in [s]; finding the densest packing of fewer
+  /// cells may take about as long again. 0: no limit.
+  double maxSeconds = 0.0;
+  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps; in the same sense
 };
 
 /// What pack() tells while it works.

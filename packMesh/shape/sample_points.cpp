@@ -36,13 +36,13 @@ std::vector<Vec3> pointsOn(const TriangleMesh& mesh, double spacing) {
   return points;
 }
 
-/// Cuts [first, last) along its longest axis until every part fits a cluster; full clusters wherever
-/// possible.
+/// Cuts [first, last) along its longest axis into as few clusters as hold it, of equal size to within one
+/// point, so that padding makes no point much heavier than others.
 void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last, SamplePoints& out) {
   const auto count = last - first;
   if (count <= SamplePoints::width) {
     for (int k = 0; k < SamplePoints::width; ++k) {
-      const Vec3& p = first[std::min<std::ptrdiff_t>(k, count - 1)];
+      const Vec3& p = first[k % count];
       out.x.push_back(static_cast<float>(p.x()));
       out.y.push_back(static_cast<float>(p.y()));
       out.z.push_back(static_cast<float>(p.z()));
@@ -65,7 +65,7 @@ void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last
   int axis = 0;
   box.size().maxCoeff(&axis);
   const auto clusters = (count + SamplePoints::width - 1) / SamplePoints::width;
-  const auto middle = first + clusters / 2 * SamplePoints::width;
+  const auto middle = first + count * (clusters / 2) / clusters;
   const auto before = [axis](const Vec3& p, const Vec3& q) {
     return std::make_tuple(p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) <
            std::make_tuple(q[axis], q[(axis + 1) % 3], q[(axis + 2) % 3]);

@@ -9,7 +9,8 @@
 namespace packmesh {
 
 /// Sample points of a surface in the body frame [µm], grouped into spatially compact clusters of `width`, as
-/// structure of arrays (padded by repetition).
+/// structure of arrays. A cluster of fewer points repeats its own, each as often as the others to within one:
+/// where there are several clusters, no point stands more than twice.
 struct SamplePoints {
   static constexpr int width = 16;
 

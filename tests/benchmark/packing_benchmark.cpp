@@ -170,10 +170,9 @@ Figures measureInChild(const Case& c, std::uint64_t seed, double maxSeconds, boo
 
 void printHead() {
   std::puts(
-      "| case | cells | fraction | sweeps | repairs | placement | relaxation | certificate | total | CPU | "
-      "peak | per cell | smallest gap | outcome |");
-  std::puts(
-      "| | | | | | ms/cell | ms/cell | ms/cell | ms/cell | s | MB | bytes | µm | |\n"
+      "| case | cells | fraction | sweeps | repairs | placement (ms/cell) | relaxation (ms/cell) | "
+      "certificate (ms/cell) | total (ms/cell) | CPU (s) | peak (MB) | per cell (bytes) | "
+      "smallest gap (µm) | outcome |\n"
       "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |");
 }
 
@@ -200,9 +199,8 @@ void printRow(const Case& c, const std::vector<Figures>& runs, double baseBytes)
   std::string outcome = fmt::format("{}/{} certified", certified, runs.size());
   if (runs.size() == 1) outcome = certified ? "certified" : fmt::format("out of reach of {}", mean.wanted);
   fmt::print(
-      "| {} | {:.0f} | {:.4f} | {:.0f} | {:.1f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {:.3f} | {:.1f} | "
-      "{:.0f} "
-      "| {:.4f} | {} |\n",
+      "| {} | {:.0f} | {:.4f} | {:.0f} | {:.1f} | {:.4f} | {:.4f} | {:.4f} | "
+      "{:.4f} | {:.3f} | {:.1f} | {:.0f} | {:.4f} | {} |\n",
       c.name, mean.cells / n, mean.fraction / n, sweeps / n, repairs / n, perCell(mean.placement),
       perCell(mean.relaxation), perCell(mean.certificate), perCell(mean.total), mean.total / n,
       mean.peakBytes / 1e6, (mean.peakBytes - baseBytes) * n / cells, gap, outcome);

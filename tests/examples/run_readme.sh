@@ -9,7 +9,15 @@ cp -r "$example" "$scratch"
 cd "$scratch"
 sed -n '/^```sh$/,/^```$/p' README.md | sed -n '2,/^```$/{/^```/!p}' > block.sh
 test -s block.sh || { echo "README.md has no sh block"; exit 1; }
-PATH="$bin:$PATH" bash -euxo pipefail block.sh
+PATH="$bin:$PATH" bash -euxo pipefail block.sh | tee output.txt
+
+# What the README says it prints; numbers may change with the method.
+masked() { sed -E 's/[0-9]+(\.[0-9]+)?/N/g'; }
+grep '^(packMesh)' README.md | masked > promised.txt
+test -s promised.txt
+while IFS= read -r line; do
+  masked < output.txt | grep -qxF -e "$line" || { echo "README.md promises what is not printed: $line"; exit 1; }
+done < promised.txt
 
 # What every README of ours promises.
 for cell in RBC PLT; do

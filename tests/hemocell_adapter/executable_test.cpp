@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What users do, done with the real executable.
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <functional>
 #include <regex>
 
+#include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/pos_file.h"
 #include "sample_case.h"
 
+using namespace packmesh;
+using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
@@ -17,6 +23,12 @@ int cellsIn(const fs::path& file) {
   int n = -1;
   in >> n;
   return n;
+}
+
+/// What a run says of the lumen.
+std::string lumenLine(const std::string& out) {
+  const std::size_t at = out.find("Lumen: ");
+  return at == out.npos ? "" : out.substr(at, out.find('\n', at) - at);
 }
 
 std::string rbcPos(const std::string& lines, int count) {
@@ -77,8 +89,58 @@ TEST_CASE("periodic ends and HemoCell's own rule for them", "[executable]") {
   const Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --ends periodic");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("ends: periodic along x"));
+  CHECK(lumenLine(ran.out).find("periodic along x") != std::string::npos);
   CHECK(run(folder.path(), "check config.xml --ends periodic").exitCode == 0);
+  const Ran checked = run(folder.path(), "check config.xml");  // the cells across the ends are dropped
+  INFO(checked.all());
+  CHECK(checked.exitCode == 4);
+  CHECK_THAT(checked.out, Contains("meets an end of the vessel"));
+}
+
+TEST_CASE("packing and check speak of the same lumen", "[executable]") {
+  const SampleCase folder;
+  const std::string box = "<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>";
+  const std::string cylinder =
+      "<packing><container><cylinder radius=\"9\" length=\"20\"/></container></packing>";
+  struct Row {
+    std::string domain, packing, options;
+  };
+  for (const Row& row : std::vector<Row>{{sampleDomain, "", ""},
+                                         {sampleDomain, "", "--ends periodic"},
+                                         {sampleDomain, "<packing><ends>periodic</ends></packing>", ""},
+                                         {box, "", "--walls yz"},
+                                         {box, "", "--walls yz --ends periodic"},
+                                         {box, cylinder, ""}}) {
+    writeText(folder.path() / "config.xml", configXml(row.domain, row.packing));
+    const Ran packed = run(folder.path(), "config.xml --rbc 3 " + row.options);
+    const Ran checked = run(folder.path(), "check config.xml " + row.options);
+    INFO(row.domain << row.packing << row.options << "\n" << packed.all() << checked.all());
+    CHECK(packed.exitCode == 0);
+    CHECK(checked.exitCode == 0);
+    CHECK(lumenLine(packed.out).size() > 20);
+    CHECK(lumenLine(packed.out) == lumenLine(checked.out));
+  }
+}
+
+TEST_CASE("a box between walls: the planes of the walls are solid nodes", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 12 --rbc 20 --walls z --keep-all");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("HemoCell keeps 20 of 20"));
+  const TriangleMesh cell = buildTemplate(*defaultModel("RBC"), 0.5);
+  Box all;
+  for (const PosLine& line : readPos(folder.path() / "RBC.pos"))
+    for (const Vec3& v : placed(cell, placementOf(line)).vertices) all.add(v);
+  CHECK(all.lo.z() > 0.25);  // node 0 is solid up to half a node from it
+  CHECK(all.hi.z() < 11.75);
+  CHECK(all.lo.minCoeff() > -0.25);
+  CHECK(all.hi.maxCoeff() <= 19.75);
+  CHECK(run(folder.path(), "check --box 20 20 12 --walls z --keep-all").exitCode == 0);
+  // Elsewhere packing may use all of the box, and says what that costs.
+  const Ran whole = run(folder.path(), "20 20 12 --rbc 22 --walls z --seed 2");
+  CHECK(whole.exitCode == 0);
+  CHECK_THAT(whole.out, Contains("a vertex lies outside"));
 }
 
 TEST_CASE("boxes, under both names", "[executable]") {
@@ -91,6 +153,9 @@ TEST_CASE("boxes, under both names", "[executable]") {
   ran = run(folder.path(), "50.9 50 50 -h 0.3", "packCells");
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.err, Contains("size 50.9 is read as 50"));
+  ran = run(folder.path(), "0.9 50 50 -h 0.3", "packCells");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("size 0.9 is read as 0"));
   CHECK(cellsIn(folder.path() / "RBC.pos") == 387);
   ran = run(folder.path(), "check --box 50 50 50");
   INFO(ran.all());
@@ -188,7 +253,12 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"5 5 2 --rbc 1", 2, "larger than the lumen"},
       {"50 50 50 --rbc 1 --output-dir RBC.xml", 5, "is not a folder"},
       {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
-      {"50 50 50 --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
+      {"50 50 50 --rbc 1 --minimum-distance-from-solid RBC 1", 1, "is for cases"},
+      {"config.xml --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
+      {"50 50 50 --rbc 1 --nor", 1, "did you mean '--noRotate'?"},
+      {"--cylinder x 10 20 --sphere 10 --rbc 1", 1, "--cylinder excludes --sphere"},
+      {"50 50 50 --cell-mesh big 2 tube.stl --mesh-scale big 10000", 2, "larger than the lumen"},
+      {"50 50 50 --cell big 2 30000 30000 30000", 2, "larger than the lumen"},
       {"nowhere.xml --rbc 1", 2, "no such file"},
       {". --rbc 1", 2, "is a folder"},
       {h, 2, "not well-formed XML", file("config.xml", "hello")},
@@ -208,7 +278,15 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"config.xml --hematocrit 0.2 --plt_ratio 0.1", 2, "PLT.xml",
        [](const fs::path& folder) { fs::remove(folder / "PLT.xml"); }},
       {h, 2, "state it by --walls", config("<dx>5e-7</dx><nx>40</nx><ny>40</ny><nz>40</nz>")},
-      {h + " --walls yz", 1, "for boxes only"},
+      {h + " --walls yz", 1, "option '--walls': walls are chosen for boxes only"},
+      {h, 2, "config.xml: <walls>: walls are", config(sampleDomain, "<packing><walls>yz</walls></packing>")},
+      {h, 2, "config.xml: how many 'PLT'?",
+       config(sampleDomain, "<packing><species name=\"PLT\"/></packing>")},
+      {h, 2, "config.xml: <container> has no body", config(sampleDomain, "<packing><container/></packing>")},
+      {h, 2, "the lumen reaches from y = -8 to 8 µm, the lattice only from -0.25 to",
+       config(sampleDomain,
+              "<packing><container><cylinder radius=\"8\" length=\"20\" center=\"10 0 "
+              "8\"/></container></packing>")},
       {h, 2, "<preInlet>",
        file("config.xml", "<hemocell><domain>" + sampleDomain + "</domain><preInlet/></hemocell>")},
       {"check config.xml", 2, "no .pos files"},
@@ -222,6 +300,8 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"check config.xml", 2, "RBC.pos", file("RBC.pos", "")},
       {"check config.xml", 4, "NOT clean", file("RBC.pos", rbcPos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2))},
       {"check config.xml", 4, "drops 1", file("RBC.pos", rbcPos("500 8 8 0 0 0\n", 1))},
+      {"check --box 20 20 20", 2, "RBC.pos:2: field 1 (x): expected a number between -100000 and 100000",
+       file("RBC.pos", rbcPos("1e20 8 8 0 0 0\n", 1))},
   };
   for (const Row& row : rows) {
     const SampleCase folder;
@@ -236,6 +316,16 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
         CHECK(entry.path().extension() != ".pos");
     }
   }
+}
+
+TEST_CASE("check says what it could not examine", "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));
+  CHECK_THAT(run(folder.path(), "check config.xml").out, Contains("Verdict: clean\n"));
+  writeText(folder.path() / "ghost.pos", rbcPos("8 8 8 0 0 0\n", 1));
+  const Ran ran = run(folder.path(), "check config.xml");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("Verdict: clean; not examined: ghost.pos\n"));
 }
 
 TEST_CASE("out of reach: says how far it came, writes only on request, keeps old files", "[executable]") {
@@ -263,6 +353,14 @@ TEST_CASE("Ctrl-C ends cleanly", "[executable]") {
   CHECK(ran.exitCode == 130);
   CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
   CHECK(fs::is_empty(folder.path()));
+
+  // Not only while packing: opening a pipe that nobody writes into lasts for ever.
+  REQUIRE(mkfifo((folder.path() / "config.xml").c_str(), 0600) == 0);
+  const Ran reading =
+      run(folder.path(), "check config.xml", "packMesh", "timeout --preserve-status -k 5 -s INT 1");
+  INFO(reading.all());
+  CHECK(reading.exitCode == 130);
+  CHECK_THAT(reading.err, Contains("(packMesh) (Error) interrupted"));
 }
 
 TEST_CASE("help, version and ranks", "[executable]") {

@@ -68,6 +68,7 @@ TEST_CASE("slips of the fingers are recognised", "[value]") {
   CHECK(nearestName("hematocrti", known) == std::string("hematocrit"));
   CHECK(nearestName("hematokrit", known) == std::string("hematocrit"));
   CHECK(nearestName("Seed", known) == std::string("seed"));
+  CHECK(nearestName("WALLC", known) == std::string("wallClearance"));
   CHECK(nearestName("wallclearence", known) == std::string("wallClearance"));
   CHECK_FALSE(nearestName("viscosity", known));
 }

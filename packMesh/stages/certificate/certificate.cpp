@@ -95,18 +95,18 @@ void certifyWalls(const Cells& cells, Certificate& out) {
 
 }  // namespace
 
-Certificate certify(const CertificateInput& input, double gapOfInterest) {
+Certificate certify(const CertificateInput& input, double largestGap) {
   const Cells cells(input);
   Certificate out;
   out.cells = cells.count();
   for (std::int64_t i = 0; i < cells.count(); ++i) out.cellVolume += cells.volume(i);
   // Measuring gaps of a micrometre costs fifty times what gaps of a hundredth do, and few packings need it.
-  for (double interest = std::min(smallestInterest, gapOfInterest);;
-       interest = std::min(8.0 * interest, gapOfInterest)) {
+  for (double interest = std::min(smallestInterest, largestGap);;
+       interest = std::min(8.0 * interest, largestGap)) {
     out.overlapping.clear();
     out.pairsTested = 0;
     certifyPairs(cells, input.requiredGap, interest, out);
-    if (out.minimumGap < interest || interest >= gapOfInterest) break;
+    if (out.minimumGap < interest || interest >= largestGap) break;
   }
   certifyWalls(cells, out);
   return out;

@@ -41,8 +41,8 @@ struct Certificate {
   std::int64_t pairsTested = 0;  ///< pairs near enough to need a proof
   std::vector<OverlappingPair> overlapping;
   std::vector<MisplacedCell> misplaced;
-  /// Smallest gap between two membranes [µm], exact below `gapOfInterest`; infinity when no pair is nearer, 0
-  /// when any overlap.
+  /// Smallest gap between two membranes [µm], exact below the largest to be measured; infinity when no pair
+  /// is nearer, 0 when any overlap.
   double minimumGap = std::numeric_limits<double>::infinity();
   double cellVolume = 0.0;  ///< volume of all meshes [µm³]
 
@@ -58,13 +58,16 @@ struct CertificateInput {
   double requiredGap = 0.0;  ///< pairs with a smaller gap count as overlapping [µm]
 };
 
+/// Gaps above this are not measured unless asked for [µm].
+constexpr double gapOfInterest = 1.0;
+
 /// Examines every pair of cells that could meet (periodic images included) and every cell against its wall.
 ///
 /// Overlap is decided by exact predicates on the world vertices `placement(v)` of the template meshes: closed
 /// triangles that share a single point already meet, and a mesh inside another one meets it.
 /// Reports are ordered by cells. Memory: some 150 bytes per cell; meshes are placed one at a time.
-/// @param gapOfInterest gaps above this are not measured [µm]
-Certificate certify(const CertificateInput& input, double gapOfInterest = 1.0);
+/// @param largestGap gaps above this are not measured [µm]
+Certificate certify(const CertificateInput& input, double largestGap = gapOfInterest);
 
 /// The overlapping pairs among those with at least one of `movedCells`, ordered by cells; no gaps, no walls.
 /// For stages that move a few cells at a time: pairs of cells that stayed keep the verdict they had.

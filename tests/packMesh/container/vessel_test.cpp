@@ -223,4 +223,7 @@ TEST_CASE("A vessel describes itself", "[container]") {
   const auto vessel =
       makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, true}, 0.25);
   REQUIRE(vessel->describe() == "vessel 21.5 x 10 x 10 µm of 416 triangles, periodic along x");
+  const auto closed =
+      makeVessel(sample::straightTube(0.0, 20.0, 5.0, 11, 16), VesselEnds{0, -0.75, 20.75, false}, 0.25);
+  REQUIRE(closed->describe() == "vessel 21.5 x 10 x 10 µm of 416 triangles, closed along x");
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cstdlib>
 
 #include "packMesh/stages/relaxation/contact_kernel.h"
@@ -202,6 +203,18 @@ TEST_CASE("A time limit ends a run, with what was reached", "[packing]") {
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
+  checkPacking(problem, result);
+}
+
+TEST_CASE("Thinning out keeps to the time limit too", "[packing]") {
+  // Far out of reach: taking out a hundredth at a time would last a hundred times as long.
+  PackingProblem problem = redCellProblem(periodicCube(40.0), 0.90);
+  problem.limits.maxSeconds = 0.5;
+  const auto start = std::chrono::steady_clock::now();
+  const PackingResult result = pack(problem);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(took.count() < 6.0 * problem.limits.maxSeconds);
   checkPacking(problem, result);
 }
 
