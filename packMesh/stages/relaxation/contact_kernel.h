@@ -9,6 +9,8 @@
 
 #include <cstdint>
 
+#include "packMesh/instruction_set.h"
+
 namespace packmesh {
 
 /// The surface of a cell as the kernel sees it, in its body frame.
@@ -70,16 +72,7 @@ void contact(const SampleView&, const RelativeFrame&, const FieldView&, float cl
              ClusterMask& mask, ContactSums&);
 }
 
-enum class InstructionSet { portable, avx2, avx512 };
-
-/// Whether this processor has it.
-bool available(InstructionSet set);
-
 /// The kernel for an instruction set. Pre: available(set).
 ContactKernel contactKernel(InstructionSet set);
-
-/// The best instruction set available, unless the environment variable PACKMESH_ISA (portable, avx2, avx512)
-/// asks for another one that is.
-InstructionSet chosenInstructionSet();
 
 }  // namespace packmesh

@@ -2,8 +2,8 @@
 /// @file Body of the contact kernel; included by one translation unit per instruction set, which defines
 /// PACKMESH_KERNEL_NAMESPACE. See contact_kernel.h.
 
+#include "packMesh/geometry/lanes.h"
 #include "packMesh/stages/relaxation/contact_kernel.h"
-#include "packMesh/stages/relaxation/lanes.h"
 
 namespace packmesh {
 namespace PACKMESH_KERNEL_NAMESPACE {
