@@ -146,6 +146,9 @@ inline Lanes& operator+=(Lanes& a, const Lanes& b) {
 inline Mask operator<(const Lanes& a, const Lanes& b) {
   return eachMask([&](int k) { return a.r[k] < b.r[k]; });
 }
+inline Mask operator&(const Mask& a, const Mask& b) {
+  return eachMask([&](int k) { return a.r[k] & b.r[k]; });
+}
 inline Mask operator|(const Mask& a, const Mask& b) {
   return eachMask([&](int k) { return a.r[k] | b.r[k]; });
 }
@@ -159,7 +162,8 @@ inline Lanes smaller(const Lanes& a, const Lanes& b) {
   return each([&](int k) { return static_cast<Register>(nativeSmaller(a.r[k], b.r[k])); });
 }
 inline Lanes magnitude(const Lanes& a) {
-  return each([&](int k) { return a.r[k] < Register{} ? -a.r[k] : a.r[k]; });
+  return each(
+      [&](int k) { return reinterpret_cast<Register>(reinterpret_cast<MaskRegister>(a.r[k]) & 0x7fffffff); });
 }
 inline Lanes squareRoot(const Lanes& a) {
   return each([&](int k) { return static_cast<Register>(nativeRoot(a.r[k])); });
@@ -235,6 +239,33 @@ inline unsigned bitsOf(const Mask& m) {
 #endif
   }
   return bits;
+}
+
+/// Lane k is p[k / 4].
+inline Lanes loadEachFourTimes(const float* p) {
+#if defined(__AVX512F__)
+  const __m512i from = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
+  const __m512 four = _mm512_castps128_ps512(_mm_loadu_ps(p));
+  return {{static_cast<Register>(_mm512_permutexvar_ps(from, four))}};
+#elif defined(__AVX2__)
+  const __m256 four = _mm256_castps128_ps256(_mm_loadu_ps(p));
+  return {{static_cast<Register>(_mm256_permutevar8x32_ps(four, _mm256_set_epi32(1, 1, 1, 1, 0, 0, 0, 0))),
+           static_cast<Register>(_mm256_permutevar8x32_ps(four, _mm256_set_epi32(3, 3, 3, 3, 2, 2, 2, 2)))}};
+#else
+  return each([&](int k) { return Register{} + p[k]; });
+#endif
+}
+
+/// Lane k is p[k % 4].
+inline Lanes loadAllFourTimes(const float* p) {
+#if defined(__AVX512F__)
+  return {{static_cast<Register>(_mm512_broadcast_f32x4(_mm_loadu_ps(p)))}};
+#elif defined(__AVX2__)
+  const Register four = static_cast<Register>(_mm256_broadcast_ps(reinterpret_cast<const __m128*>(p)));
+  return {{four, four}};
+#else
+  return each([&](int) -> Register { return *reinterpret_cast<const UnalignedRegister*>(p); });
+#endif
 }
 
 inline void store(const Lanes& a, float* out) {

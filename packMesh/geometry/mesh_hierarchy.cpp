@@ -23,136 +23,152 @@ float up(double x) {
 class TreeBuilder {
  public:
   explicit TreeBuilder(MeshTree& tree) : tree_(tree), mesh_(tree.mesh) {
-    order_.resize(mesh_.triangles.size());
+    const int count = static_cast<int>(mesh_.triangles.size());
+    order_.resize(count);
     std::iota(order_.begin(), order_.end(), 0);
-    for (const Triangle& t : mesh_.triangles)
-      centroid_.push_back((mesh_.vertices[t[0]] + mesh_.vertices[t[1]] + mesh_.vertices[t[2]]) / 3.0);
-    add(0, static_cast<int>(order_.size()));
+    for (int t = 0; t < count; ++t) {
+      const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
+      centroid_.push_back((a + b + c) / 3.0);
+      normal_.push_back((b - a).cross(c - a).stableNormalized());
+      std::array<float, 9> corners;
+      for (int k = 0; k < 9; ++k) corners[k] = static_cast<float>(mesh_.corner(t, k / 3)[k % 3]);
+      tree_.corners.push_back(corners);
+    }
+    tree_.discs.resize(count);
+    addQuad({{0, count}}, 0, emptyDisc);
   }
 
  private:
-  /// Adds the box of order_[begin, end) and everything below it. Returns its index.
-  int add(int begin, int end) {
-    const int index = static_cast<int>(tree_.boxes.size());
-    tree_.boxes.push_back({});
-    const TreeBox fitted = fit(begin, end);
-    tree_.boxes[index] = fitted;
-    int content;
-    if (end - begin <= 4) {
-      content = ~static_cast<int>(tree_.leaves.size());
-      tree_.leaves.push_back(leaf(begin, end));
-    } else {
-      content = static_cast<int>(tree_.quads.size());
-      tree_.quads.emplace_back();
-      int cuts[5] = {begin, begin, split(begin, end, fitted.box), end, end};
-      cuts[1] = split(begin, cuts[2], fit(begin, cuts[2]).box);
-      cuts[3] = split(cuts[2], end, fit(cuts[2], end).box);
-      BoxQuad quad{};
-      for (Float4& half : quad.half) half = splat(-1e30f);
-      int lane = 0;
-      for (int part = 0; part < 4; ++part)
-        if (cuts[part] < cuts[part + 1]) setLane(quad, lane++, add(cuts[part], cuts[part + 1]));
-      for (; lane < 4; ++lane) quad.box[lane] = -1;
-      tree_.quads[content] = quad;
+  struct Range {
+    int begin, end;  ///< in order_
+    int size() const { return end - begin; }
+  };
+
+  /// Adds a quad of the given patches and everything below it. Returns its index.
+  /// @param disc,size of the disc around them
+  int addQuad(const std::vector<Range>& patches, int disc, float size) {
+    const int index = static_cast<int>(tree_.quads.size());
+    tree_.quads.emplace_back();
+    DiscQuad quad{};
+    quad.disc = disc;
+    quad.size = size;
+    for (int lane = 0; lane < 4; ++lane) {
+      if (lane >= static_cast<int>(patches.size())) {
+        quad.discs.radius[lane] = quad.discs.half[lane] = -emptyDisc;
+        continue;
+      }
+      const Range& patch = patches[lane];
+      setLane(quad, lane, patch);
+      const int own = 4 * index + lane;
+      if (patch.size() == 1) {
+        quad.content[lane] = ~order_[patch.begin];
+        tree_.discs[order_[patch.begin]] = own;
+      } else {
+        quad.content[lane] = addQuad(parts(patch), own, quad.discs.radius[lane]);
+      }
     }
-    tree_.boxes[index].content = content;
+    tree_.quads[index] = quad;
     return index;
   }
 
-  void setLane(BoxQuad& quad, int lane, int box) const {
-    const OrientedBox& b = tree_.boxes[box].box;
-    quad.box[lane] = box;
-    for (int k = 0; k < 3; ++k) {
-      quad.center[k][lane] = b.center[k];
-      quad.half[k][lane] = b.half[k];
-      for (int c = 0; c < 3; ++c) quad.axis[k][c][lane] = b.axis[k][c];
-    }
+  /// Two to four parts of a patch, as even as whole blocks of a power of four allow: quads below are full,
+  /// and patches at the same depth about the same size.
+  std::vector<Range> parts(const Range& patch) {
+    int size = 1;
+    while (4 * size < patch.size()) size *= 4;
+    std::vector<Range> out;
+    cut(patch, std::max(size / 4, 1), (patch.size() + size - 1) / size, out);
+    return out;
   }
 
-  /// Orders [begin, end) along the longest side of its box; the halves are whole leaves of four.
-  int split(int begin, int end, const OrientedBox& box) {
-    const int leaves = (end - begin + 3) / 4;
-    if (leaves < 2) return end;
-    const int middle = begin + leaves / 2 * 4;
-    const int longest = static_cast<int>(std::max_element(box.half, box.half + 3) - box.half);
-    const Vec3 axis(box.axis[longest][0], box.axis[longest][1], box.axis[longest][2]);
-    std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+  void cut(const Range& patch, int block, int count, std::vector<Range>& out) {
+    if (count == 1) {
+      out.push_back(patch);
+      return;
+    }
+    const int blocks = (patch.size() + block - 1) / block, left = (count + 1) / 2;
+    const int middle = patch.begin + (blocks * left + count / 2) / count * block;
+    const Vec3 axis = longestDirection(patch);
+    std::nth_element(order_.begin() + patch.begin, order_.begin() + middle, order_.begin() + patch.end,
                      [&](int i, int j) {
                        const double a = axis.dot(centroid_[i]), b = axis.dot(centroid_[j]);
                        return a != b ? a < b : i < j;
                      });
-    return middle;
+    cut({patch.begin, middle}, block, left, out);
+    cut({middle, patch.end}, block, count - left, out);
   }
 
-  /// Box along the principal axes of the corners of order_[begin, end).
-  TreeBox fit(int begin, int end) const {
+  Vec3 longestDirection(const Range& patch) const {
     Vec3 mean = Vec3::Zero();
-    for (int i = begin; i < end; ++i) mean += centroid_[order_[i]];
-    mean /= end - begin;
+    for (int i = patch.begin; i < patch.end; ++i) mean += centroid_[order_[i]];
+    mean /= patch.size();
     Mat3 covariance = Mat3::Zero();
-    forEachCorner(begin, end, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
-    const Mat3 axes = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().transpose();
+    for (int i = patch.begin; i < patch.end; ++i)
+      covariance += (centroid_[order_[i]] - mean) * (centroid_[order_[i]] - mean).transpose();
+    return Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(2);
+  }
 
-    TreeBox out{};
-    Mat3 stored;
-    for (int j = 0; j < 3; ++j)
-      for (int c = 0; c < 3; ++c) stored(j, c) = out.box.axis[j][c] = static_cast<float>(axes(j, c));
-    Box extent;
-    forEachCorner(begin, end, [&](const Vec3& v) { extent.add(stored * (v - mean)); });
-    const Vec3 center = mean + stored.transpose() * extent.center();
-    for (int c = 0; c < 3; ++c) out.box.center[c] = static_cast<float>(center[c]);
-    const Vec3 from(out.box.center[0], out.box.center[1], out.box.center[2]);
-    Vec3 half = Vec3::Zero();
-    double reach = 0.0, size = 0.0;
-    forEachCorner(begin, end, [&](const Vec3& v) {
-      half = half.cwiseMax((stored * (v - from)).cwiseAbs());
+  void setLane(DiscQuad& quad, int lane, const Range& patch) const {
+    Vec3 mean = Vec3::Zero(), facing = Vec3::Zero();
+    for (int i = patch.begin; i < patch.end; ++i) {
+      mean += centroid_[order_[i]];
+      facing += normal_[order_[i]];
+    }
+    mean /= patch.size();
+    Mat3 covariance = Mat3::Zero();
+    forEachCorner(patch, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
+    const Vec3 thin = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(0);
+    const Vec3 normal =
+        thickness(patch, facing.stableNormalized()) < thickness(patch, thin) && facing.norm() > 0.5
+            ? Vec3(facing.stableNormalized())
+            : thin;
+    Vec3 stored;
+    for (int k = 0; k < 3; ++k) stored[k] = quad.discs.normal[k][lane] = static_cast<float>(normal[k]);
+
+    // Middle of the slab; across, the middle of a small circle (moves towards the furthest point: M. Badoiu,
+    // K. Clarkson, SODA 2003).
+    Box along;
+    forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(stored.dot(v - mean))); });
+    Vec3 center = mean;
+    const int steps = patch.size() <= 64 ? 30 : 5;
+    for (int step = 1; step <= steps; ++step) {
+      Vec3 furthest = center;
+      double most = 0.0;
+      forEachCorner(patch, [&](const Vec3& v) {
+        const Vec3 offset = v - center, across = offset - stored.dot(offset) * stored;
+        if (across.squaredNorm() > most) most = across.squaredNorm(), furthest = center + across;
+      });
+      center += (furthest - center) / (step + 1);
+    }
+    center += (along.center()[0] - stored.dot(center - mean)) * stored;
+    for (int k = 0; k < 3; ++k) center[k] = quad.discs.center[k][lane] = static_cast<float>(center[k]);
+
+    double half = 0.0, radius = 0.0, reach = 0.0;
+    forEachCorner(patch, [&](const Vec3& v) {
+      half = std::max(half, std::abs(stored.dot(v - center)));
+      radius = std::max(radius, (v - center).norm());
       reach = std::max(reach, v.norm());
-      size = std::max(size, (v - from).norm());
     });
-    for (int j = 0; j < 3; ++j) out.box.half[j] = up(half[j] + storage * (size + reach * 0.1));
-    out.size = up(size);
-    return out;
+    quad.discs.half[lane] = up(half + storage * (radius + 0.1 * reach));
+    quad.discs.radius[lane] = up(radius + storage * (radius + 0.1 * reach));
+  }
+
+  double thickness(const Range& patch, const Vec3& normal) const {
+    Box along;
+    forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(normal.dot(v))); });
+    return along.size()[0];
   }
 
   template <class Visit>
-  void forEachCorner(int begin, int end, Visit&& visit) const {
-    for (int i = begin; i < end; ++i)
+  void forEachCorner(const Range& patch, Visit&& visit) const {
+    for (int i = patch.begin; i < patch.end; ++i)
       for (int k = 0; k < 3; ++k) visit(mesh_.corner(order_[i], k));
-  }
-
-  TriangleQuad leaf(int begin, int end) const {
-    TriangleQuad leaf{};
-    leaf.count = end - begin;
-    for (int lane = 0; lane < 4; ++lane) {
-      const int t = leaf.triangle[lane] = order_[std::min(begin + lane, end - 1)];
-      const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
-      Vec3 normal = (b - a).cross(c - a);
-      const double length = normal.norm();
-      if (length > 0.0) normal /= length;  // otherwise zero: tells nothing apart
-      double radius = 0.0;
-      Box along;
-      const Vec3 center = (a + b + c) / 3.0;
-      for (int k = 0; k < 3; ++k) {
-        const Vec3& v = mesh_.corner(t, k);
-        along.add(Vec3::Constant(normal.dot(v)));
-        radius = std::max(radius, (v - center).norm());
-        for (int x = 0; x < 3; ++x) leaf.corner[k][x][lane] = static_cast<float>(v[x]);
-      }
-      for (int x = 0; x < 3; ++x) {
-        leaf.normal[x][lane] = static_cast<float>(normal[x]);
-        leaf.center[x][lane] = static_cast<float>(center[x]);
-      }
-      leaf.lo[lane] = static_cast<float>(along.lo[0]);
-      leaf.hi[lane] = static_cast<float>(along.hi[0]);
-      leaf.radius[lane] = up(radius);
-    }
-    return leaf;
   }
 
   MeshTree& tree_;
   const TriangleMesh& mesh_;
   std::vector<int> order_;
-  std::vector<Vec3> centroid_;
+  std::vector<Vec3> centroid_, normal_;
 };
 
 /// One vertex of every connected component (union-find over the triangles).

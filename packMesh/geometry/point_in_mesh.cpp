@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,38 +12,36 @@ namespace packmesh {
 
 namespace {
 
-/// A segment in the body frame, to cull the boxes it does not come near.
+/// A segment in the body frame, to cull the discs it does not come near.
 struct BodySegment {
-  float middle[3], half[3], length, rounding;
+  float middle[3], half[3], halfSquared, rounding;
 
   BodySegment(const Vec3& p, const Vec3& q, const MeshTree& tree) {
     for (int k = 0; k < 3; ++k) {
       middle[k] = static_cast<float>(0.5 * (p[k] + q[k]));
       half[k] = static_cast<float>(0.5 * (q[k] - p[k]));
     }
-    length = static_cast<float>(0.5 * (q - p).norm());
+    halfSquared = dot(half, half);
     rounding = 4e-6f * static_cast<float>(tree.reach + p.norm() + q.norm());
   }
 
-  /// Lanes are 0 where the segment passes by: separating axes are those of the box and their cross products
-  /// with the segment.
-  Int4 near(const BoxQuad& quad) const {
-    Float4 offset[3], along[3], step[3], reach[3];
-    for (int k = 0; k < 3; ++k) offset[k] = middle[k] - quad.center[k];
-    Int4 near = {-1, -1, -1, -1};
-    for (int j = 0; j < 3; ++j) {
-      along[j] = dot(offset, quad.axis[j]);
-      step[j] = dot(half, quad.axis[j]);
-      reach[j] = quad.half[j] + rounding;
-      near &= abs(along[j]) <= reach[j] + abs(step[j]);
+  /// Whether the segment could meet a disc: it must meet its sphere and its slab.
+  bool near(const DiscQuad& quad, int lane) const {
+    float offset[3], normal[3];
+    for (int k = 0; k < 3; ++k) {
+      offset[k] = quad.discs.center[k][lane] - middle[k];
+      normal[k] = quad.discs.normal[k][lane];
     }
-    for (int j = 0; j < 3; ++j) {
-      const int k = (j + 1) % 3, l = (j + 2) % 3;
-      near &= abs(along[k] * step[l] - along[l] * step[k]) <=
-              reach[k] * abs(step[l]) + reach[l] * abs(step[k]) + rounding * length;
-    }
-    return near;
+    if (std::abs(dot(offset, normal)) > quad.discs.half[lane] + std::abs(dot(half, normal)) + rounding)
+      return false;
+    const float t = std::clamp(dot(offset, half) / halfSquared, -1.0f, 1.0f),
+                reach = quad.discs.radius[lane] + rounding;
+    for (int k = 0; k < 3; ++k) offset[k] -= t * half[k];
+    return dot(offset, offset) <= reach * reach;
   }
+
+ private:
+  static float dot(const float* a, const float* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 };
 
 enum class Verdict { outside, inside, onSurface, undecided };
@@ -53,21 +52,18 @@ Verdict castSegment(const MeshTree& tree, const Placement& placement, const Vec3
   bool inside = false, clean = true;
   std::array<int, 256> stack;
   int size = 0;
-  stack[size++] = tree.boxes[0].content;
+  stack[size++] = 0;
   while (size > 0) {
-    const int content = stack[--size];
-    if (content >= 0) {
-      const BoxQuad& quad = tree.quads[content];
-      const Int4 near = segment.near(quad);
-      for (int lane = 0; lane < 4; ++lane)
-        if (quad.box[lane] >= 0 && near[lane]) stack[size++] = tree.boxes[quad.box[lane]].content;
-      continue;
-    }
-    const TriangleQuad& leaf = tree.leaves[~content];
-    for (int k = 0; k < leaf.count; ++k) {
-      const Vec3 a = placement(tree.mesh.corner(leaf.triangle[k], 0)),
-                 b = placement(tree.mesh.corner(leaf.triangle[k], 1)),
-                 c = placement(tree.mesh.corner(leaf.triangle[k], 2));
+    const DiscQuad& quad = tree.quads[stack[--size]];
+    for (int lane = 0; lane < 4; ++lane) {
+      if (quad.discs.half[lane] < 0.0f || !segment.near(quad, lane)) continue;
+      if (quad.content[lane] >= 0) {
+        stack[size++] = quad.content[lane];
+        continue;
+      }
+      const int t = ~quad.content[lane];
+      const Vec3 a = placement(tree.mesh.corner(t, 0)), b = placement(tree.mesh.corner(t, 1)),
+                 c = placement(tree.mesh.corner(t, 2));
       if (segmentCrossesTriangle(p, q, a, b, c))
         inside = !inside;
       else if (segmentMeetsTriangle(p, q, a, b, c)) {
