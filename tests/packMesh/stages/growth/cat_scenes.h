@@ -78,7 +78,7 @@ inline CatScene coarse(CatScene scene, int level, double scale) {
 /// general position.
 inline CatScene fourCubes() {
   CatScene scene;
-  scene.input.container = scene.own(sample::box(Vec3(0, 0, 0), Vec3(4, 4, 1)));
+  scene.input.container = scene.own(sample::voxels(8, 0.5, [](int, int, int z) { return z < 2; }));
   const MeshHierarchy* cube = scene.own(sample::box(Vec3::Constant(-0.25), Vec3::Constant(0.25)));
   for (const double x : {1.0, 3.0})
     for (const double y : {1.0, 3.0}) scene.input.objects.push_back({cube, {Mat3::Identity(), {x, y, 0.5}}});

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "tests/packMesh/stages/growth/cat_scenes.h"
 #include "tests/packMesh/stages/growth/convex_clip.h"
@@ -262,5 +263,43 @@ TEST_CASE("Splitting again leaves no trace of the first time", "[cat]") {
   for (std::size_t f = 0; f < fresh.faces.size(); ++f) {
     CHECK(fresh.faces[f].point == used.faces[f].point);
     CHECK(fresh.faces[f].normal == used.faces[f].normal);
+  }
+}
+
+TEST_CASE("Segments of neighbouring tetrahedra match on their common triangle", "[cat]") {
+  std::mt19937 random(6);
+  std::exponential_distribution<double> exponential;
+  // The surface whose segment holds a point, from the planes of one tetrahedron.
+  const auto surfaceAt = [](const Tetrahedra& t, const ChordalFaces& split, const Vec3& x) {
+    std::set<int> found;
+    for (int p = 0; p < 4; ++p) {
+      bool behind = true;
+      for (int u = split.firstUse[p]; u < split.firstUse[p + 1]; ++u) {
+        const ChordalFace& face = split.faces[split.uses[u].face()];
+        behind &= split.uses[u].sign() * face.normal.dot(x - face.point) <= 0.0;
+      }
+      if (behind) found.insert(t.labels[p]);
+    }
+    return found;
+  };
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::array<Vec3, 4> corners = randomCorners(random, 0);
+    std::uniform_int_distribution<int> anyLabel(0, 3);
+    std::array<int, 4> labels{anyLabel(random), anyLabel(random), anyLabel(random), anyLabel(random)};
+    const Tetrahedra one = single(corners, labels);
+    corners[3] = randomCorners(random, 0)[3];
+    labels[3] = anyLabel(random);
+    const Tetrahedra other = single(corners, labels);
+    ChordalFaces oneSplit, otherSplit;
+    splitChordally(one, WallFaces::midGap, oneSplit);
+    splitChordally(other, WallFaces::midGap, otherSplit);
+    for (int sample = 0; sample < 10; ++sample) {
+      double weight[3], total = 0.0;
+      for (double& w : weight) total += w = exponential(random);
+      const Vec3 x = (weight[0] * corners[0] + weight[1] * corners[1] + weight[2] * corners[2]) / total;
+      const std::set<int> here = surfaceAt(one, oneSplit, x);
+      REQUIRE(here.size() == 1);
+      CHECK(here == surfaceAt(other, otherSplit, x));
+    }
   }
 }
