@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/mesh_file.h"
 
-#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -10,6 +9,7 @@
 
 #include "packMesh/error.h"
 #include "packMesh/geometry/merge_vertices.h"
+#include "packMesh/io/exact_text.h"
 #include "packMesh/io/polygon_soup.h"
 
 namespace packmesh {
@@ -107,28 +107,8 @@ void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std
     out.push_back({corner[apex], corner[(apex + k) % n], corner[(apex + k + 1) % n]});
 }
 
-/// Writes numbers with as many digits as they need to be read back exactly, whatever the locale.
-class Text {
- public:
-  Text& operator<<(const char* text) { return text_ += text, *this; }
-  Text& operator<<(double value) { return number(value); }
-  Text& operator<<(int value) { return number(value); }
-  Text& operator<<(std::size_t value) { return number(value); }
-  Text& operator<<(const Vec3& p) { return *this << p.x() << " " << p.y() << " " << p.z(); }
-  const std::string& str() const { return text_; }
-
- private:
-  template <class T>
-  Text& number(T value) {
-    char digits[40];
-    text_.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
-    return *this;
-  }
-  std::string text_;
-};
-
-Text textOf(const TriangleMesh& mesh, const std::string& kind) {
-  Text out;
+ExactText textOf(const TriangleMesh& mesh, const std::string& kind) {
+  ExactText out;
   if (kind == "stl") {
     out << "solid packMesh\n";
     for (const Triangle& t : mesh.triangles) {
@@ -176,7 +156,7 @@ TriangleMesh readMesh(const std::filesystem::path& file) {
 }
 
 void writeMesh(const std::filesystem::path& file, const TriangleMesh& mesh) {
-  const Text text = textOf(mesh, kindOf(file));
+  const ExactText text = textOf(mesh, kindOf(file));
   std::ofstream stream(file, std::ios::binary);
   stream << text.str();
   stream.close();

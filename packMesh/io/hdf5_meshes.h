@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The HDF5 part of mesh_collection.h. Internal to packMesh/io.
+#pragma once
+
+#include "packMesh/io/mesh_collection.h"
+
+namespace packmesh {
+
+/// @return whether everything was written
+bool writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes);
+
+}  // namespace packmesh

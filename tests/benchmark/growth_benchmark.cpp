@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Figures of growth and CAT cells, as Markdown tables; see usage(). Cases are in
+/// tests/benchmark/growth.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <regex>
+
+#include "tests/benchmark/growth/cases.h"
+
+using namespace packmesh::benchmark;
+
+namespace {
+
+void usage() {
+  std::puts(
+      "growth_benchmark --list\n"
+      "growth_benchmark pattern ... [--folder f]\n"
+      "  pattern     runs the cases whose name contains a match of one of these regular expressions\n"
+      "  --list      names the cases\n"
+      "  --folder f  where plots and meshes are written; without it, none are");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<std::regex> patterns;
+  Options options;
+  bool list = false;
+  try {
+    for (int i = 1; i < argc; ++i) {
+      const std::string argument = argv[i];
+      if (argument == "--list")
+        list = true;
+      else if (argument == "--folder" && i + 1 < argc)
+        options.folder = argv[++i];
+      else if (argument.rfind("--", 0) == 0) {
+        usage();
+        return argument == "--help" ? 0 : 2;
+      } else
+        patterns.emplace_back(argument);
+    }
+    if (!options.folder.empty()) std::filesystem::create_directories(options.folder);
+    std::vector<Case> cases = allCases();
+    std::sort(cases.begin(), cases.end(), [](const Case& a, const Case& b) { return a.name < b.name; });
+    if (!list && patterns.empty()) {
+      usage();
+      return 2;
+    }
+    for (const Case& c : cases) {
+      if (list) {
+        fmt::print("{:24} {}\n", c.name, c.about);
+        continue;
+      }
+      if (std::none_of(patterns.begin(), patterns.end(),
+                       [&](const std::regex& pattern) { return std::regex_search(c.name, pattern); }))
+        continue;
+      fmt::print("## {}: {}\n\n", c.name, c.about);
+      std::fflush(stdout);
+      c.run(options);
+      std::puts("");
+    }
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+  return 0;
+}

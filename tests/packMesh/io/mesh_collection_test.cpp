@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/io/mesh_collection.h"
+
+#include <hdf5.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <sstream>
+
+#include "packMesh/error.h"
+#include "packMesh/io/mesh_file.h"
+#include "tests/packMesh/geometry/test_meshes.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+using Catch::Contains;
+
+namespace {
+
+std::vector<NamedMesh> twoMeshes() {
+  return {{"RBC 1", test::icosphere(1, 1.0 / 3.0)},
+          {"a box\nwith a line break", sample::box({1, 1, 1}, {2, 3, 4})}};
+}
+
+std::filesystem::path scratch(const std::string& name) {
+  const auto folder = std::filesystem::temp_directory_path() / "packMesh_mesh_collection_test";
+  std::filesystem::create_directories(folder);
+  return folder / name;
+}
+
+std::string contentOf(const std::filesystem::path& file) {
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// Both meshes, one after the other.
+void checkMesh(const TriangleMesh& read) {
+  TriangleMesh both;
+  for (const NamedMesh& named : twoMeshes()) sample::append(both, named.mesh);
+  CHECK(read.vertices == both.vertices);
+  CHECK(read.triangles == both.triangles);
+}
+
+}  // namespace
+
+TEST_CASE("Several meshes in an OBJ file are objects by name", "[io]") {
+  const auto file = scratch("two.obj");
+  writeMeshes(file, twoMeshes());
+  const std::string text = contentOf(file);
+  CHECK_THAT(text, Contains("\no RBC 1\n") && Contains("\no a box with a line break\n"));
+  checkMesh(readMesh(file));
+}
+
+TEST_CASE("Several meshes in a PLY file are parts by number", "[io]") {
+  const auto file = scratch("two.ply");
+  writeMeshes(file, twoMeshes());
+  const std::string text = contentOf(file);
+  CHECK_THAT(text,
+             Contains("comment part 0 RBC 1\n") && Contains("comment part 1 a box with a line break\n"));
+  std::istringstream lines(text.substr(text.find("end_header\n") + 11));
+  std::string line;
+  for (std::size_t v = 0; v < 42 + 8; ++v) std::getline(lines, line);
+  for (int t = 0; t < 80 + 12; ++t) {
+    std::getline(lines, line);
+    CHECK(line.substr(line.rfind(' ') + 1) == (t < 80 ? "0" : "1"));
+  }
+  checkMesh(readMesh(file));
+}
+
+TEST_CASE("Several meshes in an HDF5 file are groups by number", "[io]") {
+  const auto file = scratch("two.h5");
+  writeMeshes(file, twoMeshes());
+  const hid_t in = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  REQUIRE(in >= 0);
+  const auto text = [](hid_t at, const char* name) {
+    const hid_t attribute = H5Aopen(at, name, H5P_DEFAULT), type = H5Aget_type(attribute);
+    std::string value(H5Tget_size(type), '\0');
+    H5Aread(attribute, type, value.data());
+    H5Tclose(type);
+    H5Aclose(attribute);
+    return std::string(value.c_str());
+  };
+  CHECK(text(in, "unit") == "µm");
+  const std::vector<NamedMesh> meshes = twoMeshes();
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const hid_t group = H5Gopen2(in, ("/meshes/" + std::to_string(i)).c_str(), H5P_DEFAULT);
+    REQUIRE(group >= 0);
+    CHECK(text(group, "name") == meshes[i].name);
+    TriangleMesh mesh;
+    mesh.vertices.resize(meshes[i].mesh.vertices.size());
+    mesh.triangles.resize(meshes[i].mesh.triangles.size());
+    const auto read = [&](const char* name, hid_t type, void* data, std::size_t rows) {
+      const hid_t set = H5Dopen2(group, name, H5P_DEFAULT), space = H5Dget_space(set);
+      hsize_t size[2];
+      REQUIRE(H5Sget_simple_extent_dims(space, size, nullptr) == 2);
+      REQUIRE(size[0] == rows);
+      REQUIRE(size[1] == 3);
+      CHECK(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
+      H5Sclose(space);
+      H5Dclose(set);
+    };
+    read("vertices", H5T_NATIVE_DOUBLE, mesh.vertices.data(), mesh.vertices.size());
+    read("triangles", H5T_NATIVE_INT, mesh.triangles.data(), mesh.triangles.size());
+    CHECK(mesh.vertices == meshes[i].mesh.vertices);
+    CHECK(mesh.triangles == meshes[i].mesh.triangles);
+    H5Gclose(group);
+  }
+  H5Fclose(in);
+}
+
+TEST_CASE("Mesh collections that cannot be written are errors that name the file", "[io]") {
+  CHECK_THROWS_WITH(writeMeshes(scratch("two.stl"), twoMeshes()),
+                    Contains("two.stl") && Contains(".obj, .ply or .h5"));
+  for (const char* name : {"no/such/folder/two.obj", "no/such/folder/two.ply", "no/such/folder/two.h5"})
+    CHECK_THROWS_WITH(writeMeshes(scratch(name), twoMeshes()),
+                      Contains(name) && Contains("cannot be written"));
+}
