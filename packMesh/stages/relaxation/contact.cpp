@@ -23,7 +23,9 @@ constexpr double largestTurn = 0.4, largestStep = 0.5;
 
 /// Where the summed normals of a deep contact cancel to less than this, crossed discs would lock: the
 /// direction between the centres is mixed in.
-constexpr double lockedNormal = 0.8, lockedDepth = 0.1;
+/// Deep: this much [µm], in thin cells this fraction of half their thickness; for pairs that failed the exact
+/// test, at all.
+constexpr double lockedNormal = 0.8, lockedDepth = 0.1, lockedFraction = 0.3;
 
 /// Curvature with which P is continued beyond the rim s = 1: y² - P(s) then has second derivative 2 across
 /// the rim, as the formula of the distance assumes (see closedFormDistance), and stays convex.
@@ -87,6 +89,7 @@ SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double
       radius(shape.radius()),
       inverseMass(std::clamp(referenceVolume / shape.volume(), 1.0 / largestMassRatio, largestMassRatio)),
       inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
+      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * bound.semiAxes.minCoeff())),
       wall(wallOfSpecies) {}
 
 /// One contact: the sampled body is to be pushed along `normal`, the other one back.
@@ -145,7 +148,8 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
   Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perGradient);
   contact.depth = surface.scale * sums.deepest;
   const double coherence = normal.norm();
-  if (coherence < lockedNormal && contact.depth > lockedDepth) {
+  if (coherence < lockedNormal &&
+      (contact.depth > models_[surface.species].lockedDepth || clearance > clearance_)) {
     const double distance = fromSurface.norm();
     if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;
   }

@@ -22,6 +22,7 @@ struct SpeciesModel {
   double radius;                         ///< [µm]
   double inverseMass;                    ///< of a cell of scale 1; 1 for the species of the median volume
   double inverseInertia;                 ///< isotropic [1/µm²], times inverseMass
+  double lockedDepth;                    ///< deeper contacts may be locked ones [µm]
   const Wall* wall;                      ///< nullptr: none
   const WallField* wallField = nullptr;  ///< of the wall; set by the solver
 

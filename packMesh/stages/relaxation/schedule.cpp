@@ -21,6 +21,15 @@ constexpr std::int64_t hotSweeps = 300;
 constexpr std::int64_t firstAnnealing = 1200;
 constexpr double annealingGrowth = 2.5;
 
+/// With fewer contacts per cell than this (a jam has 7), those left after the first sweeps are pairs that
+/// swing between two states for ever: thin parts that pierced each other.
+constexpr double fewContacts = 0.5;
+
+bool onlyFewContacts(const Relaxation& relaxation) {
+  return static_cast<double>(relaxation.lastSweep().contacts) <
+         fewContacts * static_cast<double>(relaxation.bodies().size());
+}
+
 bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
   return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
 }
@@ -41,10 +50,12 @@ bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxati
 
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
   if (sweepFrom(hotOmega, hotOmega, hotSweeps, relaxation, tolerance, limits, "relaxation")) return true;
-  for (double sweeps = firstAnnealing; !spent(relaxation, limits); sweeps *= annealingGrowth)
+  for (double sweeps = firstAnnealing; !spent(relaxation, limits); sweeps *= annealingGrowth) {
+    if (onlyFewContacts(relaxation)) return true;
     if (sweepFrom(hotOmega, coldOmega, static_cast<std::int64_t>(sweeps), relaxation, tolerance, limits,
                   "annealing"))
       return true;
+  }
   return false;
 }
 

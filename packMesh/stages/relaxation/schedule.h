@@ -21,7 +21,8 @@ struct ScheduleLimits {
 /// First at full over-relaxation, which resolves everything up to a fraction of about 0.58. Above, full
 /// over-relaxation keeps the cells agitated: it acts as a temperature. So it is lowered slowly from 1.0, as
 /// in simulated annealing, over 1200 sweeps, then, starting hot again, over 2.5 times as many, and so on.
-/// @return whether it got there within the limits
+/// @return whether it got there within the limits, or left so few contacts that repairing them one by one
+/// will
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits);
 
 /// Sweeps a nearly resolved state, at most `sweeps` times, moving only cells with penetrations deeper than

@@ -136,6 +136,20 @@ TEST_CASE("General meshes are packed", "[packing]") {
   checkPacking(problem, result);
 }
 
+TEST_CASE("Thin cells do not stay pierced by each other", "[packing]") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    PackingProblem problem;
+    problem.species = {{"plate", hemocell::makeEllipsoid(6.0, 0.3, 6.0), 50, nullptr}};
+    problem.container = periodicCube(15.0);
+    problem.seed = seed;
+    problem.limits.maxSweeps = 2000;
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::certified);
+    checkPacking(problem, result);
+  }
+}
+
 TEST_CASE("Walls hold the cells", "[packing]") {
   std::vector<std::shared_ptr<const Container>> containers = {
       makeBox(Box{Vec3(0, 0, 0), Vec3(25, 20, 22)}, {true, false, false}),
