@@ -121,10 +121,17 @@ class AcceptedWall final : public Wall {
   /// Faces and middles of the voxels are at multiples of this.
   double samplingSpacing() const override { return 0.5 * dx(); }
 
-  std::optional<std::string> objection(const TriangleMesh& placedCell) const override {
-    if (wall_)
-      if (std::optional<std::string> objection = wall_->objection(placedCell)) return objection;
-    return acceptance_.objection(placedCell.vertices);
+  bool isAway(const Sphere& sphere, double gap) const override {
+    return voxels_.at(sphere.center).distance - voxels_.slack() > sphere.radius &&
+           (!wall_ || wall_->isAway(sphere, gap));
+  }
+
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    WallVerdict verdict;
+    if (wall_) verdict = wall_->examine(cell, gapOfInterest);
+    if (verdict.objection) return verdict;
+    verdict.objection = acceptance_.objection(placed(cell.hierarchy.mesh(), cell.placement).vertices);
+    return verdict;
   }
 
  private:

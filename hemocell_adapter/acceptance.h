@@ -41,7 +41,8 @@ class Acceptance {
 };
 
 /// The wall inside which HemoCell keeps every vertex: the true wall (if any) and the faces of the voxels
-/// whose node deletes a cell. Its objection() is that of the true wall, then HemoCell's.
+/// whose node deletes a cell. Its examine() is that of the true wall, then HemoCell's; gaps are to the true
+/// wall.
 /// @param wall the true wall of the lumen, nullptr for none; must outlive the result
 /// @param wallClearance what packing will demand from distance(): voxel faces only demand to be respected, so
 ///   their distance is reported larger by it [µm]

@@ -2,12 +2,14 @@
 /// @file What cells are packed into.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "packMesh/container/closed_form_wall.h"
 #include "packMesh/geometry/box.h"
+#include "packMesh/geometry/mesh_intersection.h"
 #include "packMesh/geometry/triangle_mesh.h"
 
 namespace packmesh {
@@ -19,6 +21,17 @@ struct NodeBlock {
   int nodes[3] = {0, 0, 0};
 
   Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
+};
+
+/// What a wall says of a placed mesh.
+struct WallVerdict {
+  /// Nothing when the mesh is wholly inside the lumen and meets no wall (exact), otherwise what is wrong with
+  /// it
+  /// ("meets the wall", "is outside the lumen", ...).
+  std::optional<std::string> objection;
+  /// Distance between mesh and wall [µm] when there is no objection and it is below the gap of interest, else
+  /// infinity. Never more than a rounding error above the true distance.
+  double gap = std::numeric_limits<double>::infinity();
 };
 
 /// The wall as one species of cells meets it.
@@ -43,9 +56,19 @@ class Wall {
   /// what interpolation at the samplingSpacing() errs by. Overridden where that is cheaper than node by node.
   virtual void sample(const NodeBlock& block, float* distances) const;
 
-  /// Exact verdict on a placed mesh: nothing when it is wholly inside the lumen and meets no wall, otherwise
-  /// what is wrong with it ("meets the wall", "is outside the lumen", ...).
-  virtual std::optional<std::string> objection(const TriangleMesh& placedCell) const = 0;
+  /// Whether it is certain, at little cost, that a mesh in this sphere gets no objection and is further than
+  /// `gap` from the wall [µm].
+  virtual bool isAway(const Sphere& sphere, double gap) const {
+    return distance(sphere.center).distance - slack() > sphere.radius + gap;
+  }
+
+  /// Exact verdict on a placed mesh. Only gaps below `gapOfInterest` are measured [µm]; 0: none.
+  virtual WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const = 0;
+
+  /// The objection alone, to a mesh that is where its vertices are.
+  std::optional<std::string> objection(const TriangleMesh& placedCell) const {
+    return examine({MeshHierarchy(placedCell), Placement()}, 0.0).objection;
+  }
 };
 
 /// A lumen: extent, periodicity, volume and wall.

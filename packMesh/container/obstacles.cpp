@@ -75,6 +75,17 @@ struct Body {
   MeshHierarchy hierarchy;
 };
 
+const char* objectionOf(MeshRelation relation) {
+  switch (relation) {
+    case MeshRelation::firstInside:
+      return "is inside an obstacle";
+    case MeshRelation::secondInside:
+      return "encloses an obstacle";
+    default:
+      return "meets an obstacle";
+  }
+}
+
 class ObstacleWall : public Wall {
  public:
   ObstacleWall(const Wall* outer, const Vec3& period, std::vector<Obstacle> obstacles) : outer_(outer) {
@@ -87,7 +98,7 @@ class ObstacleWall : public Wall {
         for (const int k : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(i, j, k)));
       }
     }
-    for (const Body& body : bodies_) slack_ = std::max(slack_, 0.5 * body.spacing);
+    for (const Body& body : bodies_) slack_ = std::max(slack_, body.grid.interpolationError());
     if (outer_) slack_ = std::max(slack_, outer_->slack());
   }
 
@@ -107,30 +118,23 @@ class ObstacleWall : public Wall {
 
   double slack() const override { return slack_; }
 
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    if (outer_) {
-      if (auto verdict = outer_->objection(cell)) return verdict;
-    }
-    const Box cellBox = boundingBox(cell);
-    std::optional<MeshHierarchy> hierarchy;
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    WallVerdict verdict;
+    if (outer_) verdict = outer_->examine(cell, gapOfInterest);
+    if (verdict.objection) return verdict;
+    Box box;
+    for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
     for (const Body& body : bodies_) {
       for (const Vec3& shift : shifts_) {
-        if (!cellBox.meets({body.box.lo + shift, body.box.hi + shift})) continue;
-        if (!hierarchy) hierarchy.emplace(cell);
-        const Placement moved{Mat3::Identity(), shift};
-        switch (relate(*hierarchy, Placement{}, body.hierarchy, moved).relation) {
-          case MeshRelation::apart:
-            break;
-          case MeshRelation::meet:
-            return "meets an obstacle";
-          case MeshRelation::firstInside:
-            return "is inside an obstacle";
-          case MeshRelation::secondInside:
-            return "encloses an obstacle";
-        }
+        const double limit = std::min(verdict.gap, gapOfInterest);
+        if (!box.grownBy(limit).meets({body.box.lo + shift, body.box.hi + shift})) continue;
+        const MeshPairResult result =
+            relate(cell.hierarchy, cell.placement, body.hierarchy, {Mat3::Identity(), shift}, limit);
+        if (result.relation != MeshRelation::apart) return {objectionOf(result.relation)};
+        verdict.gap = std::min(verdict.gap, result.gap);
       }
     }
-    return {};
+    return verdict;
   }
 
   const std::vector<Body>& bodies() const { return bodies_; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/container/primitives.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -28,13 +29,23 @@ void requirePositive(double value, const std::string& what) {
     throw InputError(what + " must be positive and finite, found " + toText(value) + " µm");
 }
 
-/// The verdict on a cell in a convex lumen: it is inside when its vertices are.
+/// The verdict on a cell in a convex lumen: it is inside when its vertices are, and no nearer to the wall
+/// than the nearest of them.
 template <class Inside>
-std::optional<std::string> objectionInConvex(const TriangleMesh& cell, Inside&& inside) {
+WallVerdict verdictInConvex(const Wall& wall, const PlacedMesh& cell, double gapOfInterest, Inside&& inside) {
+  WallVerdict verdict;
   std::size_t within = 0;
-  for (const Vec3& v : cell.vertices) within += inside(v);
-  if (within == cell.vertices.size()) return std::nullopt;
-  return within == 0 ? "is outside the lumen" : "meets the wall";
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < cell.vertexCount(); ++i) {
+    const Vec3 v = cell.vertex(i);
+    within += inside(v);
+    if (gapOfInterest > 0.0) nearest = std::min(nearest, wall.distance(v).distance);
+  }
+  if (within < cell.vertexCount())
+    verdict.objection = within == 0 ? "is outside the lumen" : "meets the wall";
+  else if (nearest < gapOfInterest)
+    verdict.gap = nearest;
+  return verdict;
 }
 
 /// What all of them share: a wall that is the container's own.
@@ -87,8 +98,15 @@ class BoxContainer final : public Primitive {
     return mesh;
   }
 
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    return objectionInConvex(cell, [&](const Vec3& v) {
+  WallDistance distance(const Vec3& p) const override {
+    WallDistance best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
+    for (int k = 0; k < 3; ++k)
+      if (!periodic_[k]) best = nearer(best, betweenPlanes(p[k], box_.lo[k], box_.hi[k], k));
+    return best;
+  }
+
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    return verdictInConvex(*this, cell, gapOfInterest, [&](const Vec3& v) {
       for (int k = 0; k < 3; ++k)
         if (!periodic_[k] && !(v[k] > box_.lo[k] && v[k] < box_.hi[k])) return false;
       return true;
@@ -161,8 +179,16 @@ class CylinderContainer final : public Primitive {
     return mesh;
   }
 
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    return objectionInConvex(cell, [&](const Vec3& v) {
+  WallDistance distance(const Vec3& p) const override {
+    Vec3 radial = p - center_;
+    radial[axis_] = 0.0;
+    const double r = radial.norm();
+    const WallDistance side{radius_ - r, r > 0.0 ? Vec3(-radial / r) : Vec3(Vec3::Unit((axis_ + 1) % 3))};
+    return periodic_ ? side : nearer(side, betweenPlanes(p[axis_], lo_, hi_, axis_));
+  }
+
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    return verdictInConvex(*this, cell, gapOfInterest, [&](const Vec3& v) {
       Vec3 radial = v - center_;
       radial[axis_] = 0.0;
       return radial.squaredNorm() < (1.0 - rounding) * radius_ * radius_ &&
@@ -221,8 +247,14 @@ class SphereContainer final : public Primitive {
     return mesh;
   }
 
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    return objectionInConvex(cell, [&](const Vec3& v) {
+  WallDistance distance(const Vec3& p) const override {
+    const Vec3 radial = p - center_;
+    const double r = radial.norm();
+    return {radius_ - r, r > 0.0 ? Vec3(-radial / r) : Vec3(Vec3::UnitX())};
+  }
+
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    return verdictInConvex(*this, cell, gapOfInterest, [&](const Vec3& v) {
       return (v - center_).squaredNorm() < (1.0 - rounding) * radius_ * radius_;
     });
   }

@@ -2,7 +2,7 @@
 /// @file Containers with a closed form: boxes, cylinders, spheres.
 ///
 /// Their distance() is that of the nearest wall (so outside an edge between two walls it is nearer than the
-/// true distance), their objection() is about vertices: they are convex. Touching counts as meeting. The
+/// true distance), their examine() looks at vertices: they are convex. Touching counts as meeting. The
 /// surface() of a cylinder or sphere circumscribes it: whatever is in the lumen is inside that mesh.
 #pragma once
 

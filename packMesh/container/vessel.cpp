@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -12,8 +11,6 @@
 #include "packMesh/geometry/closest_point.h"
 #include "packMesh/geometry/mesh_intersection.h"
 #include "packMesh/geometry/signed_distances.h"
-#include "packMesh/geometry/triangle_intersection.h"
-#include "packMesh/geometry/triangle_tree.h"
 #include "packMesh/geometry/vector_text.h"
 #include "packMesh/tolerances.h"
 
@@ -29,40 +26,22 @@ constexpr double imageReach = 12.0;
 /// How far the wall of a vessel with closed ends continues behind them for distances [µm].
 constexpr double closedReach = 2.0;
 
-/// One vertex of each connected component.
-std::vector<int> componentSamples(const TriangleMesh& mesh) {
-  std::vector<int> root(mesh.vertices.size());
-  std::iota(root.begin(), root.end(), 0);
-  const auto find = [&](int v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
-  for (const Triangle& t : mesh.triangles)
-    for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
-  std::vector<int> samples;
-  std::vector<char> seen(mesh.vertices.size(), 0);
-  for (const Triangle& t : mesh.triangles)
-    if (const int r = find(t[0]); !std::exchange(seen[r], 1)) samples.push_back(t[0]);
-  return samples;
-}
-
 class Vessel final : public Container, public Wall {
  public:
-  Vessel(double volume, TriangleMesh closed, TriangleMesh wall, const std::optional<VesselEnds>& ends,
-         double detail)
+  Vessel(double volume, const TriangleMesh& closed, const TriangleMesh& wall,
+         const std::optional<VesselEnds>& ends, double detail)
       : volume_(volume),
         ends_(ends),
         detail_(detail),
-        wall_(std::move(wall)),
-        walls_(wall_),
+        wall_(wall),
+        wallBox_(boundingBox(wall)),
         closed_(closed),
         bounds_(boundingBox(closed)),
-        distances_(periodic() ? withImages(wall_, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall_) {
+        distances_(periodic() ? withImages(wall, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall) {
     if (ends_) {
       bounds_.lo[ends_->axis] = ends_->lo;
       bounds_.hi[ends_->axis] = ends_->hi;
     }
-    for (const int v : componentSamples(wall_)) wallSamples_.push_back(wall_.vertices[v]);
   }
 
   Box bounds() const override { return bounds_; }
@@ -128,23 +107,43 @@ class Vessel final : public Container, public Wall {
         }
   }
 
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    if (ends_ && !ends_->periodic)
-      for (const Vec3& v : cell.vertices)
-        if (!(v[ends_->axis] > ends_->lo && v[ends_->axis] < ends_->hi)) return "meets an end of the vessel";
-    const Box box = boundingBox(cell);
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    const auto objectionThat = [](const char* what) {
+      WallVerdict verdict;
+      verdict.objection = what;
+      return verdict;
+    };
+    double nearest = gapOfInterest;
+    Box box;
+    for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
+    if (ends_ && !ends_->periodic) {
+      const double toEnds = std::min(box.lo[ends_->axis] - ends_->lo, ends_->hi - box.hi[ends_->axis]);
+      if (!(toEnds > 0.0)) return objectionThat("meets an end of the vessel");
+      nearest = std::min(nearest, toEnds);
+    }
     // A mesh may reach beyond the ends it repeats between: hence one image more on either side.
-    const int first = imageOf(box.lo) - periodic(), last = imageOf(box.hi) + periodic();
+    const Box reach = box.grownBy(gapOfInterest);
+    const int first = imageOf(reach.lo) - periodic(), last = imageOf(reach.hi) + periodic();
+    for (int image = first; image <= last; ++image) {
+      const Placement moved{Mat3::Identity(), shifted(Vec3::Zero(), image)};
+      if (!reach.grownBy(tolerance::culling)
+               .meets({shifted(wallBox_.lo, image), shifted(wallBox_.hi, image)}))
+        continue;
+      const double gap = surfaceGap(cell.hierarchy, cell.placement, wall_, moved, nearest);
+      if (gap == 0.0) return objectionThat("meets the wall");
+      nearest = std::min(nearest, gap);
+    }
+    for (const int v : cell.hierarchy.tree().samples)
+      if (!contains(cell.vertex(v))) return objectionThat("is outside the lumen");
     for (int image = first; image <= last; ++image)
-      if (meetsWall(cell, box, image)) return "meets the wall";
-    for (const int v : componentSamples(cell))
-      if (!contains(cell.vertices[v])) return "is outside the lumen";
-    for (int image = first; image <= last; ++image)
-      for (const Vec3& sample : wallSamples_)
-        if (box.contains(shifted(sample, image)) &&
-            isInside(shifted(sample, image), MeshHierarchy(cell), Placement()))
-          return "encloses a part of the wall";
-    return std::nullopt;
+      for (const int v : wall_.tree().samples) {
+        const Vec3 sample = shifted(wall_.mesh().vertices[v], image);
+        if (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement))
+          return objectionThat("encloses a part of the wall");
+      }
+    WallVerdict verdict;
+    if (nearest < gapOfInterest) verdict.gap = nearest;
+    return verdict;
   }
 
  private:
@@ -177,37 +176,14 @@ class Vessel final : public Container, public Wall {
     return p;
   }
 
-  /// Whether a triangle of the cell meets a triangle of the wall's image, exactly.
-  bool meetsWall(const TriangleMesh& cell, const Box& box, int image) const {
-    const auto inWallFrame = [&](const Box& b) {
-      return Box{shifted(b.lo, -image), shifted(b.hi, -image)}.grownBy(tolerance::culling);
-    };
-    bool near = false;
-    walls_.forEachNear(inWallFrame(box), [&](int) { near = true; });
-    if (!near) return false;
-    bool meets = false;
-    for (std::size_t c = 0; c < cell.triangles.size() && !meets; ++c) {
-      const int n = static_cast<int>(c);
-      const Vec3 &a0 = cell.corner(n, 0), &a1 = cell.corner(n, 1), &a2 = cell.corner(n, 2);
-      const Box triangle{a0.cwiseMin(a1).cwiseMin(a2), a0.cwiseMax(a1).cwiseMax(a2)};
-      walls_.forEachNear(inWallFrame(triangle), [&](int w) {
-        meets =
-            meets || trianglesMeet(a0, a1, a2, shifted(wall_.corner(w, 0), image),
-                                   shifted(wall_.corner(w, 1), image), shifted(wall_.corner(w, 2), image));
-      });
-    }
-    return meets;
-  }
-
   bool contains(const Vec3& p) const { return isInside(shifted(p, -imageOf(p)), closed_, Placement()); }
 
   double volume_;
   std::optional<VesselEnds> ends_;
   double detail_;
-  TriangleMesh wall_;  ///< what cells must not meet: no caps where there are ends
-  TriangleTree walls_;
-  MeshHierarchy closed_;           ///< the lumen, closed at its ends
-  std::vector<Vec3> wallSamples_;  ///< a vertex of each component of the wall
+  MeshHierarchy wall_;  ///< what cells must not meet: no caps where there are ends
+  Box wallBox_;
+  MeshHierarchy closed_;  ///< the lumen, closed at its ends
   Box bounds_;
   SignedDistances distances_;  ///< to the wall and its continuation or images
 };
@@ -234,11 +210,11 @@ std::unique_ptr<Container> makeVessel(TriangleMesh surface, const std::optional<
     throw InputError("the vessel's mesh (" + std::string(axisName[ends->axis]) + " = " + toText(opened.lo) +
                      " to " + toText(opened.hi) + " µm) lies outside the container (" + toText(ends->lo) +
                      " to " + toText(ends->hi) + " µm)");
-  TriangleMesh closed = opened.closedUntil(ends->lo, ends->hi);
+  const TriangleMesh closed = opened.closedUntil(ends->lo, ends->hi);
   if (ends->periodic) requireSameOutlines(closed, ends->axis, ends->lo, ends->hi);
-  TriangleMesh wall = ends->periodic ? opened.wallUntil(ends->lo, ends->hi)
-                                     : opened.wallUntil(ends->lo - closedReach, ends->hi + closedReach);
-  return std::make_unique<Vessel>(volume, std::move(closed), std::move(wall), ends, detail);
+  const TriangleMesh wall = ends->periodic ? opened.wallUntil(ends->lo, ends->hi)
+                                           : opened.wallUntil(ends->lo - closedReach, ends->hi + closedReach);
+  return std::make_unique<Vessel>(volume, closed, wall, ends, detail);
 }
 
 }  // namespace packmesh

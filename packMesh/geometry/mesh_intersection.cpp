@@ -197,4 +197,11 @@ MeshPairResult relate(const MeshHierarchy& first, const Placement& firstPlacemen
   return result;
 }
 
+double surfaceGap(const MeshHierarchy& first, const Placement& firstPlacement, const MeshHierarchy& second,
+                  const Placement& secondPlacement, double gapOfInterest) {
+  PairTest test(first.tree(), firstPlacement, second.tree(), secondPlacement, gapOfInterest);
+  if (test.meet()) return 0.0;
+  return test.gap() < gapOfInterest ? test.gap() : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace packmesh

@@ -30,6 +30,15 @@ class MeshHierarchy {
   std::unique_ptr<const MeshTree> tree_;
 };
 
+/// A mesh where it is in the world. References only.
+struct PlacedMesh {
+  const MeshHierarchy& hierarchy;
+  const Placement& placement;
+
+  std::size_t vertexCount() const { return hierarchy.mesh().vertices.size(); }
+  Vec3 vertex(std::size_t i) const { return placement(hierarchy.mesh().vertices[i]); }
+};
+
 /// How two placed closed meshes lie to each other.
 enum class MeshRelation {
   apart,         ///< no common point, neither inside the other
@@ -51,6 +60,11 @@ struct MeshPairResult {
 MeshPairResult relate(const MeshHierarchy& first, const Placement& firstPlacement,
                       const MeshHierarchy& second, const Placement& secondPlacement,
                       double gapOfInterest = 0.0);
+
+/// Distance between two surfaces [µm] when it is below `gapOfInterest`, 0 when they meet (exact), else
+/// infinity. Surfaces may be open; that one may lie inside the other is not looked at.
+double surfaceGap(const MeshHierarchy& first, const Placement& firstPlacement, const MeshHierarchy& second,
+                  const Placement& secondPlacement, double gapOfInterest);
 
 /// A sphere that holds every world vertex of a placed mesh.
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement);

@@ -6,10 +6,13 @@
 #include <cmath>
 #include <ctime>
 #include <map>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "packMesh/error.h"
 #include "packMesh/packing/validate_problem.h"
+#include "packMesh/stages/certificate/certifier.h"
 #include "packMesh/stages/placement/placement.h"
 #include "packMesh/stages/relaxation/relaxation.h"
 #include "packMesh/stages/relaxation/schedule.h"
@@ -140,6 +143,7 @@ class Run {
     input.container = problem_.container.get();
     input.cells = &result_.cells;
     input.requiredGap = problem_.clearance;
+    input.requiredWallGap = problem_.wallClearance;
     return input;
   }
 
@@ -164,28 +168,29 @@ class Run {
 
   /// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
   bool certified(Relaxation& relaxation) {
-    result_.cells.clear();
+    std::optional<Certifier> certifier;
     for (int round = 0; round < repairRounds; ++round) {
       relaxation.dropLists();
       const std::vector<Body> bodies = relaxation.cells();
       {
         Stopwatch watch(result_.statistics.certificateSeconds);
         const std::vector<std::int64_t> changed = takeCells(bodies);
-        const CertificateInput input = certificateInput();
-        std::vector<OverlappingPair> failing;
-        if (round > 0) failing = findOverlaps(input, changed);
-        if (failing.empty()) {
-          result_.certificate = certify(input);
-          if (result_.certificate.clean()) return true;
-          failing = result_.certificate.overlapping;
+        if (certifier)
+          certifier->update(changed);
+        else
+          certifier.emplace(certificateInput());
+        const Certificate& found = certifier->certificate();
+        if (found.clean()) {
+          result_.certificate = found;
+          return true;
         }
-        for (const OverlappingPair& pair : failing) {
+        for (const OverlappingPair& pair : found.overlapping) {
           const std::int64_t first = bodies[pair.first].id, second = bodies[pair.second].id;
           const int again = std::max(0, ++failures_[{first, second}] - patience);
           relaxation.demandClearance(first, second, std::ldexp(tolerance::repairClearance, again));
         }
-        for (const MisplacedCell& cell : result_.certificate.misplaced)
-          relaxation.demandWallClearance(bodies[cell.cell].id, tolerance::repairClearance);
+        for (const MisplacedCell& cell : found.misplaced)
+          relaxation.demandWallClearance(bodies[cell.cell].id, missingWallClearance(cell, bodies[cell.cell]));
       }
       ++result_.statistics.repairs;
       Stopwatch watch(result_.statistics.relaxationSeconds);
@@ -194,6 +199,14 @@ class Run {
         return false;
     }
     return false;
+  }
+
+  /// What a misplaced cell is given on top of what it was to keep [µm]: what the relaxation did not see,
+  /// because it interpolates the distance to the wall.
+  double missingWallClearance(const MisplacedCell& cell, const Body& body) const {
+    if (cell.gap > 0.0) return problem_.wallClearance - cell.gap + tolerance::repairClearance;
+    constexpr double growth = 0.5;  // how deep it is in the wall is not known: ask for more each time
+    return std::max(tolerance::repairClearance, growth * body.extraWallClearance);
   }
 
   /// Takes out the most overlapped cells, a few at a time, until the others are certified.

@@ -45,7 +45,7 @@ struct PackingProblem {
   /// Least gap between membranes [µm], guaranteed by the certificate. 0, the default, asks that no two meshes
   /// share a point, which is all that HemoCell needs and leaves most room; what was reached is reported.
   double clearance = 0.0;
-  /// Least gap between membrane and wall [µm].
+  /// Least gap between membrane and wall [µm], guaranteed by the certificate.
   double wallClearance = 0.0;
   std::uint64_t seed = 1;
   bool rotate = true;  ///< false: every orientation stays the identity

@@ -37,9 +37,14 @@ class Floor : public Wall {
  public:
   WallDistance distance(const Vec3& p) const override { return {p.z() - 3.0, Vec3::UnitZ()}; }
   double slack() const override { return 0.125; }
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    if (boundingBox(cell).lo.z() < 3.0) return "meets the wall";
-    return {};
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+    WallVerdict verdict;
+    const double gap = boundingBox(placed(cell.hierarchy.mesh(), cell.placement)).lo.z() - 3.0;
+    if (gap < 0.0)
+      verdict.objection = "meets the wall";
+    else if (gap < gapOfInterest)
+      verdict.gap = gap;
+    return verdict;
   }
 };
 
@@ -206,4 +211,44 @@ TEST_CASE("The accepted wall is the nearer of the true wall and the voxels", "[a
   cell.vertices[0] = {-1, 5, 5};
   CHECK(wall->objection(cell) == std::string("a vertex lies outside the lattice"));
   CHECK(makeAcceptedWall(nullptr, lattice, 0, 0.0)->slack() == Approx(0.065));
+}
+
+TEST_CASE("Clearance is to the true wall; of voxels cells only have to stay clear", "[acceptance]") {
+  auto lattice = std::make_shared<Lattice>(std::array<int, 3>{40, 40, 40}, 0.5);
+  lattice->setFluid(20, 20, 30, false);
+  const Floor floor;
+  constexpr double clearance = 1.0;
+  const auto shape = makeEllipsoid(2.0, 2.0, 2.0);
+  const Box box = boundingBox(shape->mesh());
+  const auto certificateAt = [&](const Wall* wall, const Vec3& p) {
+    const auto accepted = makeAcceptedWall(wall, lattice, 0, clearance + 0.01);
+    const std::vector<PlacedCell> cells = {{0, {Mat3::Identity(), p}}};
+    CertificateInput input;
+    input.shapes = {shape.get()};
+    input.walls = {accepted.get()};
+    input.cells = &cells;
+    input.requiredWallGap = clearance;
+    return certify(input);
+  };
+  const Vec3 low(10, 10, 3.0 - box.lo.z() + 1.25), tooLow(10, 10, 3.0 - box.lo.z() + 0.75);
+  CHECK(certificateAt(&floor, low).clean());
+  CHECK(certificateAt(&floor, low).minimumWallGap == Approx(1.25).margin(1e-12));
+  REQUIRE(certificateAt(&floor, tooLow).misplaced.size() == 1);
+  CHECK(certificateAt(&floor, tooLow).misplaced[0].gap == Approx(0.75).margin(1e-12));
+  CHECK(certificateAt(&floor, tooLow).misplaced[0].reason ==
+        "is 0.75 µm from the wall, less than the 1 µm asked for");
+
+  // 0.1 µm beyond the face of the lattice, and as far into a solid voxel: nearer to the voxels than the
+  // clearance is no fault, beyond them is, however large the clearance.
+  for (const Wall* wall : {static_cast<const Wall*>(&floor), static_cast<const Wall*>(nullptr)})
+    for (const double inside : {0.1, -0.1}) {
+      CAPTURE(inside);
+      const Certificate atFace = certificateAt(wall, {-0.25 - box.lo.x() + inside, 10, 12}),
+                        atVoxel = certificateAt(wall, {10, 10, 14.75 - box.hi.z() - inside});
+      REQUIRE(atFace.clean() == (inside > 0.0));
+      REQUIRE(atVoxel.clean() == (inside > 0.0));
+      if (inside > 0.0) continue;
+      CHECK(atFace.misplaced[0].reason == "a vertex lies outside the lattice");
+      CHECK(atVoxel.misplaced[0].reason == "a vertex lies on a wall node");
+    }
 }

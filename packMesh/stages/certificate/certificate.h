@@ -30,20 +30,23 @@ struct OverlappingPair {
   double gap = 0.0;        ///< [µm]; positive for a pair that is apart, but by less than the required gap
 };
 
-/// A cell that is not (wholly) inside the lumen.
+/// A cell that is not (wholly) inside the lumen, or nearer to the wall than required.
 struct MisplacedCell {
   std::int64_t cell = 0;
-  std::string reason;
+  std::string reason;  ///< "meets the wall", "is 0.05 µm from the wall, less than the 0.1 µm asked for", ...
+  double gap = 0.0;    ///< [µm]; positive for a cell that is inside, but too near to the wall
 };
 
 struct Certificate {
   std::int64_t cells = 0;
-  std::int64_t pairsTested = 0;  ///< pairs near enough to need a proof
+  std::int64_t pairsTested = 0;  ///< pairs that need a proof: whose bounding spheres are nearer than required
   std::vector<OverlappingPair> overlapping;
   std::vector<MisplacedCell> misplaced;
   /// Smallest gap between two membranes [µm], exact below the largest to be measured; infinity when no pair
   /// is nearer, 0 when any overlap.
   double minimumGap = std::numeric_limits<double>::infinity();
+  /// Smallest gap between membrane and wall [µm], likewise; 0 when any cell is not inside the lumen.
+  double minimumWallGap = std::numeric_limits<double>::infinity();
   double cellVolume = 0.0;  ///< volume of all meshes [µm³]
 
   bool clean() const { return overlapping.empty() && misplaced.empty(); }
@@ -55,7 +58,8 @@ struct CertificateInput {
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;
-  double requiredGap = 0.0;  ///< pairs with a smaller gap count as overlapping [µm]
+  double requiredGap = 0.0;      ///< pairs with a smaller gap count as overlapping [µm]
+  double requiredWallGap = 0.0;  ///< cells nearer to their wall count as misplaced [µm]
 };
 
 /// Gaps above this are not measured unless asked for [µm].
@@ -65,7 +69,7 @@ constexpr double gapOfInterest = 1.0;
 ///
 /// Overlap is decided by exact predicates on the world vertices `placement(v)` of the template meshes: closed
 /// triangles that share a single point already meet, and a mesh inside another one meets it.
-/// Reports are ordered by cells. Memory: some 150 bytes per cell; meshes are placed one at a time.
+/// Reports are ordered by cells. Memory: some 130 bytes per cell; meshes are placed one at a time.
 /// @param largestGap gaps above this are not measured [µm]
 Certificate certify(const CertificateInput& input, double largestGap = gapOfInterest);
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "packMesh/tolerances.h"
+
 namespace packmesh {
 
 namespace {
@@ -39,31 +41,41 @@ PeriodicNeighbors::PeriodicNeighbors(std::vector<Sphere> spheres, const Vec3& pe
 void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onlyLater,
                                     const std::function<void(const NearPair&)>& visit) const {
   const Sphere& own = wrapped_[sphere];
+  const auto along = [&](const Periods& n) {
+    return Vec3(n[0] * period_[0], n[1] * period_[1], n[2] * period_[2]);
+  };
   // Images j = 0 .. n moved by lo + j periods against the others come near their bounds.
   Periods lo{0, 0, 0}, hi{0, 0, 0};
   for (int k = 0; k < 3; ++k)
     if (period_[k] > 0.0) {
-      const double reach = own.radius + margin;
+      const double reach = own.radius + margin + tolerance::culling;
       lo[k] = static_cast<std::int32_t>(std::ceil((bounds_.lo[k] - reach - own.center[k]) / period_[k]));
       hi[k] = static_cast<std::int32_t>(std::floor((bounds_.hi[k] + reach - own.center[k]) / period_[k]));
     }
   for (int z = lo[2]; z <= hi[2]; ++z)
     for (int y = lo[1]; y <= hi[1]; ++y)
       for (int x = lo[0]; x <= hi[0]; ++x) {
-        const Vec3 image = own.center + Vec3(x * period_[0], y * period_[1], z * period_[2]);
-        grid_.forEachNear({image, own.radius}, margin, [&](int other) {
+        const Vec3 image = own.center + along({x, y, z});
+        // The grid computes distances from where the image is: with another rounding than from the other
+        // side.
+        grid_.forEachNear({image, own.radius}, margin + tolerance::culling, [&](int other) {
           // The image of `sphere` moved by (x, y, z) meets `other`, so `other` moved back meets `sphere`.
           Periods n{-x, -y, -z};
           for (int k = 0; k < 3; ++k) n[k] += moved_[sphere][k] - moved_[other][k];
-          NearPair pair{sphere, other, {}};
+          Periods inGrid{x, y, z};
+          NearPair pair{sphere, other, {}, 0.0};
           if (other == sphere) {
             if (n <= Periods{0, 0, 0}) return;  // itself, or the mirror image of a pair that comes up anyway
           } else if (other < sphere) {
             if (onlyLater) return;
             std::swap(pair.first, pair.second);
             for (std::int32_t& k : n) k = -k;
+            for (std::int32_t& k : inGrid) k = -k;
           }
-          pair.shift = Vec3(n[0] * period_[0], n[1] * period_[1], n[2] * period_[2]);
+          const Sphere &a = wrapped_[pair.first], &b = wrapped_[pair.second];
+          pair.apart = (a.center - b.center + along(inGrid)).norm() - (a.radius + b.radius);
+          if (!(pair.apart < margin)) return;
+          pair.shift = along(n);
           visit(pair);
         });
       }

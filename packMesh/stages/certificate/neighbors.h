@@ -16,6 +16,7 @@ namespace packmesh {
 struct NearPair {
   std::int64_t first, second;
   Vec3 shift;
+  double apart;  ///< distance between their spheres [µm]; the same bits whichever of the two was asked for
 };
 
 /// Neighbour search among spheres with periodic images.

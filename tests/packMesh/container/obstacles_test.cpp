@@ -63,6 +63,33 @@ TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
   CHECK(container->wall()->objection(cube(Vec3(17, 9, 9), Vec3(19, 11, 11))));
 }
 
+TEST_CASE("the gap to obstacles, their images and the wall around them", "[obstacles]") {
+  const auto container = subtractObstacles(
+      room({true, false, false}),
+      {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12)), cubeObstacle(Vec3(8, 8, 8), Vec3(10, 10, 10))});
+  const MeshHierarchy cell(cube(Vec3(-1, -1, -1), Vec3(1, 1, 1)));
+  const auto examined = [&](const Vec3& p, double interest) {
+    return container->wall()->examine({cell, {Mat3::Identity(), p}}, interest);
+  };
+  CHECK(examined({3.25, 10, 10}, 1.0).gap == 0.25);
+  CHECK(examined({16.5, 10, 10}, 1.0).gap == 0.5);    // an image
+  CHECK(examined({23.25, 10, 10}, 1.0).gap == 0.25);  // through the end
+  CHECK(examined({6.75, 9, 9}, 1.0).gap == 0.25);
+  CHECK(examined({6.75, 9, 9}, 0.2).gap == std::numeric_limits<double>::infinity());
+  CHECK(examined({5, 6, 1.125}, 1.0).gap == 0.125);
+  CHECK(examined({3.5, 6.5, 10}, 1.0).gap == Approx(std::sqrt(0.5)));
+  CHECK(examined({5.0, 10, 10}, 10.0).gap == 2.0);
+  CHECK(examined({6.0, 9, 9}, 10.0).gap == 1.0);
+  CHECK(examined({7.5, 9, 9}, 1.0).objection == std::string("meets an obstacle"));
+  CHECK(examined({0.5, 10, 10}, 1.0).objection == std::string("is inside an obstacle"));
+  // What distance() and slack() promise, next to edges and corners too.
+  for (const Vec3& p :
+       {Vec3(3.9, 13.9, 10), Vec3(3.9, 13.9, 13.9), Vec3(4.4, 10, 10), Vec3(5.03, 6.91, 6.94)})
+    for (const double gap : {0.1, 0.3, 0.5, 1.0})
+      if (container->wall()->isAway(boundingSphere(cell, {Mat3::Identity(), p}), gap))
+        CHECK(examined(p, 10.0).gap > gap);
+}
+
 TEST_CASE("obstacles that make no sense are refused", "[obstacles]") {
   CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(30, 0, 0), Vec3(40, 1, 1))}),
                     Contains("outside the lumen"));

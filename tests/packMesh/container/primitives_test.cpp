@@ -2,6 +2,7 @@
 #include "packMesh/container/primitives.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
 #include <random>
 
 #include "packMesh/error.h"
@@ -131,6 +132,36 @@ TEST_CASE("A sphere measures, objects and describes itself", "[container]") {
   REQUIRE_FALSE(sphere->wall()->objection(moved(cell, {2.9, 0, 0})));
   REQUIRE(sphere->wall()->objection(moved(cell, {0, 0, 3})).value() == "meets the wall");
   REQUIRE(sphere->wall()->objection(moved(cell, {8, 0, 0})).value() == "is outside the lumen");
+}
+
+TEST_CASE("The gap of a cell in a convex lumen is that of its nearest vertex", "[container]") {
+  const MeshHierarchy cell(sample::box({-1, -1, -1}, {1, 1, 1}));
+  const auto gapAt = [&](const Container& container, const Vec3& p, double interest) {
+    const WallVerdict verdict = container.wall()->examine({cell, {Mat3::Identity(), p}}, interest);
+    REQUIRE_FALSE(verdict.objection);
+    return verdict.gap;
+  };
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  const auto box = makeBox({{0, 0, 0}, {10, 20, 30}}, {true, false, false});
+  REQUIRE(gapAt(*box, {77, 1.25, 15}, 1.0) == 0.25);
+  REQUIRE(gapAt(*box, {77, 10, 28.5}, 1.0) == 0.5);
+  REQUIRE(gapAt(*box, {77, 1.25, 28.5}, 1.0) == 0.25);
+  REQUIRE(gapAt(*box, {77, 1.25, 28.5}, 0.25) == infinite);
+  REQUIRE(gapAt(*box, {77, 1.25, 28.5}, 0.0) == infinite);
+  REQUIRE(gapAt(*box, {77, 10, 15}, 100.0) == 9.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 side = Vec3::Unit((axis + 1) % 3), along = Vec3::Unit(axis);
+    const auto open = makeCylinder({0, 0, 0}, axis, 5.0, 20.0, true),
+               closed = makeCylinder({0, 0, 0}, axis, 5.0, 20.0, false);
+    REQUIRE(gapAt(*open, 2.0 * side, 9.0) == Approx(5.0 - std::sqrt(10.0)).epsilon(1e-14));
+    REQUIRE(gapAt(*open, 2.0 * side + 9.0 * along, 9.0) == Approx(5.0 - std::sqrt(10.0)).epsilon(1e-14));
+    REQUIRE(gapAt(*closed, 2.0 * side + 8.5 * along, 9.0) == 0.5);
+  }
+  const auto sphere = makeSphere({0, 0, 0}, 6.0);
+  REQUIRE(gapAt(*sphere, {3, 0, 0}, 9.0) == Approx(6.0 - std::sqrt(18.0)).epsilon(1e-14));
+  REQUIRE(sphere->wall()->examine({cell, {Mat3::Identity(), {5, 0, 0}}}, 9.0).gap == infinite);
+  REQUIRE(sphere->wall()->isAway({{3, 0, 0}, 1.5}, 1.49));
+  REQUIRE_FALSE(sphere->wall()->isAway({{3, 0, 0}, 1.5}, 1.51));
 }
 
 TEST_CASE("Containers refuse sizes that make no sense", "[container][messages]") {

@@ -9,6 +9,7 @@
 #include "packMesh/error.h"
 #include "packMesh/geometry/closest_point.h"
 #include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/geometry/triangle_distance.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;
@@ -154,6 +155,60 @@ TEST_CASE("A periodic vessel that bends continues as its own image", "[container
     inside += !found;
   }
   REQUIRE(inside > 50);
+}
+
+TEST_CASE("The gap to a vessel's wall is that of the nearest two triangles, images and ends included",
+          "[container]") {
+  const double period = 30.0;
+  const TriangleMesh tube = swaying(period);
+  const MeshHierarchy cell(cellAt(Vec3::Zero(), 1.5));
+  for (const bool periodic : {true, false}) {
+    const auto vessel = makeVessel(tube, VesselEnds{0, 0.0, period, periodic}, 0.3);
+    const auto asMesh = openVessel(tube, 0);  // the wall without its caps
+    std::mt19937 random(17);
+    std::uniform_real_distribution<double> x(-1.0, 31.0), y(-2.2, 2.2);
+    int measured = 0, notBelow = 0, atEnds = 0, throughEnds = 0;
+    for (int n = 0; n < 150; ++n) {
+      const double along = x(random);
+      const Vec3 at(along, 3.0 * std::sin(2.0 * M_PI * along / period) + y(random), y(random));
+      const Placement placement{Mat3::Identity(), at};
+      constexpr double interest = 0.7;
+      const WallVerdict verdict = vessel->wall()->examine({cell, placement}, interest);
+      if (verdict.objection) continue;
+      const TriangleMesh there = placed(cell.mesh(), placement);
+      double expected = std::numeric_limits<double>::infinity(), own = expected;
+      for (const double shift : {-period, 0.0, period}) {
+        if (!periodic && shift != 0.0) continue;
+        for (std::size_t w = 0; w < asMesh.mesh.triangles.size(); ++w) {
+          const auto corner = [&](int k) {
+            return Vec3(asMesh.mesh.corner(int(w), k) + shift * Vec3::UnitX());
+          };
+          for (std::size_t t = 0; t < there.triangles.size(); ++t) {
+            const double gap = triangleDistance(corner(0), corner(1), corner(2), there.corner(int(t), 0),
+                                                there.corner(int(t), 1), there.corner(int(t), 2));
+            expected = std::min(expected, gap);
+            if (shift == 0.0) own = std::min(own, gap);
+          }
+        }
+      }
+      throughEnds += expected < interest && expected < own;
+      if (!periodic) {
+        const Box box = boundingBox(there);
+        const double toEnds = std::min(box.lo.x(), period - box.hi.x());
+        atEnds += toEnds < std::min(expected, interest);
+        expected = std::min(expected, toEnds);
+      }
+      if (expected < interest)
+        REQUIRE(verdict.gap == Approx(expected).margin(1e-9));
+      else
+        REQUIRE(verdict.gap == std::numeric_limits<double>::infinity());
+      ++(expected < interest ? measured : notBelow);
+      if (vessel->wall()->isAway(boundingSphere(cell, placement), interest)) REQUIRE(expected > interest);
+    }
+    REQUIRE(measured > 20);
+    REQUIRE(notBelow > 10);
+    REQUIRE((periodic ? throughEnds : atEnds) > 0);
+  }
 }
 
 TEST_CASE("A vessel may have several flat outlets in one plane", "[container]") {

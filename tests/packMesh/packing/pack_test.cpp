@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cstdlib>
 
+#include "packMesh/container/obstacles.h"
+#include "packMesh/container/vessel.h"
 #include "packMesh/stages/relaxation/contact_kernel.h"
 #include "tests/support/packings.h"
 
@@ -49,10 +51,12 @@ void checkPacking(const PackingProblem& problem, const PackingResult& result) {
     shapes.push_back(species.shape.get());
     walls.push_back(problem.container->wall());
   }
-  const Certificate again =
-      certify({shapes, walls, problem.container.get(), &result.cells, problem.clearance});
+  const Certificate again = certify(
+      {shapes, walls, problem.container.get(), &result.cells, problem.clearance, problem.wallClearance});
   REQUIRE(again.clean());
   REQUIRE(again.minimumGap == result.certificate.minimumGap);
+  REQUIRE(again.minimumWallGap == result.certificate.minimumWallGap);
+  REQUIRE(again.minimumWallGap >= problem.wallClearance);
 
   double volume = 0.0;
   const Box bounds = problem.container->bounds();
@@ -151,20 +155,32 @@ TEST_CASE("Thin cells do not stay pierced by each other", "[packing]") {
 }
 
 TEST_CASE("Walls hold the cells", "[packing]") {
+  const TriangleMesh tube = sample::tube(
+      0.0, 30.0, 31, 16, [](double x) { return Vec3(x, 2.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
+      [](double) { return 9.0; });
   std::vector<std::shared_ptr<const Container>> containers = {
       makeBox(Box{Vec3(0, 0, 0), Vec3(25, 20, 22)}, {true, false, false}),
-      makeCylinder(Vec3(12.5, 13, 13), 0, 10.0, 25.0, true), makeSphere(Vec3(0, 0, 0), 11.0)};
+      makeBox(Box{Vec3(0, 0, 0), Vec3(25, 20, 22)}, {false, false, false}),
+      makeCylinder(Vec3(12.5, 13, 13), 0, 10.0, 25.0, true),
+      makeCylinder(Vec3(12.5, 13, 13), 1, 10.0, 25.0, false),
+      makeSphere(Vec3(0, 0, 0), 11.0),
+      makeVessel(tube, VesselEnds{0, 0.0, 30.0, true}, 0.5),
+      makeVessel(tube, VesselEnds{0, -1.0, 31.0, false}, 0.5),
+      makeVessel(sample::sphere({0, 0, 0}, 11.0, 16, 24), std::nullopt, 0.5),
+      subtractObstacles(makeBox(Box{Vec3(0, 0, 0), Vec3(25, 25, 25)}, {true, true, false}),
+                        {{sample::box({8, 8, 8}, {13, 14, 15}), "block"}})};
   for (const auto& container : containers) {
-    CAPTURE(container->describe());
-    PackingProblem problem = redCellProblem(container, 0.30);
-    problem.wallClearance = 0.1;
-    const PackingResult result = pack(problem);
-    REQUIRE(result.outcome == Outcome::certified);
-    REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.species[0].count);
-    checkPacking(problem, result);
-    for (const PlacedCell& cell : result.cells)
-      for (const Vec3& v : test::redCellShape()->mesh().vertices)
-        REQUIRE(container->wall()->distance(cell.placement(v)).distance > 0.085);
+    for (const double wallClearance : {0.1, 0.5}) {
+      CAPTURE(container->describe(), wallClearance);
+      PackingProblem problem = redCellProblem(container, wallClearance < 0.3 ? 0.30 : 0.20);
+      problem.wallClearance = wallClearance;
+      const PackingResult result = pack(problem);
+      REQUIRE(result.outcome == Outcome::certified);
+      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.species[0].count);
+      checkPacking(problem, result);
+      // Cells are as near as they may be: the clearance is what keeps them away.
+      REQUIRE(result.certificate.minimumWallGap < wallClearance + 0.2);
+    }
   }
 }
 

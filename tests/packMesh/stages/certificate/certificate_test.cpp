@@ -37,11 +37,15 @@ class HalfSpace : public Wall {
   explicit HalfSpace(double slack = 0.0) : slack_(slack) {}
   WallDistance distance(const Vec3& p) const override { return {p.x() + slack_, Vec3::UnitX()}; }
   double slack() const override { return slack_; }
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
+  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
     ++asked;
-    const double lowest = boundingBox(cell).lo.x();
-    if (lowest > 0.0) return {};
-    return boundingBox(cell).hi.x() < 0.0 ? "is outside the lumen" : "meets the wall";
+    const Box box = boundingBox(placed(cell.hierarchy.mesh(), cell.placement));
+    WallVerdict verdict;
+    if (box.lo.x() <= 0.0)
+      verdict.objection = box.hi.x() < 0.0 ? "is outside the lumen" : "meets the wall";
+    else if (box.lo.x() < gapOfInterest)
+      verdict.gap = box.lo.x();
+    return verdict;
   }
   mutable int asked = 0;
 
@@ -244,16 +248,54 @@ TEST_CASE("Walls are asked about cells near them only, and their objections repo
     for (double x : {5.0, 1.4, 1.2, 0.5, -0.3, -3.0})
       packing.cells.push_back({0, {Mat3::Identity(), Vec3(x, 10.0 * x, 0)}});
     packing.cells.push_back({1, {Mat3::Identity(), Vec3(-3.0, 50.0, 50.0)}});  // knows no wall
-    const Certificate certificate = certify(packing.input());
-    REQUIRE(certificate.overlapping.empty());
-    REQUIRE_FALSE(certificate.clean());
-    REQUIRE(certificate.misplaced.size() == 3);
-    REQUIRE(certificate.misplaced[0].cell == 3);
-    REQUIRE(certificate.misplaced[0].reason == "meets the wall");
-    REQUIRE(certificate.misplaced[2].cell == 5);
-    REQUIRE(certificate.misplaced[2].reason == "is outside the lumen");
-    REQUIRE(wall.asked == 3);
+    for (const double interest : {0.1, 0.3, 1.0}) {
+      wall.asked = 0;
+      const Certificate certificate = certify(packing.input(), interest);
+      REQUIRE(certificate.overlapping.empty());
+      REQUIRE_FALSE(certificate.clean());
+      REQUIRE(certificate.misplaced.size() == 3);
+      REQUIRE(certificate.misplaced[0].cell == 3);
+      REQUIRE(certificate.misplaced[0].reason == "meets the wall");
+      REQUIRE(certificate.misplaced[2].cell == 5);
+      REQUIRE(certificate.misplaced[2].reason == "is outside the lumen");
+      REQUIRE(certificate.minimumWallGap == 0.0);
+      REQUIRE(wall.asked == (interest == 0.1 ? 3 : interest == 0.3 ? 4 : 5));
+    }
   }
+}
+
+TEST_CASE("A cell nearer to its wall than required is misplaced, and the smallest gap to the wall is told",
+          "[certificate]") {
+  HalfSpace wall;
+  Packing packing;
+  packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1)),
+                    ball(1.0)};
+  packing.walls = {&wall, nullptr};
+  for (double x : {3.0, 1.25, 1.5}) packing.cells.push_back({0, {Mat3::Identity(), Vec3(x, 10.0 * x, 0)}});
+  packing.cells.push_back({1, {Mat3::Identity(), Vec3(0, -50, 0)}});  // knows no wall
+  CertificateInput input = packing.input();
+  REQUIRE(certify(input).clean());
+  REQUIRE(certify(input).minimumWallGap == 0.25);
+  REQUIRE(certify(input, 0.2).minimumWallGap == infinite);
+  for (const double interest : {0.001, 0.3, 1.0})
+    for (const double required : {0.25, 0.2500001, 0.5, 0.51, 5.0}) {
+      input.requiredWallGap = required;
+      const Certificate certificate = certify(input, interest);
+      REQUIRE(certificate.overlapping.empty());
+      REQUIRE(certificate.misplaced.size() == (required == 0.25  ? 0
+                                               : required <= 0.5 ? 1
+                                               : required < 2.0  ? 2
+                                                                 : 3));
+      REQUIRE(certificate.minimumWallGap == (interest > 0.25 ? 0.25 : infinite));
+      for (const MisplacedCell& m : certificate.misplaced)
+        REQUIRE(m.gap == (m.cell == 0 ? 2.0 : m.cell == 1 ? 0.25 : 0.5));
+      if (required == 0.51)
+        REQUIRE(certificate.misplaced[1].reason ==
+                "is 0.5 µm from the wall, less than the 0.51 µm asked for");
+      if (required == 0.2500001)  // both would be 0.25 in six digits
+        REQUIRE(certificate.misplaced[0].reason ==
+                "is 0.25 µm from the wall, less than the 0.2500001 µm asked for");
+    }
 }
 
 TEST_CASE("Counts and volumes, scaled cells included, no cells at all", "[certificate]") {

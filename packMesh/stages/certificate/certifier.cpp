@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/certificate/certifier.h"
+
+#include <cmath>
+
+#include "packMesh/geometry/vector_text.h"
+
+namespace packmesh {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// Gaps are first looked for below this, or this much above the required gap [µm]: measuring gaps of a
+/// micrometre costs many times what gaps of a hundredth do, and few packings need it.
+constexpr double firstLevel = 0.02;
+
+std::string tooNear(double gap, double required) {
+  int digits = 6;
+  while (digits < 17 && toText(gap, digits) == toText(required, digits)) ++digits;
+  return "is " + toText(gap, digits) + " µm from the wall, less than the " + toText(required, digits) +
+         " µm asked for";
+}
+
+}  // namespace
+
+Certifier::Certifier(const CertificateInput& input, double gapOfInterest)
+    : input_(input),
+      cells_(input_),
+      changed_(cells_.count(), true),
+      nearest_(cells_.count(), infinite),
+      partner_(cells_.count(), -1),
+      pairGap_(gapOfInterest, input.requiredGap + firstLevel),
+      wallGaps_(cells_.count(), infinite),
+      wallGap_(gapOfInterest, gapOfInterest) {
+  neighbors_.emplace(cells_.neighbors());
+  examineChanged();
+}
+
+void Certifier::update(const std::vector<std::int64_t>& changed) {
+  allChanged_ = false;
+  changed_.assign(cells_.count(), false);
+  for (const std::int64_t cell : changed) changed_[cell] = true;
+  forgetChanged();
+  neighbors_.reset();
+  neighbors_.emplace(cells_.neighbors());
+  examineChanged();
+}
+
+void Certifier::forgetChanged() {
+  pairGap_.forgetLeast();
+  wallGap_.forgetLeast();
+  for (std::int64_t i = 0; i < cells_.count(); ++i) {
+    if (changed_[i]) {
+      neighbors_->forEachNear(i, input_.requiredGap, false, [&](const NearPair& pair) {
+        const std::int64_t other = pair.first == i ? pair.second : pair.first;
+        if (!(changed_[other] && other < i)) --certificate_.pairsTested;
+      });
+      nearest_[i] = wallGaps_[i] = infinite;
+      partner_[i] = -1;
+    } else if (partner_[i] >= 0 && changed_[partner_[i]]) {
+      stale_.push_back(i);
+    } else {
+      pairGap_.found(nearest_[i]);
+    }
+    wallGap_.found(wallGaps_[i]);
+  }
+  auto& pairs = certificate_.overlapping;
+  pairs.erase(
+      std::remove_if(pairs.begin(), pairs.end(),
+                     [&](const OverlappingPair& p) { return changed_[p.first] || changed_[p.second]; }),
+      pairs.end());
+  auto& misplaced = certificate_.misplaced;
+  misplaced.erase(std::remove_if(misplaced.begin(), misplaced.end(),
+                                 [&](const MisplacedCell& m) { return changed_[m.cell]; }),
+                  misplaced.end());
+}
+
+void Certifier::examineChanged() {
+  for (std::int64_t i = 0; i < cells_.count(); ++i)
+    if (changed_[i]) {
+      examinePairs(i, allChanged_, true);
+      examineWall(i, true);
+    }
+  for (const std::int64_t i : stale_) measureLater(i);
+  stale_.clear();
+  sortByCells(certificate_.overlapping);
+  std::sort(certificate_.misplaced.begin(), certificate_.misplaced.end(),
+            [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
+  summarise();
+}
+
+/// @param isNew the pairs have not been examined where they are now: faults are to be found, not only gaps
+void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew) {
+  const auto reach = [&] { return std::max(pairGap_.limit(), isNew ? input_.requiredGap : 0.0); };
+  pairGap_.measured();
+  neighbors_->forEachNear(cell, reach(), onlyLater, [&](const NearPair& pair) {
+    const std::int64_t other = pair.first == cell ? pair.second : pair.first;
+    if (!onlyLater && changed_[other] && other < cell) return;  // was its turn
+    if (isNew && pair.apart < input_.requiredGap) ++certificate_.pairsTested;
+    if (!(pair.apart < reach())) return;
+    const MeshPairResult result = cells_.relation(pair, reach());
+    pairGap_.measured();
+    if (isNew)
+      if (const auto fault = cells_.faultOf(pair, result)) certificate_.overlapping.push_back(*fault);
+    if (result.relation != MeshRelation::apart || !(result.gap < nearest_[pair.first])) return;
+    nearest_[pair.first] = result.gap;
+    partner_[pair.first] = static_cast<std::int32_t>(pair.second);
+    pairGap_.found(result.gap);
+  });
+}
+
+void Certifier::measureLater(std::int64_t cell) {
+  nearest_[cell] = infinite;
+  partner_[cell] = -1;
+  examinePairs(cell, true, false);
+}
+
+/// @param isNew the cell has not been examined where it is now: faults are to be found, not only the gap
+void Certifier::examineWall(std::int64_t cell, bool isNew) {
+  const Wall* wall = cells_.wall(cell);
+  if (!wall) return;
+  wallGap_.measured();
+  const double reach = std::max(wallGap_.limit(), isNew ? input_.requiredWallGap : 0.0);
+  wallGaps_[cell] = infinite;
+  if (wall->isAway(cells_.sphere(cell), reach)) return;
+  WallVerdict verdict = wall->examine(cells_.mesh(cell), reach);
+  if (isNew && verdict.objection)
+    certificate_.misplaced.push_back({cell, std::move(*verdict.objection), 0.0});
+  else if (isNew && verdict.gap < input_.requiredWallGap)
+    certificate_.misplaced.push_back({cell, tooNear(verdict.gap, input_.requiredWallGap), verdict.gap});
+  wallGaps_[cell] = verdict.gap;
+  wallGap_.found(verdict.gap);
+}
+
+void Certifier::settlePairGap() {
+  while (!pairGap_.settled()) {
+    pairGap_.beginAgain();
+    for (std::int64_t i = 0; i < cells_.count(); ++i) measureLater(i);
+  }
+}
+
+void Certifier::settleWallGap() {
+  while (!wallGap_.settled()) {
+    wallGap_.beginAgain();
+    for (std::int64_t i = 0; i < cells_.count(); ++i) examineWall(i, false);
+  }
+}
+
+void Certifier::summarise() {
+  certificate_.cells = cells_.count();
+  certificate_.cellVolume = 0.0;
+  for (std::int64_t i = 0; i < cells_.count(); ++i) certificate_.cellVolume += cells_.volume(i);
+
+  const auto touches = [](const auto& fault) { return fault.gap == 0.0; };
+  const auto& pairs = certificate_.overlapping;
+  const bool overlap = std::any_of(pairs.begin(), pairs.end(), touches);
+  if (!overlap) settlePairGap();
+  certificate_.minimumGap = overlap ? 0.0 : pairGap_.least();
+  const auto& misplaced = certificate_.misplaced;
+  const bool outside = std::any_of(misplaced.begin(), misplaced.end(), touches);
+  if (!outside) settleWallGap();
+  certificate_.minimumWallGap = outside ? 0.0 : wallGap_.least();
+}
+
+}  // namespace packmesh
