@@ -126,7 +126,7 @@ class AcceptedWall final : public Wall {
            (!wall_ || wall_->isAway(sphere, gap));
   }
 
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     WallVerdict verdict;
     if (wall_) verdict = wall_->examine(cell, gapOfInterest);
     if (verdict.objection) return verdict;

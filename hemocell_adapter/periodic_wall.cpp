@@ -19,35 +19,32 @@ class MovedWall : public Wall {
     moved.origin -= shift_;
     wall_->sample(moved, distances);
   }
-  std::optional<std::string> objection(const TriangleMesh& cell) const override {
-    TriangleMesh moved = cell;
-    for (Vec3& v : moved.vertices) v -= shift_;
-    return wall_->objection(moved);
-    bool isAway(const Sphere& sphere, double gap) const override {
-      return wall_->isAway({sphere.center - shift_, sphere.radius}, gap);
-    }
-    WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
-      const Placement moved{cell.placement.linear, cell.placement.translation - shift_};
-      return wall_->examine({cell.hierarchy, moved}, gapOfInterest);
-    }
+  bool isAway(const Sphere& sphere, double gap) const override {
+    return wall_->isAway({sphere.center - shift_, sphere.radius}, gap);
+  }
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
+    const Placement moved{cell.placement.linear, cell.placement.translation - shift_};
+    return wall_->examine({cell.hierarchy, moved}, gapOfInterest);
+  }
 
-   private:
-    const Wall* wall_;
-    Vec3 shift_;
-  };
+ private:
+  const Wall* wall_;
+  Vec3 shift_;
+};
 
-  /// The container's wall in the frame of the repeated lattice, the accepted wall made from it, and that one
-  /// moved back into the .pos frame.
-  struct OwnedWalls {
-    std::shared_ptr<const Container> container;
-    std::unique_ptr<const Wall> inFrame, accepted, result;
-  };
+/// The container's wall in the frame of the repeated lattice, the accepted wall made from it, and that one
+/// moved back into the .pos frame.
+struct OwnedWalls {
+  std::shared_ptr<const Container> container;
+  std::unique_ptr<const Wall> inFrame, accepted, result;
+};
 
 }  // namespace
 
-std::shared_ptr<const Wall>
-makePeriodicAcceptedWall(std::shared_ptr<const Container> container, std::shared_ptr<const Lattice> lattice,
-                         int minimumDistanceFromSolid, double reach, double wallClearance) {
+std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Container> container,
+                                                     std::shared_ptr<const Lattice> lattice,
+                                                     int minimumDistanceFromSolid, double reach,
+                                                     double wallClearance) {
   auto walls = std::make_shared<OwnedWalls>();
   walls->container = container;
   const Wall* wall = container->wall();

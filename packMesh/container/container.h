@@ -63,7 +63,7 @@ class Wall {
   }
 
   /// Exact verdict on a placed mesh. Only gaps below `gapOfInterest` are measured [µm]; 0: none.
-  virtual WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const = 0;
+  virtual WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const = 0;
 
   /// The objection alone, to a mesh that is where its vertices are.
   std::optional<std::string> objection(const TriangleMesh& placedCell) const {

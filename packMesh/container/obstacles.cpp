@@ -118,7 +118,7 @@ class ObstacleWall : public Wall {
 
   double slack() const override { return slack_; }
 
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     WallVerdict verdict;
     if (outer_) verdict = outer_->examine(cell, gapOfInterest);
     if (verdict.objection) return verdict;

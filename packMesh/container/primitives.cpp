@@ -32,7 +32,8 @@ void requirePositive(double value, const std::string& what) {
 /// The verdict on a cell in a convex lumen: it is inside when its vertices are, and no nearer to the wall
 /// than the nearest of them.
 template <class Inside>
-WallVerdict verdictInConvex(const Wall& wall, const PlacedMesh& cell, double gapOfInterest, Inside&& inside) {
+WallVerdict verdictInConvex(const Wall& wall, const PlacedHierarchy& cell, double gapOfInterest,
+                            Inside&& inside) {
   WallVerdict verdict;
   std::size_t within = 0;
   double nearest = std::numeric_limits<double>::infinity();
@@ -98,14 +99,7 @@ class BoxContainer final : public Primitive {
     return mesh;
   }
 
-  WallDistance distance(const Vec3& p) const override {
-    WallDistance best{std::numeric_limits<double>::infinity(), Vec3::Zero()};
-    for (int k = 0; k < 3; ++k)
-      if (!periodic_[k]) best = nearer(best, betweenPlanes(p[k], box_.lo[k], box_.hi[k], k));
-    return best;
-  }
-
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     return verdictInConvex(*this, cell, gapOfInterest, [&](const Vec3& v) {
       for (int k = 0; k < 3; ++k)
         if (!periodic_[k] && !(v[k] > box_.lo[k] && v[k] < box_.hi[k])) return false;
@@ -179,15 +173,7 @@ class CylinderContainer final : public Primitive {
     return mesh;
   }
 
-  WallDistance distance(const Vec3& p) const override {
-    Vec3 radial = p - center_;
-    radial[axis_] = 0.0;
-    const double r = radial.norm();
-    const WallDistance side{radius_ - r, r > 0.0 ? Vec3(-radial / r) : Vec3(Vec3::Unit((axis_ + 1) % 3))};
-    return periodic_ ? side : nearer(side, betweenPlanes(p[axis_], lo_, hi_, axis_));
-  }
-
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     return verdictInConvex(*this, cell, gapOfInterest, [&](const Vec3& v) {
       Vec3 radial = v - center_;
       radial[axis_] = 0.0;
@@ -247,13 +233,7 @@ class SphereContainer final : public Primitive {
     return mesh;
   }
 
-  WallDistance distance(const Vec3& p) const override {
-    const Vec3 radial = p - center_;
-    const double r = radial.norm();
-    return {radius_ - r, r > 0.0 ? Vec3(-radial / r) : Vec3(Vec3::UnitX())};
-  }
-
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     return verdictInConvex(*this, cell, gapOfInterest, [&](const Vec3& v) {
       return (v - center_).squaredNorm() < (1.0 - rounding) * radius_ * radius_;
     });

@@ -9,6 +9,7 @@
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/error.h"
 #include "packMesh/geometry/closest_point.h"
+#include "packMesh/geometry/mesh_hierarchy.h"
 #include "packMesh/geometry/mesh_intersection.h"
 #include "packMesh/geometry/signed_distances.h"
 #include "packMesh/geometry/vector_text.h"
@@ -107,7 +108,7 @@ class Vessel final : public Container, public Wall {
         }
   }
 
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     const auto objectionThat = [](const char* what) {
       WallVerdict verdict;
       verdict.objection = what;

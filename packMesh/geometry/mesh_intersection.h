@@ -31,7 +31,7 @@ class MeshHierarchy {
 };
 
 /// A mesh where it is in the world. References only.
-struct PlacedMesh {
+struct PlacedHierarchy {
   const MeshHierarchy& hierarchy;
   const Placement& placement;
 

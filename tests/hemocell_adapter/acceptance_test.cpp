@@ -13,6 +13,7 @@
 #include "hemocell_adapter/pos_file.h"
 #include "packMesh/geometry/mesh_repair.h"
 #include "packMesh/io/mesh_file.h"
+#include "packMesh/stages/certificate/certificate.h"
 #include "tube.h"
 
 using namespace packmesh;
@@ -37,7 +38,7 @@ class Floor : public Wall {
  public:
   WallDistance distance(const Vec3& p) const override { return {p.z() - 3.0, Vec3::UnitZ()}; }
   double slack() const override { return 0.125; }
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     WallVerdict verdict;
     const double gap = boundingBox(placed(cell.hierarchy.mesh(), cell.placement)).lo.z() - 3.0;
     if (gap < 0.0)
@@ -213,7 +214,7 @@ TEST_CASE("The accepted wall is the nearer of the true wall and the voxels", "[a
   CHECK(makeAcceptedWall(nullptr, lattice, 0, 0.0)->slack() == Approx(0.065));
 }
 
-TEST_CASE("Clearance is to the true wall; of voxels cells only have to stay clear", "[acceptance]") {
+TEST_CASE("Clearance is to the true wall, of voxels cells only have to stay clear", "[acceptance]") {
   auto lattice = std::make_shared<Lattice>(std::array<int, 3>{40, 40, 40}, 0.5);
   lattice->setFluid(20, 20, 30, false);
   const Floor floor;
@@ -228,7 +229,7 @@ TEST_CASE("Clearance is to the true wall; of voxels cells only have to stay clea
     input.walls = {accepted.get()};
     input.cells = &cells;
     input.requiredWallGap = clearance;
-    return certify(input);
+    return certify(input, 2.0);
   };
   const Vec3 low(10, 10, 3.0 - box.lo.z() + 1.25), tooLow(10, 10, 3.0 - box.lo.z() + 0.75);
   CHECK(certificateAt(&floor, low).clean());

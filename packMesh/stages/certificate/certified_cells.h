@@ -23,7 +23,7 @@ class CertifiedCells {
     const std::size_t species = at(cell).species;
     return species < input_.walls.size() ? input_.walls[species] : nullptr;
   }
-  PlacedMesh mesh(std::int64_t cell) const { return {shape(cell).hierarchy(), placement(cell)}; }
+  PlacedHierarchy mesh(std::int64_t cell) const { return {shape(cell).hierarchy(), placement(cell)}; }
   Sphere sphere(std::int64_t cell) const { return boundingSphere(shape(cell).hierarchy(), placement(cell)); }
   double volume(std::int64_t cell) const {
     return shape(cell).volume() * std::abs(placement(cell).linear.determinant());
@@ -37,11 +37,11 @@ class CertifiedCells {
 
   /// The first as it is, the second moved by the shift. That sum is part of what is proven: the image of a
   /// cell is its mesh placed with the moved translation.
-  MeshPairResult relation(const NearPair& pair, double gapOfInterest) const {
+  MeshPairResult relation(const NearPair& pair, double largestGap) const {
     Placement moved = placement(pair.second);
     moved.translation += pair.shift;
     return relate(shape(pair.first).hierarchy(), placement(pair.first), shape(pair.second).hierarchy(), moved,
-                  gapOfInterest);
+                  largestGap);
   }
 
   /// The fault of a pair, if it has one.

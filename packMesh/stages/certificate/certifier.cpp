@@ -23,15 +23,15 @@ std::string tooNear(double gap, double required) {
 
 }  // namespace
 
-Certifier::Certifier(const CertificateInput& input, double gapOfInterest)
+Certifier::Certifier(const CertificateInput& input, double largestGap)
     : input_(input),
       cells_(input_),
       changed_(cells_.count(), true),
       nearest_(cells_.count(), infinite),
       partner_(cells_.count(), -1),
-      pairGap_(gapOfInterest, input.requiredGap + firstLevel),
+      pairGap_(largestGap, input.requiredGap + firstLevel),
       wallGaps_(cells_.count(), infinite),
-      wallGap_(gapOfInterest, gapOfInterest) {
+      wallGap_(largestGap, largestGap) {
   neighbors_.emplace(cells_.neighbors());
   examineChanged();
 }

@@ -14,8 +14,8 @@ namespace packmesh {
 class SmallestGap {
  public:
   /// @param level gaps are first looked for below this [µm]
-  SmallestGap(double gapOfInterest, double level)
-      : ofInterest_(gapOfInterest), level_(std::min(level, gapOfInterest)) {}
+  SmallestGap(double largestGap, double level)
+      : ofInterest_(largestGap), level_(std::min(level, largestGap)) {}
 
   /// Gaps are measured when they are below this [µm].
   double limit() const { return std::min(ofInterest_, std::max(alwaysMeasured, std::min(least_, level_))); }
@@ -56,8 +56,8 @@ class SmallestGap {
 class Certifier {
  public:
   /// Certifies all cells. What `input` refers to must outlive this; the number of cells must stay the same.
-  /// @param gapOfInterest as for certify() [µm]
-  explicit Certifier(const CertificateInput& input, double gapOfInterest = 1.0);
+  /// @param largestGap as for certify() [µm]
+  explicit Certifier(const CertificateInput& input, double largestGap = gapOfInterest);
   Certifier(const Certifier&) = delete;
   Certifier& operator=(const Certifier&) = delete;
 

@@ -72,7 +72,7 @@ struct Lumen : Container, Wall {
     return mesh;
   }
   WallDistance distance(const Vec3&) const override { return {}; }
-  std::optional<std::string> objection(const TriangleMesh&) const override { return {}; }
+  WallVerdict examine(const PlacedHierarchy&, double) const override { return {}; }
 };
 
 /// Decimal commas and grouped thousands, in a locale that need not be

@@ -37,7 +37,7 @@ class HalfSpace : public Wall {
   explicit HalfSpace(double slack = 0.0) : slack_(slack) {}
   WallDistance distance(const Vec3& p) const override { return {p.x() + slack_, Vec3::UnitX()}; }
   double slack() const override { return slack_; }
-  WallVerdict examine(const PlacedMesh& cell, double gapOfInterest) const override {
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     ++asked;
     const Box box = boundingBox(placed(cell.hierarchy.mesh(), cell.placement));
     WallVerdict verdict;

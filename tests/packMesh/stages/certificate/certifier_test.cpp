@@ -65,7 +65,7 @@ class Crowd {
     return in;
   }
 
-  static constexpr double spacing = 2.25;  ///< of the lattice [µm]
+  static constexpr double spacing = 2.19;  ///< of the lattice [µm]
 
   /// Moves a random part of the cells, those of `faults` first: anywhere, or a little.
   std::vector<std::int64_t> move(const Certificate& faults) {
@@ -128,7 +128,7 @@ TEST_CASE("A certificate brought up to date is, field by field, a certificate ma
   for (unsigned seed = 0; seed < 8; ++seed)
     for (std::size_t c = 0; c < containers.size(); ++c) {
       const bool lattice = c == 5;
-      const double requiredGap = seed % 3 == 2 ? 0.03 : 0.0, requiredWallGap = seed % 2 ? 0.3 : 0.0;
+      const double requiredGap = seed % 3 == 2 ? 0.1 : 0.0, requiredWallGap = seed % 2 ? 0.3 : 0.0;
       const double interest = seed % 4 == 3 ? 0.1 : 1.0;
       Crowd crowd(100 * seed + c, lattice ? 64 : seed < 4 ? 6 : 12, containers[c], lattice);
       const CertificateInput input = crowd.input(requiredGap, requiredWallGap);
@@ -150,14 +150,13 @@ TEST_CASE("A certificate brought up to date is, field by field, a certificate ma
       }
     }
   // All of it has come up.
-  printf("%d clean %d overlaps %d tooNear %d own %d rising %d unmeas %d walls %d nearWall %d\n", rounds,
-         clean, overlaps, tooNear, ownImages, rising, notMeasured, outside, nearWall);
+  CAPTURE(clean, overlaps, tooNear, ownImages, rising, notMeasured, outside, nearWall);
   REQUIRE(rounds == 960);
   REQUIRE(clean > 100);
   REQUIRE(overlaps > 300);
   REQUIRE(tooNear > 30);
   REQUIRE(ownImages > 30);
-  REQUIRE(rising > 50);
+  REQUIRE(rising > 15);
   REQUIRE(notMeasured > 20);
   REQUIRE(outside > 100);
   REQUIRE(nearWall > 20);
