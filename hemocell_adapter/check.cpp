@@ -78,6 +78,10 @@ class Report {
     log::info(fmt::format("Minimum gap: {}", certificate_.overlapping.empty()
                                                  ? gapText(certificate_.minimumGap)
                                                  : "none, cells overlap"));
+    if (scene_.lumen.container->wall())
+      log::info(fmt::format("Minimum gap to the wall: {}", certificate_.misplaced.empty()
+                                                               ? gapText(certificate_.minimumWallGap)
+                                                               : "none, cells are not inside"));
     const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
     const bool clean = certificate_.clean() && (!droppedIsFault || kept_.size() == found_.cells.size());
     log::info(fmt::format(

@@ -128,6 +128,7 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const std
   lines.push_back(fmt::format("Certificate: {} ({} cells, {} pairs proved apart); minimum gap {}",
                               certificate.clean() ? "clean, no overlap" : "NOT CLEAN", certificate.cells,
                               certificate.pairsTested, gapText(certificate.minimumGap)));
+  if (scene.lumen.container->wall()) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall; seed {}; packMesh {} ({})", times.cpu,
                               times.wall, job.seed, version(), gitHash()));
   return lines;

@@ -37,6 +37,26 @@ std::string rbcPos(const std::string& lines, int count) {
 
 }  // namespace
 
+TEST_CASE("the clearances asked for are kept, between cells and to the wall", "[executable]") {
+  const SampleCase folder;
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.25 --clearance 0.1 --wall-clearance 0.4");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  const auto gapAfter = [](const std::string& text, const std::string& words) {
+    const std::size_t at = text.find(words);
+    REQUIRE(at != text.npos);
+    return std::stod(text.substr(at + words.size()));
+  };
+  CHECK(gapAfter(packed.out, "minimum gap ") >= 0.1);
+  CHECK(gapAfter(packed.out, "to the wall ") >= 0.4);
+  CHECK(gapAfter(packed.out, "to the wall ") < 0.6);
+
+  const Ran checked = run(folder.path(), "check config.xml");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 0);
+  CHECK(gapAfter(checked.out, "Minimum gap to the wall: ") == gapAfter(packed.out, "to the wall "));
+}
+
 TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executable]") {
   const SampleCase folder;
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
