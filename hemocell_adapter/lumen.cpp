@@ -157,6 +157,10 @@ Lumen vesselLumen(const Job& job) {
   Lumen lumen;
   VesselOnLattice vessel = placeVessel(readClosed(*domain.geometry, domain.geometryWhere, lumen.notices),
                                        domain.dx, domain.refDir, domain.refDirN);
+  if (!lumen.notices.empty()) {
+    lumen.notices.push_back(
+        fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));
+  }
   VesselEnds ends;
   ends.axis = 0;
   ends.lo = vessel.lattice.keptRegion().lo.x();
@@ -166,7 +170,12 @@ Lumen vesselLumen(const Job& job) {
   lumen.note =
       fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
                   boundingBox(vessel.surface).size().x());
-  lumen.container = makeVessel(std::move(vessel.surface), ends, vesselDetail);
+  try {
+    lumen.container = makeVessel(std::move(vessel.surface), ends, vesselDetail);
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
+  }
   lumen.periodic = ends.periodic;
   lumen.acceptedOnly = true;
   return lumen;

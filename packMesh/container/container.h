@@ -82,7 +82,8 @@ class Container {
   /// Period along each axis [µm], 0 where the container is not periodic.
   virtual Vec3 period() const = 0;
 
-  /// True volume of the lumen [µm³], of one period where it is periodic.
+  /// Volume of the lumen [µm³], of one period where it is periodic; of a vessel whose ends are continued, see
+  /// makeVessel.
   virtual double volume() const = 0;
 
   /// The wall, or nullptr when there is none (periodic along every axis).

@@ -14,7 +14,6 @@ namespace packmesh {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr const char* axisName[3] = {"x", "y", "z"};
 
 /// Sides of the polygon that stands for a circle in surface().
 constexpr int circleSides = 64;

@@ -18,8 +18,6 @@
 namespace packmesh {
 namespace {
 
-constexpr const char* axisName[3] = {"x", "y", "z"};
-
 /// How far beyond the ends of a periodic vessel distances are to its images [µm]: more than the radius of any
 /// blood cell.
 constexpr double imageReach = 12.0;

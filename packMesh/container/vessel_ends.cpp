@@ -14,8 +14,6 @@
 namespace packmesh {
 namespace {
 
-constexpr const char* axisName[3] = {"x", "y", "z"};
-
 using Segment = std::array<Eigen::Vector2d, 2>;
 
 double distanceToSegment(const Eigen::Vector2d& p, const Segment& s) {

@@ -9,6 +9,9 @@
 
 namespace packmesh {
 
+/// Names of the axes 0, 1, 2.
+inline constexpr const char* axisName[3] = {"x", "y", "z"};
+
 /// `value` with at most `digits` significant digits: "12.5".
 inline std::string toText(double value, int digits = 6) {
   char text[64];

@@ -290,6 +290,8 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {h, 2, "tube.stl", file("tube.stl", "")},
       {h, 2, "tube.stl", file("tube.stl", "not an STL at all")},
       {h, 2, "tube.stl", file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
+      {h + " --ends periodic", 2, "<geometry>: tube.stl: the two ends",
+       file("tube.stl", tubeStl(2.4, 0.75, 48, false, 1.1))},
       {h, 2, "RBC.xml", [](const fs::path& folder) { fs::remove(folder / "RBC.xml"); }},
       {h, 2, "RBC.xml", file("RBC.xml", cellXml("RBC", -1, 600, ""))},
       {"config.xml --rbc 1", 2, "larger than the lumen", file("RBC.xml", cellXml("RBC", 39, 600, ""))},
@@ -336,6 +338,21 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
         CHECK(entry.path().extension() != ".pos");
     }
   }
+}
+
+TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[executable]") {
+  const SampleCase folder;
+  std::string stl = tubeStl(2.4, 0.75, 48);
+  CHECK(run(folder.path(), "config.xml --rbc 3").err.empty());
+  const std::size_t facet = stl.find("vertex"), next = stl.find("vertex", facet + 1),
+                    last = stl.find("vertex", next + 1);
+  const std::string first = stl.substr(facet, next - facet), second = stl.substr(next, last - next);
+  stl.replace(facet, last - facet, second + first);
+  writeText(folder.path() / "tube.stl", stl);
+  const Ran ran = run(folder.path(), "config.xml --rbc 3");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.err, Contains("turned round 1 triangle") && Contains("HemoCell reads the file as it is"));
 }
 
 TEST_CASE("check says what it could not examine", "[executable]") {

@@ -12,17 +12,19 @@ namespace packmesh::test {
 
 /// Text of an ASCII STL of a closed tube along x with flat caps.
 /// @param lastTriangleMissing leaves a hole
-inline std::string tubeStl(double length, double radius, int segments, bool lastTriangleMissing = false) {
+/// @param widening radius at the end over that at the beginning
+inline std::string tubeStl(double length, double radius, int segments, bool lastTriangleMissing = false,
+                           double widening = 1.0) {
   std::ostringstream out;
   out.precision(17);
   out << "solid tube\n";
   const double turn = 2 * std::acos(-1.0) / segments;
   int left = 4 * segments - (lastTriangleMissing ? 1 : 0);
   const auto rim = [&](double x, int i) {
-    const double angle = turn * (i % segments);
+    const double angle = turn * (i % segments), r = x > 0 ? widening * radius : radius;
     std::ostringstream point;
     point.precision(17);
-    point << x << ' ' << radius * std::cos(angle) << ' ' << radius * std::sin(angle);
+    point << x << ' ' << r * std::cos(angle) << ' ' << r * std::sin(angle);
     return point.str();
   };
   const auto facet = [&](const std::string& a, const std::string& b, const std::string& c) {

@@ -157,4 +157,10 @@ inline TriangleMesh voxels(int n, double size, const std::function<bool(int, int
   return mesh;
 }
 
+/// The same mesh somewhere else.
+inline TriangleMesh moved(TriangleMesh mesh, const Vec3& by) {
+  for (Vec3& v : mesh.vertices) v += by;
+  return mesh;
+}
+
 }  // namespace packmesh::sample

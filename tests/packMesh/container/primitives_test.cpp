@@ -11,13 +11,9 @@
 
 using namespace packmesh;
 using Catch::Contains;
+using sample::moved;
 
 namespace {
-
-TriangleMesh moved(TriangleMesh mesh, const Vec3& by) {
-  for (Vec3& v : mesh.vertices) v += by;
-  return mesh;
-}
 
 /// Gradient against finite differences, at random points in and around the container.
 void checkGradient(const Container& container) {

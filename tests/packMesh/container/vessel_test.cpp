@@ -14,13 +14,9 @@
 
 using namespace packmesh;
 using Catch::Contains;
+using sample::moved;
 
 namespace {
-
-TriangleMesh moved(TriangleMesh mesh, const Vec3& by) {
-  for (Vec3& v : mesh.vertices) v += by;
-  return mesh;
-}
 
 TriangleMesh cellAt(const Vec3& p, double radius = 1.0) {
   return sample::sphere(p, radius, 8, 10);
