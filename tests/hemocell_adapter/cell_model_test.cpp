@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "packMesh/error.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -19,21 +20,10 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-struct Folder {
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "packMesh-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
-    path = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
+struct Folder : test::TemporaryFolder {
   fs::path write(const std::string& text, const std::string& name = "RBC.xml") const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return path / name;
+    return TemporaryFolder::write(name, text);
   }
-  fs::path path;
 };
 
 std::string material(const std::string& tags) {
@@ -134,7 +124,7 @@ TEST_CASE("A cell's XML is read as HemoCell's, blanks and comments included", "[
 
   const fs::path stl = folder.write(material("<StlFile> cell.stl </StlFile><radius>5.4e-6</radius>"));
   CHECK(readCellXml(stl, "RBC").construction == Construction::meshFromStl);
-  CHECK(readCellXml(stl, "vRBC").stlFile == folder.path / "cell.stl");
+  CHECK(readCellXml(stl, "vRBC").stlFile == folder.path() / "cell.stl");
   CHECK(readCellXml(folder.write(material("<radius>4e-6</radius><minNumTriangles>600</minNumTriangles>")),
                     "Tumour", Construction::wbcSphere)
             .construction == Construction::wbcSphere);
@@ -184,10 +174,10 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
   CHECK_THROWS_WITH(readCellXml(good, "RBC", Construction::meshFromStl), Contains("has no <StlFile>"));
   CHECK_THROWS_WITH(readCellXml(good, "Sickle"),
                     Contains("how HemoCell builds Sickle") && Contains("WBC_SPHERE"));
-  CHECK_THROWS_WITH(readCellXml(folder.path / "none.xml", "RBC"),
+  CHECK_THROWS_WITH(readCellXml(folder.path() / "none.xml", "RBC"),
                     Contains("none.xml: there is no such file"));
-  CHECK_THROWS_WITH(readCellXml(folder.path, "RBC"), Contains("is a folder"));
-  CHECK_THROWS_AS(readCellXml(folder.path, "RBC"), InputError);
+  CHECK_THROWS_WITH(readCellXml(folder.path(), "RBC"), Contains("is a folder"));
+  CHECK_THROWS_AS(readCellXml(folder.path(), "RBC"), InputError);
 }
 
 TEST_CASE("Templates are those compared with HemoCell's, vertex numbers and triangle order included",
@@ -279,14 +269,14 @@ TEST_CASE("A template from an STL is scaled to its largest extent, turned and in
   model.stlFile = folder.write(boxStl(1, 2, 4, true), "insideOut.stl");
   CHECK(makeShape(model, 0.0, &warnings)->volume() == Approx(27.0));
   CHECK(warnings.size() == 1);
-  model.stlFile = folder.path / "none.stl";
+  model.stlFile = folder.path() / "none.stl";
   CHECK_THROWS_AS(buildTemplate(model, 0.5), InputError);
 
   warnings.clear();
-  const auto shape = makeShapeFromFile(folder.path / "box.stl", 2.0, warnings);
+  const auto shape = makeShapeFromFile(folder.path() / "box.stl", 2.0, warnings);
   CHECK(shape->volume() == Approx(64.0));
   CHECK(boundingBox(shape->mesh()).center().norm() < 1e-12);
-  CHECK_THROWS_AS(makeShapeFromFile(folder.path / "box.stl", 0.0, warnings), InputError);
+  CHECK_THROWS_AS(makeShapeFromFile(folder.path() / "box.stl", 0.0, warnings), InputError);
 }
 
 TEST_CASE("The closed form holds the template and is nowhere far from it", "[cell]") {

@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "packMesh/error.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -22,25 +23,10 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// A folder of one test, gone afterwards.
-struct Folder {
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "packMesh-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
-    path = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
+struct Folder : test::TemporaryFolder {
   fs::path write(const std::string& text, const std::string& name = "RBC.pos") const {
-    std::ofstream(path / name, std::ios::binary) << text;
-    return path / name;
+    return TemporaryFolder::write(name, text);
   }
-  int files() const {
-    return static_cast<int>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
-  }
-  fs::path path;
 };
 
 std::string contentOf(const fs::path& file) {
@@ -171,9 +157,9 @@ TEST_CASE("readPos refuses what HemoCell would silently misread, and says where"
     const fs::path file = folder.write(c.text);
     CHECK_THROWS_WITH(readPos(file), Contains(c.expected) && Contains(file.string()));
   }
-  CHECK_THROWS_WITH(readPos(folder.path / "none.pos"), Contains("none.pos: there is no such file"));
-  CHECK_THROWS_WITH(readPos(folder.path), Contains("is a folder"));
-  CHECK_THROWS_AS(readPos(folder.path / "none.pos"), InputError);
+  CHECK_THROWS_WITH(readPos(folder.path() / "none.pos"), Contains("none.pos: there is no such file"));
+  CHECK_THROWS_WITH(readPos(folder.path()), Contains("is a folder"));
+  CHECK_THROWS_AS(readPos(folder.path() / "none.pos"), InputError);
 }
 
 TEST_CASE("readPos accepts what HemoCell reads and warns of what other tools drop", "[pos]") {
@@ -201,7 +187,7 @@ TEST_CASE("readPos accepts what HemoCell reads and warns of what other tools dro
 
 TEST_CASE("AtomicFiles puts all files in place at once, or none", "[pos]") {
   const Folder folder;
-  const fs::path a = folder.path / "RBC.pos", b = folder.path / "PLT.pos";
+  const fs::path a = folder.path() / "RBC.pos", b = folder.path() / "PLT.pos";
   folder.write("old", "RBC.pos");
   ::chmod(a.c_str(), 0640);
   {
@@ -232,12 +218,12 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
   SECTION("no such folder") {
     AtomicFiles files;
     files.add(a, "new");
-    CHECK_THROWS_WITH(files.add(folder.path / "none" / "PLT.pos", "x"),
+    CHECK_THROWS_WITH(files.add(folder.path() / "none" / "PLT.pos", "x"),
                       Contains("cannot write in the folder"));
   }
   SECTION("a folder in the way") {
     AtomicFiles files;
-    CHECK_THROWS_AS(files.add(folder.path, "x"), InputError);
+    CHECK_THROWS_AS(files.add(folder.path(), "x"), InputError);
   }
   SECTION("twice the same") {
     AtomicFiles files;
@@ -256,7 +242,7 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
       AtomicFiles files;
       try {
         files.add(a, "new");
-        files.add(folder.path / "PLT.pos", std::string(5000, 'x'));
+        files.add(folder.path() / "PLT.pos", std::string(5000, 'x'));
       } catch (const InputError& error) {
         message = error.what();
       }
@@ -268,11 +254,11 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
   SECTION("a target that turns into a folder before the commit") {
     AtomicFiles files;
     files.add(a, "new");
-    files.add(folder.path / "PLT.pos", "x");
-    files.add(folder.path / "WBC.pos", "x");
-    fs::create_directory(folder.path / "WBC.pos");
+    files.add(folder.path() / "PLT.pos", "x");
+    files.add(folder.path() / "WBC.pos", "x");
+    fs::create_directory(folder.path() / "WBC.pos");
     CHECK_THROWS_AS(files.commit(), InputError);
-    fs::remove(folder.path / "WBC.pos");
+    fs::remove(folder.path() / "WBC.pos");
   }
   CHECK(contentOf(a) == "old");
   CHECK(folder.files() == 1);
@@ -280,7 +266,7 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
 
 TEST_CASE("AtomicFiles writes through a symbolic link", "[pos]") {
   const Folder folder;
-  const fs::path real = folder.write("old", "real.pos"), link = folder.path / "RBC.pos";
+  const fs::path real = folder.write("old", "real.pos"), link = folder.path() / "RBC.pos";
   fs::create_symlink("real.pos", link);
   AtomicFiles files;
   files.add(link, "new");

@@ -10,23 +10,14 @@
 
 #include "packMesh/error.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using Catch::Contains;
 
 namespace {
 
-/// A folder of its own that goes away with the test.
-struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() /
-                               ("packMesh mesh_file tëst " + std::to_string(std::uintptr_t(this)));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::filesystem::path write(const std::string& name, const std::string& content) const {
-    std::ofstream(path / name, std::ios::binary) << content;
-    return path / name;
-  }
-};
+using Folder = test::TemporaryFolder;
 
 std::string messageOf(const std::filesystem::path& file) {
   try {
@@ -115,12 +106,12 @@ TEST_CASE("writeMesh and readMesh give back the same numbers in every kind of fi
   mesh.vertices[3].x() = std::numeric_limits<double>::denorm_min();
   for (const char* name : {"a.off", "a.ply", "a.obj", "A.OFF", "a.Ply", "a b é.OBJ"}) {
     CAPTURE(name);
-    writeMesh(folder.path / name, mesh);
-    REQUIRE(same(readMesh(folder.path / name), mesh));
+    writeMesh(folder.path() / name, mesh);
+    REQUIRE(same(readMesh(folder.path() / name), mesh));
   }
   for (const char* name : {"a.stl", "a.STL"}) {
-    writeMesh(folder.path / name, mesh);
-    REQUIRE(same(readMesh(folder.path / name), byFirstAppearance(mesh)));
+    writeMesh(folder.path() / name, mesh);
+    REQUIRE(same(readMesh(folder.path() / name), byFirstAppearance(mesh)));
   }
 }
 
@@ -157,8 +148,8 @@ TEST_CASE("readMesh loses no face, be it collapsed, repeated or not manifold", "
       "3 1 0 3\n"));
   REQUIRE(mesh.triangles.size() == 6);
   REQUIRE(readMesh(folder.write("a.stl", binaryStl(mesh))).triangles.size() == 6);
-  writeMesh(folder.path / "b.stl", mesh);
-  REQUIRE(readMesh(folder.path / "b.stl").triangles.size() == 6);
+  writeMesh(folder.path() / "b.stl", mesh);
+  REQUIRE(readMesh(folder.path() / "b.stl").triangles.size() == 6);
 }
 
 TEST_CASE("readMesh merges equal vertices in the order of their first appearance", "[io]") {
@@ -209,9 +200,9 @@ TEST_CASE("readMesh reads text STL as programs write it", "[io]") {
 
 TEST_CASE("readMesh says what is wrong with a file", "[io][messages]") {
   const Folder folder;
-  std::filesystem::create_directories(folder.path / "folder.stl");
-  CHECK_THAT(messageOf(folder.path / "none.stl"), Contains("no such mesh file"));
-  CHECK_THAT(messageOf(folder.path / "folder.stl"), Contains("found a directory"));
+  std::filesystem::create_directories(folder.path() / "folder.stl");
+  CHECK_THAT(messageOf(folder.path() / "none.stl"), Contains("no such mesh file"));
+  CHECK_THAT(messageOf(folder.path() / "folder.stl"), Contains("found a directory"));
   CHECK_THAT(messageOf(folder.write("a.vtk", "x")),
              Contains("expected a mesh file ending in .stl, .off, .ply or .obj"));
   CHECK_THAT(messageOf(folder.write("noending", "x")), Contains("no ending"));
