@@ -53,7 +53,8 @@ class Wall {
   virtual double samplingSpacing() const { return 0.25; }
 
   /// Distances [µm] at the nodes of a block, x fastest: what distance() says there, to rounding or to within
-  /// what interpolation at the samplingSpacing() errs by. Overridden where that is cheaper than node by node.
+  /// what interpolation at the samplingSpacing() errs by; several spacings inside the lumen it may be less,
+  /// but not below three fifths of it. Overridden where that is cheaper than node by node.
   virtual void sample(const NodeBlock& block, float* distances) const;
 
   /// Whether it is certain, at little cost, that a mesh in this sphere gets no objection and is further than

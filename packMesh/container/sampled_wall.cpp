@@ -10,17 +10,28 @@
 #include "packMesh/geometry/vector_text.h"
 
 namespace packmesh {
+namespace {
+
+/// Their table takes 1 GB.
+constexpr double mostBricks = 1 << 28;
+
+}  // namespace
+
 SampledWall::SampledWall(const Wall& wall, const Box& region, double spacing)
     : wall_(wall), spacing_(spacing) {
-  std::size_t count = 1;
-  for (int k = 0; k < 3; ++k) {
-    const double brick = BrickView::cells * spacing;
-    const double first = std::floor(region.lo[k] / brick), last = std::floor(region.hi[k] / brick);
-    lo_[k] = BrickView::cells * first;
-    bricks_[k] = static_cast<int>(last - first) + 1;
-    count *= bricks_[k];
+  const double brick = BrickView::cells * spacing;
+  const Vec3 first = (region.lo / brick).array().floor();
+  const Vec3 bricks = (region.hi / brick).array().floor() - first.array() + 1.0;
+  if (!(bricks.prod() <= mostBricks)) {
+    const Vec3 size = region.size();
+    throw InputError("walls in " + toText(size.x(), 3) + " x " + toText(size.y(), 3) + " x " +
+                     toText(size.z(), 3) + " µm are too much to sample at a spacing of " +
+                     toText(spacing, 3) + " µm; at most " + toText(mostBricks * brick * brick * brick, 2) +
+                     " µm³ are possible");
   }
-  begins_.assign(count, -1);
+  lo_ = BrickView::cells * first;
+  for (int k = 0; k < 3; ++k) bricks_[k] = static_cast<int>(bricks[k]);
+  begins_.assign(static_cast<std::size_t>(bricks.prod()), -1);
 }
 
 void SampledWall::evaluate(int index) const {

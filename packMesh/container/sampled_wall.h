@@ -21,6 +21,7 @@ class SampledWall {
   /// @param region where questions are expected; outside of it the wall is taken to be as far as at the
   ///   nearest point of the region, less the way there
   /// @param spacing of the nodes [µm]
+  /// @throws InputError when the region has more than 2^28 bricks of nodes
   SampledWall(const Wall& wall, const Box& region, double spacing);
 
   SampledWall(const SampledWall&) = delete;
