@@ -11,6 +11,8 @@
 
 #include "hemocell_adapter/cell_model.h"
 #include "hemocell_adapter/pos_file.h"
+#include "packMesh/container/primitives.h"
+#include "packMesh/container/vessel.h"
 #include "packMesh/geometry/mesh_repair.h"
 #include "packMesh/io/mesh_file.h"
 #include "packMesh/stages/certificate/certificate.h"
@@ -251,5 +253,45 @@ TEST_CASE("Clearance is to the true wall, of voxels cells only have to stay clea
       if (inside > 0.0) continue;
       CHECK(atFace.misplaced[0].reason == "a vertex lies outside the lattice");
       CHECK(atVoxel.misplaced[0].reason == "a vertex lies on a wall node");
+    }
+}
+
+TEST_CASE("The accepted wall samples blocks of nodes as it does nodes", "[acceptance]") {
+  const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0, 12.0), 0.5, 1, 40);
+  const auto lattice = std::make_shared<Lattice>(vessel.lattice);
+  VesselEnds ends;
+  ends.lo = -0.25;
+  ends.hi = ends.lo + vessel.period;
+  const auto tube = makeVessel(vessel.surface, ends, 0.5);
+  const auto round = makeCylinder({12.5, 10.5, 10.5}, 0, 9.8, 60.0, false);
+  std::mt19937 random(6);
+  for (const Wall* trueWall : {static_cast<const Wall*>(nullptr), tube->wall(), round->wall()})
+    for (const int distance : {0, 1}) {
+      const auto wall = makeAcceptedWall(trueWall, lattice, distance, 0.02);
+      CAPTURE(distance, trueWall == nullptr, trueWall == tube->wall());
+      int compared = 0;
+      for (int n = 0; n < 200; ++n) {
+        NodeBlock block;
+        block.spacing = n % 3 == 0 ? 1.0 : 0.25;
+        for (int k = 0; k < 3; ++k) {
+          block.origin[k] = 0.25 * static_cast<double>(random() % 96);
+          if (n % 5 == 0) block.origin[k] += 0.1;  // between the samples of the voxels
+          block.nodes[k] = n % 4 == 0 ? 1 + static_cast<int>(random() % 6) : 9;
+        }
+        std::vector<float> found(std::size_t(block.nodes[0]) * block.nodes[1] * block.nodes[2]);
+        wall->sample(block, found.data());
+        std::size_t index = 0;
+        for (int k = 0; k < block.nodes[2]; ++k)
+          for (int j = 0; j < block.nodes[1]; ++j)
+            for (int i = 0; i < block.nodes[0]; ++i, ++index) {
+              const double expected = wall->distance(block.position(i, j, k)).distance;
+              CAPTURE(block.position(i, j, k).transpose(), block.spacing, expected, found[index]);
+              if (std::abs(expected) > 0.25) continue;
+              ++compared;
+              // The true wall is interpolated between every other node.
+              REQUIRE(found[index] == Approx(expected).margin(trueWall == tube->wall() ? 0.02 : 1e-4));
+            }
+      }
+      REQUIRE(compared > 300);
     }
 }

@@ -104,17 +104,44 @@ TEST_CASE("the packing section alone suffices, options override it", "[executabl
   CHECK(cellsIn(folder.path() / "new/folder/RBC.pos") == n);
 }
 
-TEST_CASE("periodic ends and HemoCell's own rule for them", "[executable]") {
-  const SampleCase folder;
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --ends periodic");
+TEST_CASE("periodic ends: packed across them, and checked across them", "[executable]") {
+  const SampleCase folder("<packing> <ends> periodic </ends> <hematocrit> 0.4 </hematocrit> </packing>");
+  const Ran ran = run(folder.path(), "config.xml");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   CHECK(lumenLine(ran.out).find("periodic along x") != std::string::npos);
-  CHECK(run(folder.path(), "check config.xml --ends periodic").exitCode == 0);
-  const Ran checked = run(folder.path(), "check config.xml");  // the cells across the ends are dropped
-  INFO(checked.all());
-  CHECK(checked.exitCode == 4);
-  CHECK_THAT(checked.out, Contains("meets an end of the vessel"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+
+  // 24 µm of tube at dx 0.5 µm are 51 nodes: the ends are at -0.25 and 25.25 µm.
+  // No cell is thinner than 2.2 µm.
+  constexpr double lo = -0.25, period = 25.5, half = 1.1;
+  const std::string file = readText(folder.path() / "RBC.pos");
+  std::istringstream in(file);
+  int count = 0, crossing = 0;
+  std::string line, image;
+  in >> count;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    const std::size_t end = line.find(' ');
+    const double x = std::stod(line.substr(0, end));
+    CHECK((x >= lo && x < lo + period));
+    if (x - lo > half && lo + period - x > half) continue;
+    ++crossing;
+    image = std::to_string(x < lo + half ? x + period : x - period) + line.substr(end);
+  }
+  REQUIRE(crossing > 0);
+  const Ran closed = run(folder.path(), "check config.xml --ends closed");
+  INFO(closed.all());
+  CHECK(closed.exitCode == 4);  // the cells across the ends are dropped
+  CHECK_THAT(closed.out, Contains("meets an end of the vessel"));
+
+  // The image of a cell that crosses an end is where the cell is.
+  writeText(folder.path() / "RBC.pos",
+            rbcPos(file.substr(file.find('\n') + 1) + image + "\n", count + 1));
+  const Ran twice = run(folder.path(), "check config.xml");
+  INFO(twice.all());
+  CHECK(twice.exitCode == 4);
+  CHECK_THAT(twice.out, Contains("Overlapping pairs: 1") && Contains("periodic image"));
 }
 
 TEST_CASE("packing and check speak of the same lumen", "[executable]") {

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/sampled_wall.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "packMesh/error.h"
+#include "tests/support/walls.h"
+
+using namespace packmesh;
+using test::NamedContainer;
+
+namespace {
+
+std::vector<Vec3> pointsIn(const Box& box, int count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  std::vector<Vec3> points;
+  for (int n = 0; n < count; ++n)
+    points.push_back(box.lo + box.size().cwiseProduct(Vec3(unit(random), unit(random), unit(random))));
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("A sampled wall interpolates the wall, with its gradient", "[container]") {
+  for (const NamedContainer& c : test::allContainers()) {
+    CAPTURE(c.name);
+    const Box region = c.container->bounds().grownBy(1.5);
+    if (region.volume() > 1e5) continue;
+    const SampledWall sampled(c.wall(), region, 0.25);
+    double worst = 0.0;
+    int off = 0, checked = 0;
+    for (const Vec3& p : pointsIn(region, 3000, 1)) {
+      const WallDistance found = sampled.distance(p), expected = c.wall().distance(p);
+      if (std::abs(expected.distance) > 1.0) {
+        // At most too large by an interpolation. Deep outside of the lumen nobody is; of obstacles further
+        // away only the bounding box is seen.
+        if (expected.distance > 0.0 && expected.distance < 2.0)
+          REQUIRE(found.distance <= expected.distance + 0.26 * 0.25 + c.wall().slack());
+        continue;
+      }
+      ++checked;
+      worst = std::max(worst, std::abs(found.distance - expected.distance));
+      off += (found.gradient - expected.gradient).norm() > 0.15;
+    }
+    REQUIRE(checked > 50);
+    REQUIRE(worst < 0.3 * 0.25);
+    REQUIRE(off < 0.2 * checked);  // along edges
+  }
+}
+
+TEST_CASE("Beyond its region a sampled wall goes on down", "[container]") {
+  const auto sphere = makeSphere(Vec3::Zero(), 5.0);
+  const SampledWall sampled(*sphere->wall(), sphere->bounds(), 0.25);
+  // Bricks are whole: the region ends at 6 µm at the latest.
+  const double edge = sampled.distance(Vec3(6.0, 0.0, 0.0)).distance;
+  REQUIRE(edge == Approx(-1.0).margin(0.02));
+  const WallDistance beyond = sampled.distance(Vec3(9.0, 0.0, 0.0));
+  REQUIRE(beyond.distance == Approx(edge - 3.0));
+  REQUIRE(beyond.gradient.x() == -1.0);
+  REQUIRE(sampled.distance(Vec3(-9.0, 7.0, 0.0)).gradient.y() == -1.0);
+}
+
+TEST_CASE("A sampled wall refuses a region too large for its table", "[container]") {
+  const auto sphere = makeSphere(Vec3::Zero(), 5.0);
+  // 1.4 and 0.7 of the bricks there may be.
+  const Box tooLarge{Vec3::Zero(), Vec3(1440.0, 1440.0, 1440.0)}, far{Vec3::Zero(), Vec3(3e6, 150.0, 3.0)};
+  CHECK_THROWS_WITH(SampledWall(*sphere->wall(), tooLarge, 0.25),
+                    Catch::Contains("walls in 1.44e+03 x 1.44e+03 x 1.44e+03 µm are too much to sample"));
+  CHECK_THROWS_AS(SampledWall(*sphere->wall(), Box{Vec3::Zero(), Vec3::Constant(1e9)}, 0.25), InputError);
+  CHECK(SampledWall(*sphere->wall(), far, 0.25).distance(Vec3(0.0, 0.0, 1.0)).distance ==
+        Approx(4.0).margin(0.02));
+}
+
+TEST_CASE("What a sampled wall tells does not depend on the order of questions", "[container]") {
+  for (const NamedContainer& c : test::allContainers()) {
+    CAPTURE(c.name);
+    const Box region = c.container->bounds().grownBy(1.0);
+    if (region.volume() > 1e5) continue;
+    std::vector<Vec3> points = pointsIn(region, 500, 2);
+    const SampledWall one(c.wall(), region, 0.25), other(c.wall(), region, 0.25);
+    std::vector<double> forwards, backwards;
+    for (const Vec3& p : points) forwards.push_back(one.distance(p).distance);
+    std::reverse(points.begin(), points.end());
+    for (const Vec3& p : points) backwards.push_back(other.distance(p).distance);
+    std::reverse(backwards.begin(), backwards.end());
+    REQUIRE(forwards == backwards);
+  }
+}
+
+TEST_CASE("Walls sample blocks of nodes as they do nodes", "[container]") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (const NamedContainer& c : test::allContainers()) {
+    CAPTURE(c.name);
+    const Box box = c.container->bounds().grownBy(1.0);
+    int compared = 0;
+    for (int n = 0; n < 60; ++n) {
+      NodeBlock block;
+      block.spacing = n % 2 == 0 ? 0.25 : 1.0;
+      block.origin = box.lo + box.size().cwiseProduct(Vec3(unit(random), unit(random), unit(random)));
+      std::size_t count = 1;
+      for (int& nodes : block.nodes) count *= nodes = 1 + static_cast<int>(random() % 9);
+      std::vector<float> distances(count);
+      c.wall().sample(block, distances.data());
+      std::size_t index = 0;
+      for (int k = 0; k < block.nodes[2]; ++k)
+        for (int j = 0; j < block.nodes[1]; ++j)
+          for (int i = 0; i < block.nodes[0]; ++i, ++index) {
+            const double expected = c.wall().distance(block.position(i, j, k)).distance;
+            CAPTURE(block.position(i, j, k).transpose(), block.spacing, expected, distances[index]);
+            REQUIRE(distances[index] <= expected + 1e-4 * (1.0 + std::abs(expected)));
+            REQUIRE(distances[index] >= (expected > 0.0 ? 0.59 * expected : expected - 1e-4) - 1e-4);
+            if (expected > 1.5 * block.spacing) continue;  // rough
+            ++compared;
+            REQUIRE(distances[index] == Approx(expected).margin(1e-4));
+          }
+    }
+    REQUIRE(compared > 500);
+  }
+}
