@@ -35,8 +35,8 @@ constexpr double thinning = 0.01;
 constexpr std::int64_t thinningSweeps = 400;
 
 /// With a time limit, thinning out takes about as long again at most: a trial ends after a tenth of the
-/// limit, and with every tenth spent the share doubles.
-constexpr double thinningParts = 10.0;
+/// limit, and with every tenth spent the share doubles. After five of them whatever still fails is left out.
+constexpr double thinningParts = 10.0, mostThinningParts = 5.0;
 
 double cpuSeconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
@@ -215,7 +215,9 @@ class Run {
     while (!interrupted_ && !relaxation.bodies().empty()) {
       double share = thinning;
       if (maxSeconds > 0.0) {
-        share *= std::exp2(std::floor(thinningParts * (elapsed() - began) / maxSeconds));
+        const double spent = thinningParts * (elapsed() - began) / maxSeconds;
+        if (spent > mostThinningParts) return leaveOutFailing(relaxation);
+        share *= std::exp2(std::floor(spent));
         deadline_ = elapsed() + maxSeconds / thinningParts;
       }
       std::vector<Body> bodies = relaxation.bodies();
@@ -240,6 +242,32 @@ class Run {
     result_.cells.clear();
     result_.poses.clear();
     result_.certificate = Certificate();
+  }
+
+  /// Leaves out cells until no other one fails, moving none: of each failing pair the cell that fails in
+  /// more of them.
+  void leaveOutFailing(Relaxation& relaxation) {
+    Stopwatch watch(result_.statistics.certificateSeconds);
+    while (!askedToStop()) {
+      const std::vector<Body> bodies = relaxation.cells();
+      takeCells(bodies);
+      result_.certificate = certify(certificateInput());
+      if (result_.certificate.clean()) return;
+      std::vector<int> failures(bodies.size(), 0);
+      std::vector<bool> out(bodies.size(), false);
+      for (const MisplacedCell& cell : result_.certificate.misplaced) out[cell.cell] = true;
+      for (const OverlappingPair& pair : result_.certificate.overlapping)
+        ++failures[pair.first], ++failures[pair.second];
+      for (const OverlappingPair& pair : result_.certificate.overlapping) {
+        if (out[pair.first] || out[pair.second]) continue;
+        out[failures[pair.first] > failures[pair.second] ? pair.first : pair.second] = true;
+      }
+      std::vector<std::int64_t> ids;
+      for (std::size_t i = 0; i < bodies.size(); ++i)
+        if (out[i]) ids.push_back(bodies[i].id);
+      std::sort(ids.begin(), ids.end());
+      relaxation.remove(ids);
+    }
   }
 
   const PackingProblem& problem_;

@@ -236,6 +236,18 @@ TEST_CASE("A time limit ends a run, with what was reached", "[packing]") {
   checkPacking(problem, result);
 }
 
+TEST_CASE("Some cells are left however short the time is", "[packing]") {
+  for (const double clearance : {0.0, 0.3}) {
+    PackingProblem problem = redCellProblem(periodicCube(30.0), 0.50);
+    problem.limits.maxSeconds = 1e-6;
+    problem.clearance = clearance;
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::outOfReach);
+    REQUIRE(result.cells.size() > 10);
+    checkPacking(problem, result);
+  }
+}
+
 TEST_CASE("Thinning out keeps to the time limit too", "[packing]") {
   // Far out of reach: taking out a hundredth at a time would last a hundred times as long.
   PackingProblem problem = redCellProblem(periodicCube(40.0), 0.90);
