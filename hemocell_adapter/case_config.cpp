@@ -12,7 +12,7 @@ namespace {
 using tinyxml2::XMLElement;
 namespace fs = std::filesystem;
 
-/// 2^20 nodes along one axis are half a millimetre of vessel at dx 0.5 µm: more is a slip.
+/// 2^20 nodes along one axis are half a metre of vessel at dx 0.5 µm: more is a slip.
 constexpr double mostNodes = 1 << 20;
 
 /// A tag of `<domain>`.
@@ -43,7 +43,13 @@ Value required(const XMLElement& domain, const DomainTag& tag, const fs::path& f
     throw InputError(fmt::format("{}: has no <{}>; expected {}", placeOf(domain, file), tag.name,
                                  expectation(specOf(tag))));
   }
-  return valueOf(*element, specOf(tag), file);
+  const Value value = valueOf(*element, specOf(tag), file);
+  // HemoCell reads digits until something else comes: 1e3 as 1.
+  if (tag.kind == Kind::integer && textOf(*element).find_first_of("eE") != std::string::npos) {
+    throw InputError(fmt::format("{}: expected a whole number in digits alone, found '{}'",
+                                 placeOf(*element, file), trimmed(textOf(*element))));
+  }
+  return value;
 }
 
 /// `<nx> <ny> <nz>` or `<Nx> <Ny> <Nz>`: all three or none.
@@ -86,36 +92,11 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
   return result;
 }
 
-void load(tinyxml2::XMLDocument& document, const fs::path& file) {
-  std::error_code ignored;
-  if (fs::is_directory(file, ignored)) {
-    throw InputError(fmt::format("{}: is a folder; give the config.xml in it", file.string()));
-  }
-  if (!fs::exists(file, ignored)) throw InputError(fmt::format("{}: no such file", file.string()));
-  switch (document.LoadFile(file.c_str())) {
-    case tinyxml2::XML_SUCCESS:
-      return;
-    case tinyxml2::XML_ERROR_FILE_NOT_FOUND:
-    case tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED:
-    case tinyxml2::XML_ERROR_FILE_READ_ERROR:
-      throw InputError(fmt::format("{}: cannot be read", file.string()));
-    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
-      throw InputError(fmt::format("{}: is empty; expected XML with the root <hemocell>", file.string()));
-    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
-      throw InputError(
-          fmt::format("{}:{}: is not well-formed XML: an element is not closed by its own end tag",
-                      file.string(), document.ErrorLineNum()));
-    default:
-      throw InputError(fmt::format("{}:{}: is not well-formed XML ({})", file.string(),
-                                   document.ErrorLineNum(), document.ErrorName()));
-  }
-}
-
 }  // namespace
 
 CaseConfig readCaseConfig(const fs::path& file) {
   tinyxml2::XMLDocument document;
-  load(document, file);
+  loadXml(document, file);
   const XMLElement* root = document.RootElement();
   if (!root) throw InputError(fmt::format("{}: is not XML; expected the root <hemocell>", file.string()));
   if (std::string(root->Name()) != "hemocell") {

@@ -38,15 +38,7 @@ bool startsWith(const std::string& text, const std::string& start) {
 class MaterialModel {
  public:
   explicit MaterialModel(const std::filesystem::path& file) : file_(file) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(file, ignored)) throw InputError(file.string() + ": there is no such file");
-    if (std::filesystem::is_directory(file, ignored))
-      throw InputError(file.string() + ": is a folder, expected the XML file of a cell");
-    if (document_.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) {
-      const int line = document_.ErrorLineNum();
-      throw InputError(fmt::format("{}{}: cannot be read as XML ({})", file.string(),
-                                   line > 0 ? ":" + std::to_string(line) : "", document_.ErrorStr()));
-    }
+    loadXml(document_, file);
     const tinyxml2::XMLElement* root = document_.RootElement();
     if (!root) throw InputError(file.string() + ": no XML element, expected <hemocell>");
     if (std::string(root->Name()) != "hemocell")

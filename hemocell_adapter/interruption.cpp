@@ -35,8 +35,8 @@ extern "C" void onSignal(int) {
   constexpr char again[] = "(packMesh) (Error) interrupted again: ended at once\n";
   if (!polled && !flag) endNow(early, sizeof early - 1);
   if (!flag) {
+    firstAt = now();  // first: the other signal can come in between
     flag = 1;
-    firstAt = now();
   } else if (now() - firstAt >= sameSignal) {
     endNow(again, sizeof again - 1);
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 namespace packmesh::hemocell::log {
@@ -10,7 +11,11 @@ namespace {
 
 Level currentLevel = Level::normal;
 
-void line(std::FILE* stream, const char* kind, const std::string& message) {
+/// Messages quote what stands in files: control characters would reach the user's terminal.
+void line(std::FILE* stream, const char* kind, std::string message) {
+  std::replace_if(
+      message.begin(), message.end(),
+      [](unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == '\x7f'; }, '?');
   fmt::print(stream, "(packMesh) {}{}\n", kind, message);
   std::fflush(stream);
 }

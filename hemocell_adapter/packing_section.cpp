@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Reading `<packing>`, and the helpers of xml_tags.h.
+// Reading `<packing>`.
 #include <fmt/format.h>
 
 #include <set>
@@ -125,36 +125,6 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
 }
 
 }  // namespace
-
-std::string placeOf(const XMLElement& element, const fs::path& file) {
-  return fmt::format("{}:{}: <{}>", file.string(), element.GetLineNum(), element.Name());
-}
-
-std::string textOf(const XMLElement& element) {
-  std::string text;
-  for (const auto* node = element.FirstChild(); node; node = node->NextSibling()) {
-    if (const auto* part = node->ToText()) text += part->Value();
-  }
-  return text;
-}
-
-Value valueOf(const XMLElement& element, const ValueSpec& spec, const fs::path& file) {
-  try {
-    return parseValue(spec, textOf(element));
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
-  }
-}
-
-const XMLElement* onlyChild(const XMLElement& parent, const char* name, const fs::path& file) {
-  const XMLElement* first = parent.FirstChildElement(name);
-  if (!first) return nullptr;
-  if (const XMLElement* second = first->NextSiblingElement(name)) {
-    throw InputError(fmt::format("{}: stands here a second time (first in line {})", placeOf(*second, file),
-                                 first->GetLineNum()));
-  }
-  return first;
-}
 
 Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   Settings settings;

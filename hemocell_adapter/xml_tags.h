@@ -12,6 +12,9 @@
 
 namespace packmesh::hemocell {
 
+/// Reads a file. @throws InputError when it cannot be read or is not well-formed
+void loadXml(tinyxml2::XMLDocument& document, const std::filesystem::path& file);
+
 /// "config.xml:12: <dx>".
 std::string placeOf(const tinyxml2::XMLElement& element, const std::filesystem::path& file);
 

@@ -102,7 +102,8 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
   };
   const std::string rest = "<refDir>1</refDir><refDirN>50</refDirN>";
   for (const Row& row : {
-           Row{"", "is empty"},
+           Row{"", "is empty or no text"},
+           {std::string("\0<hemocell/>", 12), "is empty or no text"},
            {"garbage", "not well-formed XML"},
            {"\x7f\x45\x4c\x46 binary", "not well-formed XML"},
            {"<hemocell><domain></hemocell>", "not closed by its own end tag"},
@@ -122,6 +123,8 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
             "<refDir>: expected a whole number in [0, 2]"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>fifty</refDirN>"),
             "found 'fifty'"},
+           {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>1e3</refDirN>"),
+            "<refDirN>: expected a whole number in digits alone, found '1e3'"},
            {configXml("<dx>5e-7</dx><nx>10</nx><ny>10</ny>"), "has no <nz>"},
            {configXml("<dx>5e-7</dx><nx>-10</nx><ny>10</ny><nz>10</nz>"), "found '-10'"},
            {packing("<hematokrit>0.4</hematokrit>"),

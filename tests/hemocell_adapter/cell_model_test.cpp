@@ -137,8 +137,8 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
     std::string text, expected;
   };
   const Case cases[] = {
-      {"", "cannot be read as XML"},
-      {"<hemocell><MaterialModel></hemocell>", ":1: cannot be read as XML"},
+      {"", "is empty or no text"},
+      {"<hemocell><MaterialModel></hemocell>", ":1: is not well-formed XML"},
       {"<?xml version=\"1.0\" ?>\n<Hemocell></Hemocell>", ":2: root <Hemocell>, expected <hemocell>"},
       {"<hemocell>\n</hemocell>", ":1: expected <MaterialModel>"},
       {material(triangles),
@@ -174,8 +174,7 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
   CHECK_THROWS_WITH(readCellXml(good, "RBC", Construction::meshFromStl), Contains("has no <StlFile>"));
   CHECK_THROWS_WITH(readCellXml(good, "Sickle"),
                     Contains("how HemoCell builds Sickle") && Contains("WBC_SPHERE"));
-  CHECK_THROWS_WITH(readCellXml(folder.path() / "none.xml", "RBC"),
-                    Contains("none.xml: there is no such file"));
+  CHECK_THROWS_WITH(readCellXml(folder.path() / "none.xml", "RBC"), Contains("none.xml: no such file"));
   CHECK_THROWS_WITH(readCellXml(folder.path(), "RBC"), Contains("is a folder"));
   CHECK_THROWS_AS(readCellXml(folder.path(), "RBC"), InputError);
 }

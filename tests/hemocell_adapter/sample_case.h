@@ -58,6 +58,11 @@ inline std::string configXml(const std::string& domain, const std::string& packi
          "\n</hemocell>\n";
 }
 
+/// Text of RBC.pos that announces `count` cells.
+inline std::string rbcPos(const std::string& lines, int count) {
+  return std::to_string(count) + "\n" + lines;
+}
+
 /// A tube 24 µm long and 15 µm wide (2.4 x 1.5 in units of its STL), with RBC.xml and PLT.xml.
 class SampleCase : public TemporaryFolder {
  public:

@@ -12,7 +12,8 @@
 
 namespace packmesh::test {
 
-/// A new folder that disappears with the object. Its name has a blank and a letter beyond ASCII, as users' do.
+/// A new folder that disappears with the object. Its name has a blank and a letter beyond ASCII, as users'
+/// do.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/xml_tags.h"
+
+#include <fmt/format.h>
+
+#include "packMesh/error.h"
+
+namespace packmesh::hemocell {
+
+using tinyxml2::XMLElement;
+namespace fs = std::filesystem;
+
+void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) {
+    throw InputError(fmt::format("{}: is a folder, expected an XML file", file.string()));
+  }
+  if (!fs::exists(file, ignored)) throw InputError(fmt::format("{}: no such file", file.string()));
+  switch (document.LoadFile(file.c_str())) {
+    case tinyxml2::XML_SUCCESS:
+      return;
+    case tinyxml2::XML_ERROR_FILE_NOT_FOUND:
+    case tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED:
+    case tinyxml2::XML_ERROR_FILE_READ_ERROR:
+      throw InputError(fmt::format("{}: cannot be read", file.string()));
+    case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
+      throw InputError(
+          fmt::format("{}: is empty or no text; expected XML with the root <hemocell>", file.string()));
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      throw InputError(
+          fmt::format("{}:{}: is not well-formed XML: an element is not closed by its own end tag",
+                      file.string(), document.ErrorLineNum()));
+    default:
+      throw InputError(fmt::format("{}:{}: is not well-formed XML ({})", file.string(),
+                                   document.ErrorLineNum(), document.ErrorName()));
+  }
+}
+
+std::string placeOf(const XMLElement& element, const fs::path& file) {
+  return fmt::format("{}:{}: <{}>", file.string(), element.GetLineNum(), element.Name());
+}
+
+std::string textOf(const XMLElement& element) {
+  std::string text;
+  for (const auto* node = element.FirstChild(); node; node = node->NextSibling()) {
+    if (const auto* part = node->ToText()) text += part->Value();
+  }
+  return text;
+}
+
+Value valueOf(const XMLElement& element, const ValueSpec& spec, const fs::path& file) {
+  try {
+    return parseValue(spec, textOf(element));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
+  }
+}
+
+const XMLElement* onlyChild(const XMLElement& parent, const char* name, const fs::path& file) {
+  const XMLElement* first = parent.FirstChildElement(name);
+  if (!first) return nullptr;
+  if (const XMLElement* second = first->NextSiblingElement(name)) {
+    throw InputError(fmt::format("{}: stands here a second time (first in line {})", placeOf(*second, file),
+                                 first->GetLineNum()));
+  }
+  return first;
+}
+
+}  // namespace packmesh::hemocell

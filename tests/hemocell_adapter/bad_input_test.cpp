@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What users get wrong, done with the real executable.
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The sample's tube with a point of its rim pulled across to beyond the opposite side.
+std::string spikedTubeStl() {
+  std::string stl = tubeStl(2.4, 0.75, 48);
+  const std::string from = "2.3999999999999999 0.75 0\n", to = "2.3999999999999999 -3 0\n";
+  for (std::size_t at = stl.find(from); at != stl.npos; at = stl.find(from, at)) stl.replace(at, from.size(), to);
+  return stl;
+}
+
+}  // namespace
+
+TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
+  struct Row {
+    std::string arguments;
+    int exitCode;
+    std::string message;
+    std::function<void(const fs::path&)> spoil = [](const fs::path&) {};
+  };
+  const auto config = [](const std::string& domain, const std::string& packing = "") {
+    return [=](const fs::path& folder) { writeText(folder / "config.xml", configXml(domain, packing)); };
+  };
+  const auto file = [](const std::string& name, const std::string& text) {
+    return [=](const fs::path& folder) { writeText(folder / name, text); };
+  };
+  const std::string h = "config.xml --hematocrit 0.2";
+  const std::vector<Row> rows = {
+      {"", 1, "nothing to do"},
+      {"50 50 50 --hematocrti 0.3", 1, "did you mean '--hematocrit'?"},
+      {"50 50 50", 1, "how many cells?"},
+      {"0 50 50 --rbc 1", 1, "size sX: expected a number in (0, 100000] [µm], found '0'"},
+      {"-50 50 50 --rbc 1", 1, "found '-50'"},
+      {"nan 50 50 --rbc 1", 1, "expected"},
+      {"1e9 50 50 --rbc 1", 1, "found '1e9'"},
+      {"50 50 50 --rbc 0", 2, "nothing to pack"},
+      {"50 50 50 --rbc 99999999", 2, "the lumen only"},
+      {"50 50 50 --hematocrit 1.2", 1, "(0, 1)"},
+      {"50 50 50 --hematocrit 1e-9", 2, "nothing to pack"},
+      {"5 5 2 --rbc 1", 2, "larger than the lumen"},
+      {"50 50 50 --rbc 1 --output-dir RBC.xml", 5, "is not a folder"},
+      {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
+      {"50 50 50 --rbc 1 --minimum-distance-from-solid RBC 1", 1, "is for cases"},
+      {"config.xml --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
+      {"50 50 50 --rbc 1 --nor", 1, "did you mean '--noRotate'?"},
+      {"--cylinder x 10 20 --sphere 10 --rbc 1", 1, "--cylinder excludes --sphere"},
+      {"50 50 50 --cell-mesh big 2 tube.stl --mesh-scale big 10000", 2, "larger than the lumen"},
+      {"50 50 50 --cell big 2 30000 30000 30000", 2, "larger than the lumen"},
+      {"nowhere.xml --rbc 1", 2, "no such file"},
+      {". --rbc 1", 2, "is a folder"},
+      {h, 2, "not well-formed XML", file("config.xml", "hello")},
+      {h, 2, "expected the root <hemocell>", file("config.xml", "<vessel/>")},
+      {h, 2, "<dx>: expected", config("<dx> half </dx>")},
+      {h, 2, "unknown tag in <packing>; did you mean 'clearance'?",
+       config(sampleDomain, "<packing><clearence>1</clearence></packing>")},
+      {h, 2, "describe such a lumen", [](const fs::path& folder) { fs::remove(folder / "tube.stl"); }},
+      {h, 2, "tube.stl", file("tube.stl", "")},
+      {h, 2, "tube.stl", file("tube.stl", "not an STL at all")},
+      {h, 2, "found '?[2J?'", file("tube.stl", "solid a\n\x1b[2J\x07\n" + std::string(100, ' '))},
+      {h, 2, "not closed, it has 3 open edges", file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
+      {h, 2, "tube.stl: the surface meets itself", file("tube.stl", spikedTubeStl())},
+      {h, 2, "tube.stl: all triangles of the mesh are collapsed", file("tube.stl", tubeStl(0, 0, 48))},
+      {h + " --ends periodic", 2, "<geometry>: tube.stl: the two ends",
+       file("tube.stl", tubeStl(2.4, 0.75, 48, false, 1.1))},
+      {h, 2, "RBC.xml", [](const fs::path& folder) { fs::remove(folder / "RBC.xml"); }},
+      {h, 2, "RBC.xml", file("RBC.xml", cellXml("RBC", -1, 600, ""))},
+      {"config.xml --rbc 1", 2, "larger than the lumen", file("RBC.xml", cellXml("RBC", 39, 600, ""))},
+      {"config.xml", 1, "how many cells?"},
+      {"config.xml --wbc 2", 2, "WBC.xml"},
+      {"config.xml --hematocrit 0.2 --plt_ratio 0.1", 2, "PLT.xml",
+       [](const fs::path& folder) { fs::remove(folder / "PLT.xml"); }},
+      {h, 2, "state it by --walls", config("<dx>5e-7</dx><nx>40</nx><ny>40</ny><nz>40</nz>")},
+      {h + " --walls yz", 1, "option '--walls': walls are chosen for boxes only"},
+      {h, 2, "config.xml: <walls>: walls are", config(sampleDomain, "<packing><walls>yz</walls></packing>")},
+      {h, 2, "config.xml: how many 'PLT'?",
+       config(sampleDomain, "<packing><species name=\"PLT\"/></packing>")},
+      {h, 2, "config.xml: <container> has no body", config(sampleDomain, "<packing><container/></packing>")},
+      {h, 2, "the lumen reaches from y = -8 to 8 µm, the lattice only from -0.25 to",
+       config(sampleDomain,
+              "<packing><container><cylinder radius=\"8\" length=\"20\" center=\"10 0 "
+              "8\"/></container></packing>")},
+      {h, 2, "<preInlet>",
+       file("config.xml", "<hemocell><domain>" + sampleDomain + "</domain><preInlet/></hemocell>")},
+      {"check config.xml", 2, "no .pos files"},
+      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", rbcPos("1 2 3 0 0 0\n", 2))},
+      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", rbcPos("1 2 3 0 0 0\n1 2 3 0 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 3 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 3 0 0 0 7\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("# x y z a b c\n1 2 3 0 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 nan 0 0 0\n", 1))},
+      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", "many\n1 2 3 0 0 0\n")},
+      {"check config.xml", 2, "RBC.pos", file("RBC.pos", "")},
+      {"check config.xml", 4, "NOT clean", file("RBC.pos", rbcPos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2))},
+      {"check config.xml", 4, "drops 1", file("RBC.pos", rbcPos("500 8 8 0 0 0\n", 1))},
+      {"check --box 20 20 20", 2, "RBC.pos:2: field 1 (x): expected a number between -100000 and 100000",
+       file("RBC.pos", rbcPos("1e20 8 8 0 0 0\n", 1))},
+  };
+  for (const Row& row : rows) {
+    const SampleCase folder;
+    row.spoil(folder.path());
+    const Ran ran = run(folder.path(), row.arguments);
+    INFO("packMesh " << row.arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == row.exitCode);
+    CHECK_THAT(ran.all(), Contains(row.message));
+    if (row.exitCode != 4) CHECK_THAT(ran.err, Contains("(packMesh) (Error) "));
+    if (row.arguments.compare(0, 5, "check") != 0) {
+      for (const auto& entry : fs::directory_iterator(folder.path()))
+        CHECK(entry.path().extension() != ".pos");
+    }
+  }
+}
