@@ -108,7 +108,8 @@ class ObstacleWall : public Wall {
     for (const Body& body : bodies_) {
       for (const Vec3& shift : shifts_) {
         const Vec3 q = p - shift;
-        if (distanceToBox(q, body.box) >= nearest.distance) continue;
+        const double toBox = distanceToBox(q, body.box);
+        if (toBox > 0.0 && toBox >= nearest.distance) continue;
         const WallDistance d = body.distance(q);
         if (d.distance < nearest.distance) nearest = d;
       }
