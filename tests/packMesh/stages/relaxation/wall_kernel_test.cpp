@@ -96,7 +96,7 @@ double worstError(const NamedContainer& c, const WallField& field, bool deep, st
     const OneCluster one({Vec3(4.0 * test::randomDirection(random))});
     const Vec3 p = body.position + body.rotation * one.at(0);
     const Looked found = look(chosenInstructionSet(), one.view(), field.frameOf(body, 4.0, deep), everything);
-    REQUIRE(found.sums.contacts == 1);
+    REQUIRE(found.sums.contacts >= 1);  // several where the gradient vanishes
     if (const auto distance = expected(p))
       worst = std::max(worst, std::abs(everything - found.sums.contact[0].deepest - *distance));
   }
