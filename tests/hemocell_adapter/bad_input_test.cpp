@@ -15,7 +15,8 @@ namespace {
 std::string spikedTubeStl() {
   std::string stl = tubeStl(2.4, 0.75, 48);
   const std::string from = "2.3999999999999999 0.75 0\n", to = "2.3999999999999999 -3 0\n";
-  for (std::size_t at = stl.find(from); at != stl.npos; at = stl.find(from, at)) stl.replace(at, from.size(), to);
+  for (std::size_t at = stl.find(from); at != stl.npos; at = stl.find(from, at))
+    stl.replace(at, from.size(), to);
   return stl;
 }
 
