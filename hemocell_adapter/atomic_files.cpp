@@ -5,7 +5,10 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <functional>
 #include <system_error>
+#include <utility>
 
 #include "hemocell_adapter/pos_file.h"
 #include "packMesh/error.h"
@@ -44,26 +47,6 @@ void writeAll(int descriptor, const std::string& text, const fs::path& target) {
     if (written <= 0) fail(target, "cannot be written", written < 0 ? errno : ENOSPC);
     done += static_cast<std::size_t>(written);
   }
-  // Some file systems only find out now that they are full. EINVAL: not a file system that can be flushed.
-  if (::fsync(descriptor) != 0 && errno != EINVAL) fail(target, "cannot be flushed to the disk", errno);
-}
-
-bool holdsExactly(const fs::path& file, const std::string& text) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  std::string buffer(1 << 16, '\0');
-  std::size_t done = 0;
-  bool same = true;
-  while (same) {
-    const ssize_t read = ::read(descriptor, buffer.data(), buffer.size());
-    if (read < 0 && errno == EINTR) continue;
-    if (read < 0) same = false;
-    if (read <= 0) break;
-    same = done + read <= text.size() && std::memcmp(buffer.data(), text.data() + done, read) == 0;
-    done += static_cast<std::size_t>(read);
-  }
-  ::close(descriptor);
-  return same && done == text.size();
 }
 
 /// Makes the renames in `folder` survive a crash of the machine; a file system that cannot is none of our
@@ -92,10 +75,11 @@ fs::path keepAside(const fs::path& target) {
 }  // namespace
 
 AtomicFiles::~AtomicFiles() {
+  if (open_ >= 0) ::close(open_);
   for (const Entry& entry : entries_) ::unlink(entry.temporary.c_str());
 }
 
-void AtomicFiles::add(const fs::path& requested, const std::string& text) {
+void AtomicFiles::begin(const fs::path& requested) {
   std::error_code ignored;
   fs::path target = requested;
   if (fs::is_symlink(target, ignored) && fs::exists(target, ignored)) target = fs::canonical(target, ignored);
@@ -107,18 +91,34 @@ void AtomicFiles::add(const fs::path& requested, const std::string& text) {
     if (entry.target == target) fail(target, "would be written twice", 0);
 
   entries_.reserve(entries_.size() + 1);
+  parts_.clear();
   const NewFile file(target, "new");
   entries_.push_back({target, file.path});
-  try {
-    if (exists && ::fchmod(file.descriptor, info.st_mode & 07777) != 0)
-      fail(target, "its permissions cannot be kept", errno);
-    writeAll(file.descriptor, text, target);
-  } catch (...) {
-    ::close(file.descriptor);
-    throw;
+  open_ = file.descriptor;
+  if (exists && ::fchmod(open_, info.st_mode & 07777) != 0)
+    fail(target, "its permissions cannot be kept", errno);
+}
+
+void AtomicFiles::append(const std::string& text) {
+  writeAll(open_, text, entries_.back().target);
+  parts_.push_back({text.size(), std::hash<std::string>()(text)});
+}
+
+void AtomicFiles::end() {
+  const Entry& entry = entries_.back();
+  // Some file systems only find out now that they are full. EINVAL: not a file system that can be flushed.
+  if (::fsync(open_) != 0 && errno != EINVAL) fail(entry.target, "cannot be flushed to the disk", errno);
+  if (::close(std::exchange(open_, -1)) != 0) fail(entry.target, "cannot be written", errno);
+  std::ifstream file(entry.temporary, std::ios::binary);
+  std::string text;
+  for (const Part& part : parts_) {
+    text.resize(part.length);
+    if (!file.read(text.data(), static_cast<std::streamsize>(part.length)) ||
+        std::hash<std::string>()(text) != part.hash)
+      fail(entry.target, "reads back differently from what was written", 0);
   }
-  if (::close(file.descriptor) != 0) fail(target, "cannot be written", errno);
-  if (!holdsExactly(file.path, text)) fail(target, "reads back differently from what was written", 0);
+  if (file.peek() != std::ifstream::traits_type::eof())
+    fail(entry.target, "reads back differently from what was written", 0);
 }
 
 void AtomicFiles::commit() {

@@ -97,7 +97,7 @@ class Report {
   }
 
   void printHead() const {
-    log::info(versionLine());
+    log::info(versionLine(1));
     if (job_.config) log::info(fmt::format("Check of {}", job_.config->file.string()));
     for (const std::string& line : lumenLines(scene_)) log::info(line);
     for (const SceneSpecies& species : scene_.species) {
@@ -109,7 +109,7 @@ class Report {
               ? ""
               : fmt::format(" (assumed; --minimum-distance-from-solid {} d states it)", species.job.name)));
     }
-    const Tally tally = tallyOf(scene_, found_.cells);
+    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
       log::info(fmt::format("{}: {} cells", scene_.species[s].job.name, tally.counts[s]));
     }
@@ -149,7 +149,7 @@ class Report {
         if (found_.cells[i].species != int(s)) continue;
         ++total;
         if (objections_[i]) {
-          countReason(reasons, *objections_[i]);
+          countReason(reasons, *objections_[i], 1);
         } else {
           ++kept;
         }
@@ -167,7 +167,7 @@ class Report {
   }
 
   void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
-    const Tally tally = tallyOf(scene_, found_.cells, chosen);
+    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells, chosen));
     for (const std::string& line : hematocritLines(job_, scene_, tally))
       log::info(fmt::format("{}: {}", which, line));
   }

@@ -13,6 +13,7 @@ Level currentLevel = Level::normal;
 
 /// Messages quote what stands in files: control characters would reach the user's terminal.
 void line(std::FILE* stream, const char* kind, std::string message) {
+  if (currentLevel == Level::silent) return;
   std::replace_if(
       message.begin(), message.end(),
       [](unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == '\x7f'; }, '?');
@@ -30,7 +31,7 @@ Level level() {
 }
 
 void info(const std::string& message) {
-  if (currentLevel != Level::quiet) line(stdout, "", message);
+  if (currentLevel > Level::quiet) line(stdout, "", message);
 }
 
 void detail(const std::string& message) {

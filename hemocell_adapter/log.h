@@ -6,7 +6,8 @@
 
 namespace packmesh::hemocell::log {
 
-enum class Level { quiet, normal, verbose };
+/// silent: nothing at all, for all ranks but the first.
+enum class Level { silent, quiet, normal, verbose };
 
 void setLevel(Level level);
 Level level();
@@ -15,7 +16,7 @@ Level level();
 void info(const std::string& message);
 /// To standard output when verbose.
 void detail(const std::string& message);
-/// To standard error, always.
+/// To standard error, unless silent.
 void warning(const std::string& message);
 void error(const std::string& message);
 

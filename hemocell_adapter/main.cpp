@@ -3,46 +3,45 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <exception>
-#include <new>
+#include <optional>
 
 #include "hemocell_adapter/command_line.h"
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/job.h"
 #include "hemocell_adapter/log.h"
+#include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/run.h"
 #include "packMesh/version.h"
 
 namespace {
 
+using namespace packmesh;
 using namespace packmesh::hemocell;
 
-/// A number that the MPI launcher puts into the environment, `fallback` without one.
-int launcherNumber(std::initializer_list<const char*> variables, int fallback) {
-  for (const char* variable : variables) {
-    if (const char* text = std::getenv(variable)) return std::atoi(text);
-  }
-  return fallback;
+/// Whether an MPI launcher started this program as one of several ranks. Without one, MPI is left alone: its
+/// beginning takes longer than many a packing.
+bool startedAsRanks() {
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* text = std::getenv(variable)) return std::atoi(text) > 1;
+  return std::getenv("PMIX_RANK") != nullptr;
 }
 
-int ranks() {
-  return launcherNumber({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}, 1);
-}
-int rank() {
-  return launcherNumber({"OMPI_COMM_WORLD_RANK", "PMI_RANK"}, 0);
-}
-
-ExitCode run(const std::string& program, const std::vector<std::string>& arguments) {
+ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
+             const Communicator& ranks) {
   const CommandLine commandLine = parseCommandLine(program, arguments);
+  const bool first = ranks.rank() == 0;
   switch (commandLine.command) {
     case Command::help:
+      if (!first) return ExitCode::ok;
       fmt::print("{}", helpText(commandLine.asPackCells));
       return ExitCode::ok;
     case Command::version:
+      if (!first) return ExitCode::ok;
       fmt::print("packMesh {} ({})\n", packmesh::version(), packmesh::gitHash());
       return ExitCode::ok;
     case Command::reference:
+      if (!first) return ExitCode::ok;
       fmt::print("{}", referenceText());
       return ExitCode::ok;
     case Command::pack:
@@ -50,39 +49,44 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
       break;
   }
   const Settings options = commandLine.settings();
-  if (options.quiet.value_or(false)) log::setLevel(log::Level::quiet);
-  if (options.verbose.value_or(false)) log::setLevel(log::Level::verbose);
-  if (ranks() > 1) {
-    throw UsageError(
-        fmt::format("started on {} ranks, but one rank packs everything: start it without mpirun, or with "
-                    "mpirun -n 1",
-                    ranks()));
-  }
+  if (first && options.quiet.value_or(false)) log::setLevel(log::Level::quiet);
+  if (first && options.verbose.value_or(false)) log::setLevel(log::Level::verbose);
   catchInterruption();
-  const Job job = makeJob(commandLine);
-  return commandLine.command == Command::check ? runCheck(job) : runPacking(job);
-}
-
-int failed(ExitCode code, const std::string& message) {
-  if (rank() == 0) log::error(message);
-  return int(code);
+  std::optional<Job> job;
+  together(ranks, [&] { job = makeJob(commandLine); });
+  if (commandLine.command == Command::pack) return runPacking(*job, ranks);
+  ExitCode code = ExitCode::ok;
+  onFirstRank(ranks, [&] { code = runCheck(*job); });
+  return static_cast<ExitCode>(ranks.sum(first ? int(code) : 0));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::optional<MpiSession> mpi;
+  Communicator ranks;
+  if (startedAsRanks()) {
+    mpi.emplace();
+    ranks = Communicator::world();
+    if (ranks.rank() > 0) log::setLevel(log::Level::silent);
+  }
   try {
-    return int(
-        run(argc > 0 ? argv[0] : "packMesh", std::vector<std::string>(argv + (argc > 0), argv + argc)));
-  } catch (const UsageError& error) {
-    return failed(ExitCode::usage, error.what());
-  } catch (const OutputError& error) {
-    return failed(ExitCode::cannotWrite, error.what());
-  } catch (const packmesh::InputError& error) {
-    return failed(ExitCode::badInput, error.what());
-  } catch (const std::bad_alloc&) {
-    return failed(ExitCode::badInput, "not enough memory for a problem of this size");
-  } catch (const std::exception& error) {
-    return failed(ExitCode::internal, std::string("a fault of packMesh, please report it: ") + error.what());
+    return int(run(argc > 0 ? argv[0] : "packMesh", std::vector<std::string>(argv + (argc > 0), argv + argc),
+                   ranks));
+  } catch (const AgreedFailure& failure) {
+    log::error(failure.what());
+    return int(failure.code());
+  } catch (const UsageError& error) {  // the command line is the same for all
+    log::error(error.what());
+    return int(ExitCode::usage);
+  } catch (...) {
+    const Failure failure = failureOfException();
+    if (ranks.alone()) {
+      log::error(failure.message);
+      return int(failure.code);
+    }
+    log::setLevel(log::Level::normal);
+    log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
+    ranks.abort(int(failure.code));
   }
 }

@@ -223,9 +223,13 @@ PosLine posLineOf(const Pose& pose) {
   return line;
 }
 
-std::string formatPos(const std::vector<PosLine>& lines) {
-  std::string text = std::to_string(lines.size()) + '\n';
-  text.reserve(text.size() + 110 * lines.size());
+std::string formatPosHead(std::int64_t count) {
+  return std::to_string(count) + '\n';
+}
+
+std::string formatPosLines(const std::vector<PosLine>& lines) {
+  std::string text;
+  text.reserve(110 * lines.size());
   for (const PosLine& line : lines)
     for (int k = 0; k < 6; ++k) {
       append(text, k < 3 ? line.position[k] : line.angles[k - 3]);

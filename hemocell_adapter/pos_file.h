@@ -2,6 +2,7 @@
 /// @file HemoCell's `<Cell>.pos` files.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -25,9 +26,11 @@ Placement placementOf(const PosLine& line);
 /// vector to within rounding. Pre: finite pose.
 PosLine posLineOf(const Pose& pose);
 
-/// Text of a .pos file: count, then a line each, shortest decimal numbers that read back to the same bits,
-/// independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
-std::string formatPos(const std::vector<PosLine>& lines);
+/// Text of a .pos file, or of a part of it: a line each, shortest decimal numbers that read back to the same
+/// bits, independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
+std::string formatPosLines(const std::vector<PosLine>& lines);
+/// What comes before them.
+std::string formatPosHead(std::int64_t count);
 
 /// Reads a .pos file strictly: exactly the announced number of lines with exactly six finite numbers each.
 /// @param warnings if given, receives a line for everything HemoCell reads but other tools do not: tabs,
@@ -49,8 +52,18 @@ class AtomicFiles {
   AtomicFiles& operator=(const AtomicFiles&) = delete;
   ~AtomicFiles();  ///< removes what was not committed
 
-  /// Writes `text` under a temporary name, flushes it to the disk and reads it back.
-  void add(const std::filesystem::path& target, const std::string& text);
+  /// Begins a file, under a temporary name.
+  void begin(const std::filesystem::path& target);
+  /// Adds to the file begun last.
+  void append(const std::string& text);
+  /// Flushes the file begun last to the disk and reads it back.
+  void end();
+
+  void add(const std::filesystem::path& target, const std::string& text) {
+    begin(target);
+    append(text);
+    end();
+  }
   /// Puts all files in place; when one cannot be, those already in place are put back as they were.
   void commit();
 
@@ -58,7 +71,12 @@ class AtomicFiles {
   struct Entry {
     std::filesystem::path target, temporary;
   };
+  struct Part {
+    std::size_t length, hash;
+  };
   std::vector<Entry> entries_;
+  int open_ = -1;            ///< descriptor of the file begun last
+  std::vector<Part> parts_;  ///< of it, as they are to be read back
 };
 
 }  // namespace packmesh::hemocell

@@ -6,9 +6,14 @@
 
 #include <chrono>
 #include <ctime>
+#include <exception>
+#include <optional>
+#include <sstream>
 
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
+#include "hemocell_adapter/pos_file.h"
+#include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/scene.h"
 #include "hemocell_adapter/summary.h"
 #include "packMesh/io/pov_scene.h"
@@ -61,54 +66,112 @@ void warnOfStaleFiles(const Job& job, const Scene& scene) {
   }
 }
 
-Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells) {
-  Kept kept;
-  kept.kept.assign(scene.species.size(), 0);
-  if (!knowsAcceptance(scene)) return kept;
+/// Of the cells of all ranks. The reasons are counted only: few different ones are given.
+Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
+  Kept own;
+  own.kept.assign(scene.species.size(), 0);
+  if (!knowsAcceptance(scene)) return own;
   for (const PlacedCell& cell : cells) {
     if (const auto objection = hemocellObjection(scene, cell)) {
-      countReason(kept, *objection);
+      countReason(own, *objection, 1);
     } else {
-      ++kept.kept[cell.species];
+      ++own.kept[cell.species];
     }
+  }
+  ranks.sum(own.kept);
+  Kept kept;
+  kept.kept = own.kept;
+  for (int rank = 0; rank < ranks.size(); ++rank) {
+    std::string text;
+    for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
+    std::istringstream reasons(ranks.broadcast(text, rank));
+    std::int64_t count = 0;
+    std::string reason;
+    while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
+      countReason(kept, reason, count);
   }
   return kept;
 }
 
-void write(const Job& job, const Scene& scene, const PackingResult& result) {
-  try {
+/// The first rank writes; the others send it their lines, one rank after the other.
+void write(const Job& job, const Scene& scene, const PackingResult& result,
+           const std::vector<std::int64_t>& counts, const Communicator& ranks) {
+  AtomicFiles files;
+  const auto onFirst = [&](auto&& work) {
+    onFirstRank(ranks, [&] {
+      try {
+        work();
+      } catch (const InputError& error) {
+        throw OutputError(error.what());
+      }
+    });
+  };
+  onFirst([&] {
     std::error_code error;
     fs::create_directories(job.outputDirectory, error);
     if (error)
       throw InputError(
           fmt::format("{}: the folder cannot be made: {}", job.outputDirectory.string(), error.message()));
-    AtomicFiles files;
-    for (std::size_t s = 0; s < scene.species.size(); ++s) {
-      std::vector<PosLine> lines;
-      for (std::size_t i = 0; i < result.cells.size(); ++i) {
-        if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
-      }
-      if (scene.species[s].count > 0)
-        files.add(job.outputDirectory / (scene.species[s].job.name + ".pos"), formatPos(lines));
+  });
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    if (scene.species[s].count == 0) continue;
+    std::vector<PosLine> lines;
+    for (std::size_t i = 0; i < result.cells.size(); ++i) {
+      if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
     }
-    files.commit();
-  } catch (const InputError& error) {
-    throw OutputError(error.what());
+    const std::string text = formatPosLines(lines);
+    onFirst([&] {
+      files.begin(job.outputDirectory / (scene.species[s].job.name + ".pos"));
+      files.append(formatPosHead(counts[s]));
+    });
+    std::exception_ptr error;
+    ranks.visitInOrder(std::vector<char>(text.begin(), text.end()), [&](const std::vector<char>& part) {
+      try {
+        if (!error) files.append(std::string(part.begin(), part.end()));
+      } catch (...) {
+        error = std::current_exception();
+      }
+    });
+    onFirst([&] {
+      if (error) std::rethrow_exception(error);
+      files.end();
+    });
   }
+  onFirst([&] { files.commit(); });
 }
 
-void writePicture(const Job& job, const Scene& scene, const PackingResult& result) {
+void writePicture(const Job& job, const Scene& scene, const PackingResult& result,
+                  const Communicator& ranks) {
+  struct Cell {
+    double linear[9], translation[3];
+    int species;
+  };
+  std::vector<Cell> own;
+  for (const PlacedCell& cell : result.cells) {
+    Cell plain{};
+    Eigen::Map<Mat3>(plain.linear) = cell.placement.linear;
+    Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
+    plain.species = cell.species;
+    own.push_back(plain);
+  }
+  std::vector<PlacedCell> cells;
+  ranks.visitInOrder(own, [&](const std::vector<Cell>& part) {
+    for (const Cell& c : part)
+      cells.push_back({c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}});
+  });
   std::vector<const Shape*> shapes;
   std::vector<std::string> names;
   for (const SceneSpecies& species : scene.species) {
     shapes.push_back(species.shape.get());
     names.push_back(species.job.name);
   }
-  try {
-    writePovScene(job.outputDirectory / "cells.pov", shapes, names, result.cells, *scene.lumen.container);
-  } catch (const InputError& error) {
-    throw OutputError(error.what());
-  }
+  onFirstRank(ranks, [&] {
+    try {
+      writePovScene(job.outputDirectory / "cells.pov", shapes, names, cells, *scene.lumen.container);
+    } catch (const InputError& error) {
+      throw OutputError(error.what());
+    }
+  });
   log::info(fmt::format("Wrote {}", (job.outputDirectory / "cells.pov").string()));
 }
 
@@ -136,8 +199,7 @@ ExitCode endInterrupted() {
 }
 
 /// What was reached when not everything could be.
-std::string reachedText(const Job& job, const Scene& scene, const PackingResult& result) {
-  const Tally tally = tallyOf(scene, result.cells);
+std::string reachedText(const Job& job, const Scene& scene, const PackingResult& result, const Tally& tally) {
   std::string counts;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
@@ -153,37 +215,54 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
 
 }  // namespace
 
-ExitCode runPacking(const Job& job) {
+ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
-  requireWritable(job.outputDirectory);
+  onFirstRank(ranks, [&] { requireWritable(job.outputDirectory); });
   for (const std::string& warning : job.warnings) log::warning(warning);
-  const Scene scene = buildScene(job);
+  std::optional<Scene> built;
+  together(ranks, [&] { built = buildScene(job); });
+  const Scene& scene = *built;
   for (const auto* list : {&scene.warnings, &scene.lumen.notices}) {
     for (const std::string& warning : *list) log::warning(warning);
   }
-  for (const std::string& line : headLines(job, scene)) log::info(line);
+  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
 
   const PolledInterruption whilePackingAndWriting;
   ProgressLog progress;
-  const PackingResult result =
-      pack(problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); }));
-  if (result.outcome == Outcome::interrupted || interrupted()) return endInterrupted();
-  log::detail(
-      fmt::format("Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, "
-                  "certificate {:.3f} s",
-                  result.statistics.sweeps, result.statistics.repairs, result.statistics.placementSeconds,
-                  result.statistics.relaxationSeconds, result.statistics.certificateSeconds));
+  PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
+  problem.communicator = ranks;
+  const PackingResult result = pack(problem);
+  if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted();
+  const Statistics& statistics = result.statistics;
+  log::detail(fmt::format(
+      "Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, certificate "
+      "{:.3f} s",
+      statistics.sweeps, statistics.repairs, statistics.placementSeconds, statistics.relaxationSeconds,
+      statistics.certificateSeconds));
+  if (!ranks.alone()) {
+    const double perSweep = 1.0 / double(std::max<std::int64_t>(1, statistics.sweeps));
+    log::detail(fmt::format("Rank 0 sent {:.1f} messages and {:.1f} kB per sweep",
+                            perSweep * double(ranks.traffic().messages),
+                            1e-3 * perSweep * double(ranks.traffic().bytes)));
+  }
+  if (statistics.blocks < ranks.size())
+    log::info(fmt::format("Note: {} blocks of cells for {} ranks: the others had nothing to do",
+                          statistics.blocks, ranks.size()));
+
+  std::vector<std::int64_t> counts = countsOf(scene, result.cells);
+  ranks.sum(counts);
+  const Tally tally = tallyOf(scene, counts);
   if (result.outcome == Outcome::outOfReach) {
-    const std::string reached = reachedText(job, scene, result);
-    if (!job.bestEffort || result.cells.empty()) {
-      log::error(reached + (result.cells.empty() ? "; nothing was written"
-                                                 : "; nothing was written (--best-effort writes that one)"));
+    const std::string reached = reachedText(job, scene, result, tally);
+    if (!job.bestEffort || result.cellCount == 0) {
+      log::error(reached + (result.cellCount == 0 ? "; nothing was written"
+                                                  : "; nothing was written (--best-effort writes that one)"));
       return ExitCode::outOfReach;
     }
     log::warning(reached + "; writing that one (--best-effort)");
   }
-  const Kept kept = keptOf(scene, result.cells);
+  const Kept kept = keptOf(scene, result.cells, ranks);
   const bool allKept = kept.reasons.empty();
   const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
   if (!result.certificate.clean() || (promised && !allKept)) {
@@ -194,16 +273,15 @@ ExitCode runPacking(const Job& job) {
         allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
-  write(job, scene, result);
-  for (const std::string& line :
-       footLines(job, scene, result.cells, result.certificate, kept, stopwatch.elapsed()))
+  write(job, scene, result, counts, ranks);
+  for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, stopwatch.elapsed()))
     log::info(line);
   for (const SceneSpecies& species : scene.species) {
     if (species.count > 0)
       log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
   }
   warnOfStaleFiles(job, scene);
-  if (job.povScene) writePicture(job, scene, result);
+  if (job.povScene) writePicture(job, scene, result, ranks);
   return ExitCode::ok;
 }
 

@@ -4,13 +4,14 @@
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job.h"
+#include "packMesh/distributed/communicator.h"
 
 namespace packmesh::hemocell {
 
 /// Packs, proves and writes what `job` says. Existing .pos files are replaced by certified ones or not at
-/// all.
-/// @throws InputError, OutputError
-ExitCode runPacking(const Job& job);
+/// all. All ranks call; what they write does not depend on how many there are.
+/// @throws InputError, OutputError; AgreedFailure when there are several ranks
+ExitCode runPacking(const Job& job, const Communicator& ranks);
 
 /// Examines the .pos files of `job`.
 /// @throws InputError

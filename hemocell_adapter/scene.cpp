@@ -141,16 +141,21 @@ std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCel
   return {};
 }
 
-Tally tallyOf(const Scene& scene, const std::vector<PlacedCell>& cells,
-              const std::vector<std::int64_t>* chosen) {
-  Tally tally;
-  tally.counts.assign(scene.species.size(), 0);
-  tally.meshVolume.assign(scene.species.size(), 0.0);
+std::vector<std::int64_t> countsOf(const Scene& scene, const std::vector<PlacedCell>& cells,
+                                   const std::vector<std::int64_t>* chosen) {
+  std::vector<std::int64_t> counts(scene.species.size(), 0);
   if (chosen) {
-    for (const std::int64_t i : *chosen) ++tally.counts[cells[i].species];
+    for (const std::int64_t i : *chosen) ++counts[cells[i].species];
   } else {
-    for (const PlacedCell& cell : cells) ++tally.counts[cell.species];
+    for (const PlacedCell& cell : cells) ++counts[cell.species];
   }
+  return counts;
+}
+
+Tally tallyOf(const Scene& scene, std::vector<std::int64_t> counts) {
+  Tally tally;
+  tally.counts = std::move(counts);
+  tally.meshVolume.assign(scene.species.size(), 0.0);
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const SceneSpecies& species = scene.species[s];
     const double n = double(tally.counts[s]);

@@ -59,8 +59,11 @@ struct Tally {
   std::int64_t redCells = 0;
 };
 
-/// Counts the cells of `chosen` (indices into `cells`; nullptr: all).
-Tally tallyOf(const Scene& scene, const std::vector<PlacedCell>& cells,
-              const std::vector<std::int64_t>* chosen = nullptr);
+/// How many there are of each species among `chosen` (indices into `cells`; nullptr: all).
+std::vector<std::int64_t> countsOf(const Scene& scene, const std::vector<PlacedCell>& cells,
+                                   const std::vector<std::int64_t>* chosen = nullptr);
+
+/// @param counts of the species
+Tally tallyOf(const Scene& scene, std::vector<std::int64_t> counts);
 
 }  // namespace packmesh::hemocell

@@ -23,8 +23,8 @@ std::string gapText(double gap) {
   return fmt::format("{:.6f} µm", gap);
 }
 
-std::string versionLine() {
-  return fmt::format("packMesh {} ({}), 1 rank", version(), gitHash());
+std::string versionLine(int ranks) {
+  return fmt::format("packMesh {} ({}), {} rank{}", version(), gitHash(), ranks, ranks == 1 ? "" : "s");
 }
 
 std::vector<std::string> lumenLines(const Scene& scene) {
@@ -43,9 +43,9 @@ std::vector<std::string> lumenLines(const Scene& scene) {
   return lines;
 }
 
-std::vector<std::string> headLines(const Job& job, const Scene& scene) {
+std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks) {
   std::vector<std::string> lines;
-  lines.push_back(versionLine());
+  lines.push_back(versionLine(ranks));
   if (job.config) lines.push_back(fmt::format("Case: {}", job.config->file.string()));
   for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
   if (job.hematocrit) {
@@ -90,19 +90,18 @@ std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, con
   return lines;
 }
 
-void countReason(Kept& kept, const std::string& reason) {
+void countReason(Kept& kept, const std::string& reason, std::int64_t times) {
   for (auto& [text, count] : kept.reasons) {
     if (text == reason) {
-      ++count;
+      count += times;
       return;
     }
   }
-  kept.reasons.emplace_back(reason, 1);
+  kept.reasons.emplace_back(reason, times);
 }
 
-std::vector<std::string> footLines(const Job& job, const Scene& scene, const std::vector<PlacedCell>& cells,
+std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
                                    const Certificate& certificate, const Kept& kept, const RunTimes& times) {
-  const Tally tally = tallyOf(scene, cells);
   const double lumen = scene.lumen.container->volume();
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {

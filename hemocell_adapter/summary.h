@@ -11,7 +11,7 @@
 namespace packmesh::hemocell {
 
 /// Version, what was understood: lumen, species with the origin of their shapes, clearances, seed.
-std::vector<std::string> headLines(const Job& job, const Scene& scene);
+std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks);
 
 /// Times of a run [s].
 struct RunTimes {
@@ -25,15 +25,15 @@ struct Kept {
 };
 
 /// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
-/// @param cells what was (or would be) written, with its certificate
-std::vector<std::string> footLines(const Job& job, const Scene& scene, const std::vector<PlacedCell>& cells,
+/// @param tally of what was (or would be) written, with its certificate
+std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
                                    const Certificate& certificate, const Kept& kept, const RunTimes& times);
 
 /// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
 std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
 
 /// "packMesh 0.1.0 (0123456789), 1 rank".
-std::string versionLine();
+std::string versionLine(int ranks);
 
 /// "0.0213 µm", "more than 1 µm".
 std::string gapText(double gap);
@@ -41,7 +41,7 @@ std::string gapText(double gap);
 /// "Lumen: periodic box 50 x 50 x 50 µm", volumes, lattice.
 std::vector<std::string> lumenLines(const Scene& scene);
 
-/// Adds `reason` to the list of reasons.
-void countReason(Kept& kept, const std::string& reason);
+/// Adds `reason`, given so many times, to the list of reasons.
+void countReason(Kept& kept, const std::string& reason, std::int64_t times);
 
 }  // namespace packmesh::hemocell

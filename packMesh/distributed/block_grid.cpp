@@ -19,6 +19,7 @@ BlockGrid::BlockGrid(const Box& bounds, const Vec3& period, double interactionRa
     int n = edge > 0.0 ? std::max(1, static_cast<int>(std::min(bounds.size()[k] / edge, mostBlocks))) : 1;
     if (period[k] > 0.0 && n > 1) n -= n % 2;
     blocks_[k] = n;
+    periodic_[k] = period[k] > 0.0;
     blocksPerLength_[k] = n / bounds.size()[k];
   }
 }
@@ -32,9 +33,31 @@ int BlockGrid::blockOf(const Vec3& p) const {
   return index[0] + blocks_[0] * (index[1] + blocks_[1] * index[2]);
 }
 
+std::array<int, 3> BlockGrid::indexOf(int block) const {
+  return {block % blocks_[0], block / blocks_[0] % blocks_[1], block / blocks_[0] / blocks_[1]};
+}
+
 int BlockGrid::colourOf(int block) const {
-  const int i = block % blocks_[0], j = block / blocks_[0] % blocks_[1], k = block / blocks_[0] / blocks_[1];
+  const auto [i, j, k] = indexOf(block);
   return i % 2 + 2 * (j % 2) + 4 * (k % 2);
+}
+
+std::vector<int> BlockGrid::around(int block) const {
+  const std::array<int, 3> index = indexOf(block);
+  std::vector<int> near[3];
+  for (int k = 0; k < 3; ++k)
+    for (const int step : {-1, 0, 1}) {
+      int i = index[k] + step;
+      if (periodic_[k]) i = (i + blocks_[k]) % blocks_[k];
+      if (i >= 0 && i < blocks_[k]) near[k].push_back(i);
+    }
+  std::vector<int> around;
+  for (const int z : near[2])
+    for (const int y : near[1])
+      for (const int x : near[0]) around.push_back(x + blocks_[0] * (y + blocks_[1] * z));
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  return around;
 }
 
 }  // namespace packmesh

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "packMesh/geometry/box.h"
 
@@ -31,9 +32,15 @@ class BlockGrid {
   /// 0 ... colours - 1.
   int colourOf(int block) const;
 
+  std::array<int, 3> indexOf(int block) const;
+
+  /// The block itself and those that touch it, across periodic faces too; each once, sorted.
+  std::vector<int> around(int block) const;
+
  private:
   Vec3 lo_, blocksPerLength_;
   std::array<int, 3> blocks_;
+  std::array<bool, 3> periodic_;
 };
 
 }  // namespace packmesh

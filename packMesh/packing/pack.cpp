@@ -8,12 +8,14 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "packMesh/error.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/stages/certificate/certifier.h"
 #include "packMesh/stages/placement/placement.h"
+#include "packMesh/stages/relaxation/body_state.h"
 #include "packMesh/stages/relaxation/relaxation.h"
 #include "packMesh/stages/relaxation/schedule.h"
 #include "packMesh/tolerances.h"
@@ -53,7 +55,18 @@ class Stopwatch {
   double start_;
 };
 
-/// One run of pack().
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The cells of this rank, and the copies it has of cells near them, as they will be written; sorted by id.
+struct WrittenCells {
+  std::vector<std::int64_t> ids;
+  std::vector<bool> own;
+  std::vector<PlacedCell> cells;
+};
+
+/// One run of pack(). All ranks take the same way through it.
 class Run {
  public:
   explicit Run(const PackingProblem& problem)
@@ -72,7 +85,7 @@ class Run {
     result_.outcome = interrupted_ ? Outcome::interrupted
                       : resolved   ? Outcome::certified
                                    : Outcome::outOfReach;
-    if (interrupted_) result_.cells.clear(), result_.poses.clear();
+    result_.statistics.blocks = relaxation.blockCount();
     result_.statistics.sweeps = relaxation.sweeps();
     return std::move(result_);
   }
@@ -89,13 +102,19 @@ class Run {
     input.wallClearance = problem_.wallClearance + tolerance::relaxationMargin;
     input.rotate = problem_.rotate;
     input.seed = problem_.seed;
+    const Communicator& ranks = problem_.communicator;
+    const auto [first, end] = shareOfIds(ranks.rank());
     std::vector<Body> bodies;
+    std::int64_t begin = 0;  // of the species
     for (std::size_t s = 0; s < shapes_.size(); ++s) {
-      const PlacementInput placement{shapes_[s], walls_[s], static_cast<std::int64_t>(bodies.size()),
-                                     problem_.species[s].count};
-      for (const Pose& pose : placeRandomly(placement, input.bounds, input.seed, input.rotate)) {
+      const std::int64_t from = std::max(first, begin), to = std::min(end, begin + problem_.species[s].count);
+      begin += problem_.species[s].count;
+      if (from >= to) continue;
+      std::int64_t id = from;
+      for (const Pose& pose :
+           placeRandomly({shapes_[s], walls_[s], from, to - from}, input.bounds, input.seed, input.rotate)) {
         Body body;
-        body.id = static_cast<std::int64_t>(bodies.size());
+        body.id = id++;
         body.species = static_cast<int>(s);
         body.position = pose.position;
         body.orientation = pose.orientation;
@@ -103,7 +122,16 @@ class Run {
         bodies.push_back(body);
       }
     }
-    return Relaxation(input, std::move(bodies));
+    return Relaxation(input, std::move(bodies), ranks);
+  }
+
+  /// The ids that a rank places, and whose cells it is given in the end: [first, second).
+  std::pair<std::int64_t, std::int64_t> shareOfIds(int rank) const {
+    std::int64_t all = 0;
+    for (const Species& species : problem_.species) all += species.count;
+    const std::int64_t ranks = problem_.communicator.size(), each = all / ranks, rest = all % ranks;
+    const auto start = [&](std::int64_t r) { return r * each + std::min(r, rest); };
+    return {start(rank), start(rank + 1)};
   }
 
   /// Whether all contacts could be resolved within the limits.
@@ -112,22 +140,28 @@ class Run {
     return relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps));
   }
 
-  /// Wall time since the start [s].
-  double elapsed() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  /// Wall time since the start [s]; the same on all ranks.
+  double elapsed() const { return problem_.communicator.max(secondsSince(start_)); }
+
+  bool interruptedOnAnyRank() {
+    interrupted_ = problem_.communicator.any(interrupted_ || (problem_.interrupted && problem_.interrupted()));
+    return interrupted_;
   }
 
-  bool timeIsUp() const { return problem_.limits.maxSeconds > 0.0 && elapsed() > deadline_; }
-
-  bool askedToStop() {
-    interrupted_ = interrupted_ || (problem_.interrupted && problem_.interrupted());
-    return interrupted_;
+  /// Whether to stop, for whatever reason; the same on all ranks.
+  bool stopped() {
+    enum { no, timeUp, asked };
+    const bool late = problem_.limits.maxSeconds > 0.0 && secondsSince(start_) > deadline_;
+    const bool told = problem_.interrupted && problem_.interrupted();
+    const double reason = problem_.communicator.max(told ? asked : late ? timeUp : no);
+    interrupted_ = interrupted_ || reason == asked;
+    return interrupted_ || reason == timeUp;
   }
 
   ScheduleLimits limits(const Relaxation& relaxation, std::int64_t maxSweeps) {
     ScheduleLimits limits;
     limits.maxSweeps = maxSweeps;
-    limits.stop = [this] { return askedToStop() || timeIsUp(); };
+    limits.stop = [this] { return stopped(); };
     if (problem_.progress)
       limits.tell = [this, &relaxation](const char* stage) {
         problem_.progress({stage, relaxation.sweeps(), 1.0, relaxation.lastSweep().deepest,
@@ -141,56 +175,65 @@ class Run {
     input.shapes = shapes_;
     input.walls = walls_;
     input.container = problem_.container.get();
-    input.cells = &result_.cells;
+    input.cells = &written_.cells;
+    input.own = &written_.own;
     input.requiredGap = problem_.clearance;
     input.requiredWallGap = problem_.wallClearance;
     return input;
   }
 
-  /// Takes the cells over from the relaxation, as they will be written. Returns which of them changed.
-  std::vector<std::int64_t> takeCells(const std::vector<Body>& bodies) {
+  Placement writtenPlacement(const Pose& pose) const {
+    return problem_.written ? problem_.written(pose) : pose.placement();
+  }
+
+  /// Takes the cells over from the relaxation, as they will be written.
+  /// @return which of them changed, if they are the same cells as before
+  std::optional<std::vector<std::int64_t>> takeCells(const Relaxation& relaxation) {
+    WrittenCells old = std::move(written_);
+    written_ = WrittenCells();
+    bool same = !old.ids.empty();
     std::vector<std::int64_t> changed;
-    const bool same = result_.cells.size() == bodies.size();
-    result_.cells.resize(bodies.size());
-    result_.poses.resize(bodies.size());
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      const Pose pose = bodies[i].pose();
-      PlacedCell cell{bodies[i].species, problem_.written ? problem_.written(pose) : pose.placement()};
-      PlacedCell& old = result_.cells[i];
-      if (!same || old.placement.linear != cell.placement.linear ||
-          old.placement.translation != cell.placement.translation)
+    for (const Body& body : relaxation.cellsAround()) {
+      const std::size_t i = written_.ids.size();
+      written_.ids.push_back(body.id);
+      written_.own.push_back(relaxation.owns(body));
+      written_.cells.push_back({body.species, writtenPlacement(body.pose())});
+      same = same && i < old.ids.size() && old.ids[i] == body.id && old.own[i] == written_.own[i];
+      if (!same) continue;
+      const Placement &before = old.cells[i].placement, &now = written_.cells[i].placement;
+      if (before.linear != now.linear || before.translation != now.translation)
         changed.push_back(static_cast<std::int64_t>(i));
-      old = cell;
-      result_.poses[i] = pose;
     }
+    if (!same || old.ids.size() != written_.ids.size()) return {};
     return changed;
   }
 
   /// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
   bool certified(Relaxation& relaxation) {
     std::optional<Certifier> certifier;
+    written_ = WrittenCells();
     for (int round = 0; round < repairRounds; ++round) {
       relaxation.dropLists();
-      const std::vector<Body> bodies = relaxation.cells();
       {
         Stopwatch watch(result_.statistics.certificateSeconds);
-        const std::vector<std::int64_t> changed = takeCells(bodies);
-        if (certifier)
-          certifier->update(changed);
+        const auto changed = takeCells(relaxation);
+        if (certifier && changed)
+          certifier->update(*changed);
         else
           certifier.emplace(certificateInput());
-        const Certificate& found = certifier->certificate();
+        const Certificate found = ofAllRanks(certifier->certificate(), written_.ids, problem_.communicator);
         if (found.clean()) {
           result_.certificate = found;
+          certifier.reset();
+          written_ = WrittenCells();
+          deliver(relaxation);
           return true;
         }
         for (const OverlappingPair& pair : found.overlapping) {
-          const std::int64_t first = bodies[pair.first].id, second = bodies[pair.second].id;
-          const int again = std::max(0, ++failures_[{first, second}] - patience);
-          relaxation.demandClearance(first, second, std::ldexp(tolerance::repairClearance, again));
+          const int again = std::max(0, ++failures_[{pair.first, pair.second}] - patience);
+          relaxation.demandClearance(pair.first, pair.second, std::ldexp(tolerance::repairClearance, again));
         }
-        for (const MisplacedCell& cell : found.misplaced)
-          relaxation.demandWallClearance(bodies[cell.cell].id, missingWallClearance(cell, bodies[cell.cell]));
+        for (const MisplacedCell& cell : found.misplaced) demandDistance(relaxation, cell);
       }
       ++result_.statistics.repairs;
       Stopwatch watch(result_.statistics.relaxationSeconds);
@@ -201,18 +244,44 @@ class Run {
     return false;
   }
 
-  /// What a misplaced cell is given on top of what it was to keep [µm]: what the relaxation did not see,
-  /// because it interpolates the distance to the wall.
-  double missingWallClearance(const MisplacedCell& cell, const Body& body) const {
-    if (cell.gap > 0.0) return problem_.wallClearance - cell.gap + tolerance::repairClearance;
+  /// Gives every rank its share of the cells, in the order of their ids.
+  void deliver(const Relaxation& relaxation) {
+    const Communicator& ranks = problem_.communicator;
+    std::vector<std::vector<BodyState>> to(ranks.size());
+    int rank = 0;
+    for (const Body& body : relaxation.cells()) {
+      while (body.id >= shareOfIds(rank).second) ++rank;
+      to[rank].push_back(stateOf(body));
+    }
+    std::vector<BodyState> mine;
+    for (std::vector<BodyState>& states : ranks.exchange(to))
+      mine.insert(mine.end(), states.begin(), states.end());
+    std::sort(mine.begin(), mine.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
+    result_.cells.clear();
+    result_.poses.clear();
+    for (const BodyState& state : mine) {
+      const Pose pose = bodyOf(state).pose();
+      result_.poses.push_back(pose);
+      result_.cells.push_back({state.species, writtenPlacement(pose)});
+    }
+    result_.cellCount = ranks.sum(static_cast<std::int64_t>(mine.size()));
+  }
+
+  /// What a misplaced cell is given on top of what it was to keep: what the relaxation did not see, because
+  /// it interpolates the distance to the wall.
+  void demandDistance(Relaxation& relaxation, const MisplacedCell& cell) {
     constexpr double growth = 0.5;  // how deep it is in the wall is not known: ask for more each time
-    return std::max(tolerance::repairClearance, growth * body.extraWallClearance);
+    double& demanded = demandedOfWall_[cell.cell];
+    const double extra = cell.gap > 0.0 ? problem_.wallClearance - cell.gap + tolerance::repairClearance
+                                        : std::max(tolerance::repairClearance, growth * demanded);
+    demanded += extra;
+    relaxation.demandWallClearance(cell.cell, extra);
   }
 
   /// Takes out the most overlapped cells, a few at a time, until the others are certified.
   void thinOut(Relaxation& relaxation) {
     const double maxSeconds = problem_.limits.maxSeconds, began = elapsed();
-    while (!interrupted_ && !relaxation.bodies().empty()) {
+    while (!interrupted_ && relaxation.cellCount() > 0) {
       double share = thinning;
       if (maxSeconds > 0.0) {
         const double spent = thinningParts * (elapsed() - began) / maxSeconds;
@@ -220,16 +289,9 @@ class Run {
         share *= std::exp2(std::floor(spent));
         deadline_ = elapsed() + maxSeconds / thinningParts;
       }
-      std::vector<Body> bodies = relaxation.bodies();
-      std::sort(bodies.begin(), bodies.end(), [](const Body& a, const Body& b) {
-        return a.overlap != b.overlap ? a.overlap > b.overlap : a.id < b.id;
-      });
-      const auto count =
-          static_cast<std::size_t>(std::ceil(std::min(share, 1.0) * static_cast<double>(bodies.size())));
-      std::vector<std::int64_t> ids;
-      for (std::size_t i = 0; i < count; ++i) ids.push_back(bodies[i].id);
-      std::sort(ids.begin(), ids.end());
-      relaxation.remove(ids);
+      const auto count = static_cast<std::size_t>(
+          std::ceil(std::min(share, 1.0) * static_cast<double>(relaxation.cellCount())));
+      relaxation.remove(mostOverlapped(relaxation, count));
       bool resolved = false;
       {
         Stopwatch watch(result_.statistics.relaxationSeconds);
@@ -239,8 +301,6 @@ class Run {
       }
       if (resolved && certified(relaxation)) return;
     }
-    result_.cells.clear();
-    result_.poses.clear();
     result_.certificate = Certificate();
   }
 
@@ -248,26 +308,45 @@ class Run {
   /// more of them.
   void leaveOutFailing(Relaxation& relaxation) {
     Stopwatch watch(result_.statistics.certificateSeconds);
-    while (!askedToStop()) {
-      const std::vector<Body> bodies = relaxation.cells();
-      takeCells(bodies);
-      result_.certificate = certify(certificateInput());
-      if (result_.certificate.clean()) return;
-      std::vector<int> failures(bodies.size(), 0);
-      std::vector<bool> out(bodies.size(), false);
-      for (const MisplacedCell& cell : result_.certificate.misplaced) out[cell.cell] = true;
+    while (!interruptedOnAnyRank()) {
+      takeCells(relaxation);
+      result_.certificate =
+          ofAllRanks(certify(certificateInput()), written_.ids, problem_.communicator);
+      if (result_.certificate.clean()) return deliver(relaxation);
+      std::map<std::int64_t, int> failures;
+      std::set<std::int64_t> out;
+      for (const MisplacedCell& cell : result_.certificate.misplaced) out.insert(cell.cell);
       for (const OverlappingPair& pair : result_.certificate.overlapping)
         ++failures[pair.first], ++failures[pair.second];
       for (const OverlappingPair& pair : result_.certificate.overlapping) {
-        if (out[pair.first] || out[pair.second]) continue;
-        out[failures[pair.first] > failures[pair.second] ? pair.first : pair.second] = true;
+        if (out.count(pair.first) || out.count(pair.second)) continue;
+        out.insert(failures[pair.first] > failures[pair.second] ? pair.first : pair.second);
       }
-      std::vector<std::int64_t> ids;
-      for (std::size_t i = 0; i < bodies.size(); ++i)
-        if (out[i]) ids.push_back(bodies[i].id);
-      std::sort(ids.begin(), ids.end());
-      relaxation.remove(ids);
+      relaxation.remove({out.begin(), out.end()});
     }
+  }
+
+  /// The ids of the `count` cells with the deepest penetrations, sorted; the same on all ranks.
+  std::vector<std::int64_t> mostOverlapped(const Relaxation& relaxation, std::size_t count) const {
+    struct Overlap {
+      double depth;  // [µm]
+      std::int64_t id;
+    };
+    std::vector<Overlap> overlaps;
+    for (const Body& body : relaxation.cells()) overlaps.push_back({body.overlap, body.id});
+    const auto keepMost = [&] {
+      std::sort(overlaps.begin(), overlaps.end(), [](const Overlap& a, const Overlap& b) {
+        return a.depth != b.depth ? a.depth > b.depth : a.id < b.id;
+      });
+      overlaps.resize(std::min(count, overlaps.size()));
+    };
+    keepMost();
+    overlaps = problem_.communicator.gatherAll(overlaps);
+    keepMost();
+    std::vector<std::int64_t> ids;
+    for (const Overlap& overlap : overlaps) ids.push_back(overlap.id);
+    std::sort(ids.begin(), ids.end());
+    return ids;
   }
 
   const PackingProblem& problem_;
@@ -276,6 +355,8 @@ class Run {
   std::vector<const Shape*> shapes_;
   std::vector<const Wall*> walls_;
   std::map<std::pair<std::int64_t, std::int64_t>, int> failures_;  ///< of pairs (ids) in the exact test
+  std::map<std::int64_t, double> demandedOfWall_;  ///< by cells (ids) that were found misplaced [µm]
+  WrittenCells written_;
   bool interrupted_ = false;
   PackingResult result_;
 };

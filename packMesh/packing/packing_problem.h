@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/distributed/communicator.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
@@ -50,6 +51,8 @@ struct PackingProblem {
   std::uint64_t seed = 1;
   bool rotate = true;  ///< false: every orientation stays the identity
   Limits limits;
+  /// The ranks that pack together. The packing does not depend on how many there are.
+  Communicator communicator;
 
   /// How a pose will be written, so that the certificate is about the written numbers; empty:
   /// Pose::placement.

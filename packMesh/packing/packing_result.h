@@ -17,18 +17,22 @@ enum class Outcome {
 };
 
 struct Statistics {
+  std::int64_t blocks = 0;   ///< the domain was cut into; more ranks than that are idle
   std::int64_t sweeps = 0;   ///< of the relaxation
   std::int64_t repairs = 0;  ///< rounds in which pairs failing the exact test got more clearance
-  double placementSeconds = 0.0, relaxationSeconds = 0.0, certificateSeconds = 0.0;  ///< CPU time [s]
+  double placementSeconds = 0.0, relaxationSeconds = 0.0,
+         certificateSeconds = 0.0;  ///< CPU time of this rank [s]
 };
 
 struct PackingResult {
   Outcome outcome = Outcome::certified;
-  /// In the order of the species, then of the cells' numbers. All cells asked for when certified; the densest
-  /// certified packing found when out of reach; none when interrupted.
+  /// In the order of the species, then of the cells' numbers: of this rank, those of the ranks before come
+  /// before. All cells asked for when certified; the densest certified packing found when out of reach; none
+  /// when interrupted.
   std::vector<PlacedCell> cells;
-  std::vector<Pose> poses;  ///< the same cells as poses
-  Certificate certificate;  ///< of exactly `cells`
+  std::vector<Pose> poses;     ///< the same cells as poses
+  std::int64_t cellCount = 0;  ///< of all ranks
+  Certificate certificate;     ///< of exactly the `cells` of all ranks; pairs and cells by number
   Statistics statistics;
 };
 

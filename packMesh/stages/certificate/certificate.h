@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/distributed/communicator.h"
 #include "packMesh/geometry/pose.h"
 #include "packMesh/shape/shape.h"
 
@@ -58,6 +59,9 @@ struct CertificateInput {
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;
+  /// Which cells are to be certified; the others are there for the pairs in which they come second: copies of
+  /// cells that another rank answers for. nullptr: all.
+  const std::vector<bool>* own = nullptr;
   double requiredGap = 0.0;      ///< pairs with a smaller gap count as overlapping [µm]
   double requiredWallGap = 0.0;  ///< cells nearer to their wall count as misplaced [µm]
 };
@@ -72,6 +76,11 @@ constexpr double gapOfInterest = 1.0;
 /// Reports are ordered by cells. Memory: some 130 bytes per cell; meshes are placed one at a time.
 /// @param largestGap gaps above this are not measured [µm]
 Certificate certify(const CertificateInput& input, double largestGap = gapOfInterest);
+
+/// The certificates of all ranks in one; all ranks call.
+/// @param numbers what the cells are called all over: faults of the result name them so, ordered by them
+Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& numbers,
+                       const Communicator& communicator);
 
 /// The overlapping pairs among those with at least one of `movedCells`, ordered by cells; no gaps, no walls.
 /// For stages that move a few cells at a time: pairs of cells that stayed keep the verdict they had.

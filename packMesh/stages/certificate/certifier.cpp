@@ -53,7 +53,7 @@ void Certifier::forgetChanged() {
     if (changed_[i]) {
       neighbors_->forEachNear(i, input_.requiredGap, false, [&](const NearPair& pair) {
         const std::int64_t other = pair.first == i ? pair.second : pair.first;
-        if (!(changed_[other] && other < i)) --certificate_.pairsTested;
+        if (cells_.isOwn(pair.first) && !(changed_[other] && other < i)) --certificate_.pairsTested;
       });
       nearest_[i] = wallGaps_[i] = infinite;
       partner_[i] = -1;
@@ -77,7 +77,7 @@ void Certifier::forgetChanged() {
 
 void Certifier::examineChanged() {
   for (std::int64_t i = 0; i < cells_.count(); ++i)
-    if (changed_[i]) {
+    if (changed_[i] && (cells_.isOwn(i) || !allChanged_)) {
       examinePairs(i, allChanged_, true);
       examineWall(i, true);
     }
@@ -95,6 +95,7 @@ void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew) {
   pairGap_.measured();
   neighbors_->forEachNear(cell, reach(), onlyLater, [&](const NearPair& pair) {
     const std::int64_t other = pair.first == cell ? pair.second : pair.first;
+    if (!cells_.isOwn(pair.first)) return;
     if (!onlyLater && changed_[other] && other < cell) return;  // was its turn
     if (isNew && pair.apart < input_.requiredGap) ++certificate_.pairsTested;
     if (!(pair.apart < reach())) return;
@@ -118,7 +119,7 @@ void Certifier::measureLater(std::int64_t cell) {
 /// @param isNew the cell has not been examined where it is now: faults are to be found, not only the gap
 void Certifier::examineWall(std::int64_t cell, bool isNew) {
   const Wall* wall = cells_.wall(cell);
-  if (!wall) return;
+  if (!wall || !cells_.isOwn(cell)) return;
   wallGap_.measured();
   const double reach = std::max(wallGap_.limit(), isNew ? input_.requiredWallGap : 0.0);
   wallGaps_[cell] = infinite;
@@ -147,9 +148,13 @@ void Certifier::settleWallGap() {
 }
 
 void Certifier::summarise() {
-  certificate_.cells = cells_.count();
+  certificate_.cells = 0;
   certificate_.cellVolume = 0.0;
-  for (std::int64_t i = 0; i < cells_.count(); ++i) certificate_.cellVolume += cells_.volume(i);
+  for (std::int64_t i = 0; i < cells_.count(); ++i) {
+    if (!cells_.isOwn(i)) continue;
+    ++certificate_.cells;
+    certificate_.cellVolume += cells_.volume(i);
+  }
 
   const auto touches = [](const auto& fault) { return fault.gap == 0.0; };
   const auto& pairs = certificate_.overlapping;

@@ -81,6 +81,15 @@ constexpr double deepContact = 0.3;
 
 }  // namespace
 
+void SweepSums::addUp(const Communicator& communicator) {
+  if (communicator.alone()) return;
+  std::vector<std::int64_t> sums = {totalSteps, contacts};
+  communicator.sum(sums);
+  totalSteps = sums[0];
+  contacts = sums[1];
+  deepest = communicator.max(deepest);
+}
+
 SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume)
     : samples(viewOf(shape.samples())),
       coarseSamples(viewOf(shape.coarseSamples())),
@@ -162,6 +171,7 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
 }
 
 void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotation) const {
+  body.changed = true;
   const double reach = models_[body.species].radius * body.scale;
   Vec3 step = translation;
   double length = step.norm();

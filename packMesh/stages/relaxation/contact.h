@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/distributed/communicator.h"
 #include "packMesh/shape/shape.h"
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact_kernel.h"
@@ -31,18 +32,27 @@ struct SpeciesModel {
   SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume);
 };
 
-/// Sums over one sweep.
+/// Sums over one sweep. They are exact, so that they do not depend on who summed what.
 struct SweepSums {
-  double deepest = 0.0;  ///< largest penetration into a clearance [µm]
-  double total = 0.0;    ///< sum of the penetrations of all contacts [µm]
+  double deepest = 0.0;         ///< largest penetration into a clearance [µm]
+  std::int64_t totalSteps = 0;  ///< sum of the penetrations of all contacts, each rounded to steps
   std::int64_t contacts = 0;
   bool thorough = true;  ///< every pair was looked at all over
 
+  /// Sum of the penetrations of all contacts [µm].
+  double total() const { return static_cast<double>(totalSteps) / stepsPerMicrometre; }
+
   void add(double depth) {
     deepest = deepest > depth ? deepest : depth;
-    total += depth;
+    totalSteps += static_cast<std::int64_t>(depth * stepsPerMicrometre);
     ++contacts;
   }
+
+  /// Adds those of the other ranks; all ranks call.
+  void addUp(const Communicator& communicator);
+
+ private:
+  static constexpr double stepsPerMicrometre = 0x1p20;
 };
 
 /// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the cells of

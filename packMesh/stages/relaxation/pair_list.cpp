@@ -11,17 +11,21 @@ namespace {
 
 /// Pairs of so many spheres of one size, as if these were spread evenly; at most what growing step by step
 /// could come to. Real cells keep apart, so that there are hardly more.
-std::size_t expectedPairs(std::size_t bodies, double radius, double margin, const Box& bounds) {
+std::size_t expectedPairs(const std::vector<Sphere>& spheres, double radius, double margin) {
   constexpr double most = 16.0;
-  const double reach = 2.0 * radius + margin;
-  const double near = 4.19 * reach * reach * reach * static_cast<double>(bodies) / bounds.volume();
-  return static_cast<std::size_t>(std::min(0.5 * near, most) * static_cast<double>(bodies));
+  if (spheres.empty()) return 0;
+  Box bounds{spheres[0].center, spheres[0].center};
+  for (const Sphere& s : spheres) bounds.add(s.center);
+  bounds = bounds.grownBy(radius);
+  const double bodies = static_cast<double>(spheres.size()), reach = 2.0 * radius + margin;
+  const double near = 4.19 * reach * reach * reach * bodies / bounds.volume();
+  return static_cast<std::size_t>(std::min(0.5 * near, most) * bodies);
 }
 
 }  // namespace
 
 PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
-                   const Box& bounds, const Vec3& period, int blocks) {
+                   const Box& bounds, const Vec3& period, int blocks, const std::function<bool(int)>& own) {
   std::vector<Sphere> spheres;
   spheres.reserve(bodies.size());
   double largest = 0.0;
@@ -32,9 +36,10 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
   const SphereGrid grid(spheres);
 
   PairList list;
-  list.pairs.reserve(expectedPairs(bodies.size(), largest, margin, bounds));
+  list.pairs.reserve(expectedPairs(spheres, largest, margin));
   list.start.assign(blocks + 1, 0);
   for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
+    if (!own(bodies[i].block)) continue;
     const std::size_t first = list.pairs.size();
     const double reach = spheres[i].radius + largest + margin;
     forEachImage(bodies[i].position, reach, bounds, period, [&](const ImageShift& shift) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "packMesh/distributed/block_grid.h"
@@ -37,9 +38,10 @@ struct PairList {
 };
 
 /// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`,
-/// each unordered pair of images once, assigned to the block of the cell with the smaller id. Pre: bodies
-/// wrapped into the bounds and sorted by block, then by id.
-PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
-                   const Box& bounds, const Vec3& period, int blocks);
+/// each unordered pair of images once, assigned to the block of the cell with the smaller id; only pairs of
+/// blocks that are `own`. Pre: bodies wrapped into the bounds and sorted by block, then by id.
+PairList listPairs(
+    const std::vector<Body>& bodies, const std::vector<double>& radii, double margin, const Box& bounds,
+    const Vec3& period, int blocks, const std::function<bool(int)>& own = [](int) { return true; });
 
 }  // namespace packmesh

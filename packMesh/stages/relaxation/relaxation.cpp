@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <numeric>
+#include <utility>
 
 #include "packMesh/random.h"
 #include "packMesh/tolerances.h"
@@ -37,23 +38,39 @@ constexpr double preferredBlockEdge = 6.5;
 /// Where cells are few, blocks are so large that there is one for so many cells.
 constexpr double fewestPerBlock = 50.0;
 
-double blockEdge(const Box& bounds, double largestRadius, std::size_t bodies) {
+/// Blocks are shared out among the ranks anew when one of them has so much more than its even share to do.
+constexpr double tolerableImbalance = 1.1;
+
+/// What a cell costs, in pairs.
+constexpr std::int64_t workOfCell = 4;
+
+double blockEdge(const Box& bounds, double largestRadius, std::int64_t bodies) {
   const double perBody = bounds.volume() / static_cast<double>(bodies);  // infinite without any
   return std::max(preferredBlockEdge * largestRadius, std::cbrt(fewestPerBlock * perBody));
 }
 
-double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodies) {
-  std::vector<double> volumes;
-  volumes.reserve(bodies.size());
-  for (const Body& b : bodies) volumes.push_back(input.shapes[b.species]->volume());
-  if (volumes.empty()) return 1.0;
-  std::nth_element(volumes.begin(), volumes.begin() + volumes.size() / 2, volumes.end());
-  return volumes[volumes.size() / 2];
+double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodies,
+                    const Communicator& communicator) {
+  std::vector<std::int64_t> counts(input.shapes.size(), 0);
+  for (const Body& b : bodies) ++counts[b.species];
+  communicator.sum(counts);
+  std::vector<std::pair<double, std::int64_t>> volumes;
+  std::int64_t all = 0;
+  for (std::size_t s = 0; s < counts.size(); ++s) {
+    volumes.emplace_back(input.shapes[s]->volume(), counts[s]);
+    all += counts[s];
+  }
+  std::sort(volumes.begin(), volumes.end());
+  std::int64_t before = 0;
+  for (const auto& [volume, count] : volumes)
+    if (before += count; before > all / 2) return volume;
+  return 1.0;
 }
 
-ContactSolver makeSolver(const RelaxationInput& input, const std::vector<Body>& bodies) {
+ContactSolver makeSolver(const RelaxationInput& input, const std::vector<Body>& bodies,
+                         const Communicator& communicator) {
   std::vector<SpeciesModel> models;
-  const double reference = medianVolume(input, bodies);
+  const double reference = medianVolume(input, bodies, communicator);
   for (std::size_t s = 0; s < input.shapes.size(); ++s)
     models.emplace_back(*input.shapes[s], input.walls[s], reference);
   double reach = 0.0;
@@ -73,25 +90,42 @@ double largestRadius(const RelaxationInput& input) {
 
 }  // namespace
 
-Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies)
+Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
+                       const Communicator& communicator)
     : input_(input),
-      solver_(makeSolver(input, bodies)),
+      communicator_(communicator),
+      cellCount_(communicator.sum(static_cast<std::int64_t>(bodies.size()))),
+      solver_(makeSolver(input, bodies, communicator)),
       largestRadius_(largestRadius(input)),
       blocks_(input.bounds, input.period, (2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
-              blockEdge(input.bounds, largestRadius_, bodies.size())),
-      blocksOfColour_(BlockGrid::colours),
+              blockEdge(input.bounds, largestRadius_, cellCount_)),
+      shared_(communicator, blocks_),
       bodies_(std::move(bodies)),
       skin_(widestSkin * largestRadius_) {
   for (const Shape* shape : input.shapes) radii_.push_back(shape->radius());
-  for (int b = 0; b < blocks_.count(); ++b) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
+  std::vector<std::int64_t> cellsOfBlock(blocks_.count(), 0);
+  for (const Body& body : bodies_)
+    ++cellsOfBlock[blocks_.blockOf(wrapped(body.position, input_.bounds, input_.period))];
+  shareOut(std::move(cellsOfBlock));
 }
 
-bool Relaxation::listsOutdated() const {
-  if (!listed_) return true;
+void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
+  shared_.balance(std::move(workOfBlock));
+  blocksOfColour_.assign(BlockGrid::colours, {});
+  for (int b = 0; b < blocks_.count(); ++b)
+    if (shared_.owns(b)) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
+}
+
+bool Relaxation::strayed() const {
   const double allowed = 0.5 * skin_;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     if ((bodies_[i].position - listedAt_[i]).squaredNorm() > allowed * allowed) return true;
   return false;
+}
+
+void Relaxation::keepOwn() {
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
+                bodies_.end());
 }
 
 void Relaxation::refreshLists() {
@@ -100,61 +134,93 @@ void Relaxation::refreshLists() {
   if (lasted > longLived) skin_ *= 0.7;
   skin_ = std::clamp(skin_, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
   listedInSweep_ = sweeps_;
+  const double motion = expectedMotion();
 
+  if (sharedOut_) keepOwn();
+  if (sharedOut_ && isUneven()) shareOut(workOfBlock_);
+  sharedOut_ = true;
   for (Body& body : bodies_) {
     body.position = wrapped(body.position, input_.bounds, input_.period);
     body.block = blocks_.blockOf(body.position);
   }
-  std::sort(bodies_.begin(), bodies_.end(),
-            [](const Body& a, const Body& b) { return std::tie(a.block, a.id) < std::tie(b.block, b.id); });
+  shared_.distribute(bodies_);
   bodyStart_.assign(blocks_.count() + 1, 0);
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
+  listPairsOfOwn();
+  listedAt_.resize(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
+  listed_ = true;
+  strayed_ = false;
+  beginEpoch(motion);
+}
+
+void Relaxation::listPairsOfOwn() {
   list_ = PairList();  // never two lists at a time in memory
   list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + skin_, input_.bounds, input_.period,
-                    blocks_.count());
+                    blocks_.count(), [&](int block) { return shared_.owns(block); });
   if (!extraClearance_.empty())
     for (ContactPair& p : list_.pairs) {
       const auto extra = extraClearance_.find({bodies_[p.first].id, bodies_[p.second].id});
       if (extra != extraClearance_.end()) p.extraClearance = extra->second;
     }
-  listedAt_.resize(bodies_.size());
-  for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
-  listed_ = true;
-  beginEpoch();
+  if (communicator_.alone()) return;
+  workOfBlock_.assign(blocks_.count(), 0);
+  for (const std::vector<int>& colour : blocksOfColour_)
+    for (const int b : colour)
+      workOfBlock_[b] =
+          list_.start[b + 1] - list_.start[b] + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
 }
 
-void Relaxation::beginEpoch() {
-  double moved = 0.0;
-  for (Body& body : bodies_) {
-    moved += body.moved;
-    body.setReference();
-  }
-  const double mean = bodies_.empty() ? 0.0 : moved / static_cast<double>(bodies_.size());
-  solver_.beginEpoch(std::clamp(motionReserve * 2.0 * mean, smallestMotion, largestMotion));
+/// Whether a rank has much more to do than an even share.
+bool Relaxation::isUneven() const {
+  if (communicator_.alone() || workOfBlock_.empty()) return false;
+  const std::int64_t own = std::accumulate(workOfBlock_.begin(), workOfBlock_.end(), std::int64_t(0));
+  const double most = communicator_.max(static_cast<double>(own));
+  return most > tolerableImbalance * static_cast<double>(communicator_.sum(own)) / communicator_.size();
+}
+
+/// How far two cells are together expected to move in the coming epoch [µm].
+double Relaxation::expectedMotion() const {
+  constexpr double stepsPerMicrometre = 0x1p20;
+  std::int64_t steps = 0;
+  for (const Body& body : bodies_)
+    if (!sharedOut_ || owns(body)) steps += static_cast<std::int64_t>(body.moved * stepsPerMicrometre);
+  const double all = static_cast<double>(communicator_.sum(steps)) / stepsPerMicrometre;
+  const double mean = cellCount_ == 0 ? 0.0 : all / static_cast<double>(cellCount_);
+  return std::clamp(motionReserve * 2.0 * mean, smallestMotion, largestMotion);
+}
+
+void Relaxation::beginEpoch(double expectedMotion) {
+  for (Body& body : bodies_) body.setReference();
+  solver_.beginEpoch(expectedMotion);
   epochBegan_ = sweeps_;
 }
 
 SweepSums Relaxation::sweep(double omega, double slack) {
-  if (listsOutdated())
+  if (!listed_ || strayed_)
     refreshLists();
   else if (sweeps_ - epochBegan_ >= epochSweeps)
-    beginEpoch();
+    beginEpoch(expectedMotion());
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
   sums.thorough = sweeps_ == 0 || last_.deepest < nearlyResolved;
   solver_.setThoroughly(sums.thorough);
-  coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total > coarseDepth * largestRadius_ * last_.contacts);
+  coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total() > coarseDepth * largestRadius_ * last_.contacts);
   solver_.setCoarsely(coarsely_);
-  for (const std::vector<int>& colour : blocksOfColour_)
+  for (const std::vector<int>& colour : blocksOfColour_) {
     for (int block : colour) {
       for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
         solver_.resolve(list_.pairs[p], bodies_, sums);
       for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
         solver_.resolveWall(bodies_[i], sums);
     }
+    shared_.share(bodies_);
+  }
+  sums.addUp(communicator_);
+  strayed_ = communicator_.any(strayed());
   ++sweeps_;
   last_ = sums;
   return sums;
@@ -168,11 +234,13 @@ void Relaxation::kick(double amplitude) {
     body.position += length * uniformDirection(u[0], u[1]);
     solver_.updateMoved(body);
   }
+  strayed_ = listed_ && communicator_.any(strayed());
 }
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
   float& demanded = extraClearance_[std::minmax(first, second)];
-  demanded += static_cast<float>(extra);
+  // More than the widest skin would reach beyond the blocks around.
+  demanded = std::min(demanded + static_cast<float>(extra), static_cast<float>(widestSkin * largestRadius_));
   largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
   listed_ = false;
 }
@@ -188,6 +256,8 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
 void Relaxation::remove(const std::vector<std::int64_t>& ids) {
   const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
   bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
+  cellCount_ = communicator_.sum(static_cast<std::int64_t>(
+      std::count_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !sharedOut_ || owns(b); })));
   listed_ = false;
 }
 
@@ -197,6 +267,14 @@ void Relaxation::dropLists() {
 }
 
 std::vector<Body> Relaxation::cells() const {
+  std::vector<Body> cells = cellsAround();
+  if (sharedOut_)
+    cells.erase(std::remove_if(cells.begin(), cells.end(), [&](const Body& b) { return !owns(b); }),
+                cells.end());
+  return cells;
+}
+
+std::vector<Body> Relaxation::cellsAround() const {
   std::vector<Body> cells = bodies_;
   std::sort(cells.begin(), cells.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
   for (Body& body : cells) body.position = wrapped(body.position, input_.bounds, input_.period);

@@ -10,6 +10,7 @@
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact.h"
 #include "packMesh/stages/relaxation/pair_list.h"
+#include "packMesh/stages/relaxation/shared_bodies.h"
 
 namespace packmesh {
 
@@ -26,10 +27,14 @@ struct RelaxationInput {
 };
 
 /// Bodies, who is near whom, and the sweeps over them. The result of a sweep depends on the bodies and the
-/// input alone: pairs are worked on block by block in the order of the blocks' colours.
+/// input alone, not on the number of ranks: pairs are worked on block by block in the order of the blocks'
+/// colours, and after each colour ranks tell each other what changed.
+///
+/// All ranks call every function that is not const together, with the same arguments.
 class Relaxation {
  public:
-  Relaxation(const RelaxationInput& input, std::vector<Body> bodies);
+  /// @param bodies each on one rank, whichever
+  Relaxation(const RelaxationInput& input, std::vector<Body> bodies, const Communicator& communicator = {});
 
   /// One Gauss-Seidel sweep over all near pairs and walls, after re-sorting the bodies into blocks if any has
   /// moved too far since this was done last.
@@ -52,32 +57,45 @@ class Relaxation {
   /// Frees what can be found out anew, to leave its memory to others between sweeps.
   void dropLists();
 
-  /// The cells in the order of their ids, positions wrapped into the bounds.
+  /// This rank's cells in the order of their ids, positions wrapped into the bounds.
   std::vector<Body> cells() const;
-  /// The cells in their present order.
-  const std::vector<Body>& bodies() const { return bodies_; }
+  /// These, and the copies it has of cells near them.
+  std::vector<Body> cellsAround() const;
+  bool owns(const Body& body) const { return shared_.owns(body.block); }
+  std::int64_t cellCount() const { return cellCount_; }  ///< of all ranks
+  int blockCount() const { return blocks_.count(); }
 
   std::int64_t sweeps() const { return sweeps_; }
   const SweepSums& lastSweep() const { return last_; }
 
  private:
   void refreshLists();
-  void beginEpoch();
-  bool listsOutdated() const;
+  void listPairsOfOwn();
+  void shareOut(std::vector<std::int64_t> workOfBlock);
+  bool isUneven() const;
+  double expectedMotion() const;
+  void beginEpoch(double expectedMotion);
+  bool strayed() const;
+  void keepOwn();
 
   RelaxationInput input_;
+  Communicator communicator_;
+  std::int64_t cellCount_;
   ContactSolver solver_;
   std::vector<double> radii_;  ///< per species [µm]
   double largestRadius_;
   BlockGrid blocks_;
-  std::vector<std::vector<int>> blocksOfColour_;
-  std::vector<Body> bodies_;             ///< sorted by block, then by id
-  std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
-  std::vector<Vec3> listedAt_;           ///< positions when the lists were made
+  SharedBodies shared_;
+  std::vector<std::vector<int>> blocksOfColour_;  ///< this rank's
+  std::vector<Body> bodies_;                      ///< own and copies, sorted by block, then by id
+  std::vector<std::int64_t> bodyStart_;           ///< first body of each block; one past the last at the end
+  std::vector<Vec3> listedAt_;                    ///< positions when the lists were made
   PairList list_;
   double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
   std::int64_t listedInSweep_ = 0, epochBegan_ = 0;
-  bool listed_ = false, coarsely_ = true;
+  std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
+  bool sharedOut_ = false;                 ///< bodies are where their blocks' owners are
+  bool listed_ = false, strayed_ = false, coarsely_ = true;
   std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
   double largestExtra_ = 0.0;
   std::int64_t sweeps_ = 0;

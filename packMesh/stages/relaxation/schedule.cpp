@@ -27,7 +27,7 @@ constexpr double fewContacts = 0.5;
 
 bool onlyFewContacts(const Relaxation& relaxation) {
   return static_cast<double>(relaxation.lastSweep().contacts) <
-         fewContacts * static_cast<double>(relaxation.bodies().size());
+         fewContacts * static_cast<double>(relaxation.cellCount());
 }
 
 bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {

@@ -133,11 +133,11 @@ TEST_CASE("Penetrations go down, and are gone at a fraction of 0.4", "[relaxatio
     CAPTURE(seed);
     Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()),
                           randomBodies(*shape, nullptr, 77, bounds, seed));
-    const double start = relaxation.sweep(1.0).total;
+    const double start = relaxation.sweep(1.0).total();
     double before = start;
     for (int k = 0; k < 5; ++k) {
       for (int sweep = 0; sweep < 8; ++sweep) relaxation.sweep(1.0);
-      const double now = relaxation.lastSweep().total;
+      const double now = relaxation.lastSweep().total();
       REQUIRE(now <= before);
       before = now;
     }

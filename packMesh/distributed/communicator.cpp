@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/distributed/communicator.h"
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
+
+namespace packmesh {
+
+struct Communicator::Impl {
+  MPI_Comm comm;
+  int rank = 0, size = 1;
+  Traffic traffic;
+
+  explicit Impl(MPI_Comm group) : comm(group) {
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &size);
+  }
+
+  template <class T>
+  T reduced(T value, MPI_Datatype type, MPI_Op op) const {
+    T result;
+    MPI_Allreduce(&value, &result, 1, type, op, comm);
+    return result;
+  }
+};
+
+namespace {
+
+int count(std::size_t bytes) {
+  if (bytes > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw std::length_error("a message between ranks is longer than MPI can send: use more ranks");
+  return static_cast<int>(bytes);
+}
+
+}  // namespace
+
+Communicator Communicator::world() {
+  auto impl = std::make_shared<Impl>(MPI_COMM_WORLD);
+  return impl->size > 1 ? Communicator(std::move(impl)) : Communicator();
+}
+
+int Communicator::rank() const {
+  return impl_ ? impl_->rank : 0;
+}
+int Communicator::size() const {
+  return impl_ ? impl_->size : 1;
+}
+
+std::int64_t Communicator::sum(std::int64_t value) const {
+  return impl_ ? impl_->reduced(value, MPI_INT64_T, MPI_SUM) : value;
+}
+void Communicator::sum(std::vector<std::int64_t>& values) const {
+  if (impl_)
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), count(values.size()), MPI_INT64_T, MPI_SUM, impl_->comm);
+}
+double Communicator::max(double value) const {
+  return impl_ ? impl_->reduced(value, MPI_DOUBLE, MPI_MAX) : value;
+}
+double Communicator::min(double value) const {
+  return impl_ ? impl_->reduced(value, MPI_DOUBLE, MPI_MIN) : value;
+}
+std::int64_t Communicator::min(std::int64_t value) const {
+  return impl_ ? impl_->reduced(value, MPI_INT64_T, MPI_MIN) : value;
+}
+
+std::int64_t Communicator::sumBefore(std::int64_t value) const {
+  if (!impl_) return 0;
+  std::int64_t before = 0;
+  MPI_Exscan(&value, &before, 1, MPI_INT64_T, MPI_SUM, impl_->comm);
+  return impl_->rank == 0 ? 0 : before;
+}
+
+std::string Communicator::broadcast(const std::string& text, int root) const {
+  if (!impl_) return text;
+  std::int64_t length = static_cast<std::int64_t>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT64_T, root, impl_->comm);
+  std::string result = impl_->rank == root ? text : std::string(length, '\0');
+  MPI_Bcast(result.data(), count(result.size()), MPI_CHAR, root, impl_->comm);
+  return result;
+}
+
+void Communicator::barrier() const {
+  if (impl_) MPI_Barrier(impl_->comm);
+}
+
+std::vector<Communicator::Bytes> Communicator::exchangeBytes(std::vector<Bytes> to) const {
+  if (!impl_) return to;
+  const int ranks = impl_->size;
+  std::vector<std::int64_t> sending(ranks), receiving(ranks);
+  for (int r = 0; r < ranks; ++r) sending[r] = count(to[r].size());
+  MPI_Alltoall(sending.data(), 1, MPI_INT64_T, receiving.data(), 1, MPI_INT64_T, impl_->comm);
+  std::vector<Bytes> received(ranks);
+  std::vector<MPI_Request> requests;
+  constexpr int tag = 1;
+  for (int r = 0; r < ranks; ++r) {
+    if (r == impl_->rank || receiving[r] == 0) continue;
+    received[r].resize(receiving[r]);
+    requests.emplace_back();
+    MPI_Irecv(received[r].data(), count(received[r].size()), MPI_BYTE, r, tag, impl_->comm, &requests.back());
+  }
+  for (int r = 0; r < ranks; ++r) {
+    if (r == impl_->rank || sending[r] == 0) continue;
+    requests.emplace_back();
+    MPI_Isend(to[r].data(), count(to[r].size()), MPI_BYTE, r, tag, impl_->comm, &requests.back());
+    ++impl_->traffic.messages;
+    impl_->traffic.bytes += sending[r];
+  }
+  MPI_Waitall(count(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+  received[impl_->rank] = std::move(to[impl_->rank]);
+  return received;
+}
+
+Communicator::Bytes Communicator::toFirstRank(int from, const Bytes& bytes) const {
+  constexpr int tag = 3;
+  if (impl_->rank == from) {
+    MPI_Send(bytes.data(), count(bytes.size()), MPI_BYTE, 0, tag, impl_->comm);
+    ++impl_->traffic.messages;
+    impl_->traffic.bytes += static_cast<std::int64_t>(bytes.size());
+  }
+  Bytes received;
+  if (impl_->rank == 0) {
+    MPI_Status status;
+    int length = 0;
+    MPI_Probe(from, tag, impl_->comm, &status);
+    MPI_Get_count(&status, MPI_BYTE, &length);
+    received.resize(length);
+    MPI_Recv(received.data(), length, MPI_BYTE, from, tag, impl_->comm, MPI_STATUS_IGNORE);
+  }
+  return received;
+}
+
+void Communicator::swap(std::vector<Peer>& peers) const {
+  if (!impl_) return;
+  constexpr int tag = 2;
+  std::vector<MPI_Request> requests(2 * peers.size());
+  std::vector<MPI_Status> statuses(2 * peers.size());
+  for (std::size_t p = 0; p < peers.size(); ++p) {
+    MPI_Irecv(peers[p].received.data(), count(peers[p].received.size()), MPI_BYTE, peers[p].rank, tag,
+              impl_->comm, &requests[p]);
+  }
+  for (std::size_t p = 0; p < peers.size(); ++p) {
+    MPI_Isend(peers[p].send.data(), count(peers[p].send.size()), MPI_BYTE, peers[p].rank, tag, impl_->comm,
+              &requests[peers.size() + p]);
+    ++impl_->traffic.messages;
+    impl_->traffic.bytes += static_cast<std::int64_t>(peers[p].send.size());
+  }
+  MPI_Waitall(count(requests.size()), requests.data(), statuses.data());
+  for (std::size_t p = 0; p < peers.size(); ++p) {
+    int bytes = 0;
+    MPI_Get_count(&statuses[p], MPI_BYTE, &bytes);
+    peers[p].length = static_cast<std::size_t>(bytes);
+  }
+}
+
+const Traffic& Communicator::traffic() const {
+  static const Traffic none;
+  return impl_ ? impl_->traffic : none;
+}
+
+void Communicator::abort(int exitCode) const {
+  if (impl_) MPI_Abort(impl_->comm, exitCode);
+  std::exit(exitCode);
+}
+
+MpiSession::MpiSession() {
+  MPI_Init(nullptr, nullptr);
+}
+
+MpiSession::~MpiSession() {
+  MPI_Finalize();
+}
+
+}  // namespace packmesh

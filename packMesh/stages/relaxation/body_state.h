@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A body as it travels between ranks and rests in files.
+#pragma once
+
+#include <cstdint>
+
+#include "packMesh/stages/relaxation/body.h"
+
+namespace packmesh {
+
+/// All of a body that lasts from one list of pairs to the next; trivially copyable.
+struct BodyState {
+  double position[3];     ///< [µm]
+  double orientation[4];  ///< x, y, z, w
+  double scale, extraWallClearance, overlap;
+  std::int64_t id;
+  std::int32_t species, block;
+  bool deepInWall;
+};
+
+BodyState stateOf(const Body& body);
+Body bodyOf(const BodyState& state);
+
+}  // namespace packmesh

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/relaxation/shared_bodies.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <tuple>
+
+#include "packMesh/stages/relaxation/body_state.h"
+
+namespace packmesh {
+namespace {
+
+/// What a push changes.
+struct Change {
+  double position[3], orientation[4];
+  double moved, overlap;
+  std::int64_t slot;
+};
+
+}  // namespace
+
+SharedBodies::SharedBodies(const Communicator& communicator, const BlockGrid& blocks)
+    : communicator_(communicator), blocks_(blocks), rank_(communicator.rank()) {}
+
+void SharedBodies::balance(std::vector<std::int64_t> work) {
+  if (communicator_.alone()) return;
+  communicator_.sum(work);
+  owners_ = BlockOwners(blocks_, work, communicator_.size());
+}
+
+void SharedBodies::distribute(std::vector<Body>& bodies) {
+  if (!communicator_.alone()) {
+    std::vector<std::vector<BodyState>> to(communicator_.size());
+    std::map<int, std::vector<int>> holders;
+    for (const Body& body : bodies) {
+      std::vector<int>& ranks = holders[body.block];
+      if (ranks.empty()) ranks = owners_.holdersOf(body.block, blocks_);
+      for (const int rank : ranks) to[rank].push_back(stateOf(body));
+    }
+    bodies.clear();
+    for (const std::vector<BodyState>& states : communicator_.exchange(to))
+      for (const BodyState& state : states) bodies.push_back(bodyOf(state));
+  }
+  std::sort(bodies.begin(), bodies.end(),
+            [](const Body& a, const Body& b) { return std::tie(a.block, a.id) < std::tie(b.block, b.id); });
+  if (!communicator_.alone()) plan(bodies);
+}
+
+void SharedBodies::plan(const std::vector<Body>& bodies) {
+  std::map<int, std::vector<std::int32_t>> common;
+  std::vector<int> holders;
+  int block = -1;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].block != block) {
+      block = bodies[i].block;
+      holders = owners_.holdersOf(block, blocks_);
+    }
+    for (const int rank : holders)
+      if (rank != rank_) common[rank].push_back(static_cast<std::int32_t>(i));
+  }
+  peers_.clear();
+  common_.clear();
+  for (auto& [rank, indices] : common) {
+    Communicator::Peer peer;
+    peer.rank = rank;
+    peer.received.resize(indices.size() * sizeof(Change));
+    peers_.push_back(std::move(peer));
+    common_.push_back(std::move(indices));
+  }
+}
+
+void SharedBodies::share(std::vector<Body>& bodies) {
+  if (peers_.empty()) return;
+  for (std::size_t p = 0; p < peers_.size(); ++p) {
+    peers_[p].send.clear();
+    for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
+      const Body& body = bodies[common_[p][slot]];
+      if (!body.changed) continue;
+      Change change{};
+      for (int k = 0; k < 3; ++k) change.position[k] = body.position[k];
+      for (int k = 0; k < 4; ++k) change.orientation[k] = body.orientation.coeffs()[k];
+      change.moved = body.moved;
+      change.overlap = body.overlap;
+      change.slot = static_cast<std::int64_t>(slot);
+      const auto* bytes = reinterpret_cast<const std::byte*>(&change);
+      peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);
+    }
+  }
+  communicator_.swap(peers_);
+  for (const std::vector<std::int32_t>& indices : common_)
+    for (const std::int32_t i : indices) bodies[i].changed = false;
+  for (std::size_t p = 0; p < peers_.size(); ++p)
+    for (std::size_t at = 0; at < peers_[p].length; at += sizeof(Change)) {
+      Change change;
+      std::memcpy(&change, &peers_[p].received[at], sizeof change);
+      Body& body = bodies[common_[p][change.slot]];
+      for (int k = 0; k < 3; ++k) body.position[k] = change.position[k];
+      for (int k = 0; k < 4; ++k) body.orientation.coeffs()[k] = change.orientation[k];
+      body.rotation = body.orientation.toRotationMatrix();
+      body.moved = change.moved;
+      body.overlap = change.overlap;
+    }
+}
+
+}  // namespace packmesh

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Bodies on several ranks: who owns them, and how copies of them are kept alike.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "packMesh/distributed/block_owners.h"
+#include "packMesh/distributed/communicator.h"
+#include "packMesh/stages/relaxation/body.h"
+
+namespace packmesh {
+
+/// A rank holds the bodies of its own blocks, and copies (ghosts) of those in the blocks around them: all that
+/// its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them works on
+/// it again. Poses travel, meshes do not.
+///
+/// All ranks call distribute() and share() together. On one rank they do nothing.
+class SharedBodies {
+ public:
+  SharedBodies(const Communicator& communicator, const BlockGrid& blocks);
+
+  bool owns(int block) const { return owners_.of(block) == rank_; }
+
+  /// Shares the blocks out anew. @param work of each block, as far as this rank knows: summed over the ranks
+  void balance(std::vector<std::int64_t> work);
+
+  /// Brings every body to the rank that owns its block, and copies to the ranks around. Pre: `bodies` are this
+  /// rank's own, each on one rank only, blocks up to date. Post: its own by the present owners, and copies,
+  /// sorted by block, then by id; what a body knows of its surroundings is lost.
+  void distribute(std::vector<Body>& bodies);
+
+  /// Tells the other ranks of all bodies that have `changed` and takes over what they changed. Pre: bodies
+  /// where distribute() left them.
+  void share(std::vector<Body>& bodies);
+
+ private:
+  void plan(const std::vector<Body>& bodies);
+
+  Communicator communicator_;
+  BlockGrid blocks_;
+  int rank_;
+  BlockOwners owners_;
+  std::vector<Communicator::Peer> peers_;
+  /// For each peer the bodies that it holds, too: indices, in the same order on both ranks.
+  std::vector<std::vector<std::int32_t>> common_;
+};
+
+}  // namespace packmesh
