@@ -153,6 +153,7 @@ void Relaxation::refreshLists() {
   for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
   listed_ = true;
   strayed_ = false;
+  stirAll();
   beginEpoch(motion);
 }
 
@@ -192,6 +193,15 @@ double Relaxation::expectedMotion() const {
   return std::clamp(motionReserve * 2.0 * mean, smallestMotion, largestMotion);
 }
 
+void Relaxation::stirAll() {
+  stirred_.assign(blocks_.count(), true);
+}
+
+/// A cell of this block, or one near it, has moved.
+void Relaxation::stir(int block) {
+  for (const int b : blocks_.around(block)) stirred_[b] = true;
+}
+
 void Relaxation::beginEpoch(double expectedMotion) {
   for (Body& body : bodies_) body.setReference();
   solver_.beginEpoch(expectedMotion);
@@ -208,16 +218,23 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   solver_.setPush(omega, slack);
   sums.thorough = sweeps_ == 0 || last_.deepest < nearlyResolved;
   solver_.setThoroughly(sums.thorough);
-  coarsely_ = coarsely_ && (sweeps_ == 0 || last_.total() > coarseDepth * largestRadius_ * last_.contacts);
+  const bool coarsely =
+      coarsely_ && (sweeps_ == 0 || last_.total() > coarseDepth * largestRadius_ * last_.contacts);
+  if (slack != slack_ || coarsely != coarsely_) stirAll();
+  slack_ = slack;
+  coarsely_ = coarsely;
   solver_.setCoarsely(coarsely_);
   for (const std::vector<int>& colour : blocksOfColour_) {
     for (int block : colour) {
+      if (!std::exchange(stirred_[block], false)) continue;
+      const std::int64_t before = sums.contacts;
       for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
         solver_.resolve(list_.pairs[p], bodies_, sums);
       for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
         solver_.resolveWall(bodies_[i], sums);
+      if (sums.contacts > before) stir(block);
     }
-    shared_.share(bodies_);
+    for (const int block : shared_.share(bodies_)) stir(block);
   }
   sums.addUp(communicator_);
   strayed_ = communicator_.any(strayed());
@@ -234,6 +251,7 @@ void Relaxation::kick(double amplitude) {
     body.position += length * uniformDirection(u[0], u[1]);
     solver_.updateMoved(body);
   }
+  stirAll();
   strayed_ = listed_ && communicator_.any(strayed());
 }
 
@@ -251,6 +269,7 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
       body.extraWallClearance += extra;
       body.awayFromWallWhile = -1.0;
     }
+  stirAll();
 }
 
 void Relaxation::remove(const std::vector<std::int64_t>& ids) {

@@ -70,8 +70,9 @@ void SharedBodies::plan(const std::vector<Body>& bodies) {
   }
 }
 
-void SharedBodies::share(std::vector<Body>& bodies) {
-  if (peers_.empty()) return;
+std::vector<int> SharedBodies::share(std::vector<Body>& bodies) {
+  std::vector<int> blocks;
+  if (peers_.empty()) return blocks;
   for (std::size_t p = 0; p < peers_.size(); ++p) {
     peers_[p].send.clear();
     for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
@@ -100,7 +101,9 @@ void SharedBodies::share(std::vector<Body>& bodies) {
       body.rotation = body.orientation.toRotationMatrix();
       body.moved = change.moved;
       body.overlap = change.overlap;
+      if (blocks.empty() || blocks.back() != body.block) blocks.push_back(body.block);
     }
+  return blocks;
 }
 
 }  // namespace packmesh

@@ -32,7 +32,8 @@ class SharedBodies {
 
   /// Tells the other ranks of all bodies that have `changed` and takes over what they changed. Pre: bodies
   /// where distribute() left them.
-  void share(std::vector<Body>& bodies);
+  /// @return blocks of those, with repetitions
+  std::vector<int> share(std::vector<Body>& bodies);
 
  private:
   void plan(const std::vector<Body>& bodies);
