@@ -9,8 +9,8 @@
 
 namespace packmesh {
 
-/// Blocks in the order of a space-filling curve (Morton), cut into as many stretches of even work as there are
-/// ranks. Ranks may own no block. The same on all ranks.
+/// Blocks in the order of a space-filling curve (Morton), cut into as many stretches of even work as there
+/// are ranks. Ranks may own no block. The same on all ranks.
 class BlockOwners {
  public:
   /// One rank owns all.

@@ -2,7 +2,6 @@
 #include "packMesh/stages/relaxation/pair_list.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include "packMesh/geometry/sphere_grid.h"
 
@@ -22,15 +21,27 @@ std::size_t expectedPairs(const std::vector<Sphere>& spheres, double radius, dou
   return static_cast<std::size_t>(std::min(0.5 * near, most) * bodies);
 }
 
+/// The second cell of a pair, as it is found.
+struct Partner {
+  std::int64_t id;
+  std::int32_t index;
+  ImageShift shift;
+
+  bool operator<(const Partner& other) const { return id != other.id ? id < other.id : shift < other.shift; }
+};
+
 }  // namespace
 
 PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& radii, double margin,
                    const Box& bounds, const Vec3& period, int blocks, const std::function<bool(int)>& own) {
   std::vector<Sphere> spheres;
+  std::vector<std::int64_t> ids;
   spheres.reserve(bodies.size());
+  ids.reserve(bodies.size());
   double largest = 0.0;
   for (const Body& b : bodies) {
     spheres.push_back({b.position, radii[b.species] * b.scale});
+    ids.push_back(b.id);
     largest = std::max(largest, spheres.back().radius);
   }
   const SphereGrid grid(spheres);
@@ -38,31 +49,32 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
   PairList list;
   list.pairs.reserve(expectedPairs(spheres, largest, margin));
   list.start.assign(blocks + 1, 0);
+  std::vector<Partner> partners;
   for (int i = 0; i < static_cast<int>(bodies.size()); ++i) {
     if (!own(bodies[i].block)) continue;
-    const std::size_t first = list.pairs.size();
+    partners.clear();
     const double reach = spheres[i].radius + largest + margin;
-    forEachImage(bodies[i].position, reach, bounds, period, [&](const ImageShift& shift) {
+    forEachImage(spheres[i].center, reach, bounds, period, [&](const ImageShift& shift) {
       // The image of i at +shift meets j: so j displaced by -shift meets i.
       const bool unshifted = shift == ImageShift{0, 0, 0};
       const ImageShift opposite{static_cast<std::int8_t>(-shift[0]), static_cast<std::int8_t>(-shift[1]),
                                 static_cast<std::int8_t>(-shift[2])};
-      const Vec3 image = bodies[i].position + displacement(shift, period);
+      const Vec3 image = spheres[i].center + displacement(shift, period);
       grid.forEachNear({image, spheres[i].radius}, margin, [&](int j) {
         // Every unordered pair of images is met twice, once from either side: keep the side of the smaller
         // id.
-        if (bodies[i].id > bodies[j].id) return;
+        if (ids[i] > ids[j]) return;
         if (i == j && (unshifted || shift < opposite)) return;
-        ContactPair pair;
-        pair.first = i;
-        pair.second = j;
-        pair.shift = opposite;
-        list.pairs.push_back(pair);
+        partners.push_back({ids[j], j, opposite});
       });
     });
-    std::sort(list.pairs.begin() + first, list.pairs.end(), [&](const ContactPair& p, const ContactPair& q) {
-      return std::tie(bodies[p.second].id, p.shift) < std::tie(bodies[q.second].id, q.shift);
-    });
+    std::sort(partners.begin(), partners.end());
+    for (const Partner& partner : partners) {
+      ContactPair& pair = list.pairs.emplace_back();
+      pair.first = i;
+      pair.second = partner.index;
+      pair.shift = partner.shift;
+    }
     list.start[bodies[i].block + 1] = static_cast<std::int64_t>(list.pairs.size());
   }
   for (int b = 0; b < blocks; ++b) list.start[b + 1] = std::max(list.start[b + 1], list.start[b]);

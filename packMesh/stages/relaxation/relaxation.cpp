@@ -135,6 +135,7 @@ void Relaxation::refreshLists() {
   skin_ = std::clamp(skin_, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
   listedInSweep_ = sweeps_;
   const double motion = expectedMotion();
+  list_ = PairList();  // never two lists at a time in memory
 
   if (sharedOut_) keepOwn();
   if (sharedOut_ && isUneven()) shareOut(workOfBlock_);
@@ -158,7 +159,6 @@ void Relaxation::refreshLists() {
 }
 
 void Relaxation::listPairsOfOwn() {
-  list_ = PairList();  // never two lists at a time in memory
   list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + skin_, input_.bounds, input_.period,
                     blocks_.count(), [&](int block) { return shared_.owns(block); });
   if (!extraClearance_.empty())

@@ -89,18 +89,18 @@ class Relaxation {
   BlockGrid blocks_;
   SharedBodies shared_;
   std::vector<std::vector<int>> blocksOfColour_;  ///< this rank's
-  /// Blocks in which a sweep could change anything: where there was a contact in the last sweep, or a cell moved
-  /// that one of the block's cells could meet.
+  /// Blocks in which a sweep could change anything: where there was a contact in the last sweep, or a cell
+  /// moved that one of the block's cells could meet.
   std::vector<char> stirred_;
-  std::vector<Body> bodies_;                      ///< own and copies, sorted by block, then by id
-  std::vector<std::int64_t> bodyStart_;           ///< first body of each block; one past the last at the end
-  std::vector<Vec3> listedAt_;                    ///< positions when the lists were made
+  std::vector<Body> bodies_;             ///< own and copies, sorted by block, then by id
+  std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
+  std::vector<Vec3> listedAt_;           ///< positions when the lists were made
   PairList list_;
   double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
   std::int64_t listedInSweep_ = 0, epochBegan_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
   bool sharedOut_ = false;                 ///< bodies are where their blocks' owners are
-  double slack_ = 0.0;  ///< of the last sweep [µm]
+  double slack_ = 0.0;                     ///< of the last sweep [µm]
   bool listed_ = false, strayed_ = false, coarsely_ = true;
   std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
   double largestExtra_ = 0.0;

@@ -11,9 +11,9 @@
 
 namespace packmesh {
 
-/// A rank holds the bodies of its own blocks, and copies (ghosts) of those in the blocks around them: all that
-/// its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them works on
-/// it again. Poses travel, meshes do not.
+/// A rank holds the bodies of its own blocks, and copies (ghosts) of those in the blocks around them: all
+/// that its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them
+/// works on it again. Poses travel, meshes do not.
 ///
 /// All ranks call distribute() and share() together. On one rank they do nothing.
 class SharedBodies {
@@ -25,9 +25,9 @@ class SharedBodies {
   /// Shares the blocks out anew. @param work of each block, as far as this rank knows: summed over the ranks
   void balance(std::vector<std::int64_t> work);
 
-  /// Brings every body to the rank that owns its block, and copies to the ranks around. Pre: `bodies` are this
-  /// rank's own, each on one rank only, blocks up to date. Post: its own by the present owners, and copies,
-  /// sorted by block, then by id; what a body knows of its surroundings is lost.
+  /// Brings every body to the rank that owns its block, and copies to the ranks around. Pre: `bodies` are
+  /// this rank's own, each on one rank only, blocks up to date. Post: its own by the present owners, and
+  /// copies, sorted by block, then by id; what a body knows of its surroundings is lost.
   void distribute(std::vector<Body>& bodies);
 
   /// Tells the other ranks of all bodies that have `changed` and takes over what they changed. Pre: bodies
