@@ -59,11 +59,11 @@ struct CertificateInput {
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;
+  double requiredGap = 0.0;      ///< pairs with a smaller gap count as overlapping [µm]
+  double requiredWallGap = 0.0;  ///< cells nearer to their wall count as misplaced [µm]
   /// Which cells are to be certified; the others are there for the pairs in which they come second: copies of
   /// cells that another rank answers for. nullptr: all.
   const std::vector<bool>* own = nullptr;
-  double requiredGap = 0.0;      ///< pairs with a smaller gap count as overlapping [µm]
-  double requiredWallGap = 0.0;  ///< cells nearer to their wall count as misplaced [µm]
 };
 
 /// Gaps above this are not measured unless asked for [µm].

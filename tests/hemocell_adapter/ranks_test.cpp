@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The executable under mpirun, as batch jobs start it.
+#include "hemocell_adapter/ranks.h"
+
+#include <catch2/catch.hpp>
+
+#include "executable.h"
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// As on a machine with fewer processors than ranks.
+std::string onRanks(int ranks) {
+  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
+         "OMPI_MCA_mpi_yield_when_idle=1 timeout 120 mpirun -n " +
+         std::to_string(ranks);
+}
+
+std::string filesOf(const fs::path& folder) {
+  std::string text;
+  for (const char* name : {"RBC.pos", "PLT.pos", "cells.pov"})
+    if (fs::exists(folder / name)) text += name + ("\n" + readText(folder / name));
+  return text;
+}
+
+/// What is said of the packing, without times and the number of ranks.
+std::string storyOf(const std::string& out) {
+  std::istringstream lines(out);
+  std::string story, line;
+  while (std::getline(lines, line))
+    if (line.find("Time:") == line.npos && line.find("(packMesh) packMesh") == line.npos &&
+        line.find("Note:") == line.npos)
+      story += line + '\n';
+  return story;
+}
+
+int count(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("under mpirun the files and what is said are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  struct Example {
+    const char* arguments;
+    bool isCase;
+  };
+  for (const Example& example :
+       {Example{"config.xml --hematocrit 0.3 --plt_ratio 0.1 --pov", true},
+        Example{"config.xml --hematocrit 0.7 --max-iterations 30 --best-effort", true},
+        Example{"60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5", false},
+        Example{"80 30 30 --hematocrit 0.3 --keep-all", false}}) {
+    CAPTURE(example.arguments);
+    std::string files, story;
+    for (const int ranks : {1, 2, 3, 4, 8}) {
+      CAPTURE(ranks);
+      const SampleCase folder;
+      const Ran ran = run(folder.path(), example.arguments, "packMesh", onRanks(ranks));
+      INFO(ran.all());
+      REQUIRE(ran.exitCode == 0);
+      if (ranks == 1) {
+        files = filesOf(folder.path());
+        story = storyOf(ran.out);
+        REQUIRE(files.size() > 1000);
+        continue;
+      }
+      CHECK(filesOf(folder.path()) == files);
+      CHECK(storyOf(ran.out) == story);
+      CHECK_THAT(ran.out, Contains(std::to_string(ranks) + " ranks"));
+    }
+  }
+}
+
+TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[ranks]") {
+  struct Fault {
+    const char* arguments;
+    int exitCode;
+    const char* message;
+  };
+  for (const Fault& fault : {Fault{"config.xml --hematocrit 1.5", 1, "hematocrit"},
+                             Fault{"missing.xml --hematocrit 0.3", 2, "missing.xml"},
+                             Fault{"config.xml --hematocrit 0.7 --max-iterations 20", 3, "out of reach"},
+                             Fault{"config.xml --hematocrit 0.1 --output-directory RBC.xml", 5, "RBC.xml"}}) {
+    CAPTURE(fault.arguments);
+    const SampleCase folder;
+    const Ran ran = run(folder.path(), fault.arguments, "packMesh", onRanks(3));
+    INFO(ran.all());
+    CHECK(ran.exitCode == fault.exitCode);
+    CHECK_THAT(ran.err, Contains(fault.message));
+    CHECK(count(ran.err, "(Error)") == 1);
+    CHECK(filesOf(folder.path()).empty());
+  }
+}
+
+TEST_CASE("ranks without a block are idle, which is said", "[ranks]") {
+  const SampleCase folder;
+  const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("1 blocks of cells for 4 ranks: the others had nothing to do"));
+}
+
+TEST_CASE("check under mpirun is done by one rank", "[ranks]") {
+  const SampleCase folder;
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2").exitCode == 0);
+  const Ran ran = run(folder.path(), "check config.xml", "packMesh", onRanks(2));
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(count(ran.out, "Verdict: clean") == 1);
+  writeText(folder.path() / "RBC.pos", "2\n5 6 7 0 0 0\n5 6 7 0 0 0\n");
+  CHECK(run(folder.path(), "check config.xml", "packMesh", onRanks(2)).exitCode == 4);
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/pack.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/container/primitives.h"
+#include "tests/support/shapes.h"
+
+using namespace packmesh;
+
+namespace {
+
+struct Outline {
+  Outcome outcome;
+  std::int64_t sweeps, repairs, pairsTested, cells;
+  double minimumGap, minimumWallGap;
+  std::vector<double> numbers;  // of all cells, in order; on rank 0
+};
+
+Outline outlineOf(const PackingProblem& problem) {
+  const PackingResult result = pack(problem);
+  Outline outline{result.outcome,
+                  result.statistics.sweeps,
+                  result.statistics.repairs,
+                  result.certificate.pairsTested,
+                  result.cellCount,
+                  result.certificate.minimumGap,
+                  result.certificate.minimumWallGap,
+                  {}};
+  std::vector<double> own;
+  for (const Pose& pose : result.poses) {
+    own.insert(own.end(), pose.position.data(), pose.position.data() + 3);
+    own.insert(own.end(), pose.orientation.coeffs().data(), pose.orientation.coeffs().data() + 4);
+  }
+  problem.communicator.visitInOrder(own, [&](const std::vector<double>& part) {
+    outline.numbers.insert(outline.numbers.end(), part.begin(), part.end());
+  });
+  return outline;
+}
+
+/// Packs on all ranks, and on every rank alone, and compares.
+void requireSameOnAllRanks(PackingProblem problem) {
+  const Outline alone = outlineOf(problem);
+  problem.communicator = Communicator::world();
+  const Outline shared = outlineOf(problem);
+  REQUIRE(shared.outcome == alone.outcome);
+  REQUIRE(shared.sweeps == alone.sweeps);
+  REQUIRE(shared.repairs == alone.repairs);
+  REQUIRE(shared.cells == alone.cells);
+  REQUIRE(shared.pairsTested == alone.pairsTested);
+  REQUIRE(shared.minimumGap == alone.minimumGap);
+  REQUIRE(shared.minimumWallGap == alone.minimumWallGap);
+  if (problem.communicator.rank() == 0) REQUIRE(shared.numbers == alone.numbers);
+}
+
+PackingProblem problemIn(std::shared_ptr<const Container> container, double fraction, std::uint64_t seed) {
+  PackingProblem problem;
+  const std::shared_ptr<const Shape> red = test::redCellShape(), ball = test::sphereShape(1.0);
+  const double volume = container->volume();
+  problem.species.push_back({"RBC", red, static_cast<std::int64_t>(fraction * volume / red->volume()), nullptr});
+  problem.species.push_back({"PLT", ball, 1 + problem.species[0].count / 14, nullptr});
+  problem.container = std::move(container);
+  problem.seed = seed;
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
+  SECTION("periodic box of many blocks") {
+    requireSameOnAllRanks(problemIn(makeBox({Vec3::Zero(), Vec3(120, 120, 60)}, {true, true, true}), 0.3, 1));
+  }
+  SECTION("box with walls, clearances") {
+    PackingProblem problem = problemIn(makeBox({Vec3(1, 2, 3), Vec3(61, 62, 33)}, {true, false, false}), 0.3, 2);
+    problem.clearance = 0.1;
+    problem.wallClearance = 0.3;
+    requireSameOnAllRanks(problem);
+  }
+  SECTION("cylinder with closed ends") {
+    requireSameOnAllRanks(problemIn(makeCylinder(Vec3::Zero(), 0, 12.0, 120.0, false), 0.35, 3));
+  }
+  SECTION("sphere, where cells do not rotate") {
+    PackingProblem problem = problemIn(makeSphere(Vec3::Zero(), 30.0), 0.15, 4);
+    problem.rotate = false;
+    requireSameOnAllRanks(problem);
+  }
+  SECTION("many repairs") {
+    requireSameOnAllRanks(problemIn(makeBox({Vec3::Zero(), Vec3(60, 60, 60)}, {true, true, true}), 0.53, 5));
+  }
+  SECTION("fewer cells than ranks") {
+    PackingProblem problem = problemIn(makeSphere(Vec3::Zero(), 8.0), 0.0, 6);
+    requireSameOnAllRanks(problem);
+  }
+}
+
+TEST_CASE("What does not fit is thinned out alike on any number of ranks", "[mpi]") {
+  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(100, 26, 26)}, {true, true, true}), 0.66, 7);
+  problem.limits.maxSweeps = 40;
+  requireSameOnAllRanks(problem);
+}
+
+TEST_CASE("An interruption of one rank ends all", "[mpi]") {
+  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(60, 60, 60)}, {true, true, true}), 0.5, 8);
+  problem.communicator = Communicator::world();
+  int asked = 0;
+  const bool last = problem.communicator.rank() == problem.communicator.size() - 1;
+  problem.interrupted = [&] { return last && ++asked > 3; };
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::interrupted);
+  REQUIRE(result.cells.empty());
+}
