@@ -52,6 +52,11 @@ void catchInterruption() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
+void ignoreInterruption() {
+  signal(SIGINT, SIG_IGN);
+  signal(SIGTERM, SIG_IGN);
+}
+
 PolledInterruption::PolledInterruption() {
   polled = 1;
 }

@@ -7,6 +7,10 @@ namespace packmesh::hemocell {
 /// From now on SIGINT and SIGTERM end the program at once, with a message and exit code 130.
 void catchInterruption();
 
+/// From now on these signals do nothing: for the end of the program, when launchers send them to the ranks
+/// that are a little later than the first.
+void ignoreInterruption();
+
 /// While it lives, the first signal only sets a flag. For packing, which asks for the flag, and for writing,
 /// which is not to be cut short. A second signal, two seconds later or
 /// more, ends the program all the same.

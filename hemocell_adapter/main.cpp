@@ -60,9 +60,33 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   return static_cast<ExitCode>(ranks.sum(first ? int(code) : 0));
 }
 
+/// Runs, and tells what went wrong. @return the exit code, the same on all ranks
+ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
+                    const Communicator& ranks) {
+  try {
+    return run(program, arguments, ranks);
+  } catch (const AgreedFailure& failure) {
+    log::error(failure.what());
+    return failure.code();
+  } catch (const UsageError& error) {  // the command line is the same for all
+    log::error(error.what());
+    return ExitCode::usage;
+  } catch (...) {
+    const Failure failure = failureOfException();
+    if (!ranks.alone()) {
+      log::setLevel(log::Level::normal);
+      log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
+      ranks.abort(int(failure.code));
+    }
+    log::error(failure.message);
+    return failure.code;
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + (argc > 0), argv + argc);
   std::optional<MpiSession> mpi;
   Communicator ranks;
   if (startedAsRanks()) {
@@ -70,23 +94,7 @@ int main(int argc, char** argv) {
     ranks = Communicator::world();
     if (ranks.rank() > 0) log::setLevel(log::Level::silent);
   }
-  try {
-    return int(run(argc > 0 ? argv[0] : "packMesh", std::vector<std::string>(argv + (argc > 0), argv + argc),
-                   ranks));
-  } catch (const AgreedFailure& failure) {
-    log::error(failure.what());
-    return int(failure.code());
-  } catch (const UsageError& error) {  // the command line is the same for all
-    log::error(error.what());
-    return int(ExitCode::usage);
-  } catch (...) {
-    const Failure failure = failureOfException();
-    if (ranks.alone()) {
-      log::error(failure.message);
-      return int(failure.code);
-    }
-    log::setLevel(log::Level::normal);
-    log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
-    ranks.abort(int(failure.code));
-  }
+  const ExitCode code = runAndTell(argc > 0 ? argv[0] : "packMesh", arguments, ranks);
+  if (!ranks.alone()) ignoreInterruption();
+  return int(code);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace packmesh {
 namespace {
@@ -40,6 +41,19 @@ std::array<int, 3> BlockGrid::indexOf(int block) const {
 int BlockGrid::colourOf(int block) const {
   const auto [i, j, k] = indexOf(block);
   return i % 2 + 2 * (j % 2) + 4 * (k % 2);
+}
+
+bool BlockGrid::has(int colour) const {
+  for (int k = 0; k < 3; ++k)
+    if ((colour >> k & 1) != 0 && blocks_[k] == 1) return false;
+  return true;
+}
+
+double BlockGrid::largestRange() const {
+  double range = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k)
+    if (blocks_[k] > 1) range = std::min(range, 0.5 / blocksPerLength_[k]);
+  return range;
 }
 
 std::vector<int> BlockGrid::around(int block) const {

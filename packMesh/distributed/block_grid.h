@@ -32,6 +32,12 @@ class BlockGrid {
   /// 0 ... colours - 1.
   int colourOf(int block) const;
 
+  /// Whether any block has this colour.
+  bool has(int colour) const;
+
+  /// The largest range over which cells may act on each other [µm]; infinite when there is one block.
+  double largestRange() const;
+
   std::array<int, 3> indexOf(int block) const;
 
   /// The block itself and those that touch it, across periodic faces too; each once, sorted.

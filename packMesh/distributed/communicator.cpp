@@ -60,6 +60,10 @@ void Communicator::sum(std::vector<std::int64_t>& values) const {
 double Communicator::max(double value) const {
   return impl_ ? impl_->reduced(value, MPI_DOUBLE, MPI_MAX) : value;
 }
+void Communicator::max(std::vector<double>& values) const {
+  if (impl_)
+    MPI_Allreduce(MPI_IN_PLACE, values.data(), count(values.size()), MPI_DOUBLE, MPI_MAX, impl_->comm);
+}
 double Communicator::min(double value) const {
   return impl_ ? impl_->reduced(value, MPI_DOUBLE, MPI_MIN) : value;
 }

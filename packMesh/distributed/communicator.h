@@ -37,6 +37,7 @@ class Communicator {
   std::int64_t sum(std::int64_t value) const;
   void sum(std::vector<std::int64_t>& values) const;
   double max(double value) const;
+  void max(std::vector<double>& values) const;
   double min(double value) const;
   std::int64_t min(std::int64_t value) const;
   bool any(bool value) const { return !alone() ? max(value ? 1.0 : 0.0) > 0.0 : value; }

@@ -144,7 +144,8 @@ class Run {
   double elapsed() const { return problem_.communicator.max(secondsSince(start_)); }
 
   bool interruptedOnAnyRank() {
-    interrupted_ = problem_.communicator.any(interrupted_ || (problem_.interrupted && problem_.interrupted()));
+    interrupted_ =
+        problem_.communicator.any(interrupted_ || (problem_.interrupted && problem_.interrupted()));
     return interrupted_;
   }
 
@@ -310,8 +311,7 @@ class Run {
     Stopwatch watch(result_.statistics.certificateSeconds);
     while (!interruptedOnAnyRank()) {
       takeCells(relaxation);
-      result_.certificate =
-          ofAllRanks(certify(certificateInput()), written_.ids, problem_.communicator);
+      result_.certificate = ofAllRanks(certify(certificateInput()), written_.ids, problem_.communicator);
       if (result_.certificate.clean()) return deliver(relaxation);
       std::map<std::int64_t, int> failures;
       std::set<std::int64_t> out;

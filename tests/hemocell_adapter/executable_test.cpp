@@ -332,7 +332,7 @@ TEST_CASE("Ctrl-C ends cleanly", "[executable]") {
   CHECK_THAT(reading.err, Contains("(packMesh) (Error) interrupted"));
 }
 
-TEST_CASE("help, version and ranks", "[executable]") {
+TEST_CASE("help, reference and version", "[executable]") {
   const TemporaryFolder folder;
   Ran ran = run(folder.path(), "--help");
   CHECK(ran.exitCode == 0);
@@ -340,11 +340,5 @@ TEST_CASE("help, version and ranks", "[executable]") {
   CHECK(run(folder.path(), "--help", "packCells").exitCode == 0);
   CHECK(run(folder.path(), "--reference").exitCode == 0);
   CHECK_THAT(run(folder.path(), "--version").out, Contains("packMesh "));
-  ran = run(folder.path(), "20 20 20 --rbc 1", "packMesh", "OMPI_COMM_WORLD_SIZE=4 OMPI_COMM_WORLD_RANK=0");
-  CHECK(ran.exitCode == 1);
-  CHECK_THAT(ran.err, Contains("started on 4 ranks"));
-  ran = run(folder.path(), "20 20 20 --rbc 1", "packMesh", "OMPI_COMM_WORLD_SIZE=4 OMPI_COMM_WORLD_RANK=2");
-  CHECK(ran.exitCode == 1);
-  CHECK(ran.all().empty());
   CHECK(fs::is_empty(folder.path()));
 }

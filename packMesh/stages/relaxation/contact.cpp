@@ -81,15 +81,6 @@ constexpr double deepContact = 0.3;
 
 }  // namespace
 
-void SweepSums::addUp(const Communicator& communicator) {
-  if (communicator.alone()) return;
-  std::vector<std::int64_t> sums = {totalSteps, contacts};
-  communicator.sum(sums);
-  totalSteps = sums[0];
-  contacts = sums[1];
-  deepest = communicator.max(deepest);
-}
-
 SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume)
     : samples(viewOf(shape.samples())),
       coarseSamples(viewOf(shape.coarseSamples())),

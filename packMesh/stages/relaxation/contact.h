@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
-#include "packMesh/distributed/communicator.h"
 #include "packMesh/shape/shape.h"
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact_kernel.h"
@@ -47,9 +46,6 @@ struct SweepSums {
     totalSteps += static_cast<std::int64_t>(depth * stepsPerMicrometre);
     ++contacts;
   }
-
-  /// Adds those of the other ranks; all ranks call.
-  void addUp(const Communicator& communicator);
 
  private:
   static constexpr double stepsPerMicrometre = 0x1p20;

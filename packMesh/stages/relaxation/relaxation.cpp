@@ -224,8 +224,9 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   slack_ = slack;
   coarsely_ = coarsely;
   solver_.setCoarsely(coarsely_);
-  for (const std::vector<int>& colour : blocksOfColour_) {
-    for (int block : colour) {
+  for (int colour = 0; colour < BlockGrid::colours; ++colour) {
+    if (!blocks_.has(colour)) continue;
+    for (int block : blocksOfColour_[colour]) {
       if (!std::exchange(stirred_[block], false)) continue;
       const std::int64_t before = sums.contacts;
       for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
@@ -236,11 +237,23 @@ SweepSums Relaxation::sweep(double omega, double slack) {
     }
     for (const int block : shared_.share(bodies_)) stir(block);
   }
-  sums.addUp(communicator_);
-  strayed_ = communicator_.any(strayed());
+  strayed_ = strayed();
+  if (!communicator_.alone()) addUp(sums);
   ++sweeps_;
   last_ = sums;
   return sums;
+}
+
+/// Over all ranks: the sums of a sweep, and whether any cell has strayed.
+void Relaxation::addUp(SweepSums& sums) {
+  std::vector<std::int64_t> added = {sums.totalSteps, sums.contacts};
+  communicator_.sum(added);
+  std::vector<double> largest = {sums.deepest, strayed_ ? 1.0 : 0.0};
+  communicator_.max(largest);
+  sums.totalSteps = added[0];
+  sums.contacts = added[1];
+  sums.deepest = largest[0];
+  strayed_ = largest[1] > 0.0;
 }
 
 void Relaxation::kick(double amplitude) {
@@ -257,8 +270,9 @@ void Relaxation::kick(double amplitude) {
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
   float& demanded = extraClearance_[std::minmax(first, second)];
-  // More than the widest skin would reach beyond the blocks around.
-  demanded = std::min(demanded + static_cast<float>(extra), static_cast<float>(widestSkin * largestRadius_));
+  const double most =  // more would reach beyond the blocks around
+      blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - input_.clearance;
+  demanded = static_cast<float>(std::min(demanded + extra, most));
   largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
   listed_ = false;
 }

@@ -70,6 +70,7 @@ class Relaxation {
 
  private:
   void refreshLists();
+  void addUp(SweepSums& sums);
   void stir(int block);
   void stirAll();
   void listPairsOfOwn();

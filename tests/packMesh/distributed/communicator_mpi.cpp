@@ -38,8 +38,9 @@ TEST_CASE("What is sent arrives, nothing included", "[mpi]") {
   REQUIRE(ranks.gatherAll(std::vector<int>(r, r)) == expected);
 
   std::vector<int> visited;
-  ranks.visitInOrder(std::vector<int>(r, r),
-                     [&](const std::vector<int>& part) { visited.insert(visited.end(), part.begin(), part.end()); });
+  ranks.visitInOrder(std::vector<int>(r, r), [&](const std::vector<int>& part) {
+    visited.insert(visited.end(), part.begin(), part.end());
+  });
   REQUIRE(visited == (r == 0 ? expected : std::vector<int>()));
 }
 

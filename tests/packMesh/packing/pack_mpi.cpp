@@ -38,11 +38,14 @@ Outline outlineOf(const PackingProblem& problem) {
   return outline;
 }
 
-/// Packs on all ranks, and on every rank alone, and compares.
+/// Packs on all ranks, and on the first one alone, and compares.
 void requireSameOnAllRanks(PackingProblem problem) {
-  const Outline alone = outlineOf(problem);
-  problem.communicator = Communicator::world();
+  const Communicator ranks = Communicator::world();
+  problem.communicator = ranks;
   const Outline shared = outlineOf(problem);
+  if (ranks.rank() != 0) return;
+  problem.communicator = Communicator();
+  const Outline alone = outlineOf(problem);
   REQUIRE(shared.outcome == alone.outcome);
   REQUIRE(shared.sweeps == alone.sweeps);
   REQUIRE(shared.repairs == alone.repairs);
@@ -50,14 +53,15 @@ void requireSameOnAllRanks(PackingProblem problem) {
   REQUIRE(shared.pairsTested == alone.pairsTested);
   REQUIRE(shared.minimumGap == alone.minimumGap);
   REQUIRE(shared.minimumWallGap == alone.minimumWallGap);
-  if (problem.communicator.rank() == 0) REQUIRE(shared.numbers == alone.numbers);
+  REQUIRE(shared.numbers == alone.numbers);
 }
 
 PackingProblem problemIn(std::shared_ptr<const Container> container, double fraction, std::uint64_t seed) {
   PackingProblem problem;
   const std::shared_ptr<const Shape> red = test::redCellShape(), ball = test::sphereShape(1.0);
   const double volume = container->volume();
-  problem.species.push_back({"RBC", red, static_cast<std::int64_t>(fraction * volume / red->volume()), nullptr});
+  problem.species.push_back(
+      {"RBC", red, static_cast<std::int64_t>(fraction * volume / red->volume()), nullptr});
   problem.species.push_back({"PLT", ball, 1 + problem.species[0].count / 14, nullptr});
   problem.container = std::move(container);
   problem.seed = seed;
@@ -68,16 +72,17 @@ PackingProblem problemIn(std::shared_ptr<const Container> container, double frac
 
 TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
   SECTION("periodic box of many blocks") {
-    requireSameOnAllRanks(problemIn(makeBox({Vec3::Zero(), Vec3(120, 120, 60)}, {true, true, true}), 0.3, 1));
+    requireSameOnAllRanks(problemIn(makeBox({Vec3::Zero(), Vec3(110, 55, 28)}, {true, true, true}), 0.3, 1));
   }
   SECTION("box with walls, clearances") {
-    PackingProblem problem = problemIn(makeBox({Vec3(1, 2, 3), Vec3(61, 62, 33)}, {true, false, false}), 0.3, 2);
+    PackingProblem problem =
+        problemIn(makeBox({Vec3(1, 2, 3), Vec3(57, 58, 31)}, {true, false, false}), 0.3, 2);
     problem.clearance = 0.1;
     problem.wallClearance = 0.3;
     requireSameOnAllRanks(problem);
   }
   SECTION("cylinder with closed ends") {
-    requireSameOnAllRanks(problemIn(makeCylinder(Vec3::Zero(), 0, 12.0, 120.0, false), 0.35, 3));
+    requireSameOnAllRanks(problemIn(makeCylinder(Vec3::Zero(), 0, 10.0, 80.0, false), 0.35, 3));
   }
   SECTION("sphere, where cells do not rotate") {
     PackingProblem problem = problemIn(makeSphere(Vec3::Zero(), 30.0), 0.15, 4);
@@ -85,7 +90,7 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
     requireSameOnAllRanks(problem);
   }
   SECTION("many repairs") {
-    requireSameOnAllRanks(problemIn(makeBox({Vec3::Zero(), Vec3(60, 60, 60)}, {true, true, true}), 0.53, 5));
+    requireSameOnAllRanks(problemIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.55, 5));
   }
   SECTION("fewer cells than ranks") {
     PackingProblem problem = problemIn(makeSphere(Vec3::Zero(), 8.0), 0.0, 6);
@@ -94,13 +99,13 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
 }
 
 TEST_CASE("What does not fit is thinned out alike on any number of ranks", "[mpi]") {
-  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(100, 26, 26)}, {true, true, true}), 0.66, 7);
+  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.66, 7);
   problem.limits.maxSweeps = 40;
   requireSameOnAllRanks(problem);
 }
 
 TEST_CASE("An interruption of one rank ends all", "[mpi]") {
-  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(60, 60, 60)}, {true, true, true}), 0.5, 8);
+  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.5, 8);
   problem.communicator = Communicator::world();
   int asked = 0;
   const bool last = problem.communicator.rank() == problem.communicator.size() - 1;
