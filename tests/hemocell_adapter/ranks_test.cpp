@@ -86,7 +86,7 @@ TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[
   for (const Fault& fault : {Fault{"config.xml --hematocrit 1.5", 1, "hematocrit"},
                              Fault{"missing.xml --hematocrit 0.3", 2, "missing.xml"},
                              Fault{"config.xml --hematocrit 0.7 --max-iterations 20", 3, "out of reach"},
-                             Fault{"config.xml --hematocrit 0.1 --output RBC.xml", 5, "RBC.xml"}}) {
+                             Fault{"config.xml --hematocrit 0.1 --output-dir RBC.xml", 5, "RBC.xml"}}) {
     CAPTURE(fault.arguments);
     const SampleCase folder;
     const Ran ran = run(folder.path(), fault.arguments, "packMesh", onRanks(3));
