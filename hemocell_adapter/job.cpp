@@ -52,6 +52,9 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.fluidVolume, s.fluidVolume);
   take(job.keepAll, s.keepAll);
   take(job.dx, s.dx);
+  take(job.method, s.method);
+  take(job.builder, s.builder);
+  take(job.escape, s.escape);
   take(job.clearance, s.clearance);
   take(job.wallClearance, s.wallClearance);
   take(job.seed, s.seed);
@@ -71,6 +74,14 @@ void checkApplicability(const Job& job, const Settings& options) {
   }
   if (meshLumen && job.container->lumen->file.empty()) {
     throw UsageError("option '--open-axis' needs a --vessel");
+  }
+  if (job.builder && job.method != Method::cat) {
+    if (options.builder) throw UsageError("option '--builder' is for --method cat");
+    throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
+  }
+  if (job.escape && job.method != Method::cat) {
+    if (options.escape) throw UsageError("option '--escape' is for --method cat");
+    throw InputError(job.config->file.string() + ": <escape>: it is for <method> cat");
   }
   const bool ownBody = job.container && job.container->lumen;
   const bool boxLumen = ownBody ? job.container->lumen->kind == SolidRequest::Kind::box

@@ -45,6 +45,9 @@ struct Job {
   std::optional<std::string> walls;
   bool keepAll = false;
 
+  Method method = Method::relaxation;
+  std::optional<Builder> builder;               ///< of Method::cat
+  bool escape = false;                          ///< of Method::cat
   double clearance = 0.0, wallClearance = 0.0;  ///< [µm]
   std::uint64_t seed = 1;
   bool rotate = true;

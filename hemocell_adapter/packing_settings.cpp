@@ -9,6 +9,42 @@ using namespace specs;
 
 std::vector<Setting> packingSettings() {
   return {
+      {"method",
+       0,
+       "method",
+       false,
+       {choice("name", {"relaxation", "cat"})},
+       "relaxation",
+       "push full-size cells apart, or grow small ones in cells of the chordal axis transform",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) {
+         s.method = text(v[0]) == "cat" ? Method::cat : Method::relaxation;
+       }},
+      {"builder",
+       0,
+       "builder",
+       false,
+       {choice("name", {"chords", "tetgen", "cat-faces"})},
+       "chords",
+       "with --method cat: where the planes between cells come from",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) {
+         s.builder = text(v[0]) == "tetgen"      ? Builder::tetgen
+                     : text(v[0]) == "cat-faces" ? Builder::catFaces
+                                                 : Builder::chords;
+       }},
+      {"escape",
+       0,
+       "escape",
+       true,
+       {flag()},
+       "no",
+       "with --method cat: cells that stay small change places and grow into their neighbours' gaps",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { s.escape = yes(v[0]); }},
       {"clearance",
        0,
        "clearance",
@@ -75,7 +111,7 @@ std::vector<Setting> packingSettings() {
        false,
        {integer("n", "sweeps", 1, 1e15)},
        "100000",
-       "give up after so many relaxation sweeps",
+       "give up after so many relaxation sweeps or iterations of growth",
        Topic::limits,
        false,
        [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},

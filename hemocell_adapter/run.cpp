@@ -206,10 +206,12 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
                           scene.species[s].job.name);
   }
   return fmt::format(
-      "out of reach within the limits ({} sweeps{}): the densest certified packing has hematocrit {:.4f} of "
+      "out of reach within the limits ({}{}): the densest certified packing has hematocrit {:.4f} of "
       "the "
       "{} ({})",
-      result.statistics.sweeps, job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
+      result.statistics.growth ? fmt::format("{} iterations of growth", result.statistics.growth->iterations)
+                               : fmt::format("{} sweeps", result.statistics.sweeps),
+      job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
       tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
@@ -235,18 +237,14 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const PackingResult result = pack(problem);
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted();
   const Statistics& statistics = result.statistics;
-  log::detail(fmt::format(
-      "Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, certificate "
-      "{:.3f} s",
-      statistics.sweeps, statistics.repairs, statistics.placementSeconds, statistics.relaxationSeconds,
-      statistics.certificateSeconds));
+  for (const std::string& line : effortLines(statistics)) log::detail(line);
   if (!ranks.alone()) {
     const double perSweep = 1.0 / double(std::max<std::int64_t>(1, statistics.sweeps));
     log::detail(fmt::format("Rank 0 sent {:.1f} messages and {:.1f} kB per sweep",
                             perSweep * double(ranks.traffic().messages),
                             1e-3 * perSweep * double(ranks.traffic().bytes)));
   }
-  if (statistics.blocks < ranks.size())
+  if (!statistics.growth && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} blocks of cells for {} ranks: the others had nothing to do",
                           statistics.blocks, ranks.size()));
 

@@ -111,6 +111,9 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
     problem.species.push_back({species.job.name, species.shape, species.count, species.wall});
   }
   problem.container = scene.lumen.container;
+  problem.method = job.method;
+  if (job.builder) problem.builder = *job.builder;
+  if (job.escape) problem.escape.emplace();
   problem.clearance = job.clearance;
   problem.wallClearance = job.wallClearance;
   problem.seed = job.seed;

@@ -10,6 +10,7 @@
 
 #include "hemocell_adapter/cell_model.h"
 #include "packMesh/geometry/vector.h"
+#include "packMesh/packing/packing_problem.h"
 
 namespace packmesh::hemocell {
 
@@ -57,6 +58,9 @@ struct Settings {
   std::vector<SpeciesRequest> species;
   std::optional<ContainerRequest> container;
 
+  std::optional<Method> method;
+  std::optional<Builder> builder;
+  std::optional<bool> escape;
   std::optional<double> clearance, wallClearance;  ///< [µm]
   std::optional<bool> rotate;
   std::optional<std::uint64_t> seed;

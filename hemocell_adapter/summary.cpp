@@ -16,6 +16,18 @@ std::string request(const JobSpecies& species) {
   return "by hematocrit";
 }
 
+const char* builderText(Builder builder) {
+  switch (builder) {
+    case Builder::tetgen:
+      return "planes from chords between cells that tetrahedra join";
+    case Builder::catFaces:
+      return "planes from CAT faces of tetrahedra";
+    case Builder::chords:
+      break;
+  }
+  return "planes from chords";
+}
+
 }  // namespace
 
 std::string gapText(double gap) {
@@ -66,6 +78,9 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
                           species.job.minimumDistanceStated ? "" : " (assumed)")
             : ""));
   }
+  if (job.method == Method::cat)
+    lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
+                                builderText(job.builder.value_or(Builder::chords))));
   lines.push_back(fmt::format("Clearance: {:.15g} µm between membranes, {:.15g} µm to the wall; seed {}{}",
                               job.clearance, job.wallClearance, job.seed, job.rotate ? "" : "; no rotation"));
   return lines;
@@ -130,6 +145,51 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
   if (scene.lumen.container->wall()) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall; seed {}; packMesh {} ({})", times.cpu,
                               times.wall, job.seed, version(), gitHash()));
+  return lines;
+}
+
+std::vector<std::string> effortLines(const Statistics& s) {
+  std::vector<std::string> lines;
+  if (s.growth) {
+    const GrowthStatistics& g = *s.growth;
+    const double all = g.planeSeconds + g.programSeconds + g.stepBackSeconds + g.relaxationSeconds;
+    lines.push_back(fmt::format(
+        "Growth: {} iterations, {} relaxations when stalled ({} helped); {} of {} steps ran into another "
+        "cell, {} into the wall, {} were not taken",
+        g.iterations, g.relaxations, g.relaxationsKept, g.stepBack.violatingPairs, g.stepBack.steps,
+        g.stepBack.misplaced, g.stepBack.stayed));
+    lines.push_back(
+        fmt::format("Growth, CPU: planes {:.3f} s, programmes {:.3f} s, exact tests and stepping back {:.3f} "
+                    "s ({:.0f} %), "
+                    "relaxation {:.3f} s",
+                    g.planeSeconds, g.programSeconds, g.stepBackSeconds,
+                    all > 0.0 ? 100.0 * g.stepBackSeconds / all : 0.0, g.relaxationSeconds));
+    if (s.tetrahedra)
+      lines.push_back(
+          fmt::format("Tetrahedra: {} runs, {} attempts of TetGen, {} times finer levels, {} failures; CPU: "
+                      "{:.3f} s, CAT "
+                      "faces {:.3f} s",
+                      s.tetrahedra->runs, s.tetrahedra->attempts, s.tetrahedra->finer, s.tetrahedra->failures,
+                      s.tetrahedra->tetrahedraSeconds, s.tetrahedra->faceSeconds));
+    for (const EscapePhase& phase : s.escape)
+      lines.push_back(fmt::format(
+          "Escape, {}: coverage {:.4f}, {} of {} cells full; {} tried, {} changed; CPU {:.3f} s", phase.name,
+          phase.coverage, phase.full, phase.cells, phase.tried, phase.changed, phase.seconds));
+    lines.push_back(fmt::format("CPU: start {:.3f} s, growth {:.3f} s, certificate {:.3f} s",
+                                s.placementSeconds, s.growthSeconds, s.certificateSeconds));
+  } else {
+    const RegrowthSums& r = s.regrowth;
+    if (r.rounds > 0)
+      lines.push_back(fmt::format(
+          "Regrowth: {} cells that met shrunk to {:.2f} at least and grown again in {} clusters{}; {} "
+          "iterations, CPU {:.3f} s",
+          r.cells, r.smallest, r.clusters, r.unfinished > 0 ? ", one of which did not finish" : "",
+          r.growth.iterations, r.seconds));
+    lines.push_back(
+        fmt::format("Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, "
+                    "certificate {:.3f} s",
+                    s.sweeps, s.repairs, s.placementSeconds, s.relaxationSeconds, s.certificateSeconds));
+  }
   return lines;
 }
 

@@ -29,6 +29,9 @@ struct Kept {
 std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
                                    const Certificate& certificate, const Kept& kept, const RunTimes& times);
 
+/// What packing took: sweeps or iterations, repairs or steps taken back, CPU time of the stages.
+std::vector<std::string> effortLines(const Statistics& statistics);
+
 /// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
 std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
 

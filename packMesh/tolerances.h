@@ -35,8 +35,8 @@ inline constexpr double flatCapFraction = 1e-6;
 /// for a vessel of 25 µm, less than the facets of such meshes deviate from a round wall.
 inline constexpr double sameOutlineFraction = 1e-3;
 
-/// Linear programmes in variables and normalised rows of order 1 are solved to this: a hundred times what some
-/// thirty pivots in double precision leave.
+/// Linear programmes in variables and normalised rows of order 1 are solved to this: a hundred times what
+/// some thirty pivots in double precision leave.
 inline constexpr double linearProgram = 1e-9;
 
 }  // namespace packmesh::tolerance

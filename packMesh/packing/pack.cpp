@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,12 +11,15 @@
 #include <utility>
 
 #include "packMesh/error.h"
+#include "packMesh/packing/growth_scene.h"
+#include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/stages/certificate/certifier.h"
 #include "packMesh/stages/placement/placement.h"
 #include "packMesh/stages/relaxation/body_state.h"
 #include "packMesh/stages/relaxation/relaxation.h"
 #include "packMesh/stages/relaxation/schedule.h"
+#include "packMesh/stopwatch.h"
 #include "packMesh/tolerances.h"
 
 namespace packmesh {
@@ -40,21 +42,6 @@ constexpr std::int64_t thinningSweeps = 400;
 /// limit, and with every tenth spent the share doubles. After five of them whatever still fails is left out.
 constexpr double thinningParts = 10.0, mostThinningParts = 5.0;
 
-double cpuSeconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
-
-/// Adds the CPU time of a scope to a total.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& total) : total_(total), start_(cpuSeconds()) {}
-  ~Stopwatch() { total_ += cpuSeconds() - start_; }
-
- private:
-  double& total_;
-  double start_;
-};
-
 double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -73,7 +60,7 @@ class Run {
       : problem_(problem), start_(std::chrono::steady_clock::now()), deadline_(problem.limits.maxSeconds) {
     for (const Species& species : problem.species) {
       shapes_.push_back(species.shape.get());
-      walls_.push_back(species.wall ? species.wall.get() : problem.container->wall());
+      walls_.push_back(problem.wallOf(species));
     }
   }
 
@@ -230,6 +217,7 @@ class Run {
           deliver(relaxation);
           return true;
         }
+        if (round == problem_.regrowAfter && regrown(relaxation, found)) return true;
         for (const OverlappingPair& pair : found.overlapping) {
           const int again = std::max(0, ++failures_[{pair.first, pair.second}] - patience);
           relaxation.demandClearance(pair.first, pair.second, std::ldexp(tolerance::repairClearance, again));
@@ -257,6 +245,10 @@ class Run {
     std::vector<BodyState> mine;
     for (std::vector<BodyState>& states : ranks.exchange(to))
       mine.insert(mine.end(), states.begin(), states.end());
+    keep(std::move(mine));
+  }
+
+  void keep(std::vector<BodyState> mine) {
     std::sort(mine.begin(), mine.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
     result_.cells.clear();
     result_.poses.clear();
@@ -265,7 +257,59 @@ class Run {
       result_.poses.push_back(pose);
       result_.cells.push_back({state.species, writtenPlacement(pose)});
     }
-    result_.cellCount = ranks.sum(static_cast<std::int64_t>(mine.size()));
+    result_.cellCount = problem_.communicator.sum(static_cast<std::int64_t>(mine.size()));
+  }
+
+  /// Shrinks the cells that meet and lets them grow again, on every rank alike. Otherwise nothing changes.
+  /// @param found what is wrong; cells by id
+  bool regrown(const Relaxation& relaxation, const Certificate& found) {
+    std::vector<BodyState> states;
+    for (const Body& body : relaxation.cells()) states.push_back(stateOf(body));
+    states = problem_.communicator.gatherAll(states);
+    std::sort(states.begin(), states.end(),
+              [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
+    const auto indexOf = [&](std::int64_t id) {
+      return std::lower_bound(states.begin(), states.end(), id,
+                              [](const BodyState& state, std::int64_t value) { return state.id < value; }) -
+             states.begin();
+    };
+    GrowthState state;
+    for (const BodyState& body : states) state.push_back({body.species, bodyOf(body).pose()});
+    Certificate faults = found;
+    for (OverlappingPair& pair : faults.overlapping) {
+      pair.first = indexOf(pair.first);
+      pair.second = indexOf(pair.second);
+    }
+    for (MisplacedCell& cell : faults.misplaced) cell.cell = indexOf(cell.cell);
+
+    const GrowthScene scene = growthSceneOf(problem_);
+    TetrahedraSums tetrahedra;
+    const BuilderFactory factory = [&](const GrowthScene& part) {
+      return makeBuilder(problem_.builder, part, tetrahedra);
+    };
+    if (!regrow(
+            scene, problem_.growth, factory, [this] { return stopped(); }, faults, state,
+            result_.statistics.regrowth))
+      return false;
+    std::vector<PlacedCell> cells;
+    for (const GrowingCell& cell : state) cells.push_back({cell.species, writtenPlacement(cell.pose)});
+    CertificateInput input = certificateInput();
+    input.cells = &cells;
+    input.own = nullptr;
+    const Certificate certificate = certify(input);
+    if (!certificate.clean()) return false;
+    result_.certificate = certificate;
+    const auto [first, end] = shareOfIds(problem_.communicator.rank());
+    std::vector<BodyState> mine;
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      if (states[i].id < first || states[i].id >= end) continue;
+      Body body = bodyOf(states[i]);
+      body.position = state[i].pose.position;
+      body.orientation = state[i].pose.orientation;
+      mine.push_back(stateOf(body));
+    }
+    keep(std::move(mine));
+    return true;
   }
 
   /// What a misplaced cell is given on top of what it was to keep: what the relaxation did not see, because
@@ -365,7 +409,7 @@ class Run {
 
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
-  return Run(problem)();
+  return problem.method == Method::cat ? packByGrowth(problem) : Run(problem)();
 }
 
 }  // namespace packmesh

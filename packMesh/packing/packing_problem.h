@@ -5,12 +5,17 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "packMesh/container/container.h"
 #include "packMesh/distributed/communicator.h"
 #include "packMesh/shape/shape.h"
+#include "packMesh/stages/certificate/certificate.h"
+#include "packMesh/stages/escape/escape.h"
+#include "packMesh/stages/growth/growth_settings.h"
+#include "packMesh/stages/growth/plane_builder.h"
 
 namespace packmesh {
 
@@ -28,7 +33,7 @@ struct Limits {
   /// Wall time after which no more is tried to fit all cells in [s]; finding the densest packing of fewer
   /// cells may take about as long again. 0: no limit.
   double maxSeconds = 0.0;
-  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps; in the same sense
+  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps, or iterations of growth; in the same sense
 };
 
 /// What pack() tells while it works.
@@ -38,6 +43,12 @@ struct Progress {
   double scale = 1.0;           ///< common scale of the cells [fraction]
   double worstOverlap = 0.0;    ///< deepest penetration into a clearance [µm]
   std::int64_t unresolved = 0;  ///< pairs that still meet
+};
+
+/// Which stage does the work.
+enum class Method {
+  relaxation,  ///< full-size cells are placed at random and pushed apart
+  cat,         ///< small ones grow in the cells of the chordal axis transform (thesis chapter 3)
 };
 
 struct PackingProblem {
@@ -53,6 +64,15 @@ struct PackingProblem {
   Limits limits;
   /// The ranks that pack together. The packing does not depend on how many there are.
   Communicator communicator;
+  Method method = Method::relaxation;
+  Builder builder = Builder::chords;  ///< of Method::cat
+  GrowthSettings growth;              ///< of Method::cat
+  /// Method::cat: when growth does not get all cells to full size, and with a stock, local maxima are
+  /// escaped.
+  std::optional<EscapeSettings> escape;
+  /// Method::relaxation: cells that still meet after so many rounds of repair (relaxation with more
+  /// clearance, mostly the cheaper way) are shrunk and grow again; negative: never.
+  int regrowAfter = 8;
 
   /// How a pose will be written, so that the certificate is about the written numbers; empty:
   /// Pose::placement.
@@ -60,6 +80,11 @@ struct PackingProblem {
   /// Polled between sweeps; true stops the run cleanly.
   std::function<bool()> interrupted;
   std::function<void(const Progress&)> progress;
+  /// Called with every state that growth accepts (Method::cat): all cells, as small as they are.
+  std::function<void(const std::vector<PlacedCell>&)> observe;
+
+  /// The wall as a species meets it; nullptr: none.
+  const Wall* wallOf(const Species& one) const { return one.wall ? one.wall.get() : container->wall(); }
 };
 
 }  // namespace packmesh

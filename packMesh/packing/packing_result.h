@@ -3,10 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "packMesh/geometry/pose.h"
 #include "packMesh/stages/certificate/certificate.h"
+#include "packMesh/stages/escape/escape.h"
+#include "packMesh/stages/growth/growth.h"
+#include "packMesh/stages/growth/regrowth.h"
+#include "packMesh/stages/growth/tetgen_planes.h"
 
 namespace packmesh {
 
@@ -20,8 +25,12 @@ struct Statistics {
   std::int64_t blocks = 0;   ///< the domain was cut into; more ranks than that are idle
   std::int64_t sweeps = 0;   ///< of the relaxation
   std::int64_t repairs = 0;  ///< rounds in which pairs failing the exact test got more clearance
-  double placementSeconds = 0.0, relaxationSeconds = 0.0,
-         certificateSeconds = 0.0;  ///< CPU time of this rank [s]
+  std::optional<GrowthStatistics> growth;    ///< of Method::cat
+  std::optional<TetrahedraSums> tetrahedra;  ///< of builders with tetrahedra
+  std::vector<EscapePhase> escape;           ///< where local maxima were escaped
+  RegrowthSums regrowth;                     ///< after relaxation
+  /// CPU time of this rank [s]
+  double placementSeconds = 0.0, relaxationSeconds = 0.0, growthSeconds = 0.0, certificateSeconds = 0.0;
 };
 
 struct PackingResult {

@@ -11,7 +11,7 @@ namespace {
 /// Largest distance between samples on a cell's surface, as a fraction of its bounding radius and in µm: the
 /// 642 vertices of HemoCell's red cell are just fine enough, its 66-vertex platelet is refined.
 constexpr double sampleSpacingFraction = 0.3;
-constexpr double sampleSpacing = 0.85;
+constexpr double largestSampleSpacing = 0.85;
 /// Never finer than this fraction of the bounding radius, some 10^5 samples: no blood cell comes near it, a
 /// cell in the wrong unit of length does.
 constexpr double finestSpacingFraction = 0.02;
@@ -25,10 +25,6 @@ double boundingRadius(const TriangleMesh& mesh) {
   return radius;
 }
 
-double spacingOfSamples(double radius) {
-  return std::max(std::min(sampleSpacing, sampleSpacingFraction * radius), finestSpacingFraction * radius);
-}
-
 DistanceGrid gridOf(const TriangleMesh& mesh) {
   const double spacing = gridSpacingFraction * boundingRadius(mesh);
   const double band = 0.5 * boundingRadius(mesh);
@@ -36,6 +32,13 @@ DistanceGrid gridOf(const TriangleMesh& mesh) {
 }
 
 }  // namespace
+
+double ProfileSurface::bendBeyondRim() const {
+  double slope = 0.0;
+  for (int k = 1; k < 6; ++k) slope += k * p[k];
+  const double rim2 = 1.0 / std::min(a, c);
+  return std::min(0.0, -0.25 * (slope + rim2));
+}
 
 ProfileSurface ellipsoidProfile(double rx, double ry, double rz) {
   ProfileSurface surface;
@@ -45,12 +48,17 @@ ProfileSurface ellipsoidProfile(double rx, double ry, double rz) {
   return surface;
 }
 
+double Shape::sampleSpacing() const {
+  return std::max(std::min(largestSampleSpacing, sampleSpacingFraction * radius_),
+                  finestSpacingFraction * radius_);
+}
+
 Shape::Shape(TriangleMesh mesh, std::variant<ProfileSurface, DistanceGrid> field)
     : hierarchy_(mesh),
       volume_(signedVolume(mesh)),
       radius_(boundingRadius(mesh)),
       bound_(boundSupport(mesh)),
-      samples_(sampleSurface(mesh, spacingOfSamples(radius_))),
+      samples_(sampleSurface(mesh, sampleSpacing())),
       coarseSamples_(sampleCoarsely(mesh)),
       field_(std::move(field)) {}
 

@@ -20,6 +20,10 @@ namespace packmesh {
 struct ProfileSurface {
   std::array<double, 6> p{};  ///< P(s) = p[0] + p[1] s + ... + p[5] s^5 [µm²]
   double a = 1.0, c = 1.0;    ///< [1/µm²]
+
+  /// Curvature with which P is continued beyond the rim, P(s) = P'(1) (s - 1) + bend (s - 1)²: y² - P(s) then
+  /// has second derivative 2 across the rim, as the formula of the distance assumes, and stays convex [µm²].
+  double bendBeyondRim() const;
 };
 
 /// Ellipsoid with semi-axes [µm] as a ProfileSurface.
@@ -38,6 +42,7 @@ class Shape {
   double volume() const { return volume_; }  ///< of the mesh [µm³]
   double radius() const { return radius_; }  ///< of the smallest sphere around the body origin [µm]
   const SupportBound& bound() const { return bound_; }
+  double sampleSpacing() const;  ///< no point of the surface is much further than this from a sample [µm]
   const SamplePoints& samples() const { return samples_; }
   const SamplePoints& coarseSamples() const { return coarseSamples_; }
   const std::variant<ProfileSurface, DistanceGrid>& field() const { return field_; }

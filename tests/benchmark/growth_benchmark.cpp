@@ -17,9 +17,11 @@ namespace {
 void usage() {
   std::puts(
       "growth_benchmark --list\n"
-      "growth_benchmark pattern ... [--folder f]\n"
+      "growth_benchmark pattern ... [--seeds n] [--check] [--folder f]\n"
       "  pattern     runs the cases whose name contains a match of one of these regular expressions\n"
       "  --list      names the cases\n"
+      "  --seeds n   packs with seeds 1 to n; figures are means\n"
+      "  --check     packs once more and certifies every accepted state\n"
       "  --folder f  where plots and meshes are written; without it, none are");
 }
 
@@ -34,6 +36,10 @@ int main(int argc, char** argv) {
       const std::string argument = argv[i];
       if (argument == "--list")
         list = true;
+      else if (argument == "--check")
+        options.check = true;
+      else if (argument == "--seeds" && i + 1 < argc)
+        options.seeds = std::stoi(argv[++i]);
       else if (argument == "--folder" && i + 1 < argc)
         options.folder = argv[++i];
       else if (argument.rfind("--", 0) == 0) {

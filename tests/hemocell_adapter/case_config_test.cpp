@@ -47,7 +47,8 @@ TEST_CASE("the packing section", "[case_config]") {
   const CaseConfig config = read(configXml(sampleDomain, R"(<packing>
     <!-- all there is -->
     <hematocrit> 0.4 </hematocrit> <hematocritVolume> fluid </hematocritVolume> <redCellVolume> 97 </redCellVolume>
-    <seed> 7 </seed> <clearance> 0.1 </clearance> <wallClearance> 0.2 </wallClearance> <rotate> no </rotate>
+    <seed> 7 </seed> <method> cat </method>
+    <clearance> 0.1 </clearance> <wallClearance> 0.2 </wallClearance> <rotate> no </rotate>
     <ends> periodic </ends> <walls> y z </walls> <maxTime> 60 </maxTime> <maxIterations> 1e4 </maxIterations>
     <bestEffort> true </bestEffort> <outputDirectory> out </outputDirectory> <povScene> true </povScene>
     <species name="RBC" construction="RBC_FROM_SPHERE" minimumDistanceFromSolid="1"/>
@@ -68,6 +69,7 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.fluidVolume == true);
   CHECK(s.redCellVolume == 97.0);
   CHECK(s.seed == 7u);
+  CHECK(s.method == packmesh::Method::cat);
   CHECK(s.clearance == 0.1);
   CHECK(s.wallClearance == 0.2);
   CHECK(s.rotate == false);

@@ -183,6 +183,51 @@ TEST_CASE("a box between walls: the planes of the walls are solid nodes", "[exec
   CHECK_THAT(whole.out, Contains("a vertex lies outside"));
 }
 
+TEST_CASE("growth as the method: a case with voxel walls, a box, and what does not fit it", "[executable]") {
+  const SampleCase folder("<packing> <method> cat </method> <builder> chords </builder> </packing>");
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3 --verbose");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  CHECK(rbc > 10);
+  CHECK_THAT(packed.out,
+             Contains("HemoCell keeps " + std::to_string(rbc + plt) + " of " + std::to_string(rbc + plt)));
+  CHECK_THAT(packed.out, Contains("Certificate: clean"));
+  CHECK_THAT(packed.out, Contains("Method: growth"));
+  CHECK_THAT(packed.out, Contains("iterations"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  const std::string first = readText(folder.path() / "RBC.pos");
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") == first);
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --method relaxation").exitCode == 2);
+
+  const TemporaryFolder box;
+  Ran ran = run(box.path(), "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(run(box.path(), "check --box 16 16 16").exitCode == 0);
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.err, Contains("3 iterations of growth"));
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method dog");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("cat"));
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --builder chords");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("'--builder' is for --method cat"));
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --escape");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("'--escape' is for --method cat"));
+  for (const std::string builder : {"tetgen", "cat-faces"}) {
+    ran =
+        run(box.path(), "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder " + builder);
+    INFO(ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.out, Contains("tetrahedra"));
+    CHECK_THAT(ran.out, Contains("attempts of TetGen"));
+  }
+}
+
 TEST_CASE("boxes, under both names", "[executable]") {
   const TemporaryFolder folder;
   Ran ran = run(folder.path(), "50 50 50 --hematocrit 0.3", "packCells");

@@ -136,7 +136,8 @@ class DualSimplex {
     const double allowed = tolerance::linearProgram * (1.0 + x_.cwiseAbs().maxCoeff());
     if (withSymbol || first) {
       for (int i = 0; i < rows_; ++i)
-        if (consider(i, withSymbol ? rayViolation_[i] : 0.0, violation_[i], allowed, found) && first) return found;
+        if (consider(i, withSymbol ? rayViolation_[i] : 0.0, violation_[i], allowed, found) && first)
+          return found;
     } else {
       excess_ = allowed;
       for (int i = 0; i < rows_; ++i)
@@ -150,7 +151,8 @@ class DualSimplex {
       const int j = bound % size;
       const double sign = bound < size ? 1.0 : -1.0;
       const Rhs r = rhs(rows_ + bound);
-      if (consider(rows_ + bound, sign * ray_[j] - r.symbol, sign * x_[j] - r.number, allowed, found) && first)
+      if (consider(rows_ + bound, sign * ray_[j] - r.symbol, sign * x_[j] - r.number, allowed, found) &&
+          first)
         return found;
     }
     return found;
@@ -160,7 +162,8 @@ class DualSimplex {
   bool consider(int constraint, double growth, double excess, double allowed, int& found) {
     if (std::abs(growth) <= tolerance::linearProgram) growth = 0.0;
     const bool violated = growth > 0.0 || (growth == 0.0 && excess > allowed);
-    if (!violated || (found >= 0 && (growth < growth_ || (growth == growth_ && excess <= excess_)))) return false;
+    if (!violated || (found >= 0 && (growth < growth_ || (growth == growth_ && excess <= excess_))))
+      return false;
     growth_ = growth;
     excess_ = excess;
     found = constraint;
@@ -227,9 +230,9 @@ class DualSimplex {
   int rows_;
   bool symbolic_ = false;
   int basis_[size];
-  Matrix columns_;   ///< of the inverse: where x goes when a constraint of the basis is relaxed
-  Vector x_, ray_;   ///< the basic solution is x_ + symbol * ray_
-  Vector price_;     ///< of the constraints of the basis, >= 0
+  Matrix columns_;  ///< of the inverse: where x goes when a constraint of the basis is relaxed
+  Vector x_, ray_;  ///< the basic solution is x_ + symbol * ray_
+  Vector price_;    ///< of the constraints of the basis, >= 0
   double growth_ = 0.0, excess_ = 0.0;
   std::vector<double> violation_, rayViolation_;
 };

@@ -27,15 +27,6 @@ constexpr double largestTurn = 0.4, largestStep = 0.5;
 /// test, at all.
 constexpr double lockedNormal = 0.8, lockedDepth = 0.1, lockedFraction = 0.3;
 
-/// Curvature with which P is continued beyond the rim s = 1: y² - P(s) then has second derivative 2 across
-/// the rim, as the formula of the distance assumes (see closedFormDistance), and stays convex.
-float bendBeyondRim(const ProfileSurface& surface) {
-  double slope = 0.0;
-  for (int k = 1; k < 6; ++k) slope += k * surface.p[k];
-  const double rim2 = 1.0 / std::min(surface.a, surface.c);
-  return static_cast<float>(std::min(0.0, -0.25 * (slope + rim2)));
-}
-
 FieldView viewOf(const Shape& shape) {
   FieldView view{};
   if (const auto* profile = std::get_if<ProfileSurface>(&shape.field())) {
@@ -43,7 +34,7 @@ FieldView viewOf(const Shape& shape) {
     for (int k = 0; k < 6; ++k) view.p[k] = static_cast<float>(profile->p[k]);
     view.a = static_cast<float>(profile->a);
     view.c = static_cast<float>(profile->c);
-    view.bend = bendBeyondRim(*profile);
+    view.bend = static_cast<float>(profile->bendBeyondRim());
   } else {
     const auto& grid = std::get<DistanceGrid>(shape.field());
     view.onGrid = true;

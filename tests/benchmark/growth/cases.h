@@ -3,16 +3,19 @@
 #pragma once
 
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "packMesh/stopwatch.h"
+
 namespace packmesh::benchmark {
 
 struct Options {
   std::filesystem::path folder;  ///< for plots and meshes; empty: none wanted
+  int seeds = 1;                 ///< packings are made with seeds 1 to this
+  bool check = false;            ///< pack once more and certify every accepted state
 };
 
 struct Case {
@@ -30,10 +33,6 @@ struct AddCases {
     allCases().insert(allCases().end(), cases.begin(), cases.end());
   }
 };
-
-inline double cpuSeconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 /// CPU time of a call [s].
 template <class Work>

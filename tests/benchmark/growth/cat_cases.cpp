@@ -3,69 +3,12 @@
 #include <cmath>
 #include <cstdio>
 
-#define TETLIBRARY
-#include <tetgen.h>
-
-#include "hemocell_adapter/cell_model.h"
-#include "packMesh/container/primitives.h"
-#include "packMesh/packing/pack.h"
 #include "packMesh/stages/growth/chordal_split.h"
-#include "tests/benchmark/growth/cases.h"
+#include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 
 namespace packmesh::benchmark {
 namespace {
-
-/// Red cells at full detail in a sphere, as in thesis 4.2: 30 % of its volume when grown.
-struct Spheres {
-  std::shared_ptr<const Shape> shape = hemocell::makeShape(*hemocell::defaultModel("RBC"), 0.5);
-  std::unique_ptr<MeshHierarchy> wall;
-  TetrahedraInput input;
-
-  Spheres(int count, double scale) {
-    PackingProblem problem;
-    problem.container = makeSphere(Vec3::Zero(), std::cbrt(0.75 * count * shape->volume() / (0.3 * M_PI)));
-    problem.species = {{"RBC", shape, count, nullptr}};
-    wall = std::make_unique<MeshHierarchy>(problem.container->surface());
-    for (const PlacedCell& cell : pack(problem).cells)
-      input.objects.push_back(
-          {&shape->hierarchy(), {scale * cell.placement.linear, cell.placement.translation}});
-    input.container = wall.get();
-    input.kept = TetrahedraKept::joining;
-    input.valid = true;
-  }
-  std::size_t vertices() const { return input.objects.size() * shape->mesh().vertices.size(); }
-};
-
-/// One plain `tetgen -p` run: TetGen's own program does just this between reading and writing files.
-double plainTetgenSeconds(const TetrahedraInput& input) {
-  std::vector<Vec3> points;
-  std::vector<Triangle> triangles;
-  const auto add = [&](const TriangleMesh& mesh, const Placement& placement) {
-    const int first = static_cast<int>(points.size());
-    for (const Vec3& v : mesh.vertices) points.push_back(placement(v));
-    for (const Triangle& t : mesh.triangles) triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  };
-  for (const PlacedMesh& object : input.objects) add(object.mesh->mesh(), object.placement);
-  add(input.container->mesh(), Placement());
-  tetgenio in, out;
-  in.numberofpoints = static_cast<int>(points.size());
-  in.pointlist = new double[3 * points.size()];
-  for (std::size_t p = 0; p < points.size(); ++p)
-    for (int k = 0; k < 3; ++k) in.pointlist[3 * p + k] = points[p][k];
-  in.numberoffacets = static_cast<int>(triangles.size());
-  in.facetlist = new tetgenio::facet[triangles.size()];
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    tetgenio::facet& facet = in.facetlist[t];
-    tetgenio::init(&facet);
-    facet.numberofpolygons = 1;
-    facet.polygonlist = new tetgenio::polygon[1];
-    facet.polygonlist[0].numberofvertices = 3;
-    facet.polygonlist[0].vertexlist = new int[3]{triangles[t][0], triangles[t][1], triangles[t][2]};
-  }
-  char switches[] = "pQ";
-  return timeOf([&] { tetrahedralize(switches, &in, &out); });
-}
 
 void table41(const Options&) {
   constexpr int count = 128, repeats = 5;

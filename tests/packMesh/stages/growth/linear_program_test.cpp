@@ -56,10 +56,11 @@ Verdict askGlpk(const Instance& instance) {
   for (int j = 0; j < size; ++j) {
     glp_set_obj_coef(p, j + 1, instance.objective[j]);
     const bool low = std::isfinite(instance.lower[j]), high = std::isfinite(instance.upper[j]);
-    const int type = !low && !high                                                 ? GLP_FR
-                     : !low                                                        ? GLP_UP
-                     : !high                                                       ? GLP_LO
-                     : instance.lower[j] == instance.upper[j] ? GLP_FX : GLP_DB;
+    const int type = !low && !high                            ? GLP_FR
+                     : !low                                   ? GLP_UP
+                     : !high                                  ? GLP_LO
+                     : instance.lower[j] == instance.upper[j] ? GLP_FX
+                                                              : GLP_DB;
     glp_set_col_bnds(p, j + 1, type, low ? instance.lower[j] : 0.0, high ? instance.upper[j] : 0.0);
   }
   const int rows = static_cast<int>(instance.rows.size());

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/pack_by_growth.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "packMesh/packing/growth_scene.h"
+#include "packMesh/stages/growth/growth.h"
+#include "packMesh/stages/growth/seeding.h"
+#include "packMesh/stopwatch.h"
+
+namespace packmesh {
+namespace {
+
+/// Of attempts that are not the last one.
+constexpr int giveUpAfter = 2;
+
+/// Seeds of attempts differ by multiples of this.
+constexpr std::uint64_t attemptStride = 0x9E3779B97F4A7C15u;
+
+Progress progressOf(const GrowthState& state, double barrier, const GrowthStatistics& statistics) {
+  Progress progress{"growth", statistics.iterations, barrier, 0.0, 0};
+  for (const GrowingCell& cell : state) progress.unresolved += cell.pose.scale < barrier;
+  return progress;
+}
+
+/// One problem, packed.
+class GrowthRun {
+ public:
+  explicit GrowthRun(const PackingProblem& problem)
+      : problem_(problem),
+        start_(std::chrono::steady_clock::now()),
+        scene_(growthSceneOf(problem)),
+        builder_(makeBuilder(problem.builder, scene_, tetrahedra_)) {
+    for (const Species& species : problem.species) {
+      counts_.push_back(species.count);
+      names_.push_back(species.name);
+      cells_ += species.count;
+    }
+  }
+
+  PackingResult operator()() {
+    result_.statistics.growth.emplace();
+    const std::int64_t attempts =
+        std::max<std::int64_t>(1, problem_.growth.attempts / std::max<std::int64_t>(1, cells_));
+    bool grown = false;
+    GrowthState best;
+    for (std::int64_t attempt = 0; attempt < attempts && !grown && !stopped(); ++attempt) {
+      scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt) * attemptStride;
+      GrowthState state;
+      grown = grow(attempt + 1 == attempts, state);
+      if (best.empty() || countFull(state) > countFull(best)) best = std::move(state);
+    }
+    if (problem_.escape && (!grown || !problem_.escape->stock.empty()) && !stopped())
+      grown = escapeFrom(best);
+    result_.outcome = interrupted_ ? Outcome::interrupted : grown ? Outcome::certified : Outcome::outOfReach;
+    if (!interrupted_) takeCells(best);
+    if (problem_.builder != Builder::chords) result_.statistics.tetrahedra = tetrahedra_;
+    return std::move(result_);
+  }
+
+ private:
+  bool grow(bool lastAttempt, GrowthState& state) {
+    GrowthSettings settings = problem_.growth;
+    if (!lastAttempt) settings.giveUpAfter = giveUpAfter;
+    {
+      const Stopwatch watch(result_.statistics.placementSeconds);
+      state = seed(scene_, counts_, names_, settings);
+    }
+    const Stopwatch watch(result_.statistics.growthSeconds);
+    GrowthCallbacks callbacks;
+    callbacks.stop = [this] { return stopped(); };
+    callbacks.accepted = [this](const GrowthState& now, double barrier, const GrowthStatistics& sums) {
+      if (problem_.progress) problem_.progress(progressOf(now, barrier, sums));
+      if (problem_.observe) problem_.observe(placed(now));
+    };
+    return packmesh::grow(scene_, settings, builder_, callbacks, state, *result_.statistics.growth);
+  }
+
+  /// @return whether all cells are full
+  bool escapeFrom(GrowthState& state) {
+    const Stopwatch watch(result_.statistics.growthSeconds);
+    const BuilderFactory factory = [this](const GrowthScene& scene) {
+      return makeBuilder(problem_.builder, scene, tetrahedra_);
+    };
+    const auto observe = [this](const GrowthState& now) {
+      if (problem_.observe) problem_.observe(placed(now));
+    };
+    result_.statistics.escape = escape(
+        scene_, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
+    std::stable_sort(state.begin(), state.end(),
+                     [](const GrowingCell& a, const GrowingCell& b) { return a.species < b.species; });
+    return countFull(state) == static_cast<std::int64_t>(state.size());
+  }
+
+  std::vector<PlacedCell> placed(const GrowthState& state) const {
+    std::vector<PlacedCell> cells;
+    for (const GrowingCell& cell : state) cells.push_back({cell.species, scene_.placement(cell.pose)});
+    return cells;
+  }
+
+  /// Whether to stop, for whatever reason; the same on all ranks.
+  bool stopped() {
+    const Communicator& ranks = problem_.communicator;
+    interrupted_ = ranks.any(interrupted_ || (problem_.interrupted && problem_.interrupted()));
+    if (interrupted_ || result_.statistics.growth->iterations >= problem_.limits.maxSweeps) return true;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+    return problem_.limits.maxSeconds > 0.0 && ranks.any(elapsed.count() > problem_.limits.maxSeconds);
+  }
+
+  static std::int64_t countFull(const GrowthState& state) {
+    return std::count_if(state.begin(), state.end(),
+                         [](const GrowingCell& c) { return c.pose.scale == 1.0; });
+  }
+
+  /// The cells that reached full size, certified.
+  void takeCells(const GrowthState& state) {
+    const Stopwatch watch(result_.statistics.certificateSeconds);
+    for (const GrowingCell& cell : state) {
+      if (cell.pose.scale != 1.0) continue;
+      result_.cells.push_back({cell.species, scene_.placement(cell.pose)});
+      result_.poses.push_back(cell.pose);
+    }
+    CertificateInput input;
+    input.shapes = scene_.shapes;
+    input.walls = scene_.walls;
+    input.container = scene_.container;
+    input.cells = &result_.cells;
+    input.requiredGap = scene_.clearance;
+    input.requiredWallGap = scene_.wallClearance;
+    result_.certificate = certify(input);
+    keepShare();
+  }
+
+  /// All ranks have grown all cells alike; each keeps its share of them.
+  void keepShare() {
+    const Communicator& ranks = problem_.communicator;
+    result_.cellCount = static_cast<std::int64_t>(result_.cells.size());
+    const auto from = result_.cellCount * ranks.rank() / ranks.size();
+    const auto to = result_.cellCount * (ranks.rank() + 1) / ranks.size();
+    result_.cells = {result_.cells.begin() + from, result_.cells.begin() + to};
+    result_.poses = {result_.poses.begin() + from, result_.poses.begin() + to};
+  }
+
+  const PackingProblem& problem_;
+  std::chrono::steady_clock::time_point start_;
+  GrowthScene scene_;
+  TetrahedraSums tetrahedra_;
+  PlaneBuilder builder_;
+  std::vector<std::int64_t> counts_;
+  std::vector<std::string> names_;
+  std::int64_t cells_ = 0;
+  bool interrupted_ = false;
+  PackingResult result_;
+};
+
+}  // namespace
+
+PackingResult packByGrowth(const PackingProblem& problem) {
+  return GrowthRun(problem)();
+}
+
+}  // namespace packmesh

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/shape/surface_distance.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace packmesh {
+namespace {
+
+/// What stands for a vanishing gradient, which has no direction.
+constexpr double flat = 1e-12;
+
+/// From a point as far away as a cell is wide.
+constexpr int newtonSteps = 6;
+
+}  // namespace
+
+SurfaceDistance::SurfaceDistance(const Shape& shape)
+    : profile_(std::get_if<ProfileSurface>(&shape.field())),
+      grid_(std::get_if<DistanceGrid>(&shape.field())),
+      ring_(shape.bound().ring),
+      thickness_(shape.bound().semiAxes.maxCoeff()) {
+  if (profile_) bend_ = profile_->bendBeyondRim();
+  const Box box = boundingBox(shape.mesh());
+  extent_ = box.lo.cwiseAbs().cwiseMax(box.hi.cwiseAbs());
+}
+
+SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
+  const ProfileSurface& f = *profile_;
+  const double s = f.a * q.x() * q.x() + f.c * q.z() * q.z();
+  const double inner = std::min(s, 1.0), beyond = s - inner, bend = bend_ * beyond;
+  double value = f.p[5], slope = 5.0 * f.p[5];
+  for (int k = 4; k >= 0; --k) value = value * inner + f.p[k];
+  for (int k = 4; k >= 1; --k) slope = slope * inner + k * f.p[k];
+  value += (slope + bend) * beyond;
+  slope += 2.0 * bend;
+  return {q.y() * q.y() - value, {-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z()}};
+}
+
+SurfaceDistance::Sample SurfaceDistance::closedForm(const Vec3& p) const {
+  const Level l = level(p);
+  const double steep = l.gradient.norm(), half = 0.5 * steep;
+  const double denominator = half + std::sqrt(std::max(half * half - l.value, 0.0));
+  return {l.value / std::max(denominator, flat), l.gradient / std::max(steep, flat)};
+}
+
+SurfaceDistance::Sample SurfaceDistance::interpolated(const Vec3& p) const {
+  const DistanceGrid::Sample s = grid_->sample(p);
+  return {s.distance, s.gradient / std::max(s.gradient.norm(), flat)};
+}
+
+double SurfaceDistance::lowerBound(const Vec3& p) const {
+  const double beyond = std::max(std::sqrt(p.x() * p.x() + p.z() * p.z()) - ring_, 0.0);
+  const double rounded = std::sqrt(beyond * beyond + p.y() * p.y()) - thickness_;
+  const double boxed = (p.cwiseAbs() - extent_).maxCoeff();
+  return std::max(rounded, boxed);
+}
+
+Vec3 SurfaceDistance::foot(const Vec3& p, const Sample& sample) const {
+  const Vec3 first = p - sample.distance * sample.gradient;
+  if (profile_) {
+    const Level l = level(first);
+    const Vec3 step = l.value / std::max(l.gradient.squaredNorm(), flat) * l.gradient;
+    if (step.squaredNorm() < 0.05 * sample.distance * sample.distance) return first - step;
+    // So far away the distance is overestimated; Newton's steps come from outside and do not overshoot.
+    Vec3 q = p;
+    for (int k = 0; k < newtonSteps; ++k) {
+      const Level at = level(q);
+      q -= at.value / std::max(at.gradient.squaredNorm(), flat) * at.gradient;
+    }
+    return q;
+  }
+  const Sample rest = interpolated(first);
+  return first - rest.distance * rest.gradient;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Distance of a point from a shape, and the surface point nearest to it.
+#pragma once
+
+#include "packMesh/shape/shape.h"
+
+namespace packmesh {
+
+/// Distance of points from one shape, in its body frame, in double precision: from the closed form where
+/// there is one, else from the grid. (Relaxation has the same in lanes of floats: contact_kernel.h.)
+class SurfaceDistance {
+ public:
+  /// References `shape`, which must outlive this.
+  explicit SurfaceDistance(const Shape& shape);
+
+  struct Sample {
+    double distance;  ///< positive outside [µm]
+    Vec3 gradient;    ///< unit, away from the surface
+  };
+
+  /// Of a closed form: within 0.0006 µm near a red cell, up to twice the distance far away. Of a grid: see
+  /// DistanceGrid.
+  Sample sample(const Vec3& p) const { return profile_ ? closedForm(p) : interpolated(p); }
+
+  /// The distance is at least this [µm].
+  double lowerBound(const Vec3& p) const;
+
+  /// A point of the surface near `p`, the nearest one up to the error of sample().
+  /// @param sample that of `p`
+  Vec3 foot(const Vec3& p, const Sample& sample) const;
+
+ private:
+  /// F = y² - P(s) and its gradient.
+  struct Level {
+    double value;
+    Vec3 gradient;
+  };
+  Level level(const Vec3& p) const;
+  Sample closedForm(const Vec3& p) const;
+  Sample interpolated(const Vec3& p) const;
+
+  const ProfileSurface* profile_;
+  const DistanceGrid* grid_;
+  double bend_ = 0.0;  ///< [µm²]
+  double ring_, thickness_;
+  Vec3 extent_;  ///< of the mesh, to either side of the body's origin [µm]
+};
+
+}  // namespace packmesh

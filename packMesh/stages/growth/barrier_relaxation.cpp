@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/stages/growth/barrier_relaxation.h"
+
+#include "packMesh/stages/relaxation/relaxation.h"
+#include "packMesh/stages/relaxation/schedule.h"
+#include "packMesh/tolerances.h"
+
+namespace packmesh {
+namespace {
+
+/// Rounds of repair, and sweeps in each.
+constexpr int repairRounds = 8;
+constexpr std::int64_t repairSweeps = 100;
+
+RelaxationInput inputOf(const GrowthScene& scene) {
+  RelaxationInput input;
+  input.shapes = scene.shapes;
+  input.walls = scene.walls;
+  input.bounds = scene.container->bounds();
+  input.period = scene.container->period();
+  input.clearance = scene.clearance + tolerance::relaxationMargin;
+  input.wallClearance = scene.wallClearance + tolerance::relaxationMargin;
+  input.rotate = scene.rotate;
+  input.seed = scene.seed;
+  return input;
+}
+
+}  // namespace
+
+bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
+                  StepBack& judge, GrowthState& state) {
+  std::vector<Body> bodies;
+  for (const GrowingCell& cell : state) {
+    Body body;
+    body.id = static_cast<std::int64_t>(bodies.size());
+    body.species = cell.species;
+    body.scale = scale;
+    body.position = cell.pose.position;
+    body.orientation = cell.pose.orientation;
+    body.rotation = body.orientation.toRotationMatrix();
+    bodies.push_back(body);
+  }
+  Relaxation relaxation(inputOf(scene), std::move(bodies));
+  ScheduleLimits limits;
+  limits.stop = stop;
+  limits.maxSweeps = sweeps;
+  if (!relax(relaxation, tolerance::relaxationTolerance, limits)) return false;
+  for (int round = 0; round < repairRounds; ++round) {
+    GrowthState relaxed;
+    for (const Body& body : relaxation.cells()) relaxed.push_back({body.species, body.pose()});
+    const Certificate faults = judge.examine(relaxed);
+    if (faults.clean()) {
+      state = std::move(relaxed);
+      return true;
+    }
+    for (const OverlappingPair& pair : faults.overlapping)
+      relaxation.demandClearance(pair.first, pair.second, tolerance::repairClearance);
+    for (const MisplacedCell& cell : faults.misplaced)
+      relaxation.demandWallClearance(cell.cell, tolerance::repairClearance);
+    limits.maxSweeps = relaxation.sweeps() + repairSweeps;
+    if (!settle(relaxation, tolerance::relaxationTolerance, repairSweeps, limits)) return false;
+  }
+  return false;
+}
+
+}  // namespace packmesh

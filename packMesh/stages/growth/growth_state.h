@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What grows, into what: the data that the parts of growth share.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "packMesh/container/container.h"
+#include "packMesh/geometry/pose.h"
+#include "packMesh/shape/shape.h"
+#include "packMesh/stages/growth/plane_constraint.h"
+
+namespace packmesh {
+
+/// One cell while it grows.
+struct GrowingCell {
+  int species = 0;
+  Pose pose;
+  bool frozen = false;  ///< stays as it is; planes of others lie at its surface, not in the middle of the gap
+};
+
+/// The cells, in the order of their global numbers, centres within the container's bounds.
+using GrowthState = std::vector<GrowingCell>;
+
+/// Where cells grow; plain data, referenced.
+struct GrowthScene {
+  std::vector<const Shape*> shapes;  ///< per species
+  std::vector<const Wall*> walls;    ///< per species; nullptr: none
+  const Container* container = nullptr;
+  double clearance = 0.0;      ///< least gap between membranes [µm]
+  double wallClearance = 0.0;  ///< least gap between membrane and wall [µm]
+  bool rotate = true;
+  std::uint64_t seed = 1;
+  /// How a pose of scale 1 will be written; empty: Pose::placement.
+  std::function<Placement(const Pose&)> written;
+
+  Placement placement(const Pose& pose) const {
+    return written && pose.scale == 1.0 ? written(pose) : pose.placement();
+  }
+};
+
+/// What is asked of a builder of planes.
+struct PlaneRequest {
+  /// How far any point of each cell may move in the step that the planes are for [µm].
+  std::vector<double> reach;
+  double detail = 1.0;  ///< share of the vertices to be used, eq. 3.4
+  bool jumped = false;  ///< since the last request cells have moved by more than a step
+};
+
+/// From a state that is free of overlap to the planes each cell has to stay behind. (Between two cells at
+/// half the gap, so that both may come up to them at the same time.)
+using PlaneBuilder = std::function<PlaneConstraints(const GrowthState&, const PlaneRequest&)>;
+
+}  // namespace packmesh

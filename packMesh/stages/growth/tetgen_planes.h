@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Planes from tetrahedra between the cells.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "packMesh/stages/growth/chord_planes.h"
+#include "packMesh/stages/growth/chordal_split.h"
+#include "packMesh/stages/growth/tetrahedra.h"
+
+namespace packmesh {
+
+/// What tetrahedra give to growth.
+enum class TetgenUse {
+  facing,  ///< who faces whom; the planes are those of ChordPlanes, of the cells that face each other
+  faces,   ///< their CAT faces are the planes (thesis 3.1.2), but for those of slivers
+};
+
+/// What tetrahedra took.
+struct TetrahedraSums {
+  std::int64_t runs = 0;      ///< tetrahedralisations
+  std::int64_t attempts = 0;  ///< of TetGen; more than runs when it had to be called in other ways
+  std::int64_t finer = 0;     ///< a coarse level met another cell's, so that a finer one was taken
+  std::int64_t failures = 0;  ///< TetGen gave up: planes were those of all cells that are near
+  double tetrahedraSeconds = 0.0, faceSeconds = 0.0;  ///< CPU [s]
+};
+
+/// Builder of planes that has TetGen cut up the space between the cells. Planes at walls are those of
+/// ChordPlanes: the wall's distance is exact, its triangles are not.
+///
+/// For `facing`, the tetrahedra are those of the coarsest levels of detail, inset so that they do not meet in
+/// dimples, and serve for a few iterations, as long as no cell moves far. For `faces`, the levels are those
+/// that the request asks for, and every iteration has tetrahedra of its own.
+class TetgenPlanes {
+ public:
+  /// References the scene and the sums, which must outlive this.
+  /// @param sums what it takes is added here
+  /// @param failingAttempts for tests: so many attempts of every run are taken to have failed
+  TetgenPlanes(const GrowthScene& scene, TetgenUse use, TetrahedraSums& sums, int failingAttempts = 0);
+
+  /// Pre: no two cells overlap
+  PlaneConstraints operator()(const GrowthState& state, const PlaneRequest& request);
+
+ private:
+  PlaneConstraints facing(const GrowthState& state, const PlaneRequest& request);
+  PlaneConstraints faces(const GrowthState& state, const PlaneRequest& request);
+  bool outdated(const GrowthState& state, const PlaneRequest& request) const;
+  bool tetrahedraOf(const GrowthState& state, double detail, double inset);
+  std::vector<NearPair> pairsNow(const GrowthState& state) const;
+
+  const GrowthScene& scene_;
+  TetgenUse use_;
+  ChordPlanes chords_;
+  std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
+  TetrahedraInput input_;
+  Tetrahedra tetrahedra_;
+  ChordalFaces split_;
+  std::vector<NearPair> pairs_;  ///< that face each other, as cells were when tetrahedra were made
+  bool known_ = false;           ///< pairs_ are; otherwise TetGen gave up
+  int uses_ = 0;                 ///< of pairs_
+  GrowthState madeFor_;
+  TetrahedraSums& sums_;
+};
+
+}  // namespace packmesh

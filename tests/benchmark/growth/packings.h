@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packings by growth, and the table of what they take.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/cell_model.h"
+#include "packMesh/container/primitives.h"
+#include "packMesh/packing/packing_problem.h"
+#include "tests/benchmark/growth/cases.h"
+
+namespace packmesh::benchmark {
+
+/// One packing and what it is expected to take.
+struct GrownPacking {
+  std::string name;
+  std::function<PackingProblem()> problem;
+  double allowedSeconds = 0.0;  ///< CPU time allowed [s]; 0: none stated
+};
+
+/// A case that makes these packings and prints a line for each.
+Case packings(std::string name, std::string about, std::vector<GrownPacking> of);
+
+inline std::shared_ptr<const Shape> redCell() {
+  return hemocell::makeShape(*hemocell::defaultModel("RBC"), 0.5);
+}
+
+/// `count` cells, to be grown.
+inline PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t count,
+                            std::shared_ptr<const Container> container, Builder builder = Builder::chords) {
+  PackingProblem problem;
+  problem.species = {{"cell", std::move(shape), count, nullptr}};
+  problem.container = std::move(container);
+  problem.method = Method::cat;
+  problem.builder = builder;
+  return problem;
+}
+
+/// A sphere of which `count` cells are the given fraction.
+std::unique_ptr<Container> sphereFor(const Shape& shape, std::int64_t count, double fraction);
+
+/// Red cells that are the given fraction of a periodic cube.
+PackingProblem grownInBox(double edge, double fraction, Builder builder = Builder::chords);
+
+}  // namespace packmesh::benchmark

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/pack_by_growth.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/container/vessel.h"
+#include "tests/support/bodies.h"
+#include "tests/support/packings.h"
+
+using namespace packmesh;
+
+namespace {
+
+PackingProblem grown(std::shared_ptr<const Container> container, double fraction, std::uint64_t seed = 1) {
+  PackingProblem problem = test::redCellProblem(std::move(container), fraction, seed);
+  problem.method = Method::cat;
+  return problem;
+}
+
+/// Certified anew, at full size, in the order of the species.
+void checkAll(const PackingProblem& problem, const PackingResult& result) {
+  std::vector<const Shape*> shapes;
+  std::vector<const Wall*> walls;
+  std::int64_t count = 0;
+  for (const Species& species : problem.species) {
+    shapes.push_back(species.shape.get());
+    walls.push_back(problem.container->wall());
+    count += species.count;
+  }
+  REQUIRE(result.outcome == Outcome::certified);
+  REQUIRE(static_cast<std::int64_t>(result.cells.size()) == count);
+  REQUIRE(result.poses.size() == result.cells.size());
+  for (const Pose& pose : result.poses) REQUIRE(pose.scale == 1.0);
+  for (std::size_t i = 1; i < result.cells.size(); ++i)
+    REQUIRE(result.cells[i - 1].species <= result.cells[i].species);
+  const Certificate again =
+      certify({shapes, walls, problem.container.get(), &result.cells, problem.clearance});
+  REQUIRE(again.clean());
+  REQUIRE(result.certificate.clean());
+  REQUIRE(again.minimumGap == result.certificate.minimumGap);
+}
+
+/// A cylinder as somebody's mesh.
+TriangleMesh tubeMesh() {
+  return sample::straightTube(0.0, 24.0, 9.0, 9, 48);
+}
+
+}  // namespace
+
+TEST_CASE("Method cat packs periodic boxes, cylinders and spheres") {
+  const std::vector<std::shared_ptr<const Container>> containers = {
+      test::periodicCube(16.0), makeBox(Box{Vec3::Zero(), Vec3(14.0, 18.0, 16.0)}, {false, true, false}),
+      makeCylinder(Vec3(12.0, 0.0, 0.0), 0, 9.0, 24.0, true), makeSphere(Vec3::Zero(), 11.0)};
+  for (const auto& container : containers) {
+    CAPTURE(container->describe());
+    const PackingProblem problem = grown(container, 0.35);
+    const PackingResult result = pack(problem);
+    checkAll(problem, result);
+    REQUIRE(result.statistics.growth);
+    CHECK(result.statistics.growth->iterations > 0);
+    CHECK(result.statistics.growthSeconds > 0.0);
+  }
+}
+
+TEST_CASE("Method cat packs vessels, periodic and closed") {
+  for (const bool periodic : {true, false}) {
+    CAPTURE(periodic);
+    VesselEnds ends;
+    ends.axis = 0;
+    ends.lo = 0.0;
+    ends.hi = 24.0;
+    ends.periodic = periodic;
+    const PackingProblem problem = grown(makeVessel(tubeMesh(), ends, 0.25), 0.30);
+    checkAll(problem, pack(problem));
+  }
+}
+
+TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
+  PackingProblem problem = grown(test::periodicCube(18.0), 0.25);
+  problem.species.push_back({"PLT", test::hemocellShape("PLT"), 12, nullptr});
+  problem.species.push_back({"WBC", test::hemocellShape("WBC"), 1, nullptr});
+  problem.clearance = 0.1;
+  const PackingResult result = pack(problem);
+  checkAll(problem, result);
+  CHECK(result.certificate.minimumGap >= 0.1);
+  problem.clearance = 0.0;
+  problem.rotate = false;
+  const PackingResult still = pack(problem);
+  checkAll(problem, still);
+  for (const Pose& pose : still.poses) CHECK(pose.orientation.coeffs() == Quaternion::Identity().coeffs());
+}
+
+TEST_CASE("Method cat: same problem, same bits") {
+  PackingProblem problem = grown(test::periodicCube(14.0), 0.35, 3);
+  for (const Builder builder : {Builder::chords, Builder::tetgen}) {
+    problem.builder = builder;
+    CHECK(test::sameBits(pack(problem), pack(problem)));
+  }
+}
+
+TEST_CASE("Method cat packs with planes from tetrahedra") {
+  const std::shared_ptr<const Container> small = makeSphere(Vec3::Zero(), 6.5);
+  for (const auto& [builder, container] : {std::pair{Builder::tetgen, test::periodicCube(13.0)},
+                                           {Builder::tetgen, small},
+                                           {Builder::catFaces, small}}) {
+    CAPTURE(container->describe(), static_cast<int>(builder));
+    PackingProblem problem = grown(container, 0.25);
+    problem.builder = builder;
+    const PackingResult result = pack(problem);
+    checkAll(problem, result);
+    REQUIRE(result.statistics.tetrahedra);
+    CHECK(result.statistics.tetrahedra->runs > 0);
+    CHECK(result.statistics.tetrahedra->attempts >= result.statistics.tetrahedra->runs);
+    CHECK(result.statistics.tetrahedra->failures == 0);
+  }
+}
+
+TEST_CASE("Method cat judges cells as they will be written") {
+  PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
+  // Coarse files: positions in steps of 0.01 µm.
+  problem.written = [](const Pose& pose) {
+    Placement placement = pose.placement();
+    for (int k = 0; k < 3; ++k)
+      placement.translation[k] = 0.01 * std::round(100.0 * placement.translation[k]);
+    return placement;
+  };
+  const PackingResult result = pack(problem);
+  checkAll(problem, result);
+  for (std::size_t i = 0; i < result.cells.size(); ++i)
+    CHECK(result.cells[i].placement.translation == problem.written(result.poses[i]).translation);
+}
+
+TEST_CASE("Method cat: single objects grow into thin copies of themselves") {
+  for (const TriangleMesh& mesh :
+       {test::cube(4.0), test::icosphere(2, 2.5), test::tetrahedron(), test::cone()}) {
+    TriangleMesh around = mesh;
+    for (Vec3& v : around.vertices) v *= std::cbrt(1.0 / 0.8);
+    PackingProblem problem;
+    problem.species = {{"object", std::make_shared<const Shape>(mesh), 1, nullptr}};
+    problem.container = makeVessel(around, {}, 0.2);
+    problem.method = Method::cat;
+    checkAll(problem, pack(problem));
+  }
+}
+
+TEST_CASE("Method cat out of reach: the cells that are full size, certified, nothing smaller") {
+  PackingProblem problem = grown(test::periodicCube(12.0), 0.70);
+  problem.growth.maxIterations = 15;
+  problem.growth.relaxationSweeps = 100;
+  problem.growth.attempts = 1;
+  const PackingResult result = pack(problem);
+  CHECK(result.outcome == Outcome::outOfReach);
+  CHECK(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
+  CHECK(result.certificate.clean());
+  CHECK(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
+  for (const Pose& pose : result.poses) CHECK(pose.scale == 1.0);
+}
+
+TEST_CASE("Method cat keeps limits and can be interrupted") {
+  PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
+  problem.limits.maxSweeps = 4;
+  const PackingResult limited = pack(problem);
+  CHECK(limited.outcome == Outcome::outOfReach);
+  CHECK(limited.statistics.growth->iterations == 4);
+  int seen = 0;
+  problem.limits = {};
+  problem.progress = [&](const Progress& progress) {
+    ++seen;
+    CHECK(progress.stage == "growth");
+    CHECK(progress.unresolved >= 0);
+  };
+  problem.interrupted = [&] { return seen >= 5; };
+  const PackingResult stopped = pack(problem);
+  CHECK(stopped.outcome == Outcome::interrupted);
+  CHECK(stopped.cells.empty());
+  CHECK(seen == 5);
+}
+
+TEST_CASE("Method cat: impossible starts are errors that name the species") {
+  PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
+  problem.growth.initialScale = 0.95;
+  CHECK_THROWS_WITH(pack(problem), Catch::Contains("species 'RBC'"));
+}

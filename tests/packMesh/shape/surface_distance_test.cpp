@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/shape/surface_distance.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/geometry/closest_point.h"
+#include "tests/support/shapes.h"
+
+using namespace packmesh;
+
+TEST_CASE("Distance, foot and bound of every kind of shape against the mesh") {
+  std::mt19937 random(21);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (const auto& [name, shape] : test::allShapes()) {
+    CAPTURE(name);
+    const SurfaceDistance field(*shape);
+    const ClosestPoint mesh(shape->mesh());
+    // Facets are below the closed form by their sagitta (0.036 of the radius for the platelet of 66
+    // vertices); a grid errs at edges.
+    const double facets = 0.04 * shape->radius();
+    for (int n = 0; n < 400; ++n) {
+      const Triangle& t = shape->mesh().triangles[random() % shape->mesh().triangles.size()];
+      const double u = unit(random), v = (1.0 - u) * unit(random);
+      const Vec3 a = shape->mesh().vertices[t[0]], b = shape->mesh().vertices[t[1]],
+                 c = shape->mesh().vertices[t[2]];
+      const Vec3 p = a + u * (b - a) + v * (c - a) +
+                     0.1 * shape->radius() * unit(random) * test::randomDirection(random);
+      const double truth = mesh.signedDistance(p);
+      const SurfaceDistance::Sample sample = field.sample(p);
+      CHECK(sample.distance == Approx(truth).margin(facets));
+      CHECK(sample.gradient.norm() == Approx(1.0));
+      CHECK(field.lowerBound(p) <= truth + 1e-9);
+      const Vec3 foot = field.foot(p, sample);
+      CHECK(std::abs(mesh.signedDistance(foot)) < facets);
+      CHECK((foot - p).norm() < std::abs(truth) + 2.0 * facets);
+    }
+  }
+}
+
+TEST_CASE("Far away, too, the foot is on the surface") {
+  std::mt19937 random(22);
+  for (const auto& [name, shape] : test::allShapes()) {
+    if (!std::holds_alternative<ProfileSurface>(shape->field())) continue;
+    CAPTURE(name);
+    const SurfaceDistance field(*shape);
+    const ClosestPoint mesh(shape->mesh());
+    for (int n = 0; n < 200; ++n) {
+      const Vec3 p = 1.5 * shape->radius() * test::randomDirection(random);
+      const SurfaceDistance::Sample sample = field.sample(p);
+      const double truth = mesh.signedDistance(p);
+      CHECK(sample.distance > 0.0);
+      CHECK(sample.distance < 2.1 * truth);
+      CHECK(field.lowerBound(p) <= truth + 1e-9);
+      CHECK(std::abs(mesh.signedDistance(field.foot(p, sample))) < 0.1 * shape->radius());
+    }
+  }
+}
