@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "packMesh/error.h"
-#include "packMesh/packing/growth_scene.h"
 #include "packMesh/packing/pack_by_growth.h"
+#include "packMesh/packing/regrown_cells.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/stages/certificate/certifier.h"
 #include "packMesh/stages/placement/placement.h"
@@ -217,7 +217,10 @@ class Run {
           deliver(relaxation);
           return true;
         }
-        if (round == problem_.regrowAfter && regrown(relaxation, found)) return true;
+        if (round == problem_.regrowAfter && regrown(relaxation, *certifier, found)) {
+          deliver(relaxation);
+          return true;
+        }
         for (const OverlappingPair& pair : found.overlapping) {
           const int again = std::max(0, ++failures_[{pair.first, pair.second}] - patience);
           relaxation.demandClearance(pair.first, pair.second, std::ldexp(tolerance::repairClearance, again));
@@ -245,10 +248,6 @@ class Run {
     std::vector<BodyState> mine;
     for (std::vector<BodyState>& states : ranks.exchange(to))
       mine.insert(mine.end(), states.begin(), states.end());
-    keep(std::move(mine));
-  }
-
-  void keep(std::vector<BodyState> mine) {
     std::sort(mine.begin(), mine.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
     result_.cells.clear();
     result_.poses.clear();
@@ -260,56 +259,28 @@ class Run {
     result_.cellCount = problem_.communicator.sum(static_cast<std::int64_t>(mine.size()));
   }
 
-  /// Shrinks the cells that meet and lets them grow again, on every rank alike. Otherwise nothing changes.
-  /// @param found what is wrong; cells by id
-  bool regrown(const Relaxation& relaxation, const Certificate& found) {
-    std::vector<BodyState> states;
-    for (const Body& body : relaxation.cells()) states.push_back(stateOf(body));
-    states = problem_.communicator.gatherAll(states);
-    std::sort(states.begin(), states.end(),
-              [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
-    const auto indexOf = [&](std::int64_t id) {
-      return std::lower_bound(states.begin(), states.end(), id,
-                              [](const BodyState& state, std::int64_t value) { return state.id < value; }) -
-             states.begin();
+  /// Shrinks the cells that meet and lets them grow again. @return whether that made the packing clean;
+  /// otherwise nothing has changed
+  bool regrown(Relaxation& relaxation, Certifier& certifier, const Certificate& faults) {
+    const std::vector<MovedCell> moves = regrownCells(
+        problem_, relaxation, faults, [this] { return stopped(); }, result_.statistics.regrowth);
+    if (moves.empty()) return false;
+    std::vector<MovedCell> back;
+    const auto certificate = [&] {
+      if (const auto changed = takeCells(relaxation)) certifier.update(*changed);
+      return ofAllRanks(certifier.certificate(), written_.ids, problem_.communicator);
     };
-    GrowthState state;
-    for (const BodyState& body : states) state.push_back({body.species, bodyOf(body).pose()});
-    Certificate faults = found;
-    for (OverlappingPair& pair : faults.overlapping) {
-      pair.first = indexOf(pair.first);
-      pair.second = indexOf(pair.second);
-    }
-    for (MisplacedCell& cell : faults.misplaced) cell.cell = indexOf(cell.cell);
+    for (const MovedCell& move : moves) back.push_back({move.id, move.before, move.after});
+    setPoses(relaxation, moves);
+    result_.certificate = certificate();
+    if (result_.certificate.clean()) return true;
+    setPoses(relaxation, back);
+    certificate();
+    return false;
+  }
 
-    const GrowthScene scene = growthSceneOf(problem_);
-    TetrahedraSums tetrahedra;
-    const BuilderFactory factory = [&](const GrowthScene& part) {
-      return makeBuilder(problem_.builder, part, tetrahedra);
-    };
-    if (!regrow(
-            scene, problem_.growth, factory, [this] { return stopped(); }, faults, state,
-            result_.statistics.regrowth))
-      return false;
-    std::vector<PlacedCell> cells;
-    for (const GrowingCell& cell : state) cells.push_back({cell.species, writtenPlacement(cell.pose)});
-    CertificateInput input = certificateInput();
-    input.cells = &cells;
-    input.own = nullptr;
-    const Certificate certificate = certify(input);
-    if (!certificate.clean()) return false;
-    result_.certificate = certificate;
-    const auto [first, end] = shareOfIds(problem_.communicator.rank());
-    std::vector<BodyState> mine;
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      if (states[i].id < first || states[i].id >= end) continue;
-      Body body = bodyOf(states[i]);
-      body.position = state[i].pose.position;
-      body.orientation = state[i].pose.orientation;
-      mine.push_back(stateOf(body));
-    }
-    keep(std::move(mine));
-    return true;
+  static void setPoses(Relaxation& relaxation, const std::vector<MovedCell>& moves) {
+    for (const MovedCell& move : moves) relaxation.setPose(move.id, move.after);
   }
 
   /// What a misplaced cell is given on top of what it was to keep: what the relaxation did not see, because

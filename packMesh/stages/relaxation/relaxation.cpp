@@ -286,6 +286,16 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
   stirAll();
 }
 
+void Relaxation::setPose(std::int64_t id, const Pose& pose) {
+  for (Body& body : bodies_)
+    if (body.id == id) {
+      body.position = pose.position;
+      body.orientation = pose.orientation;
+      body.rotation = pose.orientation.toRotationMatrix();
+      listed_ = false;
+    }
+}
+
 void Relaxation::remove(const std::vector<std::int64_t>& ids) {
   const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
   bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());

@@ -51,6 +51,9 @@ class Relaxation {
   /// Cell `id` shall keep `extra` more clearance from the wall [µm].
   void demandWallClearance(std::int64_t id, double extra);
 
+  /// Puts a cell elsewhere, on every rank that holds it.
+  void setPose(std::int64_t id, const Pose& pose);
+
   /// Takes cells out. Pre: `ids` sorted.
   void remove(const std::vector<std::int64_t>& ids);
 
