@@ -43,7 +43,7 @@ Value required(const XMLElement& domain, const DomainTag& tag, const fs::path& f
     throw InputError(fmt::format("{}: has no <{}>; expected {}", placeOf(domain, file), tag.name,
                                  expectation(specOf(tag))));
   }
-  const Value value = valueOf(*element, specOf(tag), file);
+  Value value = valueOf(*element, specOf(tag), file);
   // HemoCell reads digits until something else comes: 1e3 as 1.
   if (tag.kind == Kind::integer && textOf(*element).find_first_of("eE") != std::string::npos) {
     throw InputError(fmt::format("{}: expected a whole number in digits alone, found '{}'",
