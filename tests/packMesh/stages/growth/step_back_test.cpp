@@ -85,7 +85,7 @@ TEST_CASE("Steps out of the lumen are taken back, so are steps nearer to the wal
   StepBack(s.scene).take({moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].pose.position.x() == 1.25);
   CHECK(sums.misplaced == 1);
-  s.scene.wallClearance = 0.2;
+  s.scene.wallClearance = 0.19;
   StepBack(s.scene).take({moveBy(Vec3(-0.2, 0, 0))}, s.state, sums);
   CHECK(s.state[0].pose.position.x() == 1.25 - 0.2 / 4.0);
 }
