@@ -12,8 +12,8 @@
 namespace packmesh {
 namespace {
 
-/// Who is seen by the growing cells [multiples of the largest radius]: their neighbours, which may make way, and
-/// the neighbours of these.
+/// Who is seen by the growing cells [multiples of the largest radius]: their neighbours, which may make way,
+/// and the neighbours of these.
 constexpr double sight = 8.0;
 
 std::set<std::int64_t> failing(const Certificate& faults) {
@@ -64,8 +64,9 @@ std::vector<MovedCell> regrownCells(const PackingProblem& problem, const Relaxat
   for (const BodyState& cell : cells) state.push_back({cell.species, bodyOf(cell).pose()});
   const GrowthState before = state;
   const auto indexOf = [&](std::int64_t id) {
-    const auto at = std::lower_bound(cells.begin(), cells.end(), id,
-                                     [](const BodyState& cell, std::int64_t wanted) { return cell.id < wanted; });
+    const auto at =
+        std::lower_bound(cells.begin(), cells.end(), id,
+                         [](const BodyState& cell, std::int64_t wanted) { return cell.id < wanted; });
     return static_cast<std::int64_t>(at - cells.begin());
   };
   Certificate local = faults;

@@ -18,9 +18,9 @@ struct MovedCell {
   Pose before, after;
 };
 
-/// Where the cells that meet, and those around them, would be after shrinking and growing again (see regrow());
-/// the relaxation is left as it is. Empty when growth does not get them to full size. All ranks call, and all
-/// grow all such cells: they are few.
+/// Where the cells that meet, and those around them, would be after shrinking and growing again (see
+/// regrow()); the relaxation is left as it is. Empty when growth does not get them to full size. All ranks
+/// call, and all grow all such cells: they are few.
 /// @param faults of all ranks, by ids
 std::vector<MovedCell> regrownCells(const PackingProblem& problem, const Relaxation& relaxation,
                                     const Certificate& faults, const std::function<bool()>& stop,

@@ -15,10 +15,9 @@ std::size_t expectedPairs(const std::vector<Sphere>& spheres, double radius, dou
   if (spheres.empty()) return 0;
   Box bounds{spheres[0].center, spheres[0].center};
   for (const Sphere& s : spheres) bounds.add(s.center);
-  bounds = bounds.grownBy(radius);
   const double bodies = static_cast<double>(spheres.size()), reach = 2.0 * radius + margin;
   const double near = 4.19 * reach * reach * reach * bodies / bounds.volume();
-  return static_cast<std::size_t>(std::min(0.5 * near, most) * bodies);
+  return static_cast<std::size_t>((near < 2.0 * most ? 0.5 * near : most) * bodies);  // NaN: most
 }
 
 /// The second cell of a pair, as it is found.
