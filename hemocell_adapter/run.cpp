@@ -245,8 +245,8 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
                             1e-3 * perSweep * double(ranks.traffic().bytes)));
   }
   if (!statistics.growth && statistics.blocks < ranks.size())
-    log::info(fmt::format("Note: {} blocks of cells for {} ranks: the others had nothing to do",
-                          statistics.blocks, ranks.size()));
+    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the others had nothing to do",
+                          statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
 
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
   ranks.sum(counts);

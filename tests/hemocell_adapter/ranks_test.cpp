@@ -103,7 +103,7 @@ TEST_CASE("ranks without a block are idle, which is said", "[ranks]") {
   const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("1 blocks of cells for 4 ranks: the others had nothing to do"));
+  CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the others had nothing to do"));
 }
 
 TEST_CASE("check under mpirun is done by one rank", "[ranks]") {

@@ -74,9 +74,9 @@ class ContactSolver {
   /// Bound of how far any point of `body` is from where it was at the beginning of the epoch [µm].
   void updateMoved(Body& body) const;
 
-  /// Coarse samples will do for all contacts.
   /// Look at every pair all over, also where it did not touch last.
   void setThoroughly(bool thoroughly) { thoroughly_ = thoroughly; }
+  /// Coarse samples will do for all contacts.
   void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
   void setMobile(bool rotate) { rotate_ = rotate; }
 
