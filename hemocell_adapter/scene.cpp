@@ -41,6 +41,15 @@ void refuseTooLarge(const SceneSpecies& species, const Container& container) {
       species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
 }
 
+/// HemoCell would delete every cell of this kind, wherever it is.
+void refuseWithoutNode(const SceneSpecies& species) {
+  if (!species.acceptance || species.acceptance->allowedNodes().fluidNodes() > 0) return;
+  throw InputError(
+      fmt::format("cell '{}': no node of the lattice is further than {} µm from all solid nodes, "
+                  "so HemoCell would delete every such cell",
+                  species.job.name, species.job.minimumDistanceFromSolid));
+}
+
 void resolveCounts(const Job& job, Scene& scene) {
   std::vector<CountedSpecies> counted;
   for (const SceneSpecies& species : scene.species) {
@@ -62,7 +71,9 @@ void resolveCounts(const Job& job, Scene& scene) {
   for (std::size_t i = 0; i < counts.size(); ++i) {
     scene.species[i].count = counts[i];
     volume += double(counts[i]) * scene.species[i].shape->volume();
-    if (counts[i] > 0) refuseTooLarge(scene.species[i], *scene.lumen.container);
+    if (counts[i] == 0) continue;
+    refuseTooLarge(scene.species[i], *scene.lumen.container);
+    refuseWithoutNode(scene.species[i]);
   }
   const double lumen = scene.lumen.container->volume();
   if (volume >= lumen) {

@@ -53,6 +53,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
       {"50 50 50 --rbc 1 --minimum-distance-from-solid RBC 1", 1, "is for cases"},
       {"config.xml --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
+      {"config.xml --rbc 1 --minimum-distance-from-solid RBC 50", 2, "would delete every such cell"},
       {"50 50 50 --rbc 1 --nor", 1, "did you mean '--noRotate'?"},
       {"--cylinder x 10 20 --sphere 10 --rbc 1", 1, "--cylinder excludes --sphere"},
       {"50 50 50 --cell-mesh big 2 tube.stl --mesh-scale big 10000", 2, "larger than the lumen"},
