@@ -66,7 +66,7 @@ void warnOfStaleFiles(const Job& job, const Scene& scene) {
   }
 }
 
-/// Of the cells of all ranks. The reasons are counted only: few different ones are given.
+/// Of the cells of all ranks.
 Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
   Kept own;
   own.kept.assign(scene.species.size(), 0);
@@ -78,18 +78,17 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
       ++own.kept[cell.species];
     }
   }
-  ranks.sum(own.kept);
+  std::string text;
+  for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
+  const std::vector<char> all = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
   Kept kept;
-  kept.kept = own.kept;
-  for (int rank = 0; rank < ranks.size(); ++rank) {
-    std::string text;
-    for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
-    std::istringstream reasons(ranks.broadcast(text, rank));
-    std::int64_t count = 0;
-    std::string reason;
-    while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
-      countReason(kept, reason, count);
-  }
+  kept.kept = std::move(own.kept);
+  ranks.sum(kept.kept);
+  std::istringstream reasons(std::string(all.begin(), all.end()));
+  std::int64_t count = 0;
+  std::string reason;
+  while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
+    countReason(kept, reason, count);
   return kept;
 }
 
@@ -244,6 +243,8 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
                             perSweep * double(ranks.traffic().messages),
                             1e-3 * perSweep * double(ranks.traffic().bytes)));
   }
+  if (statistics.growth && !ranks.alone())
+    log::info("Note: growth is done by all ranks alike: more of them make it no faster");
   if (!statistics.growth && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} block{} of cells for {} ranks: the others had nothing to do",
                           statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
@@ -263,12 +264,15 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const Kept kept = keptOf(scene, result.cells, ranks);
   const bool allKept = kept.reasons.empty();
   const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
-  if (!result.certificate.clean() || (promised && !allKept)) {
+  const bool complete = result.certificate.cells == result.cellCount;
+  if (!result.certificate.clean() || !complete || (promised && !allKept)) {
     log::error(fmt::format(
-        "the packing does not hold ({} overlapping pairs, {} cells misplaced, HemoCell would drop some: "
-        "{}); nothing was written. This is a fault of packMesh; please report it with the command",
-        result.certificate.overlapping.size(), result.certificate.misplaced.size(),
-        allKept ? "no" : kept.reasons.front().first));
+        "the packing does not hold ({} of {} cells examined, {} overlapping pairs, {} cells misplaced, "
+        "HemoCell "
+        "would drop some: {}); nothing was written. This is a fault of packMesh; please report it with the "
+        "command",
+        result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
+        result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
   write(job, scene, result, counts, ranks);

@@ -71,13 +71,6 @@ std::int64_t Communicator::min(std::int64_t value) const {
   return impl_ ? impl_->reduced(value, MPI_INT64_T, MPI_MIN) : value;
 }
 
-std::int64_t Communicator::sumBefore(std::int64_t value) const {
-  if (!impl_) return 0;
-  std::int64_t before = 0;
-  MPI_Exscan(&value, &before, 1, MPI_INT64_T, MPI_SUM, impl_->comm);
-  return impl_->rank == 0 ? 0 : before;
-}
-
 std::string Communicator::broadcast(const std::string& text, int root) const {
   if (!impl_) return text;
   std::int64_t length = static_cast<std::int64_t>(text.size());
@@ -85,10 +78,6 @@ std::string Communicator::broadcast(const std::string& text, int root) const {
   std::string result = impl_->rank == root ? text : std::string(length, '\0');
   MPI_Bcast(result.data(), count(result.size()), MPI_CHAR, root, impl_->comm);
   return result;
-}
-
-void Communicator::barrier() const {
-  if (impl_) MPI_Barrier(impl_->comm);
 }
 
 std::vector<Communicator::Bytes> Communicator::exchangeBytes(std::vector<Bytes> to) const {

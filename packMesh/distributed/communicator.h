@@ -41,11 +41,8 @@ class Communicator {
   double min(double value) const;
   std::int64_t min(std::int64_t value) const;
   bool any(bool value) const { return !alone() ? max(value ? 1.0 : 0.0) > 0.0 : value; }
-  /// Sum over the ranks before this one.
-  std::int64_t sumBefore(std::int64_t value) const;
   /// The text of rank `root`.
   std::string broadcast(const std::string& text, int root) const;
-  void barrier() const;
 
   /// Sends to[r] to every rank r. @return what each rank had for this one, by rank
   template <class T>

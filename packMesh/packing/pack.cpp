@@ -88,7 +88,6 @@ class Run {
     input.clearance = problem_.clearance + tolerance::relaxationMargin;
     input.wallClearance = problem_.wallClearance + tolerance::relaxationMargin;
     input.rotate = problem_.rotate;
-    input.seed = problem_.seed;
     const Communicator& ranks = problem_.communicator;
     const auto [first, end] = shareOfIds(ranks.rank());
     std::vector<Body> bodies;
@@ -98,8 +97,8 @@ class Run {
       begin += problem_.species[s].count;
       if (from >= to) continue;
       std::int64_t id = from;
-      for (const Pose& pose :
-           placeRandomly({shapes_[s], walls_[s], from, to - from}, input.bounds, input.seed, input.rotate)) {
+      for (const Pose& pose : placeRandomly({shapes_[s], walls_[s], from, to - from}, input.bounds,
+                                            problem_.seed, input.rotate)) {
         Body body;
         body.id = id++;
         body.species = static_cast<int>(s);
@@ -256,7 +255,7 @@ class Run {
       result_.poses.push_back(pose);
       result_.cells.push_back({state.species, writtenPlacement(pose)});
     }
-    result_.cellCount = problem_.communicator.sum(static_cast<std::int64_t>(mine.size()));
+    result_.cellCount = ranks.sum(static_cast<std::int64_t>(mine.size()));
   }
 
   /// Shrinks the cells that meet and lets them grow again. @return whether that made the packing clean;

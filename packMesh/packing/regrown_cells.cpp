@@ -37,8 +37,7 @@ std::vector<BodyState> cellsAround(const std::set<std::int64_t>& ids, const Pack
   for (const Body& body : cells)
     if (ids.count(body.id) != 0) own.push_back(stateOf(body));
   std::vector<Sphere> centres;
-  for (const BodyState& state : ranks.gatherAll(own))
-    centres.push_back({Vec3(state.position[0], state.position[1], state.position[2]), 0.0});
+  for (const BodyState& state : ranks.gatherAll(own)) centres.push_back({bodyOf(state).position, 0.0});
   const SphereGrid grid(centres);
 
   std::vector<BodyState> near;

@@ -21,7 +21,6 @@ RelaxationInput inputOf(const GrowthScene& scene) {
   input.clearance = scene.clearance + tolerance::relaxationMargin;
   input.wallClearance = scene.wallClearance + tolerance::relaxationMargin;
   input.rotate = scene.rotate;
-  input.seed = scene.seed;
   return input;
 }
 

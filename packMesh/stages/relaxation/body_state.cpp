@@ -3,10 +3,22 @@
 
 namespace packmesh {
 
+PlainPose PlainPose::of(const Body& body) {
+  PlainPose pose;
+  Eigen::Map<Vec3>(pose.position) = body.position;
+  Eigen::Map<Eigen::Vector4d>(pose.orientation) = body.orientation.coeffs();
+  return pose;
+}
+
+void PlainPose::giveTo(Body& body) const {
+  body.position = Eigen::Map<const Vec3>(position);
+  body.orientation.coeffs() = Eigen::Map<const Eigen::Vector4d>(orientation);
+  body.rotation = body.orientation.toRotationMatrix();
+}
+
 BodyState stateOf(const Body& body) {
   BodyState state{};
-  for (int k = 0; k < 3; ++k) state.position[k] = body.position[k];
-  for (int k = 0; k < 4; ++k) state.orientation[k] = body.orientation.coeffs()[k];
+  state.pose = PlainPose::of(body);
   state.scale = body.scale;
   state.extraWallClearance = body.extraWallClearance;
   state.overlap = body.overlap;
@@ -19,9 +31,7 @@ BodyState stateOf(const Body& body) {
 
 Body bodyOf(const BodyState& state) {
   Body body;
-  for (int k = 0; k < 3; ++k) body.position[k] = state.position[k];
-  for (int k = 0; k < 4; ++k) body.orientation.coeffs()[k] = state.orientation[k];
-  body.rotation = body.orientation.toRotationMatrix();
+  state.pose.giveTo(body);
   body.scale = state.scale;
   body.extraWallClearance = state.extraWallClearance;
   body.overlap = state.overlap;

@@ -8,10 +8,19 @@
 
 namespace packmesh {
 
-/// All of a body that lasts from one list of pairs to the next; trivially copyable.
-struct BodyState {
+/// Where a body is; trivially copyable.
+struct PlainPose {
   double position[3];     ///< [µm]
   double orientation[4];  ///< x, y, z, w
+
+  static PlainPose of(const Body& body);
+  /// Puts the body there.
+  void giveTo(Body& body) const;
+};
+
+/// All of a body that lasts from one list of pairs to the next; trivially copyable.
+struct BodyState {
+  PlainPose pose;
   double scale, extraWallClearance, overlap;
   std::int64_t id;
   std::int32_t species, block;

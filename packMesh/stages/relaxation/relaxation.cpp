@@ -6,7 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "packMesh/random.h"
 #include "packMesh/tolerances.h"
 
 namespace packmesh {
@@ -107,6 +106,7 @@ Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
   for (const Body& body : bodies_)
     ++cellsOfBlock[blocks_.blockOf(wrapped(body.position, input_.bounds, input_.period))];
   shareOut(std::move(cellsOfBlock));
+  distribute();
 }
 
 void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
@@ -123,9 +123,14 @@ bool Relaxation::strayed() const {
   return false;
 }
 
-void Relaxation::keepOwn() {
-  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
-                bodies_.end());
+/// Brings this rank's bodies to the owners of their blocks, and copies to those who need them. Pre: no
+/// copies.
+void Relaxation::distribute() {
+  for (Body& body : bodies_) {
+    body.position = wrapped(body.position, input_.bounds, input_.period);
+    body.block = blocks_.blockOf(body.position);
+  }
+  shared_.distribute(bodies_);
 }
 
 void Relaxation::refreshLists() {
@@ -137,14 +142,10 @@ void Relaxation::refreshLists() {
   const double motion = expectedMotion();
   list_ = PairList();  // never two lists at a time in memory
 
-  if (sharedOut_) keepOwn();
-  if (sharedOut_ && isUneven()) shareOut(workOfBlock_);
-  sharedOut_ = true;
-  for (Body& body : bodies_) {
-    body.position = wrapped(body.position, input_.bounds, input_.period);
-    body.block = blocks_.blockOf(body.position);
-  }
-  shared_.distribute(bodies_);
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
+                bodies_.end());
+  if (isUneven()) shareOut(workOfBlock_);
+  distribute();
   bodyStart_.assign(blocks_.count() + 1, 0);
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
@@ -187,7 +188,7 @@ double Relaxation::expectedMotion() const {
   constexpr double stepsPerMicrometre = 0x1p20;
   std::int64_t steps = 0;
   for (const Body& body : bodies_)
-    if (!sharedOut_ || owns(body)) steps += static_cast<std::int64_t>(body.moved * stepsPerMicrometre);
+    if (owns(body)) steps += static_cast<std::int64_t>(body.moved * stepsPerMicrometre);
   const double all = static_cast<double>(communicator_.sum(steps)) / stepsPerMicrometre;
   const double mean = cellCount_ == 0 ? 0.0 : all / static_cast<double>(cellCount_);
   return std::clamp(motionReserve * 2.0 * mean, smallestMotion, largestMotion);
@@ -256,18 +257,6 @@ void Relaxation::addUp(SweepSums& sums) {
   strayed_ = largest[1] > 0.0;
 }
 
-void Relaxation::kick(double amplitude) {
-  ++kicks_;
-  for (Body& body : bodies_) {
-    const auto u = uniform4(input_.seed, RandomStream::kick, body.id, kicks_);
-    const double length = amplitude * u[2];
-    body.position += length * uniformDirection(u[0], u[1]);
-    solver_.updateMoved(body);
-  }
-  stirAll();
-  strayed_ = listed_ && communicator_.any(strayed());
-}
-
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
   float& demanded = extraClearance_[std::minmax(first, second)];
   const double most =  // more would reach beyond the blocks around
@@ -300,7 +289,7 @@ void Relaxation::remove(const std::vector<std::int64_t>& ids) {
   const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
   bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
   cellCount_ = communicator_.sum(static_cast<std::int64_t>(
-      std::count_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !sharedOut_ || owns(b); })));
+      std::count_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return owns(b); })));
   listed_ = false;
 }
 
@@ -311,9 +300,8 @@ void Relaxation::dropLists() {
 
 std::vector<Body> Relaxation::cells() const {
   std::vector<Body> cells = cellsAround();
-  if (sharedOut_)
-    cells.erase(std::remove_if(cells.begin(), cells.end(), [&](const Body& b) { return !owns(b); }),
-                cells.end());
+  cells.erase(std::remove_if(cells.begin(), cells.end(), [&](const Body& b) { return !owns(b); }),
+              cells.end());
   return cells;
 }
 

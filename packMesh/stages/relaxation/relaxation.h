@@ -23,7 +23,6 @@ struct RelaxationInput {
   double clearance = 0.0;      ///< gap aimed at between membranes [µm]
   double wallClearance = 0.0;  ///< gap aimed at between membrane and wall [µm]
   bool rotate = true;
-  std::uint64_t seed = 1;
 };
 
 /// Bodies, who is near whom, and the sweeps over them. The result of a sweep depends on the bodies and the
@@ -42,9 +41,6 @@ class Relaxation {
   /// away
   /// @param slack contacts are only resolved to within this of the clearance [µm]
   SweepSums sweep(double omega, double slack = 0.0);
-
-  /// Displaces every cell by a random vector of length up to `amplitude` [µm].
-  void kick(double amplitude);
 
   /// A pair (ids) shall keep `extra` more clearance than it had [µm].
   void demandClearance(std::int64_t first, std::int64_t second, double extra);
@@ -82,7 +78,7 @@ class Relaxation {
   double expectedMotion() const;
   void beginEpoch(double expectedMotion);
   bool strayed() const;
-  void keepOwn();
+  void distribute();
 
   RelaxationInput input_;
   Communicator communicator_;
@@ -103,13 +99,11 @@ class Relaxation {
   double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
   std::int64_t listedInSweep_ = 0, epochBegan_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
-  bool sharedOut_ = false;                 ///< bodies are where their blocks' owners are
   double slack_ = 0.0;                     ///< of the last sweep [µm]
   bool listed_ = false, strayed_ = false, coarsely_ = true;
   std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
   double largestExtra_ = 0.0;
   std::int64_t sweeps_ = 0;
-  std::uint32_t kicks_ = 0;
   SweepSums last_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 /// What a push changes.
 struct Change {
-  double position[3], orientation[4];
+  PlainPose pose;
   double moved, overlap;
   std::int64_t slot;
 };
@@ -99,12 +99,7 @@ std::vector<int> SharedBodies::share(std::vector<Body>& bodies) {
     for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
       const Body& body = bodies[common_[p][slot]];
       if (!body.changed) continue;
-      Change change{};
-      for (int k = 0; k < 3; ++k) change.position[k] = body.position[k];
-      for (int k = 0; k < 4; ++k) change.orientation[k] = body.orientation.coeffs()[k];
-      change.moved = body.moved;
-      change.overlap = body.overlap;
-      change.slot = static_cast<std::int64_t>(slot);
+      const Change change{PlainPose::of(body), body.moved, body.overlap, static_cast<std::int64_t>(slot)};
       const auto* bytes = reinterpret_cast<const std::byte*>(&change);
       peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);
     }
@@ -117,9 +112,7 @@ std::vector<int> SharedBodies::share(std::vector<Body>& bodies) {
       Change change;
       std::memcpy(&change, &peers_[p].received[at], sizeof change);
       Body& body = bodies[common_[p][change.slot]];
-      for (int k = 0; k < 3; ++k) body.position[k] = change.position[k];
-      for (int k = 0; k < 4; ++k) body.orientation.coeffs()[k] = change.orientation[k];
-      body.rotation = body.orientation.toRotationMatrix();
+      change.pose.giveTo(body);
       body.moved = change.moved;
       body.overlap = change.overlap;
       if (blocks.empty() || blocks.back() != body.block) blocks.push_back(body.block);

@@ -2,6 +2,7 @@
 #include "packMesh/packing/pack.h"
 
 #include <catch2/catch.hpp>
+#include <functional>
 
 #include "packMesh/container/primitives.h"
 #include "tests/support/shapes.h"
@@ -17,8 +18,13 @@ struct Outline {
   std::vector<double> numbers;  // of all cells, in order; on rank 0
 };
 
-Outline outlineOf(const PackingProblem& problem) {
+using Examine = std::function<void(const PackingResult&)>;
+
+Outline outlineOf(const PackingProblem& problem, const Examine& examine) {
   const PackingResult result = pack(problem);
+  REQUIRE(result.certificate.clean());
+  REQUIRE(result.certificate.cells == result.cellCount);
+  examine(result);
   Outline outline{result.outcome,
                   result.statistics.sweeps,
                   result.statistics.repairs,
@@ -39,13 +45,14 @@ Outline outlineOf(const PackingProblem& problem) {
 }
 
 /// Packs on all ranks, and on the first one alone, and compares.
-void requireSameOnAllRanks(PackingProblem problem) {
+void requireSameOnAllRanks(
+    PackingProblem problem, const Examine& examine = [](const PackingResult&) {}) {
   const Communicator ranks = Communicator::world();
   problem.communicator = ranks;
-  const Outline shared = outlineOf(problem);
+  const Outline shared = outlineOf(problem, examine);
   if (ranks.rank() != 0) return;
   problem.communicator = Communicator();
-  const Outline alone = outlineOf(problem);
+  const Outline alone = outlineOf(problem, examine);
   REQUIRE(shared.outcome == alone.outcome);
   REQUIRE(shared.sweeps == alone.sweeps);
   REQUIRE(shared.repairs == alone.repairs);
@@ -101,6 +108,31 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
 TEST_CASE("What does not fit is thinned out alike on any number of ranks", "[mpi]") {
   PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.60, 7);
   problem.limits.maxSweeps = 40;
+  requireSameOnAllRanks(problem);
+}
+
+TEST_CASE("When there is no time for a single sweep, what is left is certified against all ranks' cells",
+          "[mpi]") {
+  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.4, 9);
+  problem.limits.maxSeconds = 1e-9;
+  requireSameOnAllRanks(problem);
+}
+
+TEST_CASE("Cells that fail grow again alike on any number of ranks", "[mpi]") {
+  std::int64_t rounds = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    PackingProblem problem =
+        problemIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.55, seed);
+    problem.regrowAfter = 0;
+    requireSameOnAllRanks(problem,
+                          [&](const PackingResult& result) { rounds += result.statistics.regrowth.rounds; });
+  }
+  REQUIRE(rounds > 0);
+}
+
+TEST_CASE("Method cat packs the same on any number of ranks", "[mpi]") {
+  PackingProblem problem = problemIn(makeBox({Vec3::Zero(), Vec3(25, 25, 25)}, {true, true, true}), 0.25, 10);
+  problem.method = Method::cat;
   requireSameOnAllRanks(problem);
 }
 

@@ -17,7 +17,7 @@ TEST_CASE("Distance, foot and bound of every kind of shape against the mesh") {
     const ClosestPoint mesh(shape->mesh());
     // Facets are below the closed form by their sagitta (0.036 of the radius for the platelet of 66
     // vertices); a grid errs at edges.
-    const double facets = 0.045 * shape->radius();
+    const double facets = 0.04 * shape->radius();
     for (int n = 0; n < 400; ++n) {
       const Triangle& t = shape->mesh().triangles[random() % shape->mesh().triangles.size()];
       const double u = unit(random), v = (1.0 - u) * unit(random);
@@ -31,7 +31,8 @@ TEST_CASE("Distance, foot and bound of every kind of shape against the mesh") {
       CHECK(sample.gradient.norm() == Approx(1.0));
       CHECK(field.lowerBound(p) <= truth + 1e-9);
       const Vec3 foot = field.foot(p, sample);
-      CHECK(std::abs(mesh.signedDistance(foot)) < facets);
+      // Of first order in the distance (up to 0.1 of the radius), which adds a little.
+      CHECK(std::abs(mesh.signedDistance(foot)) < 1.1 * facets);
       CHECK((foot - p).norm() < std::abs(truth) + 2.0 * facets);
     }
   }
