@@ -87,6 +87,10 @@ class Parser {
     }
     if (isCommand_) return result_;
     understandPositionals();
+    for (std::size_t i = 0, r = 0; i < words_.size(); ++i) {
+      while (r < restart_.size() && restart_[r].second <= i) ++r;
+      if (r == restart_.size() || i < restart_[r].first) result_.words.push_back(words_[i]);
+    }
     return result_;
   }
 
@@ -116,7 +120,9 @@ class Parser {
     const std::string typed = word.substr(0, word.find('='));
     const Candidate candidate = resolve(name, typed);
     if (candidate.setting) {
+      const std::size_t begin = next_ - 1;
       assign(*candidate.setting, attached, typed);
+      if (candidate.name == "restart") restart_.emplace_back(begin, next_);
     } else if (!isCommand_) {
       result_.command = candidate.command;
       isCommand_ = true;
@@ -171,6 +177,8 @@ class Parser {
     const bool ownLumen = result_.settings().container.has_value();
     if (positionals_.empty()) {
       if (ownLumen) return;
+      result_.restartAlone = !restart_.empty() && !checkBox && result_.command == Command::pack;
+      if (result_.restartAlone) return;
       throw UsageError(checkBox
                            ? "check --box needs three sizes: check --box sX sY sZ"
                            : "what is to be packed into? Give a config.xml or three sizes sX sY sZ [µm]");
@@ -194,6 +202,7 @@ class Parser {
   std::size_t next_ = 0;
   std::vector<std::string> positionals_;
   CommandLine result_;
+  std::vector<std::pair<std::size_t, std::size_t>> restart_;  ///< words [first, second) of --restart
   bool isCommand_ = false;
 };
 
@@ -255,6 +264,7 @@ CommandLine parseCommandLine(const std::string& programName, const std::vector<s
   }
   CommandLine result = Parser(arguments).parse();
   result.asPackCells = asPackCells;
+  result.words.insert(result.words.begin(), programName);
   checkCombination(result);
   return result;
 }

@@ -28,6 +28,8 @@ struct CommandLine {
   std::optional<std::filesystem::path> configFile;  ///< case mode
   std::optional<std::array<std::string, 3>> sizes;  ///< box mode, as typed
   std::vector<Assignment> assignments;
+  std::vector<std::string> words;  ///< program and arguments, but for --restart and its file
+  bool restartAlone = false;       ///< --restart without anything to pack into
 
   /// The options alone.
   Settings settings() const;

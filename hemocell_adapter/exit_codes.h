@@ -32,7 +32,7 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
      "--keep-all)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::internal, "a fault of packMesh itself"},
-    {ExitCode::interrupted, "interrupted: nothing written"},
+    {ExitCode::interrupted, "interrupted: no .pos file written"},
 };
 
 /// The command line is at fault.

@@ -12,7 +12,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-volatile sig_atomic_t flag = 0, polled = 0;
+volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
 volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
 
 /// timeout, mpirun and batch systems send the same signal to a process and to its group: what comes within so
@@ -42,14 +42,23 @@ extern "C" void onSignal(int) {
   }
 }
 
+extern "C" void onCheckpointSignal(int) {
+  checkpoint = 1;
+}
+
+void handle(int number, void (*handler)(int)) {
+  struct sigaction action = {};
+  action.sa_handler = handler;
+  sigemptyset(&action.sa_mask);
+  sigaction(number, &action, nullptr);
+}
+
 }  // namespace
 
-void catchInterruption() {
-  struct sigaction action = {};
-  action.sa_handler = onSignal;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+void catchSignals() {
+  handle(SIGINT, onSignal);
+  handle(SIGTERM, onSignal);
+  handle(SIGUSR1, onCheckpointSignal);
 }
 
 void ignoreInterruption() {
@@ -66,6 +75,13 @@ PolledInterruption::~PolledInterruption() {
 
 bool interrupted() {
   return flag != 0;
+}
+
+bool checkpointAsked() {
+  return checkpoint != 0;
+}
+void forgetCheckpointAsked() {
+  checkpoint = 0;
 }
 
 }  // namespace packmesh::hemocell

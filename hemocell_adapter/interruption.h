@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Ctrl-C.
+/// @file Ctrl-C and other signals.
 #pragma once
 
 namespace packmesh::hemocell {
 
-/// From now on SIGINT and SIGTERM end the program at once, with a message and exit code 130.
-void catchInterruption();
+/// From now on SIGINT and SIGTERM end the program at once, with a message and exit code 130, and SIGUSR1 asks
+/// for a checkpoint.
+void catchSignals();
 
 /// From now on these signals do nothing: for the end of the program, when launchers send them to the ranks
 /// that are a little later than the first.
@@ -24,5 +25,9 @@ class PolledInterruption {
 
 /// Whether the flag is set.
 bool interrupted();
+
+/// Whether SIGUSR1 came since this was forgotten.
+bool checkpointAsked();
+void forgetCheckpointAsked();
 
 }  // namespace packmesh::hemocell

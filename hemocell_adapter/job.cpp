@@ -63,6 +63,11 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.bestEffort, s.bestEffort);
   take(job.outputDirectory, s.outputDirectory);
   take(job.povScene, s.povScene);
+  take(job.checkpointEvery, s.checkpointEvery);
+  job.stateFile = s.stateFile;
+  job.restart = s.restart;
+  if (!job.stateFile && (job.checkpointEvery > 0.0 || job.restart))
+    job.stateFile = job.restart ? *job.restart : job.outputDirectory / "state.h5";
 }
 
 /// Settings that have no effect where they were given are refused, not ignored.
@@ -79,6 +84,11 @@ void checkApplicability(const Job& job, const Settings& options) {
     if (options.builder) throw UsageError("option '--builder' is for --method cat");
     throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
   }
+  if (job.command == Command::check)
+    for (const auto& [option, isGiven] : {std::pair{"state", options.stateFile.has_value()},
+                                          {"restart", options.restart.has_value()},
+                                          {"checkpoint-every", options.checkpointEvery.has_value()}})
+      if (isGiven) throw UsageError(fmt::format("option '--{}' is for packing, not for check", option));
   if (job.escape && job.method != Method::cat) {
     if (options.escape) throw UsageError("option '--escape' is for --method cat");
     throw InputError(job.config->file.string() + ": <escape>: it is for <method> cat");
@@ -104,6 +114,7 @@ Job makeJob(const CommandLine& commandLine) {
   Job job;
   job.command = commandLine.command;
   job.asPackCells = commandLine.asPackCells;
+  job.commandWords = commandLine.words;
   Settings settings;
   job.outputDirectory = ".";
   if (commandLine.configFile) {

@@ -57,8 +57,11 @@ struct Job {
 
   std::filesystem::path outputDirectory;
   bool povScene = false;
-  std::vector<std::string> unchecked;  ///< .pos files that `check` cannot examine
-  std::vector<std::string> warnings;   ///< what the user should know about how this was understood
+  std::optional<std::filesystem::path> stateFile, restart;
+  double checkpointEvery = 0.0;           ///< [s]; 0: only at signals and in the end
+  std::vector<std::string> commandWords;  ///< program and arguments, but for --restart
+  std::vector<std::string> unchecked;     ///< .pos files that `check` cannot examine
+  std::vector<std::string> warnings;      ///< what the user should know about how this was understood
 };
 
 /// packCells' convention: a red cell has 97 µm³.

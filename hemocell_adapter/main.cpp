@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "hemocell_adapter/checkpoints.h"
 #include "hemocell_adapter/command_line.h"
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/interruption.h"
@@ -29,7 +30,9 @@ bool startedAsRanks() {
 
 ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
              const Communicator& ranks) {
-  const CommandLine commandLine = parseCommandLine(program, arguments);
+  std::optional<CommandLine> understood;
+  together(ranks, [&] { understood = parseOrContinue(program, arguments); });
+  const CommandLine& commandLine = *understood;
   const bool first = ranks.rank() == 0;
   switch (commandLine.command) {
     case Command::help:
@@ -51,7 +54,7 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   const Settings options = commandLine.settings();
   if (first && options.quiet.value_or(false)) log::setLevel(log::Level::quiet);
   if (first && options.verbose.value_or(false)) log::setLevel(log::Level::verbose);
-  catchInterruption();
+  catchSignals();
   std::optional<Job> job;
   together(ranks, [&] { job = makeJob(commandLine); });
   if (commandLine.command == Command::pack) return runPacking(*job, ranks);
@@ -68,9 +71,6 @@ ExitCode runAndTell(const std::string& program, const std::vector<std::string>& 
   } catch (const AgreedFailure& failure) {
     log::error(failure.what());
     return failure.code();
-  } catch (const UsageError& error) {  // the command line is the same for all
-    log::error(error.what());
-    return ExitCode::usage;
   } catch (...) {
     const Failure failure = failureOfException();
     if (!ranks.alone()) {

@@ -161,6 +161,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     }
     found->apply(settings, {valueOf(*child, found->values[0], file)});
   }
+  if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
   if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;
   return settings;
 }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <sstream>
 
+#include "hemocell_adapter/checkpoints.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/pos_file.h"
@@ -192,8 +193,12 @@ class ProgressLog {
   double last_ = 0.0;
 };
 
-ExitCode endInterrupted() {
-  log::error("interrupted: nothing was written");
+ExitCode endInterrupted(const Job& job, const StateFiles& states) {
+  if (states.saved())
+    log::error(fmt::format("interrupted: no .pos was written; to go on: packMesh --restart {}",
+                           job.stateFile->string()));
+  else
+    log::error("interrupted: nothing was written");
   return ExitCode::interrupted;
 }
 
@@ -218,7 +223,10 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
 
 ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
-  onFirstRank(ranks, [&] { requireWritable(job.outputDirectory); });
+  onFirstRank(ranks, [&] {
+    requireWritable(job.outputDirectory);
+    if (job.stateFile) requireWritable(job.stateFile->parent_path());
+  });
   for (const std::string& warning : job.warnings) log::warning(warning);
   std::optional<Scene> built;
   together(ranks, [&] { built = buildScene(job); });
@@ -233,8 +241,11 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   ProgressLog progress;
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
+  StateFiles states(job, problem);
+  if (job.stateFile) problem.checkpoints = states.checkpoints();
+  if (job.restart) problem.resume = stateToContinue(job, problem);
   const PackingResult result = pack(problem);
-  if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted();
+  if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted(job, states);
   const Statistics& statistics = result.statistics;
   for (const std::string& line : effortLines(statistics)) log::detail(line);
   if (!ranks.alone()) {

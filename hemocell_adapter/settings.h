@@ -73,6 +73,8 @@ struct Settings {
   std::optional<std::int64_t> maxIterations;
   std::optional<bool> bestEffort;
   std::optional<std::filesystem::path> outputDirectory;
+  std::optional<std::filesystem::path> stateFile, restart;
+  std::optional<double> checkpointEvery;  ///< [s]
   std::optional<bool> povScene, quiet, verbose;
   std::optional<double> ignoredScale;  ///< packCells' --scale was given
   std::optional<bool> checkBox;        ///< `check --box`

@@ -50,6 +50,10 @@ int Communicator::size() const {
   return impl_ ? impl_->size : 1;
 }
 
+const void* Communicator::mpi() const {
+  return impl_ ? &impl_->comm : nullptr;
+}
+
 std::int64_t Communicator::sum(std::int64_t value) const {
   return impl_ ? impl_->reduced(value, MPI_INT64_T, MPI_SUM) : value;
 }

@@ -87,6 +87,9 @@ class Communicator {
   /// peers.
   void swap(std::vector<Peer>& peers) const;
 
+  /// For libraries that talk by themselves (HDF5): points to an MPI_Comm; nullptr when alone.
+  const void* mpi() const;
+
   /// What this rank has sent.
   const Traffic& traffic() const;
 

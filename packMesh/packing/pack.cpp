@@ -11,12 +11,13 @@
 #include <utility>
 
 #include "packMesh/error.h"
+#include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/regrown_cells.h"
 #include "packMesh/packing/validate_problem.h"
+#include "packMesh/packing/written_cells.h"
 #include "packMesh/stages/certificate/certifier.h"
 #include "packMesh/stages/placement/placement.h"
-#include "packMesh/stages/relaxation/body_state.h"
 #include "packMesh/stages/relaxation/relaxation.h"
 #include "packMesh/stages/relaxation/schedule.h"
 #include "packMesh/stopwatch.h"
@@ -46,29 +47,26 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The cells of this rank, and the copies it has of cells near them, as they will be written; sorted by id.
-struct WrittenCells {
-  std::vector<std::int64_t> ids;
-  std::vector<bool> own;
-  std::vector<PlacedCell> cells;
-};
-
 /// One run of pack(). All ranks take the same way through it.
 class Run {
  public:
   explicit Run(const PackingProblem& problem)
-      : problem_(problem), start_(std::chrono::steady_clock::now()), deadline_(problem.limits.maxSeconds) {
-    for (const Species& species : problem.species) {
-      shapes_.push_back(species.shape.get());
-      walls_.push_back(problem.wallOf(species));
-    }
-  }
+      : problem_(problem),
+        start_(std::chrono::steady_clock::now()),
+        deadline_(problem.limits.maxSeconds),
+        shares_(cellsOf(problem), problem.communicator),
+        written_(problem) {}
 
   PackingResult operator()() {
-    Relaxation relaxation = place();
+    Relaxation relaxation = problem_.resume ? resumed(*problem_.resume) : placed();
+    keepState(relaxation);
     bool resolved = false;
-    while (!resolved && relaxed(relaxation)) resolved = certified(relaxation);
+    while (!at_.thinning && !resolved && relaxed(relaxation)) resolved = certified(relaxation);
     if (!resolved && !interrupted_) thinOut(relaxation);
+    if (problem_.checkpoints) {
+      if (!interrupted_) keepState(relaxation);
+      problem_.checkpoints->save(kept_);
+    }
     result_.outcome = interrupted_ ? Outcome::interrupted
                       : resolved   ? Outcome::certified
                                    : Outcome::outOfReach;
@@ -78,26 +76,38 @@ class Run {
   }
 
  private:
-  Relaxation place() {
-    Stopwatch watch(result_.statistics.placementSeconds);
+  static std::int64_t cellsOf(const PackingProblem& problem) {
+    std::int64_t cells = 0;
+    for (const Species& species : problem.species) cells += species.count;
+    return cells;
+  }
+
+  RelaxationInput relaxationInput() const {
     RelaxationInput input;
-    input.shapes = shapes_;
-    input.walls = walls_;
+    for (const Species& species : problem_.species) {
+      input.shapes.push_back(species.shape.get());
+      input.walls.push_back(problem_.wallOf(species));
+    }
     input.bounds = problem_.container->bounds();
     input.period = problem_.container->period();
     input.clearance = problem_.clearance + tolerance::relaxationMargin;
     input.wallClearance = problem_.wallClearance + tolerance::relaxationMargin;
     input.rotate = problem_.rotate;
-    const Communicator& ranks = problem_.communicator;
-    const auto [first, end] = shareOfIds(ranks.rank());
+    return input;
+  }
+
+  Relaxation placed() {
+    Stopwatch watch(result_.statistics.placementSeconds);
+    const RelaxationInput input = relaxationInput();
+    const auto [first, end] = shares_.own();
     std::vector<Body> bodies;
     std::int64_t begin = 0;  // of the species
-    for (std::size_t s = 0; s < shapes_.size(); ++s) {
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       const std::int64_t from = std::max(first, begin), to = std::min(end, begin + problem_.species[s].count);
       begin += problem_.species[s].count;
       if (from >= to) continue;
       std::int64_t id = from;
-      for (const Pose& pose : placeRandomly({shapes_[s], walls_[s], from, to - from}, input.bounds,
+      for (const Pose& pose : placeRandomly({input.shapes[s], input.walls[s], from, to - from}, input.bounds,
                                             problem_.seed, input.rotate)) {
         Body body;
         body.id = id++;
@@ -108,22 +118,42 @@ class Run {
         bodies.push_back(body);
       }
     }
-    return Relaxation(input, std::move(bodies), ranks);
+    return Relaxation(input, std::move(bodies), problem_.communicator);
   }
 
-  /// The ids that a rank places, and whose cells it is given in the end: [first, second).
-  std::pair<std::int64_t, std::int64_t> shareOfIds(int rank) const {
-    std::int64_t all = 0;
-    for (const Species& species : problem_.species) all += species.count;
-    const std::int64_t ranks = problem_.communicator.size(), each = all / ranks, rest = all % ranks;
-    const auto start = [&](std::int64_t r) { return r * each + std::min(r, rest); };
-    return {start(rank), start(rank + 1)};
+  Relaxation resumed(const PackingState& state) {
+    at_ = state.position;
+    result_.statistics.repairs = state.repairs;
+    failures_ = state.failures;
+    demandedOfWall_ = state.demandedOfWall;
+    std::vector<Body> bodies;
+    for (const BodyState& cell : state.cells) bodies.push_back(bodyOf(cell));
+    return Relaxation(relaxationInput(), std::move(bodies), problem_.communicator, state.relaxation);
+  }
+
+  /// Keeps what is saved if the run should end before this is done again. Pre: the relaxation begins anew.
+  void keepState(const Relaxation& relaxation) {
+    if (!problem_.checkpoints) return;
+    kept_ = {at_,
+             result_.statistics.repairs,
+             relaxation.state(),
+             failures_,
+             demandedOfWall_,
+             relaxation.cellCount(),
+             shares_.collect(relaxation.cells())};
+    const auto& due = problem_.checkpoints->due;
+    if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
   }
 
   /// Whether all contacts could be resolved within the limits.
   bool relaxed(Relaxation& relaxation) {
+    if (at_.stage != Stage::relaxation) return true;  // has been
     Stopwatch watch(result_.statistics.relaxationSeconds);
-    return relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps));
+    if (!relax(relaxation, tolerance::relaxationTolerance, limits(relaxation, problem_.limits.maxSweeps),
+               at_.schedule))
+      return false;
+    at_.stage = Stage::certificate;
+    return true;
   }
 
   /// Wall time since the start [s]; the same on all ranks.
@@ -149,6 +179,7 @@ class Run {
     ScheduleLimits limits;
     limits.maxSweeps = maxSweeps;
     limits.stop = [this] { return stopped(); };
+    limits.anew = [this, &relaxation] { keepState(relaxation); };
     if (problem_.progress)
       limits.tell = [this, &relaxation](const char* stage) {
         problem_.progress({stage, relaxation.sweeps(), 1.0, relaxation.lastSweep().deepest,
@@ -157,105 +188,73 @@ class Run {
     return limits;
   }
 
-  CertificateInput certificateInput() const {
-    CertificateInput input;
-    input.shapes = shapes_;
-    input.walls = walls_;
-    input.container = problem_.container.get();
-    input.cells = &written_.cells;
-    input.own = &written_.own;
-    input.requiredGap = problem_.clearance;
-    input.requiredWallGap = problem_.wallClearance;
-    return input;
-  }
-
-  Placement writtenPlacement(const Pose& pose) const {
-    return problem_.written ? problem_.written(pose) : pose.placement();
-  }
-
-  /// Takes the cells over from the relaxation, as they will be written.
-  /// @return which of them changed, if they are the same cells as before
-  std::optional<std::vector<std::int64_t>> takeCells(const Relaxation& relaxation) {
-    WrittenCells old = std::move(written_);
-    written_ = WrittenCells();
-    bool same = !old.ids.empty();
-    std::vector<std::int64_t> changed;
-    for (const Body& body : relaxation.cellsAround()) {
-      const std::size_t i = written_.ids.size();
-      written_.ids.push_back(body.id);
-      written_.own.push_back(relaxation.owns(body));
-      written_.cells.push_back({body.species, writtenPlacement(body.pose())});
-      same = same && i < old.ids.size() && old.ids[i] == body.id && old.own[i] == written_.own[i];
-      if (!same) continue;
-      const Placement &before = old.cells[i].placement, &now = written_.cells[i].placement;
-      if (before.linear != now.linear || before.translation != now.translation)
-        changed.push_back(static_cast<std::int64_t>(i));
-    }
-    if (!same || old.ids.size() != written_.ids.size()) return {};
-    return changed;
-  }
-
   /// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
+  /// Post: when false, the position is at relaxation.
   bool certified(Relaxation& relaxation) {
     std::optional<Certifier> certifier;
-    written_ = WrittenCells();
-    for (int round = 0; round < repairRounds; ++round) {
-      relaxation.dropLists();
-      {
-        Stopwatch watch(result_.statistics.certificateSeconds);
-        const auto changed = takeCells(relaxation);
-        if (certifier && changed)
-          certifier->update(*changed);
-        else
-          certifier.emplace(certificateInput());
-        const Certificate found = ofAllRanks(certifier->certificate(), written_.ids, problem_.communicator);
-        if (found.clean()) {
-          result_.certificate = found;
-          certifier.reset();
-          written_ = WrittenCells();
-          deliver(relaxation);
-          return true;
-        }
-        if (round == problem_.regrowAfter && regrown(relaxation, *certifier, found)) {
-          deliver(relaxation);
-          return true;
-        }
-        for (const OverlappingPair& pair : found.overlapping) {
-          const int again = std::max(0, ++failures_[{pair.first, pair.second}] - patience);
-          relaxation.demandClearance(pair.first, pair.second, std::ldexp(tolerance::repairClearance, again));
-        }
-        for (const MisplacedCell& cell : found.misplaced) demandDistance(relaxation, cell);
+    written_ = WrittenCells(problem_);
+    for (; at_.round < repairRounds; ++at_.round) {
+      if (at_.stage == Stage::certificate) {
+        relaxation.dropLists();
+        keepState(relaxation);
+        if (certifiedOnce(relaxation, certifier)) return true;
+        ++result_.statistics.repairs;
+        at_.stage = Stage::repair;
+        at_.schedule = {};
       }
-      ++result_.statistics.repairs;
-      Stopwatch watch(result_.statistics.relaxationSeconds);
-      const std::int64_t most = relaxation.sweeps() + repairSweeps;
-      if (!settle(relaxation, tolerance::relaxationTolerance, repairSweeps, limits(relaxation, most)))
-        return false;
+      if (!settled(relaxation, repairSweeps)) break;
+      at_.stage = Stage::certificate;
     }
+    at_ = {Stage::relaxation, at_.thinning, 0, {}};
     return false;
+  }
+
+  /// @return whether all is well; otherwise clearances have been demanded
+  bool certifiedOnce(Relaxation& relaxation, std::optional<Certifier>& certifier) {
+    Stopwatch watch(result_.statistics.certificateSeconds);
+    const auto changed = written_.take(relaxation);
+    if (certifier && changed)
+      certifier->update(*changed);
+    else
+      certifier.emplace(written_.certificateInput());
+    const Certificate found = ofAllRanks(certifier->certificate(), written_.ids(), problem_.communicator);
+    if (found.clean()) {
+      result_.certificate = found;
+      certifier.reset();
+      written_ = WrittenCells(problem_);
+      deliver(relaxation);
+      return true;
+    }
+    if (at_.round == problem_.regrowAfter && regrown(relaxation, *certifier, found)) {
+      deliver(relaxation);
+      return true;
+    }
+    for (const OverlappingPair& pair : found.overlapping) {
+      const std::int64_t again = std::max<std::int64_t>(0, ++failures_[{pair.first, pair.second}] - patience);
+      relaxation.demandClearance(pair.first, pair.second,
+                                 std::ldexp(tolerance::repairClearance, static_cast<int>(again)));
+    }
+    for (const MisplacedCell& cell : found.misplaced) demandDistance(relaxation, cell);
+    return false;
+  }
+
+  /// Goes on with a schedule of settling.
+  bool settled(Relaxation& relaxation, std::int64_t sweeps) {
+    Stopwatch watch(result_.statistics.relaxationSeconds);
+    const std::int64_t most = relaxation.sweeps() + sweeps - at_.schedule.sweep;
+    return settle(relaxation, tolerance::relaxationTolerance, sweeps, limits(relaxation, most), at_.schedule);
   }
 
   /// Gives every rank its share of the cells, in the order of their ids.
   void deliver(const Relaxation& relaxation) {
-    const Communicator& ranks = problem_.communicator;
-    std::vector<std::vector<BodyState>> to(ranks.size());
-    int rank = 0;
-    for (const Body& body : relaxation.cells()) {
-      while (body.id >= shareOfIds(rank).second) ++rank;
-      to[rank].push_back(stateOf(body));
-    }
-    std::vector<BodyState> mine;
-    for (std::vector<BodyState>& states : ranks.exchange(to))
-      mine.insert(mine.end(), states.begin(), states.end());
-    std::sort(mine.begin(), mine.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
     result_.cells.clear();
     result_.poses.clear();
-    for (const BodyState& state : mine) {
+    for (const BodyState& state : shares_.collect(relaxation.cells())) {
       const Pose pose = bodyOf(state).pose();
       result_.poses.push_back(pose);
-      result_.cells.push_back({state.species, writtenPlacement(pose)});
+      result_.cells.push_back({state.species, WrittenCells::placement(problem_, pose)});
     }
-    result_.cellCount = ranks.sum(static_cast<std::int64_t>(mine.size()));
+    result_.cellCount = relaxation.cellCount();
   }
 
   /// Shrinks the cells that meet and lets them grow again. @return whether that made the packing clean;
@@ -266,8 +265,8 @@ class Run {
     if (moves.empty()) return false;
     std::vector<MovedCell> back;
     const auto certificate = [&] {
-      if (const auto changed = takeCells(relaxation)) certifier.update(*changed);
-      return ofAllRanks(certifier.certificate(), written_.ids, problem_.communicator);
+      if (const auto changed = written_.take(relaxation)) certifier.update(*changed);
+      return ofAllRanks(certifier.certificate(), written_.ids(), problem_.communicator);
     };
     for (const MovedCell& move : moves) back.push_back({move.id, move.before, move.after});
     setPoses(relaxation, moves);
@@ -304,17 +303,15 @@ class Run {
         share *= std::exp2(std::floor(spent));
         deadline_ = elapsed() + maxSeconds / thinningParts;
       }
-      const auto count = static_cast<std::size_t>(
-          std::ceil(std::min(share, 1.0) * static_cast<double>(relaxation.cellCount())));
-      relaxation.remove(mostOverlapped(relaxation, count));
-      bool resolved = false;
-      {
-        Stopwatch watch(result_.statistics.relaxationSeconds);
-        const std::int64_t most = relaxation.sweeps() + thinningSweeps;
-        resolved =
-            settle(relaxation, tolerance::relaxationTolerance, thinningSweeps, limits(relaxation, most));
+      if (at_.stage == Stage::relaxation) {
+        const auto count = static_cast<std::size_t>(
+            std::ceil(std::min(share, 1.0) * static_cast<double>(relaxation.cellCount())));
+        relaxation.remove(mostOverlapped(relaxation, count));
+        at_ = {Stage::thinning, true, 0, {}};
       }
-      if (resolved && certified(relaxation)) return;
+      if (at_.stage == Stage::thinning)
+        at_.stage = settled(relaxation, thinningSweeps) ? Stage::certificate : Stage::relaxation;
+      if (at_.stage != Stage::relaxation && certified(relaxation)) return;
     }
     result_.certificate = Certificate();
   }
@@ -324,8 +321,9 @@ class Run {
   void leaveOutFailing(Relaxation& relaxation) {
     Stopwatch watch(result_.statistics.certificateSeconds);
     while (!interruptedOnAnyRank()) {
-      takeCells(relaxation);
-      result_.certificate = ofAllRanks(certify(certificateInput()), written_.ids, problem_.communicator);
+      written_.take(relaxation);
+      result_.certificate =
+          ofAllRanks(certify(written_.certificateInput()), written_.ids(), problem_.communicator);
       if (result_.certificate.clean()) return deliver(relaxation);
       std::map<std::int64_t, int> failures;
       std::set<std::int64_t> out;
@@ -366,11 +364,12 @@ class Run {
   const PackingProblem& problem_;
   std::chrono::steady_clock::time_point start_;
   double deadline_;  ///< in elapsed() [s]; counts when there is a time limit
-  std::vector<const Shape*> shapes_;
-  std::vector<const Wall*> walls_;
-  std::map<std::pair<std::int64_t, std::int64_t>, int> failures_;  ///< of pairs (ids) in the exact test
+  IdShares shares_;
+  RunPosition at_;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
   std::map<std::int64_t, double> demandedOfWall_;  ///< by cells (ids) that were found misplaced [µm]
   WrittenCells written_;
+  PackingState kept_;
   bool interrupted_ = false;
   PackingResult result_;
 };

@@ -11,6 +11,7 @@
 
 #include "packMesh/container/container.h"
 #include "packMesh/distributed/communicator.h"
+#include "packMesh/packing/packing_state.h"
 #include "packMesh/shape/shape.h"
 #include "packMesh/stages/certificate/certificate.h"
 #include "packMesh/stages/escape/escape.h"
@@ -80,6 +81,10 @@ struct PackingProblem {
   /// Polled between sweeps; true stops the run cleanly.
   std::function<bool()> interrupted;
   std::function<void(const Progress&)> progress;
+  /// Where to go on, as it was saved; empty: from the beginning. Its way to the end is that of a run that was
+  /// not interrupted. Pre: of the same problem, but for limits and ranks.
+  std::optional<PackingState> resume;
+  std::optional<Checkpoints> checkpoints;
   /// Called with every state that growth accepts (Method::cat): all cells, as small as they are.
   std::function<void(const std::vector<PlacedCell>&)> observe;
 

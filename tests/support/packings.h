@@ -36,4 +36,17 @@ inline bool sameBits(const PackingResult& a, const PackingResult& b) {
   return true;
 }
 
+/// Red cells at this fraction of the container's volume, and small spheres among them.
+inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, double fraction,
+                                std::uint64_t seed) {
+  PackingProblem problem;
+  const std::shared_ptr<const Shape> red = redCellShape(), ball = sphereShape(1.0);
+  problem.species.push_back(
+      {"RBC", red, static_cast<std::int64_t>(fraction * container->volume() / red->volume()), nullptr});
+  problem.species.push_back({"PLT", ball, 1 + problem.species[0].count / 14, nullptr});
+  problem.container = std::move(container);
+  problem.seed = seed;
+  return problem;
+}
+
 }  // namespace packmesh::test

@@ -22,6 +22,7 @@ BodyState stateOf(const Body& body) {
   state.scale = body.scale;
   state.extraWallClearance = body.extraWallClearance;
   state.overlap = body.overlap;
+  state.moved = body.moved;
   state.id = body.id;
   state.species = body.species;
   state.block = body.block;
@@ -35,6 +36,7 @@ Body bodyOf(const BodyState& state) {
   body.scale = state.scale;
   body.extraWallClearance = state.extraWallClearance;
   body.overlap = state.overlap;
+  body.moved = state.moved;
   body.id = state.id;
   body.species = state.species;
   body.block = state.block;

@@ -21,7 +21,7 @@ struct PlainPose {
 /// All of a body that lasts from one list of pairs to the next; trivially copyable.
 struct BodyState {
   PlainPose pose;
-  double scale, extraWallClearance, overlap;
+  double scale, extraWallClearance, overlap, moved;
   std::int64_t id;
   std::int32_t species, block;
   bool deepInWall;

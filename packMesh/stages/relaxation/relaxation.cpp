@@ -43,16 +43,28 @@ constexpr double tolerableImbalance = 1.1;
 /// What a cell costs, in pairs.
 constexpr std::int64_t workOfCell = 4;
 
-double blockEdge(const Box& bounds, double largestRadius, std::int64_t bodies) {
+double blockEdge(const Box& bounds, double largestRadius, const std::vector<std::int64_t>& counts) {
+  const auto bodies = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
   const double perBody = bounds.volume() / static_cast<double>(bodies);  // infinite without any
   return std::max(preferredBlockEdge * largestRadius, std::cbrt(fewestPerBlock * perBody));
 }
 
-double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodies,
-                    const Communicator& communicator) {
-  std::vector<std::int64_t> counts(input.shapes.size(), 0);
+/// Cells per species on all ranks.
+std::vector<std::int64_t> countsOf(const std::vector<Body>& bodies, std::size_t species,
+                                   const Communicator& communicator) {
+  std::vector<std::int64_t> counts(species, 0);
   for (const Body& b : bodies) ++counts[b.species];
   communicator.sum(counts);
+  return counts;
+}
+
+RelaxationState begun(RelaxationState state, const RelaxationInput& input, const std::vector<Body>& bodies,
+                      const Communicator& communicator) {
+  if (state.counts.empty()) state.counts = countsOf(bodies, input.shapes.size(), communicator);
+  return state;
+}
+
+double medianVolume(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
   std::vector<std::pair<double, std::int64_t>> volumes;
   std::int64_t all = 0;
   for (std::size_t s = 0; s < counts.size(); ++s) {
@@ -66,10 +78,9 @@ double medianVolume(const RelaxationInput& input, const std::vector<Body>& bodie
   return 1.0;
 }
 
-ContactSolver makeSolver(const RelaxationInput& input, const std::vector<Body>& bodies,
-                         const Communicator& communicator) {
+ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
   std::vector<SpeciesModel> models;
-  const double reference = medianVolume(input, bodies, communicator);
+  const double reference = medianVolume(input, counts);
   for (std::size_t s = 0; s < input.shapes.size(); ++s)
     models.emplace_back(*input.shapes[s], input.walls[s], reference);
   double reach = 0.0;
@@ -90,17 +101,21 @@ double largestRadius(const RelaxationInput& input) {
 }  // namespace
 
 Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
-                       const Communicator& communicator)
+                       const Communicator& communicator, const RelaxationState& state)
     : input_(input),
       communicator_(communicator),
+      state_(begun(state, input, bodies, communicator)),
       cellCount_(communicator.sum(static_cast<std::int64_t>(bodies.size()))),
-      solver_(makeSolver(input, bodies, communicator)),
+      solver_(makeSolver(input, state_.counts)),
       largestRadius_(largestRadius(input)),
       blocks_(input.bounds, input.period, (2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
-              blockEdge(input.bounds, largestRadius_, cellCount_)),
+              blockEdge(input.bounds, largestRadius_, state_.counts)),
       shared_(communicator, blocks_),
-      bodies_(std::move(bodies)),
-      skin_(widestSkin * largestRadius_) {
+      bodies_(std::move(bodies)) {
+  if (state_.skin <= 0.0) state_.skin = widestSkin * largestRadius_;
+  for (const auto& [pair, extra] : state_.extraClearance)
+    largestExtra_ = std::max(largestExtra_, static_cast<double>(extra));
+  state_.blocks = blocks_.counts();
   for (const Shape* shape : input.shapes) radii_.push_back(shape->radius());
   std::vector<std::int64_t> cellsOfBlock(blocks_.count(), 0);
   for (const Body& body : bodies_)
@@ -117,7 +132,7 @@ void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
 }
 
 bool Relaxation::strayed() const {
-  const double allowed = 0.5 * skin_;
+  const double allowed = 0.5 * state_.skin;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     if ((bodies_[i].position - listedAt_[i]).squaredNorm() > allowed * allowed) return true;
   return false;
@@ -134,11 +149,11 @@ void Relaxation::distribute() {
 }
 
 void Relaxation::refreshLists() {
-  const std::int64_t lasted = sweeps_ - listedInSweep_;
-  if (sweeps_ > 0 && lasted < shortLived) skin_ *= 1.5;
-  if (lasted > longLived) skin_ *= 0.7;
-  skin_ = std::clamp(skin_, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
-  listedInSweep_ = sweeps_;
+  const std::int64_t lasted = state_.sweeps - state_.listedInSweep;
+  if (state_.sweeps > 0 && lasted < shortLived) state_.skin *= 1.5;
+  if (lasted > longLived) state_.skin *= 0.7;
+  state_.skin = std::clamp(state_.skin, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
+  state_.listedInSweep = state_.sweeps;
   const double motion = expectedMotion();
   list_ = PairList();  // never two lists at a time in memory
 
@@ -160,12 +175,12 @@ void Relaxation::refreshLists() {
 }
 
 void Relaxation::listPairsOfOwn() {
-  list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + skin_, input_.bounds, input_.period,
-                    blocks_.count(), [&](int block) { return shared_.owns(block); });
-  if (!extraClearance_.empty())
+  list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + state_.skin, input_.bounds,
+                    input_.period, blocks_.count(), [&](int block) { return shared_.owns(block); });
+  if (!state_.extraClearance.empty())
     for (ContactPair& p : list_.pairs) {
-      const auto extra = extraClearance_.find({bodies_[p.first].id, bodies_[p.second].id});
-      if (extra != extraClearance_.end()) p.extraClearance = extra->second;
+      const auto extra = state_.extraClearance.find({bodies_[p.first].id, bodies_[p.second].id});
+      if (extra != state_.extraClearance.end()) p.extraClearance = extra->second;
     }
   if (communicator_.alone()) return;
   workOfBlock_.assign(blocks_.count(), 0);
@@ -206,25 +221,26 @@ void Relaxation::stir(int block) {
 void Relaxation::beginEpoch(double expectedMotion) {
   for (Body& body : bodies_) body.setReference();
   solver_.beginEpoch(expectedMotion);
-  epochBegan_ = sweeps_;
+  epochBegan_ = state_.sweeps;
 }
 
 SweepSums Relaxation::sweep(double omega, double slack) {
-  if (!listed_ || strayed_)
+  if (beginsAnew())
     refreshLists();
-  else if (sweeps_ - epochBegan_ >= epochSweeps)
+  else if (state_.sweeps - epochBegan_ >= epochSweeps)
     beginEpoch(expectedMotion());
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
-  sums.thorough = sweeps_ == 0 || last_.deepest < nearlyResolved;
+  sums.thorough = state_.sweeps == 0 || state_.last.deepest < nearlyResolved;
   solver_.setThoroughly(sums.thorough);
   const bool coarsely =
-      coarsely_ && (sweeps_ == 0 || last_.total() > coarseDepth * largestRadius_ * last_.contacts);
-  if (slack != slack_ || coarsely != coarsely_) stirAll();
-  slack_ = slack;
-  coarsely_ = coarsely;
-  solver_.setCoarsely(coarsely_);
+      state_.coarsely &&
+      (state_.sweeps == 0 || state_.last.total() > coarseDepth * largestRadius_ * state_.last.contacts);
+  if (slack != state_.slack || coarsely != state_.coarsely) stirAll();
+  state_.slack = slack;
+  state_.coarsely = coarsely;
+  solver_.setCoarsely(state_.coarsely);
   for (int colour = 0; colour < BlockGrid::colours; ++colour) {
     if (!blocks_.has(colour)) continue;
     for (int block : blocksOfColour_[colour]) {
@@ -240,8 +256,8 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   }
   strayed_ = strayed();
   if (!communicator_.alone()) addUp(sums);
-  ++sweeps_;
-  last_ = sums;
+  ++state_.sweeps;
+  state_.last = sums;
   return sums;
 }
 
@@ -258,7 +274,7 @@ void Relaxation::addUp(SweepSums& sums) {
 }
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
-  float& demanded = extraClearance_[std::minmax(first, second)];
+  float& demanded = state_.extraClearance[std::minmax(first, second)];
   const double most =  // more would reach beyond the blocks around
       blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - input_.clearance;
   demanded = static_cast<float>(std::min(demanded + extra, most));

@@ -3,13 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <vector>
 
 #include "packMesh/distributed/block_grid.h"
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact.h"
 #include "packMesh/stages/relaxation/pair_list.h"
+#include "packMesh/stages/relaxation/relaxation_state.h"
 #include "packMesh/stages/relaxation/shared_bodies.h"
 
 namespace packmesh {
@@ -33,7 +33,9 @@ struct RelaxationInput {
 class Relaxation {
  public:
   /// @param bodies each on one rank, whichever
-  Relaxation(const RelaxationInput& input, std::vector<Body> bodies, const Communicator& communicator = {});
+  /// @param state where to go on; bodies as they were then
+  Relaxation(const RelaxationInput& input, std::vector<Body> bodies, const Communicator& communicator = {},
+             const RelaxationState& state = {});
 
   /// One Gauss-Seidel sweep over all near pairs and walls, after re-sorting the bodies into blocks if any has
   /// moved too far since this was done last.
@@ -53,6 +55,11 @@ class Relaxation {
   /// Takes cells out. Pre: `ids` sorted.
   void remove(const std::vector<std::int64_t>& ids);
 
+  /// Whether the next sweep begins by finding out everything anew. Then the bodies and state() are all that
+  /// the future depends on.
+  bool beginsAnew() const { return !listed_ || strayed_ || sweeps() - state_.listedInSweep >= longestLived; }
+  const RelaxationState& state() const { return state_; }
+
   /// Frees what can be found out anew, to leave its memory to others between sweeps.
   void dropLists();
 
@@ -64,10 +71,13 @@ class Relaxation {
   std::int64_t cellCount() const { return cellCount_; }  ///< of all ranks
   int blockCount() const { return blocks_.count(); }
 
-  std::int64_t sweeps() const { return sweeps_; }
-  const SweepSums& lastSweep() const { return last_; }
+  std::int64_t sweeps() const { return state_.sweeps; }
+  const SweepSums& lastSweep() const { return state_.last; }
 
  private:
+  /// A list of pairs lasts for so many sweeps at most, so that the course of long runs can be kept.
+  static constexpr std::int64_t longestLived = 50;
+
   void refreshLists();
   void addUp(SweepSums& sums);
   void stir(int block);
@@ -82,6 +92,7 @@ class Relaxation {
 
   RelaxationInput input_;
   Communicator communicator_;
+  RelaxationState state_;
   std::int64_t cellCount_;
   ContactSolver solver_;
   std::vector<double> radii_;  ///< per species [µm]
@@ -96,15 +107,10 @@ class Relaxation {
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions when the lists were made
   PairList list_;
-  double skin_;  ///< pairs are listed up to this much further than they can touch [µm]
-  std::int64_t listedInSweep_ = 0, epochBegan_ = 0;
+  std::int64_t epochBegan_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
-  double slack_ = 0.0;                     ///< of the last sweep [µm]
-  bool listed_ = false, strayed_ = false, coarsely_ = true;
-  std::map<std::pair<std::int64_t, std::int64_t>, float> extraClearance_;  ///< by ids [µm]
-  double largestExtra_ = 0.0;
-  std::int64_t sweeps_ = 0;
-  SweepSums last_;
+  bool listed_ = false, strayed_ = false;
+  double largestExtra_ = 0.0;  ///< clearance of a pair [µm]
 };
 
 }  // namespace packmesh

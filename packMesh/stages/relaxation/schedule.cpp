@@ -36,9 +36,10 @@ bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
 
 /// Sweeps with omega going evenly from `from` to `to`.
 bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxation, double tolerance,
-               const ScheduleLimits& limits, const char* stage, double slack = 0.0) {
-  for (std::int64_t k = 0; k < sweeps && !spent(relaxation, limits); ++k) {
-    const double progress = static_cast<double>(k) / static_cast<double>(sweeps);
+               const ScheduleLimits& limits, std::int64_t& at, const char* stage, double slack = 0.0) {
+  for (; at < sweeps && !spent(relaxation, limits); ++at) {
+    if (limits.anew && relaxation.beginsAnew()) limits.anew();
+    const double progress = static_cast<double>(at) / static_cast<double>(sweeps);
     const SweepSums sums = relaxation.sweep(from + (to - from) * progress, slack);
     if (limits.tell) limits.tell(stage);
     if (sums.thorough && sums.deepest <= tolerance) return true;
@@ -48,20 +49,26 @@ bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxati
 
 }  // namespace
 
-bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
-  if (sweepFrom(hotOmega, hotOmega, hotSweeps, relaxation, tolerance, limits, "relaxation")) return true;
-  for (double sweeps = firstAnnealing; !spent(relaxation, limits); sweeps *= annealingGrowth) {
-    if (onlyFewContacts(relaxation)) return true;
+bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at) {
+  for (; !spent(relaxation, limits); at = {at.part + 1, 0}) {
+    if (at.part == 0) {
+      if (sweepFrom(hotOmega, hotOmega, hotSweeps, relaxation, tolerance, limits, at.sweep, "relaxation"))
+        return true;
+      continue;
+    }
+    if (at.sweep == 0 && onlyFewContacts(relaxation)) return true;
+    const double sweeps = firstAnnealing * std::pow(annealingGrowth, static_cast<double>(at.part - 1));
     if (sweepFrom(hotOmega, coldOmega, static_cast<std::int64_t>(sweeps), relaxation, tolerance, limits,
-                  "annealing"))
+                  at.sweep, "annealing"))
       return true;
   }
   return false;
 }
 
-bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits) {
-  return sweepFrom(hotOmega, repairOmega, sweeps, relaxation, settledFraction * tolerance, limits, "repair",
-                   (1.0 - settledFraction) * tolerance);
+bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
+            SchedulePosition& at) {
+  return sweepFrom(hotOmega, repairOmega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep,
+                   "repair", (1.0 - settledFraction) * tolerance);
 }
 
 }  // namespace packmesh

@@ -9,10 +9,17 @@
 
 namespace packmesh {
 
+/// How far a schedule has come.
+struct SchedulePosition {
+  std::int64_t part = 0;   ///< of relax(): 0 is at full over-relaxation, then annealings
+  std::int64_t sweep = 0;  ///< of the part
+};
+
 /// What a schedule may use up, and whom it tells.
 struct ScheduleLimits {
   std::int64_t maxSweeps = 0;                   ///< all sweeps of the Relaxation together
   std::function<bool()> stop;                   ///< polled before every sweep
+  std::function<void()> anew;                   ///< called before sweeps that begin anew
   std::function<void(const char* stage)> tell;  ///< called after every sweep
 };
 
@@ -21,12 +28,24 @@ struct ScheduleLimits {
 /// First at full over-relaxation, which resolves everything up to a fraction of about 0.58. Above, full
 /// over-relaxation keeps the cells agitated: it acts as a temperature. So it is lowered slowly from 1.0, as
 /// in simulated annealing, over 1200 sweeps, then, starting hot again, over 2.5 times as many, and so on.
+/// @param at where to begin; kept up to date
 /// @return whether it got there within the limits, or left so few contacts that repairing them one by one
 /// will
-bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits);
+bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at);
+inline bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
+  SchedulePosition start;
+  return relax(relaxation, tolerance, limits, start);
+}
 
 /// Sweeps a nearly resolved state, at most `sweeps` times, moving only cells with penetrations deeper than
 /// `tolerance` [µm], until there are none.
-bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits);
+/// @param at where to begin; kept up to date
+bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
+            SchedulePosition& at);
+inline bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps,
+                   const ScheduleLimits& limits) {
+  SchedulePosition start;
+  return settle(relaxation, tolerance, sweeps, limits, start);
+}
 
 }  // namespace packmesh

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/checkpoints.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <filesystem>
+
+#include "hemocell_adapter/exit_codes.h"
+#include "hemocell_adapter/interruption.h"
+#include "hemocell_adapter/log.h"
+#include "hemocell_adapter/ranks.h"
+#include "packMesh/io/state_file.h"
+
+namespace packmesh::hemocell {
+
+CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments) {
+  CommandLine commandLine = parseCommandLine(program, arguments);
+  if (!commandLine.restartAlone) return commandLine;
+  const Settings options = commandLine.settings();
+  std::vector<std::string> words = readStateHead(*options.restart).command;
+  if (words.empty())
+    throw InputError(options.restart->string() +
+                     ": does not say which command began the run; give it again, with --restart");
+  const std::string begunBy = words.front();
+  words.erase(words.begin());
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return parseCommandLine(begunBy, words);
+}
+
+Checkpoints StateFiles::checkpoints() {
+  Checkpoints checkpoints;
+  checkpoints.due = [this] {
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
+    return checkpointAsked() || (job_.checkpointEvery > 0.0 && since.count() >= job_.checkpointEvery);
+  };
+  checkpoints.save = [this](const PackingState& state) { save(state); };
+  return checkpoints;
+}
+
+void StateFiles::save(const PackingState& state) {
+  saved_ = false;
+  try {
+    writeState(*job_.stateFile, problem_, job_.commandWords, state);
+    saved_ = true;
+  } catch (const InputError& error) {
+    log::warning(error.what());
+  }
+  if (saved_)
+    log::detail(fmt::format("Saved the state after {} sweeps in {}", state.relaxation.sweeps,
+                            job_.stateFile->string()));
+  last_ = std::chrono::steady_clock::now();
+  forgetCheckpointAsked();
+}
+
+PackingState stateToContinue(const Job& job, const PackingProblem& problem) {
+  PackingState state;
+  std::exception_ptr error;
+  try {
+    state = readState(*job.restart, problem);
+  } catch (const InputError&) {
+    error = std::current_exception();
+  }
+  together(problem.communicator, [&] {
+    if (error) std::rethrow_exception(error);
+  });
+  log::info(fmt::format("Continuing from {}: after {} sweeps", job.restart->string(), state.relaxation.sweeps));
+  return state;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/io/state_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "packMesh/error.h"
+#include "packMesh/io/hdf5.h"
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/problem_digest.h"
+#include "packMesh/version.h"
+
+namespace packmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char format[] = "packMesh state";
+constexpr std::int64_t schemaVersion = 1;
+
+const char* textOf(const RunPosition& position) {
+  switch (position.stage) {
+    case Stage::relaxation:
+      return "relaxation";
+    case Stage::certificate:
+      return "certificate";
+    case Stage::repair:
+      return "repair";
+    case Stage::thinning:
+      return "thinning out";
+  }
+  return "";
+}
+
+/// The cells, one table a property.
+struct CellTables {
+  std::vector<std::int64_t> id;
+  std::vector<std::int32_t> species, deepInWall;
+  std::vector<double> position, orientation, scale, extraWallClearance, overlap, moved;
+};
+
+/// Calls visit(name, columns, table) for every table.
+template <class Tables, class Visit>
+void forEachTable(Tables& tables, Visit&& visit) {
+  visit("id", 1, tables.id);
+  visit("species", 1, tables.species);
+  visit("position", 3, tables.position);
+  visit("orientation", 4, tables.orientation);
+  visit("scale", 1, tables.scale);
+  visit("extra_wall_clearance", 1, tables.extraWallClearance);
+  visit("overlap", 1, tables.overlap);
+  visit("moved", 1, tables.moved);
+  visit("deep_in_wall", 1, tables.deepInWall);
+}
+
+CellTables tablesOf(const std::vector<BodyState>& cells) {
+  CellTables tables;
+  for (const BodyState& cell : cells) {
+    tables.id.push_back(cell.id);
+    tables.species.push_back(cell.species);
+    tables.position.insert(tables.position.end(), cell.pose.position, cell.pose.position + 3);
+    tables.orientation.insert(tables.orientation.end(), cell.pose.orientation, cell.pose.orientation + 4);
+    tables.scale.push_back(cell.scale);
+    tables.extraWallClearance.push_back(cell.extraWallClearance);
+    tables.overlap.push_back(cell.overlap);
+    tables.moved.push_back(cell.moved);
+    tables.deepInWall.push_back(cell.deepInWall);
+  }
+  return tables;
+}
+
+std::vector<BodyState> cellsOf(const CellTables& tables) {
+  std::vector<BodyState> cells(tables.id.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    BodyState& cell = cells[i];
+    cell = BodyState{};
+    cell.id = tables.id[i];
+    cell.species = tables.species[i];
+    std::copy_n(&tables.position[3 * i], 3, cell.pose.position);
+    std::copy_n(&tables.orientation[4 * i], 4, cell.pose.orientation);
+    cell.scale = tables.scale[i];
+    cell.extraWallClearance = tables.extraWallClearance[i];
+    cell.overlap = tables.overlap[i];
+    cell.moved = tables.moved[i];
+    cell.deepInWall = tables.deepInWall[i] != 0;
+  }
+  return cells;
+}
+
+/// Of rows of tables, wherever they are: the sum over all ranks tells whether any number has changed.
+class Checksum {
+ public:
+  template <class T>
+  void add(const std::string& table, std::int64_t first, int columns, const std::vector<T>& rows) {
+    const XXH64_hash_t seed = XXH3_64bits(table.data(), table.size());
+    for (std::size_t i = 0; i < rows.size() / columns; ++i)
+      sum_ += XXH3_64bits_withSeed(&rows[i * columns], columns * sizeof(T),
+                                   seed + static_cast<std::uint64_t>(first) + i);
+  }
+  std::int64_t sum(const Communicator& communicator) const {
+    return communicator.sum(static_cast<std::int64_t>(sum_));
+  }
+
+ private:
+  std::uint64_t sum_ = 0;
+};
+
+/// All numbers that are not of a cell, as arrays with a name.
+struct RunTables {
+  std::vector<std::int64_t> position, counters, counts, clearedPairs, failedPairs, failures, wallCells;
+  std::vector<double> lengths, wallDemands;
+  std::vector<float> clearances;
+};
+
+template <class Tables, class Visit>
+void forEachRunTable(Tables& tables, Visit&& visit) {
+  visit("/run/position", 1, tables.position);
+  visit("/relaxation/counters", 1, tables.counters);
+  visit("/relaxation/lengths", 1, tables.lengths);
+  visit("/relaxation/counts", 1, tables.counts);
+  visit("/relaxation/extra_clearance_pairs", 2, tables.clearedPairs);
+  visit("/relaxation/extra_clearance", 1, tables.clearances);
+  visit("/run/failed_pairs", 2, tables.failedPairs);
+  visit("/run/failures", 1, tables.failures);
+  visit("/run/misplaced_cells", 1, tables.wallCells);
+  visit("/run/demanded_of_wall", 1, tables.wallDemands);
+}
+
+RunTables runTablesOf(const PackingState& state) {
+  RunTables t;
+  const RunPosition& at = state.position;
+  t.position = {static_cast<std::int64_t>(at.stage), at.thinning ? 1 : 0, at.round, at.schedule.part,
+                at.schedule.sweep,                   state.repairs,       state.cellCount};
+  const RelaxationState& r = state.relaxation;
+  t.counters = {r.sweeps,         r.listedInSweep,   r.coarsely ? 1 : 0,      r.last.totalSteps,
+                r.last.contacts,  r.last.thorough ? 1 : 0, r.blocks[0],       r.blocks[1],
+                r.blocks[2]};
+  t.lengths = {r.skin, r.slack, r.last.deepest};
+  t.counts = r.counts;
+  for (const auto& [pair, extra] : r.extraClearance) {
+    t.clearedPairs.insert(t.clearedPairs.end(), {pair.first, pair.second});
+    t.clearances.push_back(extra);
+  }
+  for (const auto& [pair, times] : state.failures) {
+    t.failedPairs.insert(t.failedPairs.end(), {pair.first, pair.second});
+    t.failures.push_back(times);
+  }
+  for (const auto& [cell, demanded] : state.demandedOfWall) {
+    t.wallCells.push_back(cell);
+    t.wallDemands.push_back(demanded);
+  }
+  return t;
+}
+
+/// Pre: tables of the sizes that runTablesOf() gives.
+PackingState stateOf(const RunTables& t) {
+  PackingState state;
+  state.position = {static_cast<Stage>(t.position[0]), t.position[1] != 0, t.position[2],
+                    {t.position[3], t.position[4]}};
+  state.repairs = t.position[5];
+  state.cellCount = t.position[6];
+  RelaxationState& r = state.relaxation;
+  r.sweeps = t.counters[0];
+  r.listedInSweep = t.counters[1];
+  r.coarsely = t.counters[2] != 0;
+  r.last.totalSteps = t.counters[3];
+  r.last.contacts = t.counters[4];
+  r.last.thorough = t.counters[5] != 0;
+  for (int k = 0; k < 3; ++k) r.blocks[k] = static_cast<int>(t.counters[6 + k]);
+  r.skin = t.lengths[0];
+  r.slack = t.lengths[1];
+  r.last.deepest = t.lengths[2];
+  r.counts = t.counts;
+  for (std::size_t i = 0; i < t.clearances.size(); ++i)
+    r.extraClearance[{t.clearedPairs[2 * i], t.clearedPairs[2 * i + 1]}] = t.clearances[i];
+  for (std::size_t i = 0; i < t.failures.size(); ++i)
+    state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
+  for (std::size_t i = 0; i < t.wallCells.size(); ++i) state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
+  return state;
+}
+
+bool ofTheRightSizes(const RunTables& t, std::size_t species) {
+  return t.position.size() == 7 && t.counters.size() == 9 && t.lengths.size() == 3 &&
+         t.counts.size() == species && t.clearedPairs.size() == 2 * t.clearances.size() &&
+         t.failedPairs.size() == 2 * t.failures.size() && t.wallCells.size() == t.wallDemands.size() &&
+         t.position[0] >= 0 && t.position[0] <= static_cast<std::int64_t>(Stage::thinning);
+}
+
+void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
+              const PackingState& state) {
+  const Communicator& ranks = problem.communicator;
+  const auto mine = static_cast<std::int64_t>(state.cells.size());
+  std::int64_t first = 0;
+  const std::vector<std::int64_t> counts = ranks.gatherAll(std::vector<std::int64_t>{mine});
+  for (int rank = 0; rank < ranks.rank(); ++rank) first += counts[rank];
+
+  out.attribute("/", "format", std::string(format));
+  out.attribute("/", "version", schemaVersion);
+  out.attribute("/", "packMesh", std::string(version()) + " (" + gitHash() + ")");
+  out.attribute("/", "unit", std::string("µm"));
+  out.attribute("/", "problem", digestOf(problem));
+  out.attribute("/", "lumen", problem.container->describe());
+  out.attribute("/", "seed", static_cast<std::int64_t>(problem.seed));
+  out.attribute("/", "stage", std::string(textOf(state.position)));
+  out.attribute("/", "iteration", state.relaxation.sweeps);
+  out.group("/command");
+  out.attribute("/command", "words", static_cast<std::int64_t>(command.size()));
+  for (std::size_t i = 0; i < command.size(); ++i)
+    out.attribute("/command", std::to_string(i).c_str(), command[i]);
+  out.group("/species");
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const std::string path = "/species/" + std::to_string(s);
+    out.group(path);
+    out.attribute(path, "name", problem.species[s].name);
+    out.attribute(path, "count", problem.species[s].count);
+    writeMesh(out, path, problem.species[s].shape->mesh());
+  }
+  out.group("/run");
+  out.group("/relaxation");
+  out.group("/cells");
+  Checksum checksum;
+  const RunTables run = runTablesOf(state);
+  forEachRunTable(run, [&](const char* path, int columns, const auto& table) {
+    out.table(path, columns, table);
+    if (ranks.rank() == 0) checksum.add(path, 0, columns, table);
+  });
+  const CellTables cells = tablesOf(state.cells);
+  forEachTable(cells, [&](const char* name, int columns, const auto& table) {
+    out.table(std::string("/cells/") + name, state.cellCount, columns, first, table);
+    checksum.add(name, first, columns, table);
+  });
+  out.attribute("/", "checksum", checksum.sum(ranks));
+}
+
+/// Flushes to the disk and gives the file its name. @return what went wrong, or nothing
+std::string putInPlace(const fs::path& written, const fs::path& file) {
+  const int descriptor = ::open(written.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool flushed = descriptor >= 0 && (::fsync(descriptor) == 0 || errno == EINVAL);
+  if (descriptor >= 0) ::close(descriptor);
+  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0) return std::strerror(errno);
+  return "";
+}
+
+std::string headText(const Hdf5Reader& in) {
+  if (in.text("/", "format") != format) in.fail("is an HDF5 file, but not a state of packMesh");
+  const std::int64_t found = in.integer("/", "version");
+  if (found != schemaVersion)
+    in.fail("is a state file of version " + std::to_string(found) + "; this packMesh reads version " +
+            std::to_string(schemaVersion) + " (it was written by packMesh " + in.text("/", "packMesh") + ")");
+  return in.text("/", "stage");
+}
+
+}  // namespace
+
+void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
+                const PackingState& state) {
+  const Communicator& ranks = problem.communicator;
+  const fs::path written = file.parent_path() / ("." + file.filename().string() + ".new");
+  std::string error;
+  {
+    Hdf5Writer out(written, ranks);
+    writeAll(out, problem, command, state);
+    if (!out.close()) error = "cannot be written (is the folder writable, the disk full?)";
+  }
+  if (!ranks.any(!error.empty())) {
+    if (ranks.rank() == 0) error = putInPlace(written, file);
+  }
+  if (!ranks.any(!error.empty())) return;
+  if (ranks.rank() == 0) ::unlink(written.c_str());
+  throw InputError(file.string() + ": the state " + (error.empty() ? "cannot be written" : error));
+}
+
+StateHead readStateHead(const fs::path& file) {
+  const Hdf5Reader in(file);
+  StateHead head;
+  head.stage = headText(in);
+  head.digest = in.text("/", "problem");
+  head.cells = in.size("/cells/id")[0];
+  const std::int64_t words = in.integer("/command", "words");
+  for (std::int64_t i = 0; i < words; ++i) head.command.push_back(in.text("/command", std::to_string(i).c_str()));
+  return head;
+}
+
+namespace {
+
+/// This rank's part, and what the sum of all ranks' checksums has to be.
+PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem, Checksum& checksum,
+                       std::int64_t& expected) {
+  const Communicator& ranks = problem.communicator;
+  headText(in);
+  if (in.text("/", "problem") != digestOf(problem))
+    in.fail("is the state of another problem (lumen, cells, numbers, clearances or seed differ)");
+  RunTables run;
+  forEachRunTable(run, [&](const char* path, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(path, columns);
+    if (ranks.rank() == 0) checksum.add(path, 0, columns, table);
+  });
+  if (!ofTheRightSizes(run, problem.species.size())) in.fail("is damaged: its tables do not fit each other");
+  PackingState state = stateOf(run);
+  const auto [first, end] = IdShares(state.cellCount, ranks).own();
+  CellTables cells;
+  forEachTable(cells, [&, from = first, count = end - first](const char* name, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
+    checksum.add(name, from, columns, table);
+  });
+  expected = in.integer("/", "checksum");
+  state.cells = cellsOf(cells);
+  std::int64_t all = 0;
+  for (const Species& species : problem.species) all += species.count;
+  for (const BodyState& cell : state.cells)
+    if (cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
+        cell.id >= all)
+      in.fail("is damaged: it has a cell that the problem has not");
+  return state;
+}
+
+}  // namespace
+
+PackingState readState(const fs::path& file, const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  PackingState state;
+  Checksum checksum;
+  std::int64_t expected = 0;
+  std::string error;
+  try {
+    state = readShare(Hdf5Reader(file), problem, checksum, expected);
+  } catch (const InputError& found) {
+    error = found.what();
+  }
+  if (ranks.any(!error.empty()))
+    throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
+  if (checksum.sum(ranks) != expected)
+    throw InputError(file.string() + ": is damaged: its numbers are not those that were written");
+  return state;
+}
+
+}  // namespace packmesh

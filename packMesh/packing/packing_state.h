@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A packing on its way: all that the way from here to the end depends on, besides the problem.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "packMesh/stages/relaxation/body_state.h"
+#include "packMesh/stages/relaxation/relaxation_state.h"
+#include "packMesh/stages/relaxation/schedule.h"
+
+namespace packmesh {
+
+/// What a run does next.
+enum class Stage : std::int32_t {
+  relaxation = 0,   ///< goes on with relax(), or takes cells out of a packing that is out of reach
+  certificate = 1,  ///< certifies
+  repair = 2,       ///< goes on with settle(), after cells failed the certificate
+  thinning = 3,     ///< goes on with settle(), after cells were taken out
+};
+
+struct RunPosition {
+  Stage stage = Stage::relaxation;
+  bool thinning = false;   ///< not all cells fitted: some are being taken out
+  std::int64_t round = 0;  ///< of certificates and repairs
+  SchedulePosition schedule;
+};
+
+/// The same on all ranks but for `cells`. Plain data. It does not depend on the number of ranks.
+struct PackingState {
+  RunPosition position;
+  std::int64_t repairs = 0;  ///< rounds so far
+  RelaxationState relaxation;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
+  std::map<std::int64_t, double> demandedOfWall;  ///< of misplaced cells (ids) [µm]
+  std::int64_t cellCount = 0;                     ///< on all ranks
+  std::vector<BodyState> cells;                   ///< of this rank, sorted by id; no cell on two ranks
+};
+
+/// How a run is kept, so that another one can go on with it.
+struct Checkpoints {
+  /// Asked now and then; true on any rank: save() soon. Empty: only at the end.
+  std::function<bool()> due;
+  /// Called on all ranks together: at once after due(), when the run is interrupted, and when it has ended.
+  std::function<void(const PackingState&)> save;
+};
+
+}  // namespace packmesh

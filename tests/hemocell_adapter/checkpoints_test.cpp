@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Runs that are ended by signals, and go on.
+#include "hemocell_adapter/checkpoints.h"
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <random>
+
+#include "executable.h"
+#include "hemocell_adapter/exit_codes.h"
+#include "packMesh/io/state_file.h"
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using packmesh::readStateHead;
+using packmesh::hemocell::ExitCode;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string problem = "45 45 45 --hematocrit 0.57 --seed 3 --plt_ratio 0.05";
+
+std::string positions(const fs::path& folder) {
+  return readText(folder / "RBC.pos") + readText(folder / "PLT.pos");
+}
+
+/// What an undisturbed run writes, and how long it takes [s].
+struct Undisturbed {
+  std::string positions;
+  double seconds = 0.0;
+};
+const Undisturbed& undisturbed() {
+  static const Undisturbed once = [] {
+    const TemporaryFolder folder;
+    const auto start = std::chrono::steady_clock::now();
+    REQUIRE(run(folder.path(), problem + " --checkpoint-every 0.001").exitCode == 0);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    return Undisturbed{positions(folder.path()), took.count()};
+  }();
+  return once;
+}
+
+/// As on a machine with fewer processors than ranks.
+std::string onRanks(int ranks) {
+  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
+         "OMPI_MCA_mpi_yield_when_idle=1 timeout 120 mpirun -n " +
+         std::to_string(ranks);
+}
+
+}  // namespace
+
+TEST_CASE("a run killed at any moments goes on to the same files") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(0.02, 1.0);
+  int kills = 0, saved = 0;
+  while (kills < 50) {
+    const TemporaryFolder folder;
+    for (int again = 0; again < 6; ++again) {
+      const bool begun = fs::exists(folder.path() / "state.h5");
+      saved += begun;
+      if (begun) REQUIRE(readStateHead(folder.path() / "state.h5").cells > 500);
+      const std::string arguments =
+          begun ? "--restart state.h5" : problem + " --checkpoint-every 0.001";
+      const std::string limit = std::to_string(share(random) * undisturbed().seconds);
+      const bool last = again == 5;
+      const Ran ran = run(folder.path(), arguments, "packMesh",
+                          last ? "" : (again % 2 ? "timeout -s KILL " : "timeout -s TERM ") + limit);
+      CAPTURE(kills, again, limit, ran.exitCode, ran.all());
+      if (last) REQUIRE(ran.exitCode == 0);
+      if (ran.exitCode == 0) break;
+      ++kills;
+      REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+    }
+    REQUIRE(positions(folder.path()) == undisturbed().positions);
+  }
+  REQUIRE(saved > 20);
+}
+
+TEST_CASE("a run goes on on another number of ranks, after a signal to all", "[ranks]") {
+  for (const int ranks : {1, 2, 3}) {
+    CAPTURE(ranks);
+    const TemporaryFolder folder;
+    const std::string limit = std::to_string(0.4 * undisturbed().seconds + 0.5);
+    const Ran first = run(folder.path(), problem + " --checkpoint-every 0.01", "packMesh",
+                          "timeout -s TERM " + limit + " env " + onRanks(ranks));
+    INFO(first.all());
+    if (first.exitCode != 0) REQUIRE(fs::exists(folder.path() / "state.h5"));
+    const Ran second = run(folder.path(), "--restart state.h5", "packMesh", onRanks(4 - ranks));
+    INFO(second.all());
+    REQUIRE(second.exitCode == 0);
+    REQUIRE(positions(folder.path()) == undisturbed().positions);
+  }
+}
+
+TEST_CASE("SIGUSR1 saves the state and the run goes on, SIGTERM saves it and says how to go on") {
+  const TemporaryFolder folder;
+  const std::string program = (fs::path(PACKMESH_BIN_DIR) / "packMesh").string();
+  // 0.62 takes minutes: it is still at it when the signals come.
+  writeText(folder.path() / "script", "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
+pid=$!
+for n in $(seq 200); do
+  sleep 0.1
+  [ -s out ] && kill -USR1 $pid
+  [ -f s.h5 ] && break
+done
+kill -0 $pid && touch alive
+kill -TERM $pid
+wait $pid
+)");
+  const int status = std::system(("cd '" + folder.path().string() + "' && bash script").c_str());
+  REQUIRE(WIFEXITED(status));
+  REQUIRE(fs::exists(folder.path() / "alive"));
+  REQUIRE(WEXITSTATUS(status) == int(ExitCode::interrupted));
+  const std::string out = readText(folder.path() / "out");
+  REQUIRE_THAT(out, Contains("packMesh --restart s.h5"));
+  REQUIRE(readStateHead(folder.path() / "s.h5").cells > 400);
+  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+}
+
+TEST_CASE("a finished run's state gives its files again, a case's state lies in its folder") {
+  const SampleCase folder;
+  const fs::path file = folder.path() / "state.h5";
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --checkpoint-every 1000").exitCode == 0);
+  const std::string whole = readText(folder.path() / "RBC.pos");
+  fs::remove(folder.path() / "RBC.pos");
+  const Ran again = run(folder.path(), "--restart=state.h5");
+  INFO(again.all());
+  REQUIRE(again.exitCode == 0);
+  REQUIRE(readText(folder.path() / "RBC.pos") == whole);
+  REQUIRE_THAT(again.out, Contains("Continuing from state.h5"));
+
+  const Ran other = run(folder.path(), "config.xml --hematocrit 0.4 --restart state.h5");
+  REQUIRE(other.exitCode == int(ExitCode::badInput));
+  REQUIRE_THAT(other.err, Contains("another problem"));
+  const Ran missing = run(folder.path(), "--restart nowhere.h5");
+  REQUIRE(missing.exitCode == int(ExitCode::badInput));
+  REQUIRE_THAT(missing.err, Contains("nowhere.h5: no such file"));
+  writeText(file, "not HDF5");
+  const Ran garbage = run(folder.path(), "--restart state.h5");
+  REQUIRE(garbage.exitCode == int(ExitCode::badInput));
+  REQUIRE_THAT(garbage.err, Contains("not an HDF5 file"));
+  const Ran check = run(folder.path(), "check config.xml --restart state.h5");
+  REQUIRE(check.exitCode == int(ExitCode::usage));
+}
+
+TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "state.h5", "not HDF5");
+  for (const char* arguments : {"--restart state.h5", "--restart nowhere.h5",
+                                "30 30 30 --hematocrit 0.2 --restart state.h5"}) {
+    const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
+    CAPTURE(arguments, ran.all());
+    REQUIRE(ran.exitCode == int(ExitCode::badInput));
+    REQUIRE_THAT(ran.all(), Contains("HDF5 file") || Contains("no such file"));
+  }
+  REQUIRE(run(folder.path(), "30 30 30 --checkpoint-every 0").exitCode == int(ExitCode::usage));
+  REQUIRE(run(folder.path(), "--restart").exitCode == int(ExitCode::usage));
+}

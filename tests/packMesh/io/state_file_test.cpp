@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/io/state_file.h"
+
+#include <hdf5.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "packMesh/error.h"
+#include "tests/support/packings.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace packmesh;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+PackingProblem sampleProblem() {
+  return test::mixtureIn(test::periodicCube(25.0), 0.5, 3);
+}
+
+PackingState sampleState(PackingProblem problem) {
+  PackingState state;
+  problem.checkpoints = Checkpoints{[] { return true; }, [&](const PackingState& s) { state = s; }};
+  pack(problem);
+  state.failures[{1, 5}] = 3;
+  state.demandedOfWall[7] = 0.25;
+  return state;
+}
+
+std::string readBytes(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+void writeBytes(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+}  // namespace
+
+TEST_CASE("A state reads back as it was written, and its bytes are the same every time") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5", again = folder.path() / "again.h5";
+  const PackingProblem problem = sampleProblem();
+  const PackingState state = sampleState(problem);
+  REQUIRE(state.cells.size() > 50);
+  writeState(file, problem, {"packMesh", "25 25 25", "two\nlines", ""}, state);
+
+  const StateHead head = readStateHead(file);
+  REQUIRE(head.command == std::vector<std::string>{"packMesh", "25 25 25", "two\nlines", ""});
+  REQUIRE(head.cells == state.cellCount);
+  const PackingState found = readState(file, problem);
+  REQUIRE(found.cellCount == state.cellCount);
+  REQUIRE(found.cells.size() == state.cells.size());
+  REQUIRE(found.failures == state.failures);
+  REQUIRE(found.demandedOfWall == state.demandedOfWall);
+  REQUIRE(found.relaxation.extraClearance == state.relaxation.extraClearance);
+  REQUIRE(found.relaxation.counts == state.relaxation.counts);
+  REQUIRE(found.relaxation.blocks == state.relaxation.blocks);
+  writeState(again, problem, head.command, found);
+  REQUIRE(readBytes(again) == readBytes(file));
+  REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
+}
+
+TEST_CASE("Files that are no state of this problem are refused by name") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5";
+  PackingProblem problem = sampleProblem();
+  writeState(file, problem, {}, sampleState(problem));
+  const std::string bytes = readBytes(file);
+  const auto refusal = [&] {
+    try {
+      readState(file, problem);
+    } catch (const InputError& error) {
+      REQUIRE_THAT(error.what(), Contains("state.h5"));
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  REQUIRE(refusal() == "none");
+
+  SECTION("missing") {
+    fs::remove(file);
+    REQUIRE_THAT(refusal(), Contains("no such file"));
+  }
+  SECTION("empty, text, a folder") {
+    writeBytes(file, "");
+    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    writeBytes(file, "12\n1 2 3\n");
+    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    fs::remove(file);
+    fs::create_directory(file);
+    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+  }
+  SECTION("truncated") {
+    for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
+      writeBytes(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+      REQUIRE_THAT(refusal(), Contains("truncated") || Contains("not an HDF5 file"));
+    }
+  }
+  SECTION("another program's HDF5 file") {
+    H5Fclose(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
+    REQUIRE_THAT(refusal(), Contains("format"));
+  }
+  SECTION("another version") {
+    const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    const hid_t attribute = H5Aopen(opened, "version", H5P_DEFAULT);
+    const std::int64_t version = 99;
+    H5Awrite(attribute, H5T_NATIVE_INT64, &version);
+    H5Aclose(attribute);
+    H5Fclose(opened);
+    REQUIRE_THAT(refusal(), Contains("version 99"));
+  }
+  SECTION("a number changed") {
+    const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    const hid_t set = H5Dopen2(opened, "/cells/scale", H5P_DEFAULT);
+    std::vector<double> scales(static_cast<std::size_t>(H5Dget_storage_size(set)) / sizeof(double), 1.0);
+    scales[3] = 0.999;
+    H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, scales.data());
+    H5Dclose(set);
+    H5Fclose(opened);
+    REQUIRE_THAT(refusal(), Contains("damaged"));
+  }
+  SECTION("bytes changed anywhere: refused, or the same state") {
+    std::mt19937 random(1);
+    const PackingState whole = readState(file, problem);
+    int refused = 0;
+    for (int n = 0; n < 300; ++n) {
+      std::string damaged = bytes;
+      for (int k = 0; k < 1 + n % 3; ++k) damaged[random() % damaged.size()] ^= static_cast<char>(1u << random() % 8);
+      writeBytes(file, damaged);
+      try {
+        const PackingState found = readState(file, problem);
+        REQUIRE(found.cells.size() == whole.cells.size());
+        for (std::size_t i = 0; i < whole.cells.size(); ++i) {
+          REQUIRE(found.cells[i].id == whole.cells[i].id);
+          REQUIRE(std::equal(whole.cells[i].pose.position, whole.cells[i].pose.position + 3,
+                             found.cells[i].pose.position));
+        }
+      } catch (const InputError&) {
+        ++refused;
+      }
+    }
+    REQUIRE(refused > 50);  // the others changed nothing that is read
+  }
+  SECTION("of another problem") {
+    problem.seed = 4;
+    REQUIRE_THAT(refusal(), Contains("another problem"));
+  }
+}
+
+TEST_CASE("What cannot be written leaves the older state") {
+  const test::TemporaryFolder folder;
+  const PackingProblem problem = sampleProblem();
+  const PackingState state = sampleState(problem);
+  REQUIRE_THROWS_WITH(writeState(folder.path() / "no such folder" / "state.h5", problem, {}, state),
+                      Contains("state.h5") && Contains("cannot be written"));
+  const fs::path file = folder.path() / "state.h5";
+  writeState(file, problem, {}, state);
+  const std::string bytes = readBytes(file);
+  fs::create_directory(folder.path() / ".state.h5.new");  // in the way
+  REQUIRE_THROWS_AS(writeState(file, problem, {}, state), InputError);
+  REQUIRE(readBytes(file) == bytes);
+}

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/packing_state.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+
+#include "packMesh/io/state_file.h"
+#include "packMesh/packing/problem_digest.h"
+#include "tests/support/packings.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace packmesh;
+using test::mixtureIn;
+
+namespace {
+
+std::shared_ptr<const Container> longBox() {
+  return makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true});
+}
+
+struct Seen {
+  std::array<int, 4> ofStage = {0, 0, 0, 0};
+  int annealing = 0;
+};
+
+/// Runs to the end, and from states on its way again. @return how many states there were
+Seen requireSameWayFromAnyState(PackingProblem problem) {
+  std::vector<PackingState> states;
+  problem.checkpoints = Checkpoints{[] { return true; }, [&](const PackingState& s) { states.push_back(s); }};
+  const PackingResult whole = pack(problem);
+  problem.checkpoints.reset();
+  REQUIRE(test::sameBits(whole, pack(problem)));  // saving changes nothing
+  REQUIRE(states.size() >= 3);
+
+  const test::TemporaryFolder folder;
+  Seen stages;
+  const PackingState* before = nullptr;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const Stage stage = states[i].position.stage;
+    const int seen = stages.ofStage[static_cast<int>(stage)]++;
+    stages.annealing += states[i].position.schedule.part > 0;
+    const bool newPart = before && before->position.schedule.part != states[i].position.schedule.part;
+    before = &states[i];
+    if (seen > 1 && !newPart && i % (1 + states.size() / 3) != 0 && i + 1 != states.size()) continue;
+    CAPTURE(i, static_cast<int>(stage), states[i].position.round, states[i].relaxation.sweeps);
+    writeState(folder.path() / "state.h5", problem, {"by", "hand"}, states[i]);
+    problem.resume = readState(folder.path() / "state.h5", problem);
+    const PackingResult rest = pack(problem);
+    REQUIRE(rest.outcome == whole.outcome);
+    REQUIRE(rest.certificate.clean());
+    REQUIRE(rest.cellCount == whole.cellCount);
+    REQUIRE(test::sameBits(rest, whole));
+    REQUIRE(rest.statistics.sweeps == whole.statistics.sweeps);
+    REQUIRE(rest.statistics.repairs == whole.statistics.repairs);
+    REQUIRE(rest.certificate.minimumGap == whole.certificate.minimumGap);
+  }
+  return stages;
+}
+
+int of(const Seen& seen, Stage stage) {
+  return seen.ofStage[static_cast<int>(stage)];
+}
+
+}  // namespace
+
+TEST_CASE("A run that goes on from any of its states ends as if it had not been interrupted") {
+  SECTION("repairs") {
+    int relaxing = 0, repairing = 0;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      const Seen seen = requireSameWayFromAnyState(mixtureIn(longBox(), 0.55, seed));
+      relaxing += of(seen, Stage::relaxation);
+      repairing += of(seen, Stage::repair);
+    }
+    REQUIRE(relaxing > 4);
+    REQUIRE(repairing > 0);
+  }
+  SECTION("walls, clearances, cells that do not rotate") {
+    PackingProblem problem = mixtureIn(makeCylinder(Vec3::Zero(), 0, 12.0, 60.0, false), 0.2, 3);
+    problem.clearance = 0.1;
+    problem.wallClearance = 0.2;
+    problem.rotate = false;
+    requireSameWayFromAnyState(problem);
+  }
+  SECTION("cells that meet the wall") {
+    requireSameWayFromAnyState(mixtureIn(makeSphere(Vec3::Zero(), 13.0), 0.45, 4));
+  }
+  SECTION("annealing, and then fewer cells") {
+    PackingProblem problem = mixtureIn(test::periodicCube(25.0), 0.63, 6);
+    problem.limits.maxSweeps = 330;
+    const Seen seen = requireSameWayFromAnyState(problem);
+    REQUIRE(of(seen, Stage::thinning) > 1);
+    REQUIRE(seen.annealing > 1);
+  }
+  SECTION("cells that grow again") {
+    PackingProblem problem = mixtureIn(longBox(), 0.55, 1);
+    problem.regrowAfter = 0;
+    requireSameWayFromAnyState(problem);
+  }
+}
+
+TEST_CASE("An interrupted run leaves the state it was last kept in") {
+  PackingProblem problem = mixtureIn(longBox(), 0.5, 2);
+  const PackingResult whole = pack(problem);
+  for (const int polls : {0, 1, 7, 20}) {
+    CAPTURE(polls);
+    int left = polls;
+    problem.interrupted = [&] { return left-- <= 0; };
+    std::vector<PackingState> states;
+    problem.checkpoints = Checkpoints{{}, [&](const PackingState& s) { states.push_back(s); }};
+    problem.resume.reset();
+    REQUIRE(pack(problem).outcome == Outcome::interrupted);
+    REQUIRE(states.size() == 1);
+    REQUIRE(states[0].cellCount == whole.cellCount);
+    problem.interrupted = {};
+    problem.checkpoints.reset();
+    problem.resume = states[0];
+    REQUIRE(test::sameBits(pack(problem), whole));
+  }
+}
+
+TEST_CASE("Problems are told apart by what decides the packing, and by nothing else") {
+  const auto sample = [] { return mixtureIn(longBox(), 0.3, 1); };
+  const std::string digest = digestOf(sample());
+  REQUIRE(digest.size() == 32);
+  const auto differs = [&](auto&& change) {
+    PackingProblem problem = sample();
+    change(problem);
+    return digestOf(problem) != digest;
+  };
+  REQUIRE_FALSE(differs([](PackingProblem&) {}));
+  REQUIRE_FALSE(differs([](PackingProblem& p) { p.limits.maxSweeps = 7; }));
+  REQUIRE(differs([](PackingProblem& p) { p.seed = 2; }));
+  REQUIRE(differs([](PackingProblem& p) { p.clearance = 0.1; }));
+  REQUIRE(differs([](PackingProblem& p) { p.wallClearance = 0.1; }));
+  REQUIRE(differs([](PackingProblem& p) { p.rotate = false; }));
+  REQUIRE(differs([](PackingProblem& p) { ++p.species[1].count; }));
+  REQUIRE(differs([](PackingProblem& p) { p.species[1].name = "ball"; }));
+  REQUIRE(differs([](PackingProblem& p) { p.species[1].shape = test::sphereShape(1.01); }));
+  REQUIRE(differs([](PackingProblem& p) {
+    p.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26.001)}, {true, true, true});
+  }));
+  REQUIRE(differs([](PackingProblem& p) {
+    p.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, false});
+  }));
+}
