@@ -64,7 +64,8 @@ PackingState stateToContinue(const Job& job, const PackingProblem& problem) {
   together(problem.communicator, [&] {
     if (error) std::rethrow_exception(error);
   });
-  log::info(fmt::format("Continuing from {}: after {} sweeps", job.restart->string(), state.relaxation.sweeps));
+  log::info(
+      fmt::format("Continuing from {}: after {} sweeps", job.restart->string(), state.relaxation.sweeps));
   return state;
 }
 

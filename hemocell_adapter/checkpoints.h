@@ -13,8 +13,8 @@
 
 namespace packmesh::hemocell {
 
-/// The words of `arguments`, or, when they are of a restart alone (`--restart file` and options), those of the
-/// command that began the run with these options after them. Any rank calls it on its own.
+/// The words of `arguments`, or, when they are of a restart alone (`--restart file` and options), those of
+/// the command that began the run with these options after them. Any rank calls it on its own.
 /// @throws UsageError, InputError
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
 

@@ -56,22 +56,43 @@ double BlockGrid::largestRange() const {
   return range;
 }
 
-std::vector<int> BlockGrid::around(int block) const {
+std::vector<BlockGrid::Neighbor> BlockGrid::neighbors(int block) const {
   const std::array<int, 3> index = indexOf(block);
-  std::vector<int> near[3];
-  for (int k = 0; k < 3; ++k)
-    for (const int step : {-1, 0, 1}) {
-      int i = index[k] + step;
-      if (periodic_[k]) i = (i + blocks_[k]) % blocks_[k];
-      if (i >= 0 && i < blocks_[k]) near[k].push_back(i);
+  std::vector<Neighbor> neighbors;
+  for (int n = 0; n < 27; ++n) {
+    const Step step = {static_cast<std::int8_t>(n % 3 - 1), static_cast<std::int8_t>(n / 3 % 3 - 1),
+                       static_cast<std::int8_t>(n / 9 - 1)};
+    if (step == Step{0, 0, 0}) continue;
+    int at[3];
+    bool there = true;
+    for (int k = 0; k < 3; ++k) {
+      at[k] = index[k] + step[k];
+      if (periodic_[k]) at[k] = (at[k] + blocks_[k]) % blocks_[k];
+      there = there && at[k] >= 0 && at[k] < blocks_[k];
     }
-  std::vector<int> around;
-  for (const int z : near[2])
-    for (const int y : near[1])
-      for (const int x : near[0]) around.push_back(x + blocks_[0] * (y + blocks_[1] * z));
+    if (there) neighbors.push_back({at[0] + blocks_[0] * (at[1] + blocks_[1] * at[2]), step});
+  }
+  return neighbors;
+}
+
+std::vector<int> BlockGrid::around(int block) const {
+  std::vector<int> around = {block};
+  for (const Neighbor& neighbor : neighbors(block)) around.push_back(neighbor.block);
   std::sort(around.begin(), around.end());
   around.erase(std::unique(around.begin(), around.end()), around.end());
   return around;
+}
+
+double BlockGrid::squaredDistance(const Vec3& p, int block, const Step& step) const {
+  const std::array<int, 3> index = indexOf(block);
+  double squared = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    if (step[k] == 0) continue;
+    const double edge = 1.0 / blocksPerLength_[k], fromLow = p[k] - lo_[k] - index[k] * edge;
+    const double distance = std::max(0.0, step[k] < 0 ? fromLow : edge - fromLow);
+    squared += distance * distance;
+  }
+  return squared;
 }
 
 }  // namespace packmesh

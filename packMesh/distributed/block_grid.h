@@ -43,6 +43,19 @@ class BlockGrid {
   /// The block itself and those that touch it, across periodic faces too; each once, sorted.
   std::vector<int> around(int block) const;
 
+  /// One block further along an axis (1), one back (-1), or none (0).
+  using Step = std::array<std::int8_t, 3>;
+  struct Neighbor {
+    int block;
+    Step step;
+  };
+  /// What is one step away along any axes, across periodic faces too; a block can be there more than once, by
+  /// different ways, even the block itself.
+  std::vector<Neighbor> neighbors(int block) const;
+
+  /// Squared distance of a point in a block from what is one step away from that block [µm²].
+  double squaredDistance(const Vec3& p, int block, const Step& step) const;
+
  private:
   Vec3 lo_, blocksPerLength_;
   std::array<int, 3> blocks_;

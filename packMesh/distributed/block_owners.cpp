@@ -42,13 +42,4 @@ BlockOwners::BlockOwners(const BlockGrid& blocks, const std::vector<std::int64_t
   }
 }
 
-std::vector<int> BlockOwners::holdersOf(int block, const BlockGrid& blocks) const {
-  if (owner_.empty()) return {0};
-  std::vector<int> holders;
-  for (const int b : blocks.around(block)) holders.push_back(owner_[b]);
-  std::sort(holders.begin(), holders.end());
-  holders.erase(std::unique(holders.begin(), holders.end()), holders.end());
-  return holders;
-}
-
 }  // namespace packmesh

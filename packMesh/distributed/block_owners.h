@@ -20,9 +20,6 @@ class BlockOwners {
 
   int of(int block) const { return owner_.empty() ? 0 : owner_[block]; }
 
-  /// The ranks that must know the cells of a block, sorted: its owner and those of the blocks around it.
-  std::vector<int> holdersOf(int block, const BlockGrid& blocks) const;
-
  private:
   std::vector<std::int32_t> owner_;
 };

@@ -180,7 +180,8 @@ void Hdf5Reader::requireRows(const std::string& path, int columns, std::int64_t 
   const auto found = size(path);
   if (found[1] != columns || first < 0 || count < 0 || first > found[0] || count > found[0] - first)
     fail("table '" + path + "' has " + std::to_string(found[0]) + " x " + std::to_string(found[1]) +
-         " numbers, not the " + std::to_string(first + count) + " x " + std::to_string(columns) + " expected");
+         " numbers, not the " + std::to_string(first + count) + " x " + std::to_string(columns) +
+         " expected");
 }
 
 void Hdf5Reader::readTable(const std::string& path, int columns, std::int64_t first, std::int64_t count,

@@ -97,7 +97,8 @@ class Hdf5Writer {
   bool close();
 
  private:
-  void writeAttribute(const std::string& path, const char* name, hid_t type, hid_t inMemory, const void* data);
+  void writeAttribute(const std::string& path, const char* name, hid_t type, hid_t inMemory,
+                      const void* data);
   void writeTable(const std::string& path, std::int64_t rows, int columns, std::int64_t first,
                   std::int64_t count, const Hdf5Type& type, const void* data);
   void note(bool good) { good_ = good_ && good; }

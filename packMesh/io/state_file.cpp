@@ -136,12 +136,17 @@ void forEachRunTable(Tables& tables, Visit&& visit) {
 RunTables runTablesOf(const PackingState& state) {
   RunTables t;
   const RunPosition& at = state.position;
-  t.position = {static_cast<std::int64_t>(at.stage), at.thinning ? 1 : 0, at.round, at.schedule.part,
-                at.schedule.sweep,                   state.repairs,       state.cellCount};
+  t.position = {static_cast<std::int64_t>(at.stage),
+                at.thinning ? 1 : 0,
+                at.round,
+                at.schedule.part,
+                at.schedule.sweep,
+                state.repairs,
+                state.cellCount};
   const RelaxationState& r = state.relaxation;
-  t.counters = {r.sweeps,         r.listedInSweep,   r.coarsely ? 1 : 0,      r.last.totalSteps,
-                r.last.contacts,  r.last.thorough ? 1 : 0, r.blocks[0],       r.blocks[1],
-                r.blocks[2]};
+  t.counters = {r.sweeps,          r.listedInSweep, r.coarsely ? 1 : 0,
+                r.last.totalSteps, r.last.contacts, r.last.thorough ? 1 : 0,
+                r.blocks[0],       r.blocks[1],     r.blocks[2]};
   t.lengths = {r.skin, r.slack, r.last.deepest};
   t.counts = r.counts;
   for (const auto& [pair, extra] : r.extraClearance) {
@@ -162,8 +167,8 @@ RunTables runTablesOf(const PackingState& state) {
 /// Pre: tables of the sizes that runTablesOf() gives.
 PackingState stateOf(const RunTables& t) {
   PackingState state;
-  state.position = {static_cast<Stage>(t.position[0]), t.position[1] != 0, t.position[2],
-                    {t.position[3], t.position[4]}};
+  state.position = {
+      static_cast<Stage>(t.position[0]), t.position[1] != 0, t.position[2], {t.position[3], t.position[4]}};
   state.repairs = t.position[5];
   state.cellCount = t.position[6];
   RelaxationState& r = state.relaxation;
@@ -182,7 +187,8 @@ PackingState stateOf(const RunTables& t) {
     r.extraClearance[{t.clearedPairs[2 * i], t.clearedPairs[2 * i + 1]}] = t.clearances[i];
   for (std::size_t i = 0; i < t.failures.size(); ++i)
     state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
-  for (std::size_t i = 0; i < t.wallCells.size(); ++i) state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
+  for (std::size_t i = 0; i < t.wallCells.size(); ++i)
+    state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
   return state;
 }
 
@@ -284,7 +290,8 @@ StateHead readStateHead(const fs::path& file) {
   head.digest = in.text("/", "problem");
   head.cells = in.size("/cells/id")[0];
   const std::int64_t words = in.integer("/command", "words");
-  for (std::int64_t i = 0; i < words; ++i) head.command.push_back(in.text("/command", std::to_string(i).c_str()));
+  for (std::int64_t i = 0; i < words; ++i)
+    head.command.push_back(in.text("/command", std::to_string(i).c_str()));
   return head;
 }
 

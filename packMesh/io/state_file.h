@@ -30,7 +30,8 @@ void writeState(const std::filesystem::path& file, const PackingProblem& problem
 StateHead readStateHead(const std::filesystem::path& file);
 
 /// The state with this rank's share of the cells. All ranks call.
-/// @throws InputError when the file is foreign, of another version, damaged, or not of this problem; on all ranks, each
+/// @throws InputError when the file is foreign, of another version, damaged, or not of this problem; on all
+/// ranks, each
 PackingState readState(const std::filesystem::path& file, const PackingProblem& problem);
 
 }  // namespace packmesh

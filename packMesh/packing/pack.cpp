@@ -209,15 +209,22 @@ class Run {
     return false;
   }
 
+  /// The certificate of what the relaxation has now.
+  Certificate examined(Relaxation& relaxation, std::optional<Certifier>& certifier) {
+    const auto changed = certifier ? written_.update(relaxation) : std::nullopt;
+    if (changed) {
+      certifier->update(*changed);
+    } else {
+      written_.take(relaxation);
+      certifier.emplace(written_.certificateInput());
+    }
+    return ofAllRanks(certifier->certificate(), written_.ids(), problem_.communicator);
+  }
+
   /// @return whether all is well; otherwise clearances have been demanded
   bool certifiedOnce(Relaxation& relaxation, std::optional<Certifier>& certifier) {
     Stopwatch watch(result_.statistics.certificateSeconds);
-    const auto changed = written_.take(relaxation);
-    if (certifier && changed)
-      certifier->update(*changed);
-    else
-      certifier.emplace(written_.certificateInput());
-    const Certificate found = ofAllRanks(certifier->certificate(), written_.ids(), problem_.communicator);
+    const Certificate found = examined(relaxation, certifier);
     if (found.clean()) {
       result_.certificate = found;
       certifier.reset();
@@ -225,7 +232,7 @@ class Run {
       deliver(relaxation);
       return true;
     }
-    if (at_.round == problem_.regrowAfter && regrown(relaxation, *certifier, found)) {
+    if (at_.round == problem_.regrowAfter && regrown(relaxation, certifier, found)) {
       deliver(relaxation);
       return true;
     }
@@ -259,21 +266,17 @@ class Run {
 
   /// Shrinks the cells that meet and lets them grow again. @return whether that made the packing clean;
   /// otherwise nothing has changed
-  bool regrown(Relaxation& relaxation, Certifier& certifier, const Certificate& faults) {
+  bool regrown(Relaxation& relaxation, std::optional<Certifier>& certifier, const Certificate& faults) {
     const std::vector<MovedCell> moves = regrownCells(
         problem_, relaxation, faults, [this] { return stopped(); }, result_.statistics.regrowth);
     if (moves.empty()) return false;
     std::vector<MovedCell> back;
-    const auto certificate = [&] {
-      if (const auto changed = written_.take(relaxation)) certifier.update(*changed);
-      return ofAllRanks(certifier.certificate(), written_.ids(), problem_.communicator);
-    };
     for (const MovedCell& move : moves) back.push_back({move.id, move.before, move.after});
     setPoses(relaxation, moves);
-    result_.certificate = certificate();
+    result_.certificate = examined(relaxation, certifier);
     if (result_.certificate.clean()) return true;
     setPoses(relaxation, back);
-    certificate();
+    examined(relaxation, certifier);
     return false;
   }
 

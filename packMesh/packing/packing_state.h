@@ -35,9 +35,9 @@ struct PackingState {
   std::int64_t repairs = 0;  ///< rounds so far
   RelaxationState relaxation;
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
-  std::map<std::int64_t, double> demandedOfWall;  ///< of misplaced cells (ids) [µm]
-  std::int64_t cellCount = 0;                     ///< on all ranks
-  std::vector<BodyState> cells;                   ///< of this rank, sorted by id; no cell on two ranks
+  std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
+  std::int64_t cellCount = 0;                                              ///< on all ranks
+  std::vector<BodyState> cells;  ///< of this rank, sorted by id; no cell on two ranks
 };
 
 /// How a run is kept, so that another one can go on with it.

@@ -1,26 +1,65 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/written_cells.h"
 
-#include <utility>
+#include <algorithm>
+#include <cmath>
+
+#include "packMesh/stages/relaxation/body_state.h"
 
 namespace packmesh {
 
-std::optional<std::vector<std::int64_t>> WrittenCells::take(const Relaxation& relaxation) {
-  const WrittenCells old = std::exchange(*this, WrittenCells(*problem_));
-  bool same = !old.ids_.empty();
-  std::vector<std::int64_t> changed;
+namespace {
+
+/// Every rank is told of cells that moved, as long as they are few.
+constexpr double fewMoved = 0.02;
+constexpr std::int64_t alwaysFew = 1000;
+
+/// From one place to the other, the short way round [µm].
+double distanceBetween(const Vec3& a, const Vec3& b, const Vec3& period) {
+  Vec3 d = b - a;
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0) d[k] -= period[k] * std::round(d[k] / period[k]);
+  return d.norm();
+}
+
+}  // namespace
+
+void WrittenCells::take(Relaxation& relaxation) {
+  *this = WrittenCells(*problem_);
   for (const Body& body : relaxation.cellsAround()) {
-    const std::size_t i = ids_.size();
     ids_.push_back(body.id);
     own_.push_back(relaxation.owns(body));
     cells_.push_back({body.species, placement(*problem_, body.pose())});
-    same = same && i < old.ids_.size() && old.ids_[i] == body.id && old.own_[i] == own_[i];
-    if (!same) continue;
-    const Placement &before = old.cells_[i].placement, &now = cells_[i].placement;
-    if (before.linear != now.linear || before.translation != now.translation)
-      changed.push_back(static_cast<std::int64_t>(i));
   }
-  if (!same || old.ids_.size() != ids_.size()) return {};
+  relaxation.forgetTouched();
+}
+
+std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxation) {
+  const Communicator& ranks = problem_->communicator;
+  std::vector<BodyState> moved;
+  for (const Body& body : relaxation.touchedCells()) moved.push_back(stateOf(body));
+  const double few =
+      std::max(static_cast<double>(alwaysFew), fewMoved * static_cast<double>(relaxation.cellCount()));
+  if (static_cast<double>(ranks.sum(static_cast<std::int64_t>(moved.size()))) > few && !ranks.alone())
+    return {};
+  relaxation.forgetTouched();
+  const Vec3 period = problem_->container->period();
+  std::vector<std::int64_t> changed;
+  bool far = false;
+  for (const BodyState& state : ranks.gatherAll(moved)) {
+    const auto at = std::lower_bound(ids_.begin(), ids_.end(), state.id);
+    if (at == ids_.end() || *at != state.id) continue;
+    const std::int64_t i = at - ids_.begin();
+    Placement& known = cells_[i].placement;
+    const Placement now = placement(*problem_, bodyOf(state).pose());
+    if (known.linear == now.linear && known.translation == now.translation) continue;
+    const Vec3& from = takenAt_.emplace(i, known.translation).first->second;
+    far = far || distanceBetween(from, now.translation, period) > Relaxation::certifiedMotion;
+    known = now;
+    changed.push_back(i);
+  }
+  if (!ranks.alone() && ranks.any(far)) return {};
+  std::sort(changed.begin(), changed.end());
   return changed;
 }
 

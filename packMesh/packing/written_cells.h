@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -12,15 +13,20 @@
 
 namespace packmesh {
 
-/// The cells of this rank, and the copies it has of cells near them; sorted by id.
+/// The cells of this rank when they were taken, and the copies it had of cells near them; sorted by id. All
+/// ranks call its functions together.
 class WrittenCells {
  public:
   /// References `problem`, which must outlive it.
   explicit WrittenCells(const PackingProblem& problem) : problem_(&problem) {}
 
   /// Takes the cells over from the relaxation.
-  /// @return which of them changed, if they are the same cells as before
-  std::optional<std::vector<std::int64_t>> take(const Relaxation& relaxation);
+  void take(Relaxation& relaxation);
+
+  /// Brings cells that have moved since to where they are now, wherever they went.
+  /// @return which of them (by index) are different now; nothing when so much has moved that all are to be
+  /// taken anew
+  std::optional<std::vector<std::int64_t>> update(Relaxation& relaxation);
 
   /// References this object.
   CertificateInput certificateInput() const;
@@ -35,6 +41,7 @@ class WrittenCells {
   std::vector<std::int64_t> ids_;
   std::vector<bool> own_;
   std::vector<PlacedCell> cells_;
+  std::map<std::int64_t, Vec3> takenAt_;  ///< by index, of those that have moved since [µm]
 };
 
 }  // namespace packmesh

@@ -12,9 +12,9 @@
 #include "sample_case.h"
 
 using namespace packmesh::test;
+using Catch::Matchers::Contains;
 using packmesh::readStateHead;
 using packmesh::hemocell::ExitCode;
-using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
 namespace {
@@ -60,8 +60,7 @@ TEST_CASE("a run killed at any moments goes on to the same files") {
       const bool begun = fs::exists(folder.path() / "state.h5");
       saved += begun;
       if (begun) REQUIRE(readStateHead(folder.path() / "state.h5").cells > 500);
-      const std::string arguments =
-          begun ? "--restart state.h5" : problem + " --checkpoint-every 0.001";
+      const std::string arguments = begun ? "--restart state.h5" : problem + " --checkpoint-every 0.001";
       const std::string limit = std::to_string(share(random) * undisturbed().seconds);
       const bool last = again == 5;
       const Ran ran = run(folder.path(), arguments, "packMesh",
@@ -97,7 +96,8 @@ TEST_CASE("SIGUSR1 saves the state and the run goes on, SIGTERM saves it and say
   const TemporaryFolder folder;
   const std::string program = (fs::path(PACKMESH_BIN_DIR) / "packMesh").string();
   // 0.62 takes minutes: it is still at it when the signals come.
-  writeText(folder.path() / "script", "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
+  writeText(folder.path() / "script",
+            "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
 pid=$!
 for n in $(seq 200); do
   sleep 0.1
@@ -147,8 +147,8 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
 TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "state.h5", "not HDF5");
-  for (const char* arguments : {"--restart state.h5", "--restart nowhere.h5",
-                                "30 30 30 --hematocrit 0.2 --restart state.h5"}) {
+  for (const char* arguments :
+       {"--restart state.h5", "--restart nowhere.h5", "30 30 30 --hematocrit 0.2 --restart state.h5"}) {
     const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
     CAPTURE(arguments, ran.all());
     REQUIRE(ran.exitCode == int(ExitCode::badInput));

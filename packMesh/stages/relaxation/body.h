@@ -31,6 +31,7 @@ struct Body {
   bool deepInWall = true;           ///< was deep in the wall when last looked at, so coarse samples will do
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   bool changed = false;             ///< moved since other ranks were told
+  bool touched = false;             ///< moved since Relaxation::forgetTouched()
   double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
 
   /// Begins an epoch: here and now is the reference.

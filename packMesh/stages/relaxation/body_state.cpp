@@ -27,6 +27,7 @@ BodyState stateOf(const Body& body) {
   state.species = body.species;
   state.block = body.block;
   state.deepInWall = body.deepInWall;
+  state.touched = body.touched;
   return state;
 }
 
@@ -41,6 +42,7 @@ Body bodyOf(const BodyState& state) {
   body.species = state.species;
   body.block = state.block;
   body.deepInWall = state.deepInWall;
+  body.touched = state.touched;
   return body;
 }
 

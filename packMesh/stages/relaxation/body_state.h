@@ -24,7 +24,7 @@ struct BodyState {
   double scale, extraWallClearance, overlap, moved;
   std::int64_t id;
   std::int32_t species, block;
-  bool deepInWall;
+  bool deepInWall, touched;
 };
 
 BodyState stateOf(const Body& body);

@@ -153,7 +153,7 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
 }
 
 void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotation) const {
-  body.changed = true;
+  body.changed = body.touched = true;
   const double reach = models_[body.species].radius * body.scale;
   Vec3 step = translation;
   double length = step.norm();

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "packMesh/stages/certificate/certificate.h"
 #include "packMesh/tolerances.h"
 
 namespace packmesh {
@@ -38,7 +39,7 @@ constexpr double preferredBlockEdge = 6.5;
 constexpr double fewestPerBlock = 50.0;
 
 /// Blocks are shared out among the ranks anew when one of them has so much more than its even share to do.
-constexpr double tolerableImbalance = 1.1;
+constexpr double tolerableImbalance = 1.02;
 
 /// What a cell costs, in pairs.
 constexpr std::int64_t workOfCell = 4;
@@ -98,6 +99,20 @@ double largestRadius(const RelaxationInput& input) {
   return radius;
 }
 
+double largestReach(const RelaxationInput& input) {
+  double reach = 0.0;
+  for (const Shape* shape : input.shapes) {
+    const Sphere sphere = boundingSphere(shape->hierarchy(), Placement());
+    reach = std::max(reach, sphere.center.norm() + sphere.radius);
+  }
+  return reach;
+}
+
+/// How far from a cell's centre the certificate can look for others [µm].
+double certifiedRange(double reach, double clearance) {
+  return 2.0 * (reach + Relaxation::certifiedMotion) + std::max(gapOfInterest, clearance);
+}
+
 }  // namespace
 
 Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
@@ -108,7 +123,10 @@ Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
       cellCount_(communicator.sum(static_cast<std::int64_t>(bodies.size()))),
       solver_(makeSolver(input, state_.counts)),
       largestRadius_(largestRadius(input)),
-      blocks_(input.bounds, input.period, (2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
+      largestReach_(largestReach(input)),
+      blocks_(input.bounds, input.period,
+              std::max((2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
+                       0.5 * certifiedRange(largestReach_, input.clearance)),
               blockEdge(input.bounds, largestRadius_, state_.counts)),
       shared_(communicator, blocks_),
       bodies_(std::move(bodies)) {
@@ -138,6 +156,12 @@ bool Relaxation::strayed() const {
   return false;
 }
 
+/// Within this range of a rank's blocks its sweeps and its certificate need to know all cells [µm].
+double Relaxation::range() const {
+  return std::max(2.0 * largestRadius_ + input_.clearance + largestExtra_ + state_.skin,
+                  certifiedRange(largestReach_, input_.clearance));
+}
+
 /// Brings this rank's bodies to the owners of their blocks, and copies to those who need them. Pre: no
 /// copies.
 void Relaxation::distribute() {
@@ -145,7 +169,7 @@ void Relaxation::distribute() {
     body.position = wrapped(body.position, input_.bounds, input_.period);
     body.block = blocks_.blockOf(body.position);
   }
-  shared_.distribute(bodies_);
+  shared_.distribute(bodies_, range());
 }
 
 void Relaxation::refreshLists() {
@@ -297,6 +321,7 @@ void Relaxation::setPose(std::int64_t id, const Pose& pose) {
       body.position = pose.position;
       body.orientation = pose.orientation;
       body.rotation = pose.orientation.toRotationMatrix();
+      body.touched = true;
       listed_ = false;
     }
 }
@@ -315,16 +340,33 @@ void Relaxation::dropLists() {
 }
 
 std::vector<Body> Relaxation::cells() const {
-  std::vector<Body> cells = cellsAround();
-  cells.erase(std::remove_if(cells.begin(), cells.end(), [&](const Body& b) { return !owns(b); }),
-              cells.end());
-  return cells;
+  return cellsThat([&](const Body& body) { return owns(body); });
 }
 
 std::vector<Body> Relaxation::cellsAround() const {
-  std::vector<Body> cells = bodies_;
-  std::sort(cells.begin(), cells.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
-  for (Body& body : cells) body.position = wrapped(body.position, input_.bounds, input_.period);
+  return cellsThat([](const Body&) { return true; });
+}
+
+std::vector<Body> Relaxation::touchedCells() const {
+  return cellsThat([&](const Body& body) { return body.touched && owns(body); });
+}
+
+void Relaxation::forgetTouched() {
+  for (Body& body : bodies_) body.touched = false;
+}
+
+/// In the order of their ids, positions wrapped into the bounds.
+std::vector<Body> Relaxation::cellsThat(const std::function<bool(const Body&)>& fit) const {
+  std::vector<const Body*> order;
+  for (const Body& body : bodies_)
+    if (fit(body)) order.push_back(&body);
+  std::sort(order.begin(), order.end(), [](const Body* a, const Body* b) { return a->id < b->id; });
+  std::vector<Body> cells;
+  cells.reserve(order.size());
+  for (const Body* body : order) {
+    cells.push_back(*body);
+    cells.back().position = wrapped(body->position, input_.bounds, input_.period);
+  }
   return cells;
 }
 

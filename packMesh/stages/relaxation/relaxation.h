@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "packMesh/distributed/block_grid.h"
@@ -63,6 +64,14 @@ class Relaxation {
   /// Frees what can be found out anew, to leave its memory to others between sweeps.
   void dropLists();
 
+  /// Cells are known to all ranks with a cell from which they can be examined: whose mesh comes nearer than
+  /// the certificate's gap of interest after both have moved by this [µm].
+  static constexpr double certifiedMotion = 0.25;
+
+  /// This rank's cells that have been moved since forgetTouched().
+  std::vector<Body> touchedCells() const;
+  void forgetTouched();
+
   /// This rank's cells in the order of their ids, positions wrapped into the bounds.
   std::vector<Body> cells() const;
   /// These, and the copies it has of cells near them.
@@ -88,6 +97,8 @@ class Relaxation {
   double expectedMotion() const;
   void beginEpoch(double expectedMotion);
   bool strayed() const;
+  double range() const;
+  std::vector<Body> cellsThat(const std::function<bool(const Body&)>& fit) const;
   void distribute();
 
   RelaxationInput input_;
@@ -97,6 +108,7 @@ class Relaxation {
   ContactSolver solver_;
   std::vector<double> radii_;  ///< per species [µm]
   double largestRadius_;
+  double largestReach_;  ///< of a cell as the certificate looks for neighbours [µm]
   BlockGrid blocks_;
   SharedBodies shared_;
   std::vector<std::vector<int>> blocksOfColour_;  ///< this rank's

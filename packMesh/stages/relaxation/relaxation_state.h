@@ -20,12 +20,12 @@ struct RelaxationState {
   /// Cells per species in the beginning: blocks and masses are chosen for them. Empty: the bodies given.
   std::vector<std::int64_t> counts;
   std::array<int, 3> blocks = {0, 0, 0};  ///< along each axis
-  std::int64_t sweeps = 0;         ///< done
-  std::int64_t listedInSweep = 0;  ///< when pairs were listed last
-  double skin = 0.0;               ///< pairs are listed up to this much further than they can touch [µm]
-  double slack = 0.0;              ///< of the last sweep [µm]
-  bool coarsely = true;            ///< whether coarse samples have been enough so far
-  SweepSums last;                  ///< of the last sweep
+  std::int64_t sweeps = 0;                ///< done
+  std::int64_t listedInSweep = 0;         ///< when pairs were listed last
+  double skin = 0.0;     ///< pairs are listed up to this much further than they can touch [µm]
+  double slack = 0.0;    ///< of the last sweep [µm]
+  bool coarsely = true;  ///< whether coarse samples have been enough so far
+  SweepSums last;        ///< of the last sweep
   ExtraClearances extraClearance;
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <map>
 #include <tuple>
 
 #include "packMesh/stages/relaxation/body_state.h"
@@ -49,37 +48,49 @@ void SharedBodies::balance(std::vector<std::int64_t> work) {
   if (communicator_.alone()) return;
   communicator_.sum(work);
   owners_ = BlockOwners(blocks_, work, communicator_.size());
+  foreign_.clear();
 }
 
-void SharedBodies::distribute(std::vector<Body>& bodies) {
+template <class Visit>
+void SharedBodies::forEachHolder(const Body& body, double range, Visit&& visit) {
+  const auto [at, isNew] = foreign_.try_emplace(body.block);
+  std::vector<ForeignNeighbor>& foreign = at->second;
+  const int owner = owners_.of(body.block);
+  if (isNew) {
+    for (const BlockGrid::Neighbor& neighbor : blocks_.neighbors(body.block))
+      if (owners_.of(neighbor.block) != owner) foreign.push_back({owners_.of(neighbor.block), neighbor.step});
+    std::stable_sort(foreign.begin(), foreign.end(),
+                     [](const ForeignNeighbor& a, const ForeignNeighbor& b) { return a.rank < b.rank; });
+  }
+  visit(owner);
+  int last = owner;
+  for (const ForeignNeighbor& neighbor : foreign) {
+    if (neighbor.rank == last) continue;
+    if (blocks_.squaredDistance(body.position, body.block, neighbor.step) >= range * range) continue;
+    last = neighbor.rank;
+    visit(last);
+  }
+}
+
+void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
   if (!communicator_.alone()) {
     std::vector<std::vector<BodyState>> to(communicator_.size());
-    std::map<int, std::vector<int>> holders;
-    for (const Body& body : bodies) {
-      std::vector<int>& ranks = holders[body.block];
-      if (ranks.empty()) ranks = owners_.holdersOf(body.block, blocks_);
-      for (const int rank : ranks) to[rank].push_back(stateOf(body));
-    }
+    for (const Body& body : bodies)
+      forEachHolder(body, range, [&](int rank) { to[rank].push_back(stateOf(body)); });
     bodies.clear();
     for (const std::vector<BodyState>& states : communicator_.exchange(to))
       for (const BodyState& state : states) bodies.push_back(bodyOf(state));
   }
   sortByBlock(bodies);
-  if (!communicator_.alone()) plan(bodies);
+  if (!communicator_.alone()) plan(bodies, range);
 }
 
-void SharedBodies::plan(const std::vector<Body>& bodies) {
+void SharedBodies::plan(const std::vector<Body>& bodies, double range) {
   std::map<int, std::vector<std::int32_t>> common;
-  std::vector<int> holders;
-  int block = -1;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies[i].block != block) {
-      block = bodies[i].block;
-      holders = owners_.holdersOf(block, blocks_);
-    }
-    for (const int rank : holders)
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    forEachHolder(bodies[i], range, [&](int rank) {
       if (rank != rank_) common[rank].push_back(static_cast<std::int32_t>(i));
-  }
+    });
   peers_.clear();
   common_.clear();
   for (auto& [rank, indices] : common) {
@@ -115,6 +126,7 @@ std::vector<int> SharedBodies::share(std::vector<Body>& bodies) {
       change.pose.giveTo(body);
       body.moved = change.moved;
       body.overlap = change.overlap;
+      body.touched = true;
       if (blocks.empty() || blocks.back() != body.block) blocks.push_back(body.block);
     }
   return blocks;

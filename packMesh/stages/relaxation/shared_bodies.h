@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "packMesh/distributed/block_owners.h"
@@ -11,8 +12,8 @@
 
 namespace packmesh {
 
-/// A rank holds the bodies of its own blocks, and copies (ghosts) of those in the blocks around them: all
-/// that its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them
+/// A rank holds the bodies of its own blocks, and copies (ghosts) of those within a range of them: all that
+/// its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them
 /// works on it again. Poses travel, meshes do not.
 ///
 /// All ranks call distribute() and share() together. On one rank they do nothing.
@@ -25,10 +26,11 @@ class SharedBodies {
   /// Shares the blocks out anew. @param work of each block, as far as this rank knows: summed over the ranks
   void balance(std::vector<std::int64_t> work);
 
-  /// Brings every body to the rank that owns its block, and copies to the ranks around. Pre: `bodies` are
-  /// this rank's own, each on one rank only, blocks up to date. Post: its own by the present owners, and
-  /// copies, sorted by block, then by id; what a body knows of its surroundings is lost.
-  void distribute(std::vector<Body>& bodies);
+  /// Brings every body to the rank that owns its block, and copies to the ranks with a block nearer to it
+  /// than `range` [µm]. Pre: `bodies` are this rank's own, each on one rank only, wrapped, blocks up to date.
+  /// Post: its own by the present owners, and copies, sorted by block, then by id; what a body knows of its
+  /// surroundings is lost.
+  void distribute(std::vector<Body>& bodies, double range);
 
   /// Tells the other ranks of all bodies that have `changed` and takes over what they changed. Pre: bodies
   /// where distribute() left them.
@@ -36,12 +38,21 @@ class SharedBodies {
   std::vector<int> share(std::vector<Body>& bodies);
 
  private:
-  void plan(const std::vector<Body>& bodies);
+  void plan(const std::vector<Body>& bodies, double range);
+  /// Calls visit(rank) for every rank that holds a body, each once: first the owner.
+  template <class Visit>
+  void forEachHolder(const Body& body, double range, Visit&& visit);
 
   Communicator communicator_;
   BlockGrid blocks_;
   int rank_;
   BlockOwners owners_;
+  /// What other ranks own around each block, as far as it has been asked for.
+  struct ForeignNeighbor {
+    int rank;
+    BlockGrid::Step step;
+  };
+  std::map<int, std::vector<ForeignNeighbor>> foreign_;  ///< by block; sorted by rank
   std::vector<Communicator::Peer> peers_;
   /// For each peer the bodies that it holds, too: indices, in the same order on both ranks.
   std::vector<std::vector<std::int32_t>> common_;

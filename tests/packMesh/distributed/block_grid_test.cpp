@@ -136,6 +136,56 @@ TEST_CASE("What two blocks of one colour change never overlaps", "[distributed]"
   }
 }
 
+TEST_CASE("The distance of a block one step away is that of its nearest point", "[distributed]") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const Box bounds{Vec3(1, -2, 3), Vec3(61, 28, 25)};
+  for (const Vec3& period : {Vec3(0, 0, 0), Vec3(60, 0, 22), Vec3(60, 30, 22)}) {
+    const BlockGrid grid(bounds, period, 1.0, 10.0);
+    for (int n = 0; n < 300; ++n) {
+      const Vec3 p = bounds.lo + Vec3(unit(random), unit(random), unit(random)).cwiseProduct(bounds.size());
+      const int block = grid.blockOf(p);
+      int seen = 0;
+      for (const BlockGrid::Neighbor& neighbor : grid.neighbors(block)) {
+        Vec3 nearest;  // point of the box one step away
+        for (int k = 0; k < 3; ++k) {
+          const double edge = bounds.size()[k] / grid.counts()[k];
+          const double low = bounds.lo[k] + (grid.indexOf(block)[k] + neighbor.step[k]) * edge;
+          nearest[k] = std::clamp(p[k], low, low + edge);
+          int index = grid.indexOf(block)[k] + neighbor.step[k];
+          if (period[k] > 0.0) index = (index + grid.counts()[k]) % grid.counts()[k];
+          REQUIRE(index == grid.indexOf(neighbor.block)[k]);
+        }
+        REQUIRE(grid.squaredDistance(p, block, neighbor.step) ==
+                Approx((nearest - p).squaredNorm()).margin(1e-9));
+        ++seen;
+      }
+      REQUIRE(seen >= 7);
+      if (period[0] > 0.0 && period[1] > 0.0) REQUIRE(seen == 26);
+    }
+  }
+}
+
+TEST_CASE("Blocks around a block are those that touch it", "[distributed]") {
+  for (const Vec3& periodic : {Vec3(0, 0, 0), Vec3(1, 0, 1), Vec3(1, 1, 1)}) {
+    const Vec3 size(6, 4, 2);
+    const BlockGrid grid({Vec3::Zero(), size}, periodic.cwiseProduct(size), 0.5, 1.0);
+    const auto touch = [&](int a, int b) {
+      for (int k = 0; k < 3; ++k) {
+        const int n = grid.counts()[k], d = std::abs(grid.indexOf(a)[k] - grid.indexOf(b)[k]);
+        if (d > 1 && !(periodic[k] > 0.0 && d == n - 1)) return false;
+      }
+      return true;
+    };
+    for (int a = 0; a < grid.count(); ++a) {
+      std::set<int> blocks;
+      for (int b = 0; b < grid.count(); ++b)
+        if (touch(a, b)) blocks.insert(b);
+      REQUIRE(grid.around(a) == std::vector<int>(blocks.begin(), blocks.end()));
+    }
+  }
+}
+
 TEST_CASE("wrapped() moves points into one period, forEachImage finds all images that come near",
           "[distributed]") {
   std::mt19937 random(5);

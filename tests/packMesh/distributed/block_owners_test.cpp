@@ -45,25 +45,3 @@ TEST_CASE("More ranks than blocks leaves ranks idle", "[distributed]") {
   const BlockOwners none(grid, {0, 0}, 8);
   REQUIRE(none.of(0) == none.of(1));
 }
-
-TEST_CASE("Holders of a block are the owners of the blocks that touch it", "[distributed]") {
-  for (const Vec3& periodic : {Vec3(0, 0, 0), Vec3(1, 0, 1), Vec3(1, 1, 1)}) {
-    const BlockGrid grid = gridOf(6, 4, 2, periodic);
-    const BlockOwners owners(grid, std::vector<std::int64_t>(grid.count(), 1), 5);
-    const auto touch = [&](int a, int b) {
-      for (int k = 0; k < 3; ++k) {
-        const int n = grid.counts()[k], d = std::abs(grid.indexOf(a)[k] - grid.indexOf(b)[k]);
-        if (d > 1 && !(periodic[k] > 0.0 && d == n - 1)) return false;
-      }
-      return true;
-    };
-    for (int a = 0; a < grid.count(); ++a) {
-      std::set<int> expected, blocks;
-      for (int b = 0; b < grid.count(); ++b)
-        if (touch(a, b)) expected.insert(owners.of(b)), blocks.insert(b);
-      const std::vector<int> around = grid.around(a), holders = owners.holdersOf(a, grid);
-      REQUIRE(around == std::vector<int>(blocks.begin(), blocks.end()));
-      REQUIRE(holders == std::vector<int>(expected.begin(), expected.end()));
-    }
-  }
-}

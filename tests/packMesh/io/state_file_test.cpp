@@ -130,7 +130,8 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
     int refused = 0;
     for (int n = 0; n < 300; ++n) {
       std::string damaged = bytes;
-      for (int k = 0; k < 1 + n % 3; ++k) damaged[random() % damaged.size()] ^= static_cast<char>(1u << random() % 8);
+      for (int k = 0; k < 1 + n % 3; ++k)
+        damaged[random() % damaged.size()] ^= static_cast<char>(1u << random() % 8);
       writeBytes(file, damaged);
       try {
         const PackingState found = readState(file, problem);
