@@ -171,6 +171,8 @@ std::vector<std::string> effortLines(const Statistics& s) {
                       "faces {:.3f} s",
                       s.tetrahedra->runs, s.tetrahedra->attempts, s.tetrahedra->finer, s.tetrahedra->failures,
                       s.tetrahedra->tetrahedraSeconds, s.tetrahedra->faceSeconds));
+    if (s.tetrahedra && s.tetrahedra->failures > 0)
+      lines.push_back("Tetrahedra, the last failure: " + s.tetrahedra->lastFailure);
     for (const EscapePhase& phase : s.escape)
       lines.push_back(fmt::format(
           "Escape, {}: coverage {:.4f}, {} of {} cells full; {} tried, {} changed; CPU {:.3f} s", phase.name,

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # Runs the first ```sh block of an example's README in a copy of its folder, with the built packMesh first on PATH.
-#   run_readme.sh <example folder> <folder of packMesh> <scratch folder>
+#   run_readme.sh <example folder> <folder of packMesh> <scratch folder> <folder of scripts>
 set -euo pipefail
-example=$1 bin=$2 scratch=$3
+example=$1 bin=$2 scratch=$3 scripts=$4
 rm -rf "$scratch"
 mkdir -p "$(dirname "$scratch")"
 cp -r "$example" "$scratch"
 cd "$scratch"
 sed -n '/^```sh$/,/^```$/p' README.md | sed -n '2,/^```$/{/^```/!p}' > block.sh
 test -s block.sh || { echo "README.md has no sh block"; exit 1; }
-PATH="$bin:$PATH" bash -euxo pipefail block.sh | tee output.txt
+PATH="$bin:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
 
 # What the README says it prints; numbers may change with the method.
 masked() { sed -E 's/[0-9]+(\.[0-9]+)?/N/g'; }
@@ -19,8 +19,10 @@ while IFS= read -r line; do
   masked < output.txt | grep -qxF -e "$line" || { echo "README.md promises what is not printed: $line"; exit 1; }
 done < promised.txt
 
-# What every README of ours promises.
+# The files it says are written.
 for cell in RBC PLT; do
+  grep -q "writes .*$cell\.pos" README.md || continue
   test "$(head -n 1 $cell.pos)" -gt 0
   test "$(wc -l < $cell.pos)" -eq $(($(head -n 1 $cell.pos) + 1))
 done
+sed -n 's/^(packMesh) Wrote //p' output.txt | while IFS= read -r file; do test -s "$file"; done

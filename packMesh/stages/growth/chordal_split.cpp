@@ -114,11 +114,12 @@ class Splitter {
   void add(const Vec3& normal) {
     constexpr int i = lowest(first), j = lowest(second);
     const Vec3 edge = at(j) - at(i);
-    const double length = normal.norm();
-    face_->normal = normal / (normal.dot(edge) < 0.0 ? -length : length);
+    const double length = normal.norm(), along = normal.dot(edge);
+    face_->normal = normal / (along < 0.0 ? -length : length);
     if (!(length > 0.0)) face_->normal = edge.normalized();  // flat up to rounding
     const bool toWall = atWall_ && labels_[corner_[j]] == wallLabel;
     const bool fromWall = atWall_ && labels_[corner_[i]] == wallLabel;
+    face_->away = length > 0.0 && !toWall && !fromWall ? 0.5 * std::abs(along) / length : 0.0;
     face_->point = toWall ? at(j) : fromWall ? at(i) : Vec3(0.5 * (at(i) + at(j)));
     finish<first, second>();
   }
@@ -129,6 +130,7 @@ class Splitter {
     const Vec3 middle = 0.5 * (at(i) + at(j));
     add<1 << i, 1 << j>((p - middle).cross(q - middle));
     face_->normal = face_[-1].normal;
+    face_->away = face_[-1].away;
     face_->point = face_[-1].point;
     finish<1 << i, 1 << j>();
   }

@@ -41,6 +41,7 @@ const ChordalPattern& chordalPattern(int a, int b, int c, int d);
 struct ChordalFace {
   Vec3 point;   ///< on the face's plane [µm]
   Vec3 normal;  ///< unit, from the first side to the second
+  double away;  ///< of its plane from the corners on both sides [µm]; 0 for faces at the container
   int tetrahedron;
   std::uint8_t first, second;  ///< corners of the tetrahedron on either side: bit k for corner k
 

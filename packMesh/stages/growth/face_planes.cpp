@@ -2,6 +2,8 @@
 #include "packMesh/stages/growth/face_planes.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
 namespace packmesh {
@@ -58,12 +60,16 @@ std::vector<FacingPart> facingParts(const Tetrahedra& t) {
 }
 
 PlaneConstraints planesOfFaces(const Tetrahedra& t, const ChordalFaces& split,
-                               const std::vector<PlacedMesh>& objects, double minimumCosine) {
+                               const std::vector<PlacedMesh>& objects, double minimumCosine,
+                               const std::vector<double>& reach) {
   std::vector<Mat3> inverse;
   for (const PlacedMesh& object : objects) inverse.push_back(object.placement.linear.inverse());
+  double farthest = std::numeric_limits<double>::infinity();
+  if (!reach.empty()) farthest = *std::max_element(reach.begin(), reach.end());
   PlaneConstraints planes(objects.size());
   for (std::size_t f = 0; f < split.faces.size(); ++f) {
     const ChordalFace& face = split.faces[f];
+    if (face.away > farthest) continue;
     if (repeatsPlane(split.faces, f) || (minimumCosine > 0.0 && largestCosine(t, face) < minimumCosine))
       continue;
     for (int k = 0; k < 4; ++k) {
@@ -71,6 +77,8 @@ PlaneConstraints planesOfFaces(const Tetrahedra& t, const ChordalFaces& split,
       const bool first = face.first >> k & 1;
       if (!(first || face.second >> k & 1) || !t.isPrimary(label)) continue;
       const TetrahedraBody& body = t.bodies[label];
+      if (!reach.empty() && std::abs(face.normal.dot(face.point - t.points[p])) > reach[body.object])
+        continue;
       const PlacedMesh& object = objects[body.object];
       const Vec3 given = t.points[p] - body.shift;
       const Vec3 vertex = t.vertices[p] >= 0

@@ -25,7 +25,10 @@ std::vector<FacingPart> facingParts(const Tetrahedra& tetrahedra);
 /// largest
 ///   cosine of the angle between the normal and an edge of the tetrahedron from one side to the other is
 ///   smaller: slivers have such faces, and they lock cells (0.3 does well); 0: all faces, as in the thesis
+/// @param reach per object, how far any of its points may move [µm]: planes further away are left out; empty:
+///   none are
 PlaneConstraints planesOfFaces(const Tetrahedra& tetrahedra, const ChordalFaces& faces,
-                               const std::vector<PlacedMesh>& objects, double minimumCosine);
+                               const std::vector<PlacedMesh>& objects, double minimumCosine,
+                               const std::vector<double>& reach = {});
 
 }  // namespace packmesh

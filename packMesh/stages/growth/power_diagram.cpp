@@ -124,8 +124,19 @@ std::vector<Vec3> centroids(const LumenPoints& points, const std::vector<Vec3>& 
     ++number[owner[i]];
   }
   std::vector<Vec3> out = centers;
-  for (std::size_t c = 0; c < centers.size(); ++c)
-    if (number[c] > 0) out[c] += sum[c] / number[c];
+  for (std::size_t c = 0; c < centers.size(); ++c) {
+    if (number[c] > 0) {
+      out[c] += sum[c] / number[c];
+      continue;
+    }
+    // Hidden by larger ones: it would stay beside them for ever. It moves to the middle of the largest gap.
+    const auto farthest = std::max_element(least.begin(), least.end()) - least.begin();
+    out[c] = points.point(static_cast<std::size_t>(farthest));
+    points.forEachAround(out[c], usualReach * radii[c], [&](int i) {
+      least[i] =
+          std::min(least[i], points.offset(out[c], points.point(i)).squaredNorm() - radii[c] * radii[c]);
+    });
+  }
   return out;
 }
 

@@ -12,8 +12,11 @@ namespace packmesh {
 ///
 /// The lumen is represented by points of a sequence of low discrepancy, so that lumens of any form and
 /// periodic ones are treated alike; a power cell is the points that are nearest to its centre by squared
-/// distance minus weight. Scales and orientations stay. A centre does not move where its cell's bounding
-/// sphere would leave the lumen, and no centre does when bounding spheres would meet then.
+/// distance minus weight. (The dual, weighted Delaunay tetrahedra, would give the cells of the endless space,
+/// which would have to be cut by the lumen's surface.) A cell without any points is hidden by those of larger
+/// ones; its centre moves to the middle of the largest gap, or it would stay beside them. Scales and
+/// orientations stay. A centre does not move where its cell's bounding sphere would leave the lumen, and no
+/// centre does when bounding spheres would meet then.
 /// Pre: positions within the container's bounds
 void spreadByPowerDiagram(const GrowthScene& scene, int rounds, GrowthState& state);
 

@@ -10,8 +10,8 @@ namespace packmesh {
 namespace {
 
 /// Scale taken off cells that meet, doubled each time they still do, and how often.
-constexpr double firstShrink = 0.01;
-constexpr int shrinks = 5;
+constexpr double firstShrink = 0.0025;
+constexpr int shrinks = 7;
 
 std::vector<std::int64_t> offenders(const Certificate& faults) {
   std::set<std::int64_t> cells;
@@ -74,6 +74,11 @@ bool regrow(const GrowthScene& scene, const GrowthSettings& settings, const Buil
   LocalGrowth growth(scene, settings, factory);
   for (const std::vector<std::int64_t>& cluster : clustersOf(shrunk, state, growth)) {
     ++sums.clusters;
+    // Mostly they find a way alone, which costs a tenth of what it takes when neighbours make way.
+    if (growth.grow(cluster, MakingWay::nobody, stop, state, sums.growth)) {
+      ++sums.alone;
+      continue;
+    }
     if (growth.grow(cluster, MakingWay::neighbours, stop, state, sums.growth)) continue;
     ++sums.unfinished;
     state = before;

@@ -84,6 +84,7 @@ TetgenPlanes::TetgenPlanes(const GrowthScene& scene, TetgenUse use, TetrahedraSu
   input_.period = scene.container->period();
   input_.bounds = scene.container->bounds();
   input_.kept = TetrahedraKept::joining;
+  input_.explain = false;
   input_.failingAttempts = failingAttempts;
 }
 
@@ -107,7 +108,8 @@ PlaneConstraints TetgenPlanes::faces(const GrowthState& state, const PlaneReques
   PlaneConstraints planes = chords_.between(state, request, {});
   const Stopwatch watch(sums_.faceSeconds);
   splitChordally(tetrahedra_, WallFaces::atWall, split_);
-  PlaneConstraints between = planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine);
+  const PlaneConstraints between =
+      planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine, request.reach);
   for (std::size_t i = 0; i < planes.size(); ++i)
     planes[i].insert(planes[i].end(), between[i].begin(), between[i].end());
   return planes;
@@ -157,8 +159,9 @@ bool TetgenPlanes::tetrahedraOf(const GrowthState& state, double detail, double 
       tetrahedra_ = tetrahedralise(input_);
       sums_.attempts += tetrahedra_.attempts;
       return true;
-    } catch (const TetrahedraError&) {
+    } catch (const TetrahedraError& error) {
       sums_.attempts += tetgenVariants;
+      sums_.lastFailure = error.what();
       break;
     } catch (const InputError&) {  // coarse levels meet
       ++sums_.finer;

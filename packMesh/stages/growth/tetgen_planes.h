@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "packMesh/stages/growth/chord_planes.h"
@@ -24,6 +25,7 @@ struct TetrahedraSums {
   std::int64_t attempts = 0;  ///< of TetGen; more than runs when it had to be called in other ways
   std::int64_t finer = 0;     ///< a coarse level met another cell's, so that a finer one was taken
   std::int64_t failures = 0;  ///< TetGen gave up: planes were those of all cells that are near
+  std::string lastFailure;    ///< why
   double tetrahedraSeconds = 0.0, faceSeconds = 0.0;  ///< CPU [s]
 };
 

@@ -9,6 +9,8 @@
 
 #include "packMesh/error.h"
 #include "packMesh/stages/growth/bodies.h"
+#include "packMesh/stages/growth/missing_triangles.h"
+#include "packMesh/stages/growth/tetgen_offenders.h"
 
 namespace packmesh {
 namespace {
@@ -19,6 +21,8 @@ constexpr double blockedSphere = 2.0;
 /// A margin that was too small is enlarged so often, to what was needed and a little more.
 constexpr int marginTrials = 4;
 constexpr double marginExcess = 1.05;
+/// Constraining what is missing is given up after so many runs (one is enough, mostly).
+constexpr int sparseRounds = 5;
 /// Images have the same Steiner points after so many runs at most (two or three, mostly).
 constexpr int refinements = 8;
 
@@ -28,6 +32,7 @@ struct Run {
   TetgenOutput output;
   Tetrahedra result;
   std::optional<MeshHierarchy> container;
+  bool sparse = false;  ///< surfaces bound nothing that is to be removed: those that hold need no constraint
 };
 
 void addSurface(const TriangleMesh& mesh, int meshVertices, const Vec3& shift, int label, Run& run) {
@@ -68,7 +73,40 @@ Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surface
   run.tetgen.keepHull = !run.container;
   run.tetgen.regions = input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace;
   run.tetgen.subfaces = surfaces != nullptr;
+  run.sparse = run.tetgen.keepHull && !run.tetgen.regions && !run.tetgen.triangles.empty();
   return run;
+}
+
+/// Constrains only the triangles that plain Delaunay tetrahedra will not respect, and those around them: most
+/// surfaces are unions of their faces anyway, and TetGen takes most of its time to make sure of it. What is
+/// missing all the same is constrained in the next run.
+/// @return whether all triangles are respected
+bool constrainWhatIsMissing(Run& run, TetgenFailure& failure) {
+  const TetgenInput& all = run.tetgen;
+  TetgenInput some = all;
+  std::vector<char> chosen(all.triangles.size(), 0), near(all.points.size(), 0);
+  std::vector<int> missing = likelyMissing(all.triangles, all.points);
+  for (int round = 0; round < sparseRounds; ++round) {
+    for (const int t : missing)
+      for (const int p : all.triangles[t]) near[p] = 1;
+    some.triangles.clear();
+    some.triangleLabels.clear();
+    for (std::size_t t = 0; t < chosen.size(); ++t) {
+      const Triangle& corners = all.triangles[t];
+      chosen[t] = near[corners[0]] || near[corners[1]] || near[corners[2]];
+      if (!chosen[t]) continue;
+      some.triangles.push_back(corners);
+      some.triangleLabels.push_back(all.triangleLabels[t]);
+    }
+    run.output = runTetgen(some, 0, failure);
+    if (failure.code != 0) return false;
+    missing = missingTriangles(all.triangles, run.output.tetrahedra, all.points.size());
+    // A chosen one is respected, if cut up by new points.
+    missing.erase(std::remove_if(missing.begin(), missing.end(), [&](int t) { return chosen[t]; }),
+                  missing.end());
+    if (missing.empty()) return true;
+  }
+  return false;
 }
 
 void runUntilItWorks(const TetrahedraInput& input, Run& run) {
@@ -77,12 +115,15 @@ void runUntilItWorks(const TetrahedraInput& input, Run& run) {
   for (int variant = 0; variant < variants; ++variant) {
     ++run.result.attempts;
     failure.code = TetgenFailure::unknown;
-    if (variant >= input.failingAttempts) run.output = runTetgen(run.tetgen, variant, failure);
+    if (variant < input.failingAttempts || input.failingObject >= 0) continue;
+    if (variant == 0 && run.sparse && constrainWhatIsMissing(run, failure)) return;
+    run.output = runTetgen(run.tetgen, variant, failure);
     if (failure.code == 0) return;
   }
   throw TetrahedraError("TetGen gave up on the space between " + std::to_string(input.objects.size()) +
                         " objects (" + std::to_string(run.tetgen.points.size()) + " vertices) after " +
-                        std::to_string(run.result.attempts) + " attempts: " + failure.text());
+                        std::to_string(run.result.attempts) + " attempts: " + failure.text() +
+                        (input.explain ? "; " + offendersText(input) : ""));
 }
 
 /// Steiner points have the label of the surface they are on; those within the volume that of the nearest
@@ -218,6 +259,7 @@ double sufficientMargin(TetrahedraInput input) {
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
   input.failingAttempts = 0;
+  input.failingObject = -1;
   const double spacing = std::cbrt(input.bounds.volume() / static_cast<double>(input.objects.size()));
   double margin = largestRadius(input) + spacing;
   for (int trial = 0; trial < marginTrials; ++trial) {

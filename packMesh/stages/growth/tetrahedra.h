@@ -48,7 +48,10 @@ struct TetrahedraInput {
   TetrahedraKept kept = TetrahedraKept::freeSpace;  ///< always `joining` for plain Delaunay tetrahedra
   /// The caller has shown, by exact tests, what requireValid() would.
   bool valid = false;
+  /// Whether the message names the objects that TetGen fails on, which takes a run for each.
+  bool explain = true;
   int failingAttempts = 0;  ///< for tests: so many attempts are taken to have failed
+  int failingObject = -1;   ///< for tests: all attempts with this object are taken to have failed
 };
 
 /// An object, or a periodic image of one, among tetrahedra.
@@ -84,7 +87,8 @@ struct Tetrahedra {
 /// container are not); with `joining` they are so but for where a few Steiner points lie. The result does not
 /// depend on the order of the objects, apart from the numbers in it.
 /// @throws MeshError, InputError see requireValid()
-/// @throws TetrahedraError when TetGen gives up in every way it can be called
+/// @throws TetrahedraError when TetGen gives up in every way it can be called; it names the object or the two
+///   objects that TetGen fails on
 Tetrahedra tetrahedralise(const TetrahedraInput& input);
 
 /// Whether TetGen can be given this: TetGen 1.5 dies of surfaces that meet.

@@ -98,10 +98,11 @@ void figures4546(const Options& options) {
               true,
               true,
               {}};
-    for (const Builder builder : {Builder::tetgen, Builder::chords}) {
+    for (const Builder builder : {Builder::catFaces, Builder::tetgen, Builder::chords}) {
+      const bool plotted = builder != Builder::tetgen;  // else too many lines
       const std::size_t first = plot.lines.size();
       for (const char* part : {"planes", "growth", "validation"})
-        plot.lines.push_back({fmt::format("{}, {}", part, nameOf(builder)), {}});
+        if (plotted) plot.lines.push_back({fmt::format("{}, {}", part, nameOf(builder)), {}});
       for (int count = 8; count <= 512; count *= 2) {
         const Spheres spheres(count, last ? lastScale : 0.1);
         const Parts p = iterationOf(spheres, builder, last ? 1.0 : 0.3);
@@ -111,7 +112,7 @@ void figures4546(const Options& options) {
                    each * p.programmes, each * p.validation, each * p.all());
         std::fflush(stdout);
         const double values[] = {p.planes, p.programmes, p.validation};
-        for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k < 3 && plotted; ++k)
           plot.lines[first + k].points.emplace_back(count, std::max(1e-6, each * values[k]));
       }
     }

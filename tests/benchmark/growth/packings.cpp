@@ -11,26 +11,6 @@
 namespace packmesh::benchmark {
 namespace {
 
-/// Packs again and certifies every state by itself.
-/// @return the number of states; -1 when one was not valid
-std::int64_t checkStates(PackingProblem problem) {
-  CertificateInput input;
-  for (const Species& species : problem.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem.wallOf(species));
-  }
-  input.container = problem.container.get();
-  std::int64_t states = 0;
-  bool valid = true;
-  problem.observe = [&](const std::vector<PlacedCell>& cells) {
-    input.cells = &cells;
-    valid = valid && certify(input, 1e-3).clean();
-    ++states;
-  };
-  pack(problem);
-  return valid ? states : -1;
-}
-
 void print(const GrownPacking& packing, const Options& options) {
   double seconds = 0.0, back = 0.0;
   GrowthStatistics sums;
@@ -75,6 +55,24 @@ void print(const GrownPacking& packing, const Options& options) {
 }
 
 }  // namespace
+
+std::int64_t checkStates(PackingProblem problem) {
+  CertificateInput input;
+  for (const Species& species : problem.species) {
+    input.shapes.push_back(species.shape.get());
+    input.walls.push_back(problem.wallOf(species));
+  }
+  input.container = problem.container.get();
+  std::int64_t states = 0;
+  bool valid = true;
+  problem.observe = [&](const std::vector<PlacedCell>& cells) {
+    input.cells = &cells;
+    valid = valid && certify(input, 1e-3).clean();
+    ++states;
+  };
+  pack(problem);
+  return valid ? states : -1;
+}
 
 Case packings(std::string name, std::string about, std::vector<GrownPacking> of) {
   return {std::move(name), std::move(about), [of = std::move(of)](const Options& options) {

@@ -21,6 +21,10 @@ struct GrownPacking {
   double allowedSeconds = 0.0;  ///< CPU time allowed [s]; 0: none stated
 };
 
+/// Packs, and certifies every accepted state by itself.
+/// @return the number of states; -1 when one was not valid
+std::int64_t checkStates(PackingProblem problem);
+
 /// A case that makes these packings and prints a line for each.
 Case packings(std::string name, std::string about, std::vector<GrownPacking> of);
 

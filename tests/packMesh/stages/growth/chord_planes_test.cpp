@@ -116,7 +116,7 @@ TEST_CASE("Planes hold back steps: within them meshes stay apart") {
         }
         held += far < reach;
         Pose pose = a.state[i].pose;
-        pose.position += std::max(0.0, far - 0.02) * direction;
+        pose.position += std::max(0.0, far - 0.0025) * direction;
         cells.push_back({0, pose.placement()});
       }
       CertificateInput input;

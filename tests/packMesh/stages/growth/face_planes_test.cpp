@@ -127,6 +127,22 @@ TEST_CASE("Faces of slivers are left out", "[cat]") {
   CHECK(countOf(planesOfFaces(t, split, objects, 0.3)) == 4);
 }
 
+TEST_CASE("Planes further away than a cell may move are left out, no others", "[cat]") {
+  const CatScene scene = redCellsInSphere(6, 0.45);
+  const Built built(scene);
+  const std::vector<double> reach = {0.3, 0.0, 0.6, 0.3, 1.0, 0.3};
+  const PlaneConstraints all = planesOfFaces(built.tetrahedra, built.split, scene.input.objects, 0.3);
+  const PlaneConstraints near = planesOfFaces(built.tetrahedra, built.split, scene.input.objects, 0.3, reach);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    std::vector<PlaneConstraint> expected;
+    for (const PlaneConstraint& plane : all[i])
+      if (-beyond(plane, scene.input.objects[i].placement) <= reach[i]) expected.push_back(plane);
+    CHECK(expected.size() < all[i].size());
+    CHECK(near[i].size() == Approx(expected.size()).margin(1));  // rounding
+    CHECK(near[i].empty() == (reach[i] == 0.0));
+  }
+}
+
 TEST_CASE("Parts that face each other are those that tetrahedra join", "[cat]") {
   for (const CatScene& scene :
        {spheresAndCubes(), redCellsInSphere(6, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.3), 1, 0.85)}) {

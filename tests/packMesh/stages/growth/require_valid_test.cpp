@@ -153,7 +153,20 @@ TEST_CASE("TetGen is tried in other ways before it counts as failed", "[tetrahed
   }
   scene.input.failingAttempts = tetgenVariants;
   CHECK_THROWS_AS(tetrahedralise(scene.input), TetrahedraError);
-  CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("4 objects") && Contains("attempts"));
+  CHECK_THROWS_WITH(tetrahedralise(scene.input),
+                    Contains("4 objects") && Contains("3 attempts") && Contains("no two of them"));
+}
+
+TEST_CASE("A failure of TetGen names the object it is about", "[tetrahedra]") {
+  for (CatScene scene : {redCellsInSphere(4, 0.45), coarse(redCellsInPeriodicBox(13.0, 0.2), 1, 0.85)}) {
+    scene.input.failingObject = 2;
+    CHECK_THROWS_AS(tetrahedralise(scene.input), TetrahedraError);
+    CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("fails on object 2 alone"));
+    scene.input.names = {"cell A", "cell B", "cell C"};
+    CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("fails on cell C alone"));
+    scene.input.explain = false;
+    CHECK_THROWS_WITH(tetrahedralise(scene.input), !Contains("cell C"));
+  }
 }
 
 TEST_CASE("A failure within TetGen is an exception, and the next run works", "[tetrahedra]") {
@@ -164,7 +177,7 @@ TEST_CASE("A failure within TetGen is an exception, and the next run works", "[t
   for (int repeat = 0; repeat < 3; ++repeat) {
     CHECK_THROWS_AS(tetrahedralise(scene.input), TetrahedraError);
     CHECK_THROWS_WITH(tetrahedralise(scene.input),
-                      Contains("3 objects (32 vertices)") && Contains("intersect"));
+                      Contains("3 objects (32 vertices)") && Contains("intersect") && Contains("together"));
   }
   scene.input.objects[1].placement = good;
   CHECK_NOTHROW(tetrahedralise(scene.input));

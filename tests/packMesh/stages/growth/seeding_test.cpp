@@ -94,9 +94,10 @@ TEST_CASE("The power diagram gives large cells more room and leaves states valid
     Blood blood(makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {periodic, periodic, periodic}));
     GrowthState state = seedRandomly(blood.scene, {60, 60, 6}, {"PLT", "RBC", "WBC"}, 0.1);
     const GrowthState random = state;
-    // Mean distance to the nearest neighbour, relative to the size of both.
+    // Distance to the nearest neighbour, relative to the size of both: of all cells on average, and the
+    // least.
     const auto spread = [&](const GrowthState& of) {
-      double sum = 0.0;
+      double sum = 0.0, least = 1e30;
       for (std::size_t i = 0; i < of.size(); ++i) {
         double nearest = 1e30;
         for (std::size_t j = 0; j < of.size(); ++j)
@@ -106,11 +107,14 @@ TEST_CASE("The power diagram gives large cells more room and leaves states valid
                              (std::cbrt(blood.scene.shapes[of[i].species]->volume()) +
                               std::cbrt(blood.scene.shapes[of[j].species]->volume())));
         sum += nearest;
+        least = std::min(least, nearest);
       }
-      return sum / static_cast<double>(of.size());
+      return std::pair(sum / static_cast<double>(of.size()), least);
     };
     spreadByPowerDiagram(blood.scene, 10, state);
-    CHECK(spread(state) > 1.3 * spread(random));
+    CHECK(spread(state).first > 1.3 * spread(random).first);
+    // Platelets that are hidden by the power cells of white ones are led out.
+    CHECK(spread(state).second > 2.0 * spread(random).second);
     checkSpheres(blood.scene, state);
     for (std::size_t i = 0; i < state.size(); ++i) {
       CHECK(state[i].pose.scale == random[i].pose.scale);

@@ -116,10 +116,13 @@ TEST_CASE("Both kinds of planes leave a cell about the room of its CAT cell") {
       scalesWithin(ChordPlanes(packing.scene)(packing.state, packing.request(3.0)), packing.state);
   double sum = 0.0;
   for (std::size_t i = 0; i < chords.size(); ++i) {
-    CHECK(faces[i] == Approx(chords[i]).margin(0.25));
+    // Planes of chords halve the gap where it is narrowest. CAT faces halve edges between vertices, many of
+    // which cross the gap at a slant, so that they leave less room, never more.
+    CHECK(faces[i] < chords[i] + 0.01);
+    CHECK(faces[i] > chords[i] - 0.16);
     sum += faces[i] - chords[i];
   }
-  CHECK(std::abs(sum) / static_cast<double>(chords.size()) < 0.10);
+  CHECK(std::abs(sum) / static_cast<double>(chords.size()) < 0.09);
 }
 
 TEST_CASE("Tetrahedra serve until cells have moved far, jumped, or for four iterations") {
@@ -162,6 +165,7 @@ TEST_CASE("When TetGen gives up, planes are those of all cells that are near") {
   }
   CHECK(sums.failures == 2);
   CHECK(sums.attempts == 2 * tetgenVariants);
+  CHECK_THAT(sums.lastFailure, Catch::Contains("TetGen gave up") && Catch::Contains("3 attempts"));
   TetgenPlanes second(packing.scene, TetgenUse::faces, sums, 1);
   second(packing.state, packing.request(0.5));
   CHECK(sums.failures == 2);

@@ -9,6 +9,7 @@
 
 #include "packMesh/geometry/closest_point.h"
 #include "packMesh/geometry/predicates.h"
+#include "packMesh/stages/growth/missing_triangles.h"
 #include "tests/packMesh/stages/growth/cat_scenes.h"
 
 using namespace packmesh;
@@ -142,6 +143,45 @@ TEST_CASE("Growth is given just the tetrahedra that join surfaces", "[tetrahedra
     return tetrahedra;
   };
   CHECK(sorted(joining) == sorted(some.tetrahedra));
+}
+
+TEST_CASE("Without a container just what plain Delaunay tetrahedra break is constrained, and all holds",
+          "[tetrahedra]") {
+  for (CatScene scene : {mixture(), redCellsInSphere(6, 0.45), redCellsInPeriodicBox(12.0, 0.35),
+                         coarse(redCellsInPeriodicBox(12.0, 0.35), 1, 0.85)}) {
+    scene.input.container = nullptr;
+    scene.input.kept = TetrahedraKept::joining;
+    // Middles of tetrahedra that are inside of an object.
+    const auto inside = [&] {
+      const Tetrahedra t = tetrahedralise(scene.input);
+      REQUIRE(t.attempts == 1);
+      CHECK(t.tetrahedra.size() > 100);
+      int count = 0;
+      for (const Tetrahedron& corners : t.tetrahedra) {
+        Vec3 middle = Vec3::Zero();
+        for (const int p : corners) middle += 0.25 * t.points[p];
+        for (const TetrahedraBody& body : t.bodies) {
+          const PlacedMesh& object = scene.input.objects[body.object];
+          Placement placement = object.placement;
+          placement.translation += body.shift;
+          count += isInside(middle, *object.mesh, placement);
+        }
+      }
+      return count;
+    };
+    CHECK(inside() == 0);
+    scene.input.kind = TetrahedraKind::delaunay;
+    CHECK(inside() > 0);
+  }
+}
+
+TEST_CASE("Triangles that are no faces are found", "[tetrahedra]") {
+  // Two tetrahedra on either side of triangle 0 1 2.
+  const std::vector<Tetrahedron> two = {{0, 1, 2, 3}, {0, 2, 1, 4}};
+  const std::vector<Triangle> triangles = {{2, 1, 0}, {3, 4, 0}, {3, 0, 1}, {4, 1, 2}, {1, 3, 4}};
+  CHECK(missingTriangles(triangles, two, 5) == std::vector<int>{1, 4});
+  CHECK(missingTriangles(triangles, {{0, 1, 2, 3}}, 5) == std::vector<int>{1, 3, 4});
+  CHECK(missingTriangles({}, two, 5).empty());
 }
 
 TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra]") {

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/io/pov_text.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <map>
+#include <system_error>
+
+#include "packMesh/error.h"
+
+namespace packmesh::pov {
+namespace {
+
+constexpr int digits = 7;               ///< significant digits: far below a pixel
+constexpr double aspect = 1.5;          ///< width / height of the frame that is guaranteed to hold everything
+constexpr double halfHeight = 0.19;     ///< tangent of half the vertical view angle: a long lens
+constexpr double frame = 0.95;          ///< part of the picture that is used
+constexpr std::size_t chunk = 1 << 20;  ///< bytes collected before they are written
+
+std::vector<Vec3> faceNormals(const TriangleMesh& mesh) {
+  std::vector<Vec3> normals;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3& a = mesh.vertices[t[0]];
+    normals.push_back((mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a));
+  }
+  return normals;
+}
+
+}  // namespace
+
+std::string number(double v) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof text, v, std::chars_format::general, digits).ptr;
+  return {text, end};
+}
+
+std::string vector(const Vec3& v) {
+  return '<' + number(v.x()) + ',' + number(v.y()) + ',' + number(v.z()) + '>';
+}
+
+std::string vector(const Color& c) {
+  return vector(Vec3(c[0], c[1], c[2]));
+}
+
+SceneFile::SceneFile(const std::filesystem::path& file) : file_(file), temporary_(file.string() + ".tmp") {
+  stream_.open(temporary_, std::ios::binary);
+  if (!stream_) fail();
+}
+
+SceneFile::~SceneFile() {
+  std::error_code ignored;
+  if (!done_) std::filesystem::remove(temporary_, ignored);
+}
+
+SceneFile& SceneFile::operator<<(const std::string& text) {
+  text_ += text;
+  if (text_.size() >= chunk) flush();
+  return *this;
+}
+
+void SceneFile::commit() {
+  flush();
+  stream_.close();
+  if (!stream_) fail();
+  std::error_code error;
+  std::filesystem::rename(temporary_, file_, error);
+  if (error) fail();
+  done_ = true;
+}
+
+void SceneFile::fail() {
+  throw InputError("cannot write the picture's scene '" + file_.string() + "'");
+}
+
+void SceneFile::flush() {
+  stream_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+  text_.clear();
+}
+
+void writeHead(SceneFile& out, const std::string& what) {
+  out << "// " + what +
+             " by packMesh; lengths in micrometres, z up.\n"
+             "// Render: povray +I<this file> +Ocells.png +W1200 +H800 +A -D\n"
+             "#version 3.7;\n"
+             "global_settings {\n  assumed_gamma 1.0\n  max_trace_level 16\n}\n"
+             "background { rgb 1 }\n"
+             "#default { finish { ambient 0.13 diffuse 0.78 } }\n";
+}
+
+void writeMesh2(SceneFile& out, const TriangleMesh& mesh, double smooth) {
+  const std::vector<Vec3> face = faceNormals(mesh);
+  std::vector<std::vector<int>> facesAt(mesh.vertices.size());
+  for (std::size_t f = 0; f < face.size(); ++f)
+    for (const int v : mesh.triangles[f]) facesAt[v].push_back(static_cast<int>(f));
+
+  std::vector<Vec3> normals;
+  std::vector<Triangle> normalIndices(face.size());
+  std::vector<std::vector<int>> normalsAt(mesh.vertices.size());
+  for (std::size_t f = 0; f < face.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int v = mesh.triangles[f][k];
+      Vec3 sum = Vec3::Zero();
+      for (const int g : facesAt[v])
+        if (face[f].dot(face[g]) >= smooth * face[f].norm() * face[g].norm()) sum += face[g];
+      const Vec3 normal = sum.isZero(0.0) ? Vec3(Vec3::UnitZ()) : Vec3(sum.normalized());
+      auto& known = normalsAt[v];
+      const auto same = std::find_if(known.begin(), known.end(), [&](int n) { return normals[n] == normal; });
+      if (same != known.end()) {
+        normalIndices[f][k] = *same;
+      } else {
+        normalIndices[f][k] = static_cast<int>(normals.size());
+        known.push_back(normalIndices[f][k]);
+        normals.push_back(normal);
+      }
+    }
+  }
+
+  const auto vectors = [&](const char* kind, const std::vector<Vec3>& list) {
+    out << std::string("  ") + kind + " { " + std::to_string(list.size());
+    for (const Vec3& v : list) out << ",\n    " + vector(v);
+    out << " }\n";
+  };
+  const auto indices = [&](const char* kind, const std::vector<Triangle>& list) {
+    out << std::string("  ") + kind + " { " + std::to_string(list.size());
+    for (const Triangle& t : list)
+      out << ",\n    <" + std::to_string(t[0]) + ',' + std::to_string(t[1]) + ',' + std::to_string(t[2]) +
+                 '>';
+    out << " }\n";
+  };
+  out << "mesh2 {\n";
+  vectors("vertex_vectors", mesh.vertices);
+  vectors("normal_vectors", normals);
+  indices("face_indices", mesh.triangles);
+  indices("normal_indices", normalIndices);
+}
+
+std::vector<Segment> sharpEdges(const TriangleMesh& mesh, double cosine) {
+  const std::vector<Vec3> face = faceNormals(mesh);
+  std::map<std::pair<int, int>, int> open;
+  std::vector<Segment> edges;
+  for (std::size_t f = 0; f < face.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const auto edge = std::minmax(mesh.triangles[f][k], mesh.triangles[f][(k + 1) % 3]);
+      const auto [other, first] = open.try_emplace(edge, static_cast<int>(f));
+      if (first) continue;
+      const Vec3 &n = face[f], &m = face[other->second];
+      if (n.dot(m) < cosine * n.norm() * m.norm())
+        edges.emplace_back(mesh.vertices[edge.first], mesh.vertices[edge.second]);
+    }
+  }
+  return edges;
+}
+
+void writeBars(SceneFile& out, const std::vector<Segment>& edges, const std::string& texture, double radius,
+               double size) {
+  for (const auto& [a, b] : edges)
+    if ((a - b).norm() > 1e-6 * size)
+      out << "cylinder { " + vector(a) + ", " + vector(b) + ", " + number(radius) + " texture { " + texture +
+                 " } no_shadow }\n";
+}
+
+void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size) {
+  // From in front and above, with the longer horizontal axis running across the picture.
+  const Vec3 toCamera = (size.y() > size.x() ? Vec3(1.0, 0.42, 0.40) : Vec3(0.42, -1.0, 0.40)).normalized();
+  const Vec3 right = Vec3::UnitZ().cross(toCamera).normalized(), up = toCamera.cross(right);
+  const double tall = frame * halfHeight, wide = frame * halfHeight * aspect;
+
+  // |a - x| + r <= wide (z - c) for every extent at (a, b, c) in the camera's frame, and the same for b.
+  std::array<double, 4> most;
+  most.fill(-std::numeric_limits<double>::infinity());
+  for (const Extent& e : extents) {
+    const double a = e.center.dot(right), b = e.center.dot(up), c = e.center.dot(toCamera);
+    most[0] = std::max(most[0], a + e.radius + wide * c);
+    most[1] = std::max(most[1], -a + e.radius + wide * c);
+    most[2] = std::max(most[2], b + e.radius + tall * c);
+    most[3] = std::max(most[3], -b + e.radius + tall * c);
+  }
+  const double distance = std::max((most[0] + most[1]) / (2.0 * wide), (most[2] + most[3]) / (2.0 * tall));
+  const Vec3 eye = 0.5 * (most[0] - most[1]) * right + 0.5 * (most[2] - most[3]) * up + distance * toCamera;
+  const double far = size.norm();
+
+  out << "\n#declare Aspect = image_width / image_height;\n"
+         "#declare Tall = " +
+             number(2.0 * halfHeight) + " * max(1, " + number(aspect) +
+             " / Aspect);\n"
+             "camera {\n  location " +
+             vector(eye) + "\n  direction " + vector(Vec3(-toCamera)) + "\n  up Tall * " + vector(up) +
+             "\n  right Tall * Aspect * " + vector(right) + "\n}\n";
+
+  // A soft key light over the left shoulder, a weak fill from the right that throws no shadow.
+  const Vec3 key = eye + far * (-1.1 * right + 1.5 * up + 0.3 * toCamera);
+  const Vec3 fill = eye + far * (1.6 * right + 0.2 * up);
+  out << "light_source {\n  " + vector(key) + " rgb <1.0, 0.97, 0.93> * 1.05\n  area_light " +
+             vector(Vec3(0.9 * far * right)) + ", " + vector(Vec3(0.9 * far * up)) +
+             ", 4, 4 adaptive 0 jitter circular orient\n}\n"
+             "light_source { " +
+             vector(fill) + " rgb <0.80, 0.88, 1.0> * 0.40 shadowless }\n";
+}
+
+void writeGlass(SceneFile& out, const TriangleMesh& surface) {
+  out << "\n// The lumen: nearly clear where it is seen face on, denser towards its outline.\n"
+         "#declare Glass = texture {\n"
+         "  pigment { aoi pigment_map {\n"
+         "    [0.00 rgbt <0.85, 0.91, 0.97, 0.97>] [0.30 rgbt <0.75, 0.84, 0.94, 0.92>]\n"
+         "    [0.50 rgbt <0.42, 0.56, 0.74, 0.40>]\n"
+         "    [0.70 rgbt <0.75, 0.84, 0.94, 0.92>] [1.00 rgbt <0.85, 0.91, 0.97, 0.97>] } }\n"
+         "  finish { diffuse 0.7 specular 0.25 roughness 0.002 }\n}\n";
+  writeMesh2(out, surface, crease);
+  out << "  texture { Glass }\n  no_shadow\n}\n";
+}
+
+void declareRim(SceneFile& out) {
+  out << "\n#declare Rim = texture { pigment { rgb <0.36, 0.45, 0.58> } finish { diffuse 0.8 } }\n";
+}
+
+}  // namespace packmesh::pov

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Words that scenes for POV-Ray 3.7 are made of. Internal to packMesh/io.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "packMesh/geometry/triangle_mesh.h"
+
+namespace packmesh::pov {
+
+using Color = std::array<double, 3>;
+using Segment = std::pair<Vec3, Vec3>;
+
+/// Seven digits, in any locale.
+std::string number(double v);
+std::string vector(const Vec3& v);
+std::string vector(const Color& c);
+
+/// Cosine of 40°: sharper edges of walls and objects stay sharp and are drawn.
+inline constexpr double crease = 0.76;
+
+/// A text file that replaces an older one only when it is complete.
+class SceneFile {
+ public:
+  /// @throws InputError when the file cannot be written
+  explicit SceneFile(const std::filesystem::path& file);
+  ~SceneFile();
+  SceneFile(const SceneFile&) = delete;
+  SceneFile& operator=(const SceneFile&) = delete;
+  SceneFile& operator<<(const std::string& text);
+  /// @throws InputError when the file cannot be written
+  void commit();
+
+ private:
+  [[noreturn]] void fail();
+  void flush();
+
+  std::filesystem::path file_, temporary_;
+  std::ofstream stream_;
+  std::string text_;
+  bool done_ = false;
+};
+
+/// What every scene begins with. @param what it shows
+void writeHead(SceneFile& out, const std::string& what);
+
+/// mesh2 with vertex normals smoothed over faces whose normals differ by less than the crease; its texture
+/// and the closing brace are left to the caller.
+/// @param smooth cosine of the crease angle; -1 smooths everything
+void writeMesh2(SceneFile& out, const TriangleMesh& mesh, double smooth);
+
+/// The edges where a surface turns by more than an angle of this cosine: rims of caps, edges of boxes.
+std::vector<Segment> sharpEdges(const TriangleMesh& mesh, double cosine);
+
+/// A round bar for each edge that is long enough to be seen.
+/// @param size diagonal of all that is shown [µm]
+void writeBars(SceneFile& out, const std::vector<Segment>& edges, const std::string& texture, double radius,
+               double size);
+
+/// What the camera must see.
+struct Extent {
+  Vec3 center;
+  double radius;
+};
+
+/// A camera that sees every extent at any aspect ratio, and its lights.
+/// @param size of the box around all [µm]
+void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size);
+
+/// The lumen's surface: nearly clear where it is seen face on, denser towards its outline.
+void writeGlass(SceneFile& out, const TriangleMesh& surface);
+
+/// The texture of edges, "Rim".
+void declareRim(SceneFile& out);
+
+}  // namespace packmesh::pov

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The catCells executable: cuts the space between objects into one CAT cell for each; see usage.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <set>
+
+#include "packMesh/error.h"
+#include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/io/mesh_file.h"
+#include "packMesh/io/pov_meshes.h"
+#include "packMesh/stages/growth/cat_export.h"
+
+namespace {
+
+using namespace packmesh;
+
+constexpr const char* usage =
+    "catCells container object ... [options]\n"
+    "\n"
+    "Tetrahedralises the space between the objects and the container and cuts it along the chordal axis:\n"
+    "every object gets the part that is nearest to it, its CAT cell, a closed surface.\n"
+    "\n"
+    "  container       file of a closed mesh (.stl, .off, .ply, .obj; lengths in µm)\n"
+    "  object          the same; with @x,y,z at its end the mesh is moved there\n"
+    "  --output f      the cells, as .obj, .ply or .h5 (default: cells.obj)\n"
+    "  --mid-gap       cells end half way between object and container, not at the container\n"
+    "  --pov f         a scene for POV-Ray (scripts/render_packing): objects, cells and container\n"
+    "  --show n,m,...  in the scene the cells of these objects only, counted from 1 on\n";
+
+struct UsageError : InputError {
+  using InputError::InputError;
+};
+
+struct Options {
+  std::string container;
+  std::vector<std::string> objects;
+  std::string output = "cells.obj", scene;
+  WallFaces wall = WallFaces::atWall;
+  std::set<std::size_t> shown;  ///< counted from 0 on; empty: all
+};
+
+std::vector<double> numbers(const std::string& text, const std::string& argument) {
+  std::vector<double> out;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    std::size_t used = 0;
+    try {
+      out.push_back(std::stod(text.substr(at, end - at), &used));
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (used == 0 || used != end - at)
+      throw UsageError("'" + argument + "' should end with numbers: 1,2.5,3");
+    at = end + 1;
+  }
+  return out;
+}
+
+Options parse(int argc, char** argv) {
+  Options options;
+  std::vector<std::string> files;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const auto value = [&]() -> std::string {
+      if (i + 1 == argc) throw UsageError(argument + " needs a value");
+      return argv[++i];
+    };
+    if (argument == "--output")
+      options.output = value();
+    else if (argument == "--pov")
+      options.scene = value();
+    else if (argument == "--mid-gap")
+      options.wall = WallFaces::midGap;
+    else if (argument == "--show") {
+      for (const double n : numbers(value(), argument))
+        options.shown.insert(static_cast<std::size_t>(std::max(n, 1.0)) - 1);
+    } else if (argument.rfind("--", 0) == 0)
+      throw UsageError("unknown option '" + argument + "'; catCells --help lists them");
+    else
+      files.push_back(argument);
+  }
+  if (files.size() < 2)
+    throw UsageError("give a container and at least one object; catCells --help says more");
+  options.container = files.front();
+  options.objects.assign(files.begin() + 1, files.end());
+  if (!options.shown.empty() && *options.shown.rbegin() >= options.objects.size())
+    throw UsageError(fmt::format("--show: there are {} objects", options.objects.size()));
+  return options;
+}
+
+TriangleMesh closedMesh(const std::string& file) {
+  TriangleMesh mesh = readMesh(file);
+  for (const std::string& mended : repairClosed(mesh, file))
+    fmt::print(stderr, "(packMesh) (Warning) {}: {}\n", file, mended);
+  return mesh;
+}
+
+/// "ball.off@1,2,3": the file and where it is moved.
+PlacedMesh objectOf(const std::string& argument, std::vector<std::unique_ptr<MeshHierarchy>>& meshes) {
+  const std::size_t at = argument.rfind('@');
+  Placement placement;
+  if (at != std::string::npos) {
+    const std::vector<double> p = numbers(argument.substr(at + 1), argument);
+    if (p.size() != 3) throw UsageError("'" + argument + "' should end with @x,y,z");
+    placement.translation = {p[0], p[1], p[2]};
+  }
+  meshes.push_back(std::make_unique<MeshHierarchy>(closedMesh(argument.substr(0, at))));
+  return {meshes.back().get(), placement};
+}
+
+/// How many tetrahedra are cut in which way (Table 3.1 of the thesis).
+void printCases(const Tetrahedra& tetrahedra, WallFaces wall) {
+  ChordalFaces split;
+  splitChordally(tetrahedra, wall, split);
+  const auto& n = split.tetrahedra;
+  fmt::print("(packMesh) {} tetrahedra: {} join two surfaces 3-1, {} 2-2, {} three, {} four; {} CAT faces\n",
+             tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
+}
+
+void writeScene(const Options& options, const TetrahedraInput& input, const CatCells& cells) {
+  constexpr std::array<std::array<double, 3>, 6> palette{{{0.80, 0.10, 0.08},
+                                                          {0.12, 0.38, 0.70},
+                                                          {0.16, 0.55, 0.30},
+                                                          {0.90, 0.50, 0.10},
+                                                          {0.48, 0.26, 0.62},
+                                                          {0.10, 0.56, 0.60}}};
+  constexpr std::array<double, 3> faded{0.80, 0.82, 0.85};
+  constexpr double transparency = 0.60;
+  std::vector<TriangleMesh> objects;
+  for (const PlacedMesh& object : input.objects) {
+    TriangleMesh mesh = object.mesh->mesh();
+    for (Vec3& v : mesh.vertices) v = object.placement(v);
+    objects.push_back(std::move(mesh));
+  }
+  std::vector<PictureMesh> meshes;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const bool shown = options.shown.empty() || options.shown.count(i) != 0;
+    const auto& color = shown ? palette[i % palette.size()] : faded;
+    meshes.push_back({&objects[i], color});
+    if (shown) meshes.push_back({&cells.cells[i], color, transparency, true});
+  }
+  writePovMeshes(options.scene, meshes, input.container->mesh());
+  fmt::print("(packMesh) Wrote {}\n", options.scene);
+}
+
+void run(const Options& options) {
+  const MeshHierarchy container(closedMesh(options.container));
+  std::vector<std::unique_ptr<MeshHierarchy>> meshes;
+  TetrahedraInput input;
+  for (const std::string& object : options.objects) input.objects.push_back(objectOf(object, meshes));
+  input.names = options.objects;
+  input.container = &container;
+  const Tetrahedra tetrahedra = tetrahedralise(input);
+  const CatCells cells = catCells(tetrahedra, options.wall);
+  printCases(tetrahedra, options.wall);
+  double sum = cells.wallLayer.triangles.empty() ? 0.0 : signedVolume(cells.wallLayer);
+  for (std::size_t i = 0; i < cells.cells.size(); ++i) {
+    const double volume = signedVolume(cells.cells[i]);
+    fmt::print("(packMesh) {}: a cell of {:.4f} µm³, {} triangles\n", options.objects[i], volume,
+               cells.cells[i].triangles.size());
+    sum += volume;
+  }
+  fmt::print("(packMesh) Together {:.6f} % of the container\n", 100.0 * sum / signedVolume(container.mesh()));
+  writeCatCells(options.output, cells, options.objects);
+  fmt::print("(packMesh) Wrote {}\n", options.output);
+  if (!options.scene.empty()) writeScene(options, input, cells);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2 || std::string(argv[1]) == "--help") {
+    std::fputs(usage, argc < 2 ? stderr : stdout);
+    return argc < 2 ? 1 : 0;
+  }
+  try {
+    run(parse(argc, argv));
+    return 0;
+  } catch (const UsageError& error) {
+    std::cerr << "(packMesh) (Error) " << error.what() << '\n';
+    return 1;
+  } catch (const InputError& error) {
+    std::cerr << "(packMesh) (Error) " << error.what() << '\n';
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "(packMesh) (Error) " << error.what() << '\n';
+    return 70;
+  }
+}

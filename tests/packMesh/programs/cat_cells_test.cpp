@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// catCells, as users run it.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "packMesh/io/mesh_file.h"
+#include "tests/packMesh/sample_meshes.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace packmesh;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Ran {
+  int exitCode;
+  std::string text;
+};
+
+/// A folder with a container, a ball and some meshes that are at fault.
+struct Meshes : test::TemporaryFolder {
+  Meshes() {
+    writeMesh(path() / "box.off", sample::box(Vec3::Constant(-4.0), Vec3::Constant(4.0)));
+    const TriangleMesh ball = sample::sphere(Vec3::Zero(), 1.0, 8, 12);
+    writeMesh(path() / "ball.off", ball);
+    TriangleMesh open = ball;
+    open.triangles.pop_back();
+    writeMesh(path() / "open.off", open);
+    TriangleMesh crossing = sample::torus(Vec3::Zero(), 1.0, 0.4, 16, 8);
+    for (Vec3& v : crossing.vertices)
+      if (v.x() > 1.0) v.x() -= 3.0;
+    writeMesh(path() / "crossing.off", crossing);
+    TriangleMesh flat = sample::box(Vec3::Constant(-1.0), Vec3::Constant(1.0));
+    for (Vec3& v : flat.vertices) v.z() = 0.0;
+    writeMesh(path() / "flat.off", flat);
+  }
+  Ran run(const std::string& arguments) const {
+    const std::string command = "cd '" + path().string() + "' && '" PACKMESH_BIN_DIR "/catCells' " +
+                                arguments + " > text 2>&1 < /dev/null";
+    const int status = std::system(command.c_str());
+    std::ifstream in(path() / "text");
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, {std::istreambuf_iterator<char>(in), {}}};
+  }
+};
+
+}  // namespace
+
+TEST_CASE("catCells writes a cell for each object and a scene", "[executable]") {
+  const Meshes folder;
+  for (const std::string kind : {"obj", "ply", "h5"}) {
+    const Ran ran =
+        folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --show 2 --pov c.pov --output c." + kind);
+    INFO(ran.text);
+    REQUIRE(ran.exitCode == 0);
+    CHECK_THAT(ran.text, Contains("ball.off@-2,0,0: a cell of 25") && Contains("100.000000 %"));
+    CHECK(std::filesystem::file_size(folder.path() / ("c." + kind)) > 1000);
+  }
+  CHECK(signedVolume(readMesh(folder.path() / "c.obj")) == Approx(512.0));
+  std::ifstream in(folder.path() / "c.pov");
+  const std::string scene{std::istreambuf_iterator<char>(in), {}};
+  std::size_t meshes = 0;
+  for (std::size_t at = scene.find("mesh2 {"); at != scene.npos; at = scene.find("mesh2 {", at + 1)) ++meshes;
+  CHECK(meshes == 4);  // two balls, one cell and the container
+  // With a layer along the wall cells are smaller.
+  const Ran ran = folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --mid-gap");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.text, !Contains("a cell of 25") && Contains("100.000000 %"));
+}
+
+TEST_CASE("catCells names what is wrong", "[executable]") {
+  const Meshes folder;
+  const auto refused = [&](const std::string& arguments, int exitCode) {
+    const Ran ran = folder.run(arguments);
+    CHECK(ran.exitCode == exitCode);
+    CHECK_THAT(ran.text, Contains("(packMesh) (Error)"));
+    CHECK(!std::filesystem::exists(folder.path() / "cells.obj"));
+    return ran.text;
+  };
+  CHECK_THAT(refused("box.off ball.off open.off@2,2,2", 2), Contains("open.off") && Contains("open edge"));
+  CHECK_THAT(refused("box.off ball.off crossing.off", 2), Contains("crossing.off"));
+  CHECK_THAT(refused("box.off flat.off", 2), Contains("flat.off"));
+  CHECK_THAT(refused("box.off ball.off ball.off@0.5,0,0", 2), Contains("ball.off and ball.off@0.5,0,0 meet"));
+  CHECK_THAT(refused("box.off ball.off@9,0,0", 2), Contains("ball.off@9,0,0 is outside the container"));
+  CHECK_THAT(refused("box.off ball.off@3.5,0,0", 2), Contains("ball.off@3.5,0,0 meets the container's wall"));
+  CHECK_THAT(refused("box.off none.off", 2), Contains("none.off"));
+  CHECK_THAT(refused("box.off ball.off@1,2", 1), Contains("@x,y,z"));
+  CHECK_THAT(refused("box.off ball.off@1,two,3", 1), Contains("@1,two,3"));
+  CHECK_THAT(refused("box.off", 1), Contains("at least one object"));
+  CHECK_THAT(refused("box.off ball.off --colour", 1), Contains("--colour"));
+  CHECK_THAT(refused("box.off ball.off --show 2", 1), Contains("1 objects"));
+}
