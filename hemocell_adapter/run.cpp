@@ -254,8 +254,6 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
                             perSweep * double(ranks.traffic().messages),
                             1e-3 * perSweep * double(ranks.traffic().bytes)));
   }
-  if (statistics.growth && !ranks.alone())
-    log::info("Note: growth is done by all ranks alike: more of them make it no faster");
   if (!statistics.growth && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} block{} of cells for {} ranks: the others had nothing to do",
                           statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));

@@ -29,6 +29,8 @@ struct Box {
   bool meets(const Box& other) const {
     return (lo.array() <= other.hi.array()).all() && (other.lo.array() <= hi.array()).all();
   }
+  /// Of a point from the box; 0 inside.
+  double squaredDistance(const Vec3& p) const { return (p - p.cwiseMax(lo).cwiseMin(hi)).squaredNorm(); }
   Vec3 center() const { return 0.5 * (lo + hi); }
   Vec3 size() const { return hi - lo; }
   double volume() const { return empty() ? 0.0 : size().prod(); }

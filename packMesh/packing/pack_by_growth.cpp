@@ -30,7 +30,7 @@ class GrowthRun {
   explicit GrowthRun(const PackingProblem& problem)
       : problem_(problem),
         start_(std::chrono::steady_clock::now()),
-        scene_(growthSceneOf(problem)),
+        scene_(distributed(growthSceneOf(problem), problem.communicator)),
         builder_(makeBuilder(problem.builder, scene_, tetrahedra_)) {
     for (const Species& species : problem.species) {
       counts_.push_back(species.count);
@@ -55,11 +55,16 @@ class GrowthRun {
       grown = escapeFrom(best);
     result_.outcome = interrupted_ ? Outcome::interrupted : grown ? Outcome::certified : Outcome::outOfReach;
     if (!interrupted_) takeCells(best);
-    if (problem_.builder != Builder::chords) result_.statistics.tetrahedra = tetrahedra_;
+    if (problem_.builder != Builder::chords) result_.statistics.tetrahedra = tetrahedraOfAllRanks();
     return std::move(result_);
   }
 
  private:
+  static GrowthScene distributed(GrowthScene scene, const Communicator& communicator) {
+    scene.communicator = communicator;
+    return scene;
+  }
+
   bool grow(bool lastAttempt, GrowthState& state) {
     GrowthSettings settings = problem_.growth;
     if (!lastAttempt) settings.giveUpAfter = giveUpAfter;
@@ -78,16 +83,18 @@ class GrowthRun {
   }
 
   /// @return whether all cells are full
+  /// Done by all ranks alike.
   bool escapeFrom(GrowthState& state) {
+    const GrowthScene scene = distributed(scene_, Communicator());
     const Stopwatch watch(result_.statistics.growthSeconds);
-    const BuilderFactory factory = [this](const GrowthScene& scene) {
-      return makeBuilder(problem_.builder, scene, tetrahedra_);
+    const BuilderFactory factory = [this](const GrowthScene& part) {
+      return makeBuilder(problem_.builder, part, tetrahedra_);
     };
     const auto observe = [this](const GrowthState& now) {
       if (problem_.observe) problem_.observe(placed(now));
     };
     result_.statistics.escape = escape(
-        scene_, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
+        scene, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
     std::stable_sort(state.begin(), state.end(),
                      [](const GrowingCell& a, const GrowingCell& b) { return a.species < b.species; });
     return countFull(state) == static_cast<std::int64_t>(state.size());
@@ -121,18 +128,40 @@ class GrowthRun {
       result_.cells.push_back({cell.species, scene_.placement(cell.pose)});
       result_.poses.push_back(cell.pose);
     }
+    const Communicator& ranks = problem_.communicator;
+    std::vector<Vec3> centres;
+    std::vector<std::int64_t> numbers;
+    for (const Pose& pose : result_.poses) {
+      centres.push_back(pose.position);
+      numbers.push_back(static_cast<std::int64_t>(numbers.size()));
+    }
+    const CellShares shares(centres, ranks);
+    std::vector<bool> own;
+    for (const std::int64_t cell : numbers) own.push_back(shares.own(cell));
     CertificateInput input;
+    input.own = &own;
     input.shapes = scene_.shapes;
     input.walls = scene_.walls;
     input.container = scene_.container;
     input.cells = &result_.cells;
     input.requiredGap = scene_.clearance;
     input.requiredWallGap = scene_.wallClearance;
-    result_.certificate = certify(input);
+    result_.certificate = ofAllRanks(certify(input), numbers, ranks);
     keepShare();
   }
 
-  /// All ranks have grown all cells alike; each keeps its share of them.
+  TetrahedraSums tetrahedraOfAllRanks() const {
+    const Communicator& ranks = problem_.communicator;
+    TetrahedraSums sums = tetrahedra_;
+    for (std::int64_t* count : {&sums.runs, &sums.attempts, &sums.finer, &sums.failures})
+      *count = ranks.sum(*count);
+    const std::vector<char> failures =
+        ranks.gatherAll(std::vector<char>(sums.lastFailure.begin(), sums.lastFailure.end()));
+    sums.lastFailure.assign(failures.begin(), failures.end());
+    return sums;
+  }
+
+  /// All ranks know all cells; each keeps its share of them.
   void keepShare() {
     const Communicator& ranks = problem_.communicator;
     result_.cellCount = static_cast<std::int64_t>(result_.cells.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/stages/growth/barrier_relaxation.h"
 
+#include "packMesh/stages/relaxation/body_state.h"
 #include "packMesh/stages/relaxation/relaxation.h"
 #include "packMesh/stages/relaxation/schedule.h"
 #include "packMesh/tolerances.h"
@@ -24,14 +25,25 @@ RelaxationInput inputOf(const GrowthScene& scene) {
   return input;
 }
 
+/// All cells, on every rank.
+GrowthState cellsOf(const Relaxation& relaxation, GrowthState state, const Communicator& communicator) {
+  std::vector<BodyState> own;
+  for (const Body& body : relaxation.cells()) own.push_back(stateOf(body));
+  for (const BodyState& cell : communicator.gatherAll(own)) state[cell.id].pose = bodyOf(cell).pose();
+  return state;
+}
+
 }  // namespace
 
 bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
                   StepBack& judge, GrowthState& state) {
+  const CellShares shares = scene.sharesOf(state);
   std::vector<Body> bodies;
-  for (const GrowingCell& cell : state) {
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    if (!shares.own(static_cast<std::int64_t>(i))) continue;
+    const GrowingCell& cell = state[i];
     Body body;
-    body.id = static_cast<std::int64_t>(bodies.size());
+    body.id = static_cast<std::int64_t>(i);
     body.species = cell.species;
     body.scale = scale;
     body.position = cell.pose.position;
@@ -39,17 +51,16 @@ bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std:
     body.rotation = body.orientation.toRotationMatrix();
     bodies.push_back(body);
   }
-  Relaxation relaxation(inputOf(scene), std::move(bodies));
+  Relaxation relaxation(inputOf(scene), std::move(bodies), scene.communicator);
   ScheduleLimits limits;
   limits.stop = stop;
   limits.maxSweeps = sweeps;
   if (!relax(relaxation, tolerance::relaxationTolerance, limits)) return false;
   for (int round = 0; round < repairRounds; ++round) {
-    GrowthState relaxed;
-    for (const Body& body : relaxation.cells()) relaxed.push_back({body.species, body.pose()});
+    const GrowthState relaxed = cellsOf(relaxation, state, scene.communicator);
     const Certificate faults = judge.examine(relaxed);
     if (faults.clean()) {
-      state = std::move(relaxed);
+      state = relaxed;
       return true;
     }
     for (const OverlappingPair& pair : faults.overlapping)

@@ -30,8 +30,15 @@ std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin
         home[k] = -input.period[k] * std::floor((sphere.center[k] - input.bounds.lo[k]) / input.period[k]);
     forEachImage(sphere.center + home, sphere.radius + margin, input.bounds, input.period,
                  [&](const ImageShift& n) {
-                   const bool primary = n == ImageShift{0, 0, 0};
-                   bodies.push_back({static_cast<int>(i), home + displacement(n, input.period), primary, 0});
+                   const Vec3 shift = home + displacement(n, input.period);
+                   bool primary = n == ImageShift{0, 0, 0};
+                   if (!input.primary.empty()) {
+                     primary = primary && input.primary[i];
+                     const double reach = sphere.radius + margin;
+                     if (!primary && input.region.squaredDistance(sphere.center + shift) > reach * reach)
+                       return;
+                   }
+                   bodies.push_back({static_cast<int>(i), shift, primary, 0});
                  });
   }
   const auto before = [&](const TetrahedraBody& a, const TetrahedraBody& b) {

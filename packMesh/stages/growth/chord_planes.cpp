@@ -59,7 +59,8 @@ std::vector<ChordPlanes::Cell> ChordPlanes::cellsOf(const GrowthState& state,
     const Species& species = species_[c.species];
     cells.push_back({c.species, c.pose.orientation.toRotationMatrix(), c.pose.position, c.pose.scale,
                      c.frozen ? 0.0 : request.reach[i],
-                     &species.points[species.levels.indexOf(request.detail)], c.frozen});
+                     &species.points[species.levels.indexOf(request.detail)], c.frozen,
+                     !c.frozen && request.shares.own(static_cast<std::int64_t>(i))});
   }
   return cells;
 }
@@ -89,13 +90,13 @@ PlaneConstraints ChordPlanes::between(const GrowthState& state, const PlaneReque
 
 void ChordPlanes::meetWalls(const std::vector<Cell>& cells, PlaneConstraints& planes) const {
   for (std::size_t i = 0; i < cells.size(); ++i)
-    if (species_[cells[i].species].wall && !cells[i].frozen) meetWall(static_cast<int>(i), cells, planes);
+    if (species_[cells[i].species].wall && cells[i].wanted) meetWall(static_cast<int>(i), cells, planes);
 }
 
 void ChordPlanes::joinPair(const NearPair& pair, const std::vector<Cell>& cells,
                            PlaneConstraints& planes) const {
   const Cell &a = cells[pair.first], &b = cells[pair.second];
-  if (a.frozen && b.frozen) return;
+  if (!a.wanted && !b.wanted) return;
   const Vec3 between = a.position - (b.position + pair.shift);
   const double distance = between.norm();
   if (distance > 0.0) {
@@ -136,8 +137,8 @@ void ChordPlanes::dropChords(int from, int onto, const Vec3& ontoShift, const st
       const double share = a.frozen ? 0.0 : b.frozen ? 1.0 : 0.5;  // of the gap that is the first cell's
       const Vec3 meeting = b.position + b.scale * (b.rotation * (p + share * chord)) +
                            (0.5 - share) * scene_.clearance * normal;
-      if (!a.frozen) planes[from].push_back({vertex, meeting + ontoShift, normal});
-      if (!b.frozen) planes[onto].push_back({foot, meeting, -normal});
+      if (a.wanted) planes[from].push_back({vertex, meeting + ontoShift, normal});
+      if (b.wanted) planes[onto].push_back({foot, meeting, -normal});
     }
   }
 }

@@ -55,6 +55,7 @@ class ChordPlanes {
     double scale, reach;
     const SamplePoints* points;
     bool frozen;
+    bool wanted;  ///< planes of this one
   };
 
   std::vector<Cell> cellsOf(const GrowthState& state, const PlaneRequest& request) const;

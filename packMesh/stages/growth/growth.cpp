@@ -109,6 +109,7 @@ class Growth {
 
   void iterate(double barrier) {
     PlaneRequest request;
+    request.shares = scene_.sharesOf(state_);
     for (const GrowingCell& cell : state_) request.reach.push_back(reachOf(cell, barrier));
     request.detail = detailAt(barrier);
     request.jumped = jumped_;
@@ -118,24 +119,50 @@ class Growth {
       const Stopwatch watch(statistics_.planeSeconds);
       planes = builder_(state_, request);
     }
-    for (const std::vector<PlaneConstraint>& of : planes)
-      statistics_.planes += static_cast<std::int64_t>(of.size());
+    std::vector<std::int64_t> counts = {0, program_.pivots()};
+    for (const std::vector<PlaneConstraint>& of : planes) counts[0] += static_cast<std::int64_t>(of.size());
 
     std::vector<GrowthStep> steps;
     {
       const Stopwatch watch(statistics_.programSeconds);
-      const int before = program_.pivots();
       for (std::size_t i = 0; i < state_.size(); ++i)
-        steps.push_back(state_[i].frozen ? GrowthStep{state_[i].pose.scale}
-                                         : program_.solve(state_[i].pose, planes[i], boundsOf(i, barrier)));
-      statistics_.pivots += program_.pivots() - before;
+        steps.push_back(state_[i].frozen || !request.shares.own(static_cast<std::int64_t>(i))
+                            ? GrowthStep{state_[i].pose.scale}
+                            : program_.solve(state_[i].pose, planes[i], boundsOf(i, barrier)));
+      shareSteps(request.shares, steps);
     }
+    counts[1] = program_.pivots() - counts[1];
+    scene_.communicator.sum(counts);
+    statistics_.planes += counts[0];
+    statistics_.pivots += counts[1];
     {
       const Stopwatch watch(statistics_.stepBackSeconds);
-      taken_ = stepBack_.take(steps, state_, statistics_.stepBack);
+      taken_ = stepBack_.take(steps, state_, statistics_.stepBack, request.shares);
     }
     ++statistics_.iterations;
     if (callbacks_.accepted) callbacks_.accepted(state_, barrier, statistics_);
+  }
+
+  /// Every rank gets the steps of all cells.
+  void shareSteps(const CellShares& shares, std::vector<GrowthStep>& steps) const {
+    if (shares.alone()) return;
+    struct PlainStep {
+      double scale, rotation[3], translation[3];
+      std::int64_t cell;
+    };
+    std::vector<PlainStep> mine;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      if (!shares.own(static_cast<std::int64_t>(i))) continue;
+      PlainStep plain{};
+      plain.scale = steps[i].scale;
+      Eigen::Map<Vec3>(plain.rotation) = steps[i].rotation;
+      Eigen::Map<Vec3>(plain.translation) = steps[i].translation;
+      plain.cell = static_cast<std::int64_t>(i);
+      mine.push_back(plain);
+    }
+    for (const PlainStep& plain : scene_.communicator.gatherAll(mine))
+      steps[plain.cell] = {plain.scale, Eigen::Map<const Vec3>(plain.rotation),
+                           Eigen::Map<const Vec3>(plain.translation)};
   }
 
   double detailAt(double barrier) const {

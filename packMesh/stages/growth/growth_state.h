@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/distributed/communicator.h"
 #include "packMesh/geometry/pose.h"
 #include "packMesh/shape/shape.h"
+#include "packMesh/stages/growth/cell_shares.h"
 #include "packMesh/stages/growth/plane_constraint.h"
 
 namespace packmesh {
@@ -32,11 +34,21 @@ struct GrowthScene {
   double wallClearance = 0.0;  ///< least gap between membrane and wall [µm]
   bool rotate = true;
   std::uint64_t seed = 1;
+  /// The ranks that grow the cells together: all know all of them, each works on its share, and what comes
+  /// out is the same on any number of ranks.
+  Communicator communicator;
   /// How a pose of scale 1 will be written; empty: Pose::placement.
   std::function<Placement(const Pose&)> written;
 
   Placement placement(const Pose& pose) const {
     return written && pose.scale == 1.0 ? written(pose) : pose.placement();
+  }
+
+  CellShares sharesOf(const GrowthState& state) const {
+    if (communicator.alone()) return {};
+    std::vector<Vec3> centres;
+    for (const GrowingCell& cell : state) centres.push_back(cell.pose.position);
+    return {centres, communicator};
   }
 };
 
@@ -46,6 +58,7 @@ struct PlaneRequest {
   std::vector<double> reach;
   double detail = 1.0;  ///< share of the vertices to be used, eq. 3.4
   bool jumped = false;  ///< since the last request cells have moved by more than a step
+  CellShares shares;    ///< planes are wanted of this rank's cells only; all ranks ask together
 };
 
 /// From a state that is free of overlap to the planes each cell has to stay behind. (Between two cells at

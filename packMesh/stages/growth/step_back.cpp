@@ -50,16 +50,33 @@ Certificate StepBack::examine(const GrowthState& state) {
 Certificate StepBack::examine(const GrowthState& state, const std::vector<std::int64_t>& cells) {
   cells_.clear();
   for (const GrowingCell& cell : state) cells_.push_back({cell.species, scene_.placement(cell.pose)});
+  return faultsOf(cells, scene_.sharesOf(state));
+}
+
+/// What is wrong with cells_ that have changed: every rank looks at its own, all know all.
+Certificate StepBack::faultsOf(const std::vector<std::int64_t>& changed, const CellShares& shares) const {
+  const std::vector<std::int64_t> own = shares.ownOf(changed);
   Certificate faults;
-  faults.cells = static_cast<std::int64_t>(cells_.size());
-  faults.overlapping = findOverlaps(input(), cells);
-  for (const std::int64_t i : cells)
+  faults.overlapping = findOverlaps(input(), own);
+  for (const std::int64_t i : own)
     if (auto reason = misplacement(i)) faults.misplaced.push_back({i, std::move(*reason)});
-  return faults;
+  faults.cells = static_cast<std::int64_t>(cells_.size());
+  if (shares.alone()) return faults;
+  std::vector<std::int64_t> numbers(cells_.size());
+  std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
+  Certificate all = ofAllRanks(faults, numbers, shares.communicator());
+  // Pairs of cells of two ranks were seen by both.
+  const auto same = [](const OverlappingPair& a, const OverlappingPair& b) {
+    return a.first == b.first && a.second == b.second && a.shift == b.shift;
+  };
+  all.overlapping.erase(std::unique(all.overlapping.begin(), all.overlapping.end(), same),
+                        all.overlapping.end());
+  all.cells = faults.cells;
+  return all;
 }
 
 std::vector<double> StepBack::take(const std::vector<GrowthStep>& steps, GrowthState& state,
-                                   StepBackSums& sums) {
+                                   StepBackSums& sums, const CellShares& shares) {
   const GrowthState before = state;
   const Box bounds = scene_.container->bounds();
   const Vec3 period = scene_.container->period();
@@ -83,14 +100,13 @@ std::vector<double> StepBack::take(const std::vector<GrowthStep>& steps, GrowthS
   sums.steps += static_cast<std::int64_t>(changed.size());
   for (bool first = true; !changed.empty(); first = false) {
     std::vector<bool> offends(state.size(), false);
-    for (const std::int64_t i : changed)
-      if (misplacement(i)) {
-        offends[i] = true;
-        sums.misplaced += first;
-      }
-    const std::vector<OverlappingPair> pairs = findOverlaps(input(), changed);
-    for (const OverlappingPair& pair : pairs) offends[pair.first] = offends[pair.second] = true;
-    if (first) sums.violatingPairs += static_cast<std::int64_t>(pairs.size());
+    const Certificate faults = faultsOf(changed, shares);
+    for (const MisplacedCell& cell : faults.misplaced) offends[cell.cell] = true;
+    for (const OverlappingPair& pair : faults.overlapping) offends[pair.first] = offends[pair.second] = true;
+    if (first) {
+      sums.misplaced += static_cast<std::int64_t>(faults.misplaced.size());
+      sums.violatingPairs += static_cast<std::int64_t>(faults.overlapping.size());
+    }
     changed.clear();
     for (std::size_t i = 0; i < state.size(); ++i) {
       if (!offends[i] || still[i] || part[i] == 0.0) continue;

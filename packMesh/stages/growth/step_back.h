@@ -30,16 +30,20 @@ class StepBack {
   /// Takes a state as it is.
   /// @return what is wrong with it: overlapping pairs and misplaced cells
   Certificate examine(const GrowthState& state);
-  /// The same of some cells only: what is wrong with them, and of pairs with them.
+  /// All ranks of the scene call with the same state. The same of some cells only: what is wrong with them,
+  /// and of pairs with them.
   Certificate examine(const GrowthState& state, const std::vector<std::int64_t>& cells);
 
-  /// Takes the steps, as far as possible. Pre: the state is valid; one step per cell
+  /// Takes the steps, as far as possible. All ranks of the shares call alike. Pre: the state is valid; one
+  /// step per cell
   /// @return the part of each step that was taken, 1 for cells that had nothing to do
-  std::vector<double> take(const std::vector<GrowthStep>& steps, GrowthState& state, StepBackSums& sums);
+  std::vector<double> take(const std::vector<GrowthStep>& steps, GrowthState& state, StepBackSums& sums,
+                           const CellShares& shares = {});
 
  private:
   CertificateInput input() const;
   std::optional<std::string> misplacement(std::int64_t cell) const;
+  Certificate faultsOf(const std::vector<std::int64_t>& cells, const CellShares& shares) const;
 
   const GrowthScene& scene_;
   std::vector<PlacedCell> cells_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "packMesh/distributed/periodic_images.h"
 #include "packMesh/error.h"
 #include "packMesh/stages/growth/face_planes.h"
 #include "packMesh/stopwatch.h"
@@ -39,20 +40,24 @@ Vec3 periodsBetween(const Vec3& from, const Vec3& to, const Vec3& period) {
   return n;
 }
 
-/// Each pair of cells, or of a cell and an image, once.
-std::vector<NearPair> facingPairs(const Tetrahedra& t, const Vec3& period) {
-  struct Pair {
-    int first, second;
-    std::array<long, 3> image;
-    auto key() const { return std::tie(first, second, image); }
-    bool operator<(const Pair& o) const { return key() < o.key(); }
-    bool operator==(const Pair& o) const { return key() == o.key(); }
-  };
-  std::vector<Pair> pairs;
+/// Two cells, or a cell and an image, that face each other.
+struct Pair {
+  int first, second;
+  std::array<long, 3> image;
+  auto key() const { return std::tie(first, second, image); }
+  bool operator<(const Pair& o) const { return key() < o.key(); }
+  bool operator==(const Pair& o) const { return key() == o.key(); }
+};
+
+/// @param members the cells that objects are
+void addFacingPairs(const Tetrahedra& t, const std::vector<int>& members, const Vec3& period,
+                    std::vector<Pair>& pairs) {
   for (const FacingPart& part : facingParts(t)) {
     const TetrahedraBody &from = t.bodies[part.from], &onto = t.bodies[part.onto];
     const Vec3 n = periodsBetween(from.shift, onto.shift, period);
-    Pair pair{from.object, onto.object, {std::lround(n[0]), std::lround(n[1]), std::lround(n[2])}};
+    Pair pair{members[from.object],
+              members[onto.object],
+              {std::lround(n[0]), std::lround(n[1]), std::lround(n[2])}};
     const std::array<long, 3> back{-pair.image[0], -pair.image[1], -pair.image[2]};
     if (pair.first > pair.second || (pair.first == pair.second && pair.image < back)) {
       std::swap(pair.first, pair.second);
@@ -60,6 +65,10 @@ std::vector<NearPair> facingPairs(const Tetrahedra& t, const Vec3& period) {
     }
     pairs.push_back(pair);
   }
+}
+
+/// Each pair once.
+std::vector<NearPair> nearPairs(std::vector<Pair> pairs, const Vec3& period) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   std::vector<NearPair> out;
@@ -71,10 +80,29 @@ std::vector<NearPair> facingPairs(const Tetrahedra& t, const Vec3& period) {
   return out;
 }
 
+/// As it travels between ranks.
+struct PlainPlane {
+  double vertex[3], point[3], normal[3];
+  std::int64_t cell;
+
+  static PlainPlane of(const PlaneConstraint& plane, int cell) {
+    PlainPlane plain{};
+    Eigen::Map<Vec3>(plain.vertex) = plane.vertex;
+    Eigen::Map<Vec3>(plain.point) = plane.point;
+    Eigen::Map<Vec3>(plain.normal) = plane.normal;
+    plain.cell = cell;
+    return plain;
+  }
+  PlaneConstraint plane() const {
+    return {Eigen::Map<const Vec3>(vertex), Eigen::Map<const Vec3>(point), Eigen::Map<const Vec3>(normal)};
+  }
+};
+
 }  // namespace
 
-TetgenPlanes::TetgenPlanes(const GrowthScene& scene, TetgenUse use, TetrahedraSums& sums, int failingAttempts)
-    : scene_(scene), use_(use), chords_(scene), sums_(sums) {
+TetgenPlanes::TetgenPlanes(const GrowthScene& scene, TetgenUse use, TetrahedraSums& sums, int failingAttempts,
+                           int cellsOfRegion)
+    : scene_(scene), use_(use), cellsOfRegion_(cellsOfRegion), chords_(scene), sums_(sums) {
   for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
     const LevelsOfDetail& levels = chords_.levels(static_cast<int>(s));
     levels_.emplace_back();
@@ -94,8 +122,15 @@ PlaneConstraints TetgenPlanes::operator()(const GrowthState& state, const PlaneR
 
 PlaneConstraints TetgenPlanes::facing(const GrowthState& state, const PlaneRequest& request) {
   if (outdated(state, request)) {
-    known_ = tetrahedraOf(state, 0.0, inset);
-    pairs_ = known_ ? facingPairs(tetrahedra_, input_.period) : std::vector<NearPair>();
+    std::vector<Pair> pairs;
+    bool known = true;
+    for (const Region& region : ownRegions(state, request.shares)) {
+      known = known && tetrahedraOf(state, region, 0.0, inset);
+      if (known) addFacingPairs(tetrahedra_, members_, input_.period, pairs);
+    }
+    const Communicator& ranks = request.shares.communicator();
+    known_ = !ranks.any(!known);
+    pairs_ = known_ ? nearPairs(ranks.gatherAll(pairs), input_.period) : std::vector<NearPair>();
     madeFor_ = state;
     uses_ = 0;
   }
@@ -104,15 +139,48 @@ PlaneConstraints TetgenPlanes::facing(const GrowthState& state, const PlaneReque
 }
 
 PlaneConstraints TetgenPlanes::faces(const GrowthState& state, const PlaneRequest& request) {
-  if (!tetrahedraOf(state, request.detail, 1.0)) return chords_(state, request);
+  const CellShares& shares = request.shares;
+  std::vector<std::vector<PlainPlane>> to(shares.communicator().size());
+  bool known = true;
+  for (const Region& region : ownRegions(state, shares)) {
+    known = known && tetrahedraOf(state, region, request.detail, 1.0);
+    if (!known) break;
+    const Stopwatch watch(sums_.faceSeconds);
+    splitChordally(tetrahedra_, WallFaces::atWall, split_);
+    std::vector<double> reach;
+    for (const int cell : members_) reach.push_back(request.reach[cell]);
+    const PlaneConstraints planes = planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine, reach);
+    for (std::size_t object = 0; object < planes.size(); ++object) {
+      if (!input_.primary.empty() && !input_.primary[object]) continue;
+      const int cell = members_[object];
+      for (const PlaneConstraint& plane : planes[object])
+        to[shares.owner(cell)].push_back(PlainPlane::of(plane, cell));
+    }
+  }
+  if (shares.communicator().any(!known)) return chords_(state, request);
   PlaneConstraints planes = chords_.between(state, request, {});
-  const Stopwatch watch(sums_.faceSeconds);
-  splitChordally(tetrahedra_, WallFaces::atWall, split_);
-  const PlaneConstraints between =
-      planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine, request.reach);
-  for (std::size_t i = 0; i < planes.size(); ++i)
-    planes[i].insert(planes[i].end(), between[i].begin(), between[i].end());
+  for (const std::vector<PlainPlane>& received : shares.communicator().exchange(to))
+    for (const PlainPlane& plane : received) planes[plane.cell].push_back(plane.plane());
   return planes;
+}
+
+std::vector<TetgenPlanes::Region> TetgenPlanes::regionsOf(const GrowthState& state) const {
+  std::vector<Vec3> centres;
+  for (const GrowingCell& cell : state) centres.push_back(cell.pose.position);
+  int regions = 1;  // as many as can be shared out evenly
+  while (state.size() > static_cast<std::size_t>(regions) * cellsOfRegion_) regions *= 2;
+  return bisected(centres, regions);
+}
+
+/// Those that this rank tetrahedralises.
+std::vector<TetgenPlanes::Region> TetgenPlanes::ownRegions(const GrowthState& state,
+                                                           const CellShares& shares) const {
+  std::vector<Region> all = regionsOf(state), own;
+  const int ranks = shares.communicator().size(), rank = shares.communicator().rank();
+  const auto count = static_cast<int>(all.size());
+  for (int r = 0; r < count; ++r)
+    if (r * ranks / count == rank) own.push_back(std::move(all[r]));
+  return own;
 }
 
 bool TetgenPlanes::outdated(const GrowthState& state, const PlaneRequest& request) const {
@@ -125,20 +193,49 @@ bool TetgenPlanes::outdated(const GrowthState& state, const PlaneRequest& reques
   return false;
 }
 
-/// @return whether tetrahedra_ are those of the state; otherwise TetGen gave up
-bool TetgenPlanes::tetrahedraOf(const GrowthState& state, double detail, double shrunk) {
+/// Takes the cells of a region and those of which an image is within the margin of it.
+void TetgenPlanes::chooseMembers(const GrowthState& state, const Region& region) {
+  members_.clear();
+  input_.primary.clear();
+  if (region.size() == state.size()) {
+    members_ = region;
+    return;
+  }
+  const Vec3& first = state[region.front()].pose.position;
+  input_.region = Box{first, first};
+  for (const int cell : region) input_.region.add(state[cell].pose.position);
+  std::vector<bool> inRegion(state.size(), false);
+  for (const int cell : region) inRegion[cell] = true;
+  for (int cell = 0; cell < static_cast<int>(state.size()); ++cell) {
+    const double reach =
+        input_.margin + 2.0 * state[cell].pose.scale * scene_.shapes[state[cell].species]->radius();
+    bool near = inRegion[cell];
+    forEachImage(state[cell].pose.position, reach, input_.bounds, input_.period, [&](const ImageShift& n) {
+      const Vec3 image = state[cell].pose.position + displacement(n, input_.period);
+      near = near || input_.region.squaredDistance(image) < reach * reach;
+    });
+    if (!near) continue;
+    members_.push_back(cell);
+    input_.primary.push_back(inRegion[cell]);
+  }
+}
+
+/// @return whether tetrahedra_ are those of the region; otherwise TetGen gave up
+bool TetgenPlanes::tetrahedraOf(const GrowthState& state, const Region& region, double detail,
+                                double shrunk) {
   const Stopwatch watch(sums_.tetrahedraSeconds);
   tetrahedra_ = Tetrahedra();
-  if (state.size() < 2 && input_.period.isZero()) return true;
-  ++sums_.runs;
   double largest = 0.0, scale = 0.0;
   for (const GrowingCell& cell : state) {
     scale = std::max(scale, cell.pose.scale);
     largest = std::max(largest, cell.pose.scale * scene_.shapes[cell.species]->radius());
   }
-  if (!input_.period.isZero())
+  if (!input_.period.isZero() || region.size() < state.size())
     input_.margin =
         largest + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(state.size()));
+  chooseMembers(state, region);
+  if (members_.size() < 2 && input_.period.isZero()) return true;
+  ++sums_.runs;
   const bool far = use_ == TetgenUse::facing && scale <= smallScale;
   input_.kind = far ? TetrahedraKind::delaunay : TetrahedraKind::constrained;
   int coarsest = 0;
@@ -148,7 +245,8 @@ bool TetgenPlanes::tetrahedraOf(const GrowthState& state, double detail, double 
     // The cells themselves are known not to meet.
     input_.valid = level == 0;
     input_.objects.clear();
-    for (const GrowingCell& cell : state) {
+    for (const int member : members_) {
+      const GrowingCell& cell = state[member];
       const auto& levels = levels_[cell.species];
       const int index = std::min(level, chords_.levels(cell.species).indexOf(detail));
       Placement placement = scene_.placement(cell.pose);

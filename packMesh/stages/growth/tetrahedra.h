@@ -41,6 +41,10 @@ struct TetrahedraInput {
       nullptr;                 ///< closed surface; nullptr: up to the convex hull, or periodic images
   Vec3 period = Vec3::Zero();  ///< [µm], 0: not periodic along this axis
   Box bounds;                  ///< of one period, needed along periodic axes
+  /// Which objects are primary where they were given, all of them inside `region`, with images up to the
+  /// margin outside of that taking part; empty: all that are given, within the bounds.
+  std::vector<bool> primary;
+  Box region;
   /// Images of objects up to this far outside the bounds take part [µm]; 0: as far as it takes for tetrahedra
   /// at primary bodies to be those of the endless periodic arrangement.
   double margin = 0.0;
@@ -58,7 +62,7 @@ struct TetrahedraInput {
 struct TetrahedraBody {
   int object;
   Vec3 shift;      ///< from where the object was given [µm]
-  bool primary;    ///< the one whose bounding sphere has its centre within the bounds
+  bool primary;    ///< the one whose bounding sphere has its centre within the bounds; see TetrahedraInput
   int firstPoint;  ///< its points are numbered from here on, first its mesh's vertices
 };
 

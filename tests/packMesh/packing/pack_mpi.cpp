@@ -125,9 +125,41 @@ TEST_CASE("Cells that fail grow again alike on any number of ranks", "[mpi]") {
 }
 
 TEST_CASE("Method cat packs the same on any number of ranks", "[mpi]") {
-  PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(25, 25, 25)}, {true, true, true}), 0.25, 10);
-  problem.method = Method::cat;
-  requireSameOnAllRanks(problem);
+  SECTION("planes from chords") {
+    PackingProblem problem =
+        mixtureIn(makeBox({Vec3::Zero(), Vec3(30, 25, 25)}, {true, true, true}), 0.3, 10);
+    problem.method = Method::cat;
+    requireSameOnAllRanks(problem);
+  }
+  SECTION("at walls") {
+    PackingProblem problem = mixtureIn(makeCylinder(Vec3::Zero(), 0, 8.0, 40.0, false), 0.2, 2);
+    problem.method = Method::cat;
+    problem.wallClearance = 0.1;
+    requireSameOnAllRanks(problem);
+  }
+  SECTION("barriers where cells are relaxed") {
+    std::int64_t relaxations = 0;
+    PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
+    problem.method = Method::cat;
+    requireSameOnAllRanks(
+        problem, [&](const PackingResult& result) { relaxations += result.statistics.growth->relaxations; });
+    REQUIRE(relaxations > 0);
+  }
+  for (const Builder builder : {Builder::tetgen, Builder::catFaces})
+    SECTION(builder == Builder::tetgen ? "tetrahedra" : "CAT faces") {
+      PackingProblem problem = builder == Builder::tetgen ? mixtureIn(test::periodicCube(14.0), 0.2, 4)
+                                                          : mixtureIn(makeSphere(Vec3::Zero(), 8.0), 0.15, 4);
+      problem.method = Method::cat;
+      problem.builder = builder;
+      requireSameOnAllRanks(problem);
+    }
+  SECTION("escaping") {
+    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 7.0), 0.35, 5);
+    problem.method = Method::cat;
+    problem.limits.maxSweeps = 60;
+    problem.escape.emplace();
+    requireSameOnAllRanks(problem);
+  }
 }
 
 TEST_CASE("An interruption of one rank ends all", "[mpi]") {
