@@ -35,6 +35,8 @@ const char* textOf(const RunPosition& position) {
       return "repair";
     case Stage::thinning:
       return "thinning out";
+    case Stage::growth:
+      return "growth";
   }
   return "";
 }
@@ -76,6 +78,16 @@ CellTables tablesOf(const std::vector<BodyState>& cells) {
   return tables;
 }
 
+/// Whether all tables have the same number of rows.
+bool alike(CellTables& tables) {
+  const std::size_t rows = tables.id.size();
+  bool same = true;
+  forEachTable(tables, [&](const char*, int columns, const auto& table) {
+    same = same && table.size() == rows * static_cast<std::size_t>(columns);
+  });
+  return same;
+}
+
 std::vector<BodyState> cellsOf(const CellTables& tables) {
   std::vector<BodyState> cells(tables.id.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -115,7 +127,8 @@ class Checksum {
 /// All numbers that are not of a cell, as arrays with a name.
 struct RunTables {
   std::vector<std::int64_t> position, counters, counts, clearedPairs, failedPairs, failures, wallCells;
-  std::vector<double> lengths, wallDemands;
+  std::vector<std::int64_t> growth;
+  std::vector<double> lengths, wallDemands, growthNumbers, growthTaken;
   std::vector<float> clearances;
 };
 
@@ -131,6 +144,9 @@ void forEachRunTable(Tables& tables, Visit&& visit) {
   visit("/run/failures", 1, tables.failures);
   visit("/run/misplaced_cells", 1, tables.wallCells);
   visit("/run/demanded_of_wall", 1, tables.wallDemands);
+  visit("/growth/position", 1, tables.growth);
+  visit("/growth/numbers", 1, tables.growthNumbers);
+  visit("/growth/taken", 1, tables.growthTaken);
 }
 
 RunTables runTablesOf(const PackingState& state) {
@@ -161,6 +177,10 @@ RunTables runTablesOf(const PackingState& state) {
     t.wallCells.push_back(cell);
     t.wallDemands.push_back(demanded);
   }
+  const GrowthProgress& g = state.growth.progress;
+  t.growth = {state.growth.attempt, state.growth.iterations, g.barrier, g.iteration, g.since, g.failures};
+  t.growthNumbers = {g.sweeps, g.reference};
+  t.growthTaken = g.taken;
   return t;
 }
 
@@ -189,14 +209,20 @@ PackingState stateOf(const RunTables& t) {
     state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
   for (std::size_t i = 0; i < t.wallCells.size(); ++i)
     state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
+  state.growth.attempt = t.growth[0];
+  state.growth.iterations = t.growth[1];
+  state.growth.progress = {t.growth[2],        t.growth[3],        t.growth[4],  t.growth[5],
+                           t.growthNumbers[0], t.growthNumbers[1], t.growthTaken};
   return state;
 }
 
 bool ofTheRightSizes(const RunTables& t, std::size_t species) {
   return t.position.size() == 7 && t.counters.size() == 9 && t.lengths.size() == 3 &&
-         t.counts.size() == species && t.clearedPairs.size() == 2 * t.clearances.size() &&
-         t.failedPairs.size() == 2 * t.failures.size() && t.wallCells.size() == t.wallDemands.size() &&
-         t.position[0] >= 0 && t.position[0] <= static_cast<std::int64_t>(Stage::thinning);
+         (t.counts.empty() || t.counts.size() == species) &&
+         t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
+         t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
+         t.position[0] <= static_cast<std::int64_t>(Stage::growth) && t.growth.size() == 6 &&
+         t.growthNumbers.size() == 2;
 }
 
 void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
@@ -230,6 +256,8 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   }
   out.group("/run");
   out.group("/relaxation");
+  out.group("/growth");
+  out.group("/growth/best");
   out.group("/cells");
   Checksum checksum;
   const RunTables run = runTablesOf(state);
@@ -241,6 +269,11 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   forEachTable(cells, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/cells/") + name, state.cellCount, columns, first, table);
     checksum.add(name, first, columns, table);
+  });
+  const CellTables best = tablesOf(state.growth.best);
+  forEachTable(best, [&](const char* name, int columns, const auto& table) {
+    out.table(std::string("/growth/best/") + name, columns, table);
+    if (ranks.rank() == 0) checksum.add(std::string("best ") + name, 0, columns, table);
   });
   out.attribute("/", "checksum", checksum.sum(ranks));
 }
@@ -319,10 +352,19 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem, Chec
     table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
     checksum.add(name, from, columns, table);
   });
+  CellTables best;
+  forEachTable(best, [&](const char* name, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(std::string("/growth/best/") + name, columns);
+    if (ranks.rank() == 0) checksum.add(std::string("best ") + name, 0, columns, table);
+  });
+  if (!alike(best)) in.fail("is damaged: its tables do not fit each other");
+  state.growth.best = cellsOf(best);
   expected = in.integer("/", "checksum");
   state.cells = cellsOf(cells);
-  std::int64_t all = 0;
-  for (const Species& species : problem.species) all += species.count;
+  std::int64_t all = state.cellCount;
+  if (state.position.stage != Stage::growth)
+    for (const Species& species : problem.species) all += species.count;
   for (const BodyState& cell : state.cells)
     if (cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
         cell.id >= all)

@@ -134,13 +134,14 @@ class Run {
   /// Keeps what is saved if the run should end before this is done again. Pre: the relaxation begins anew.
   void keepState(const Relaxation& relaxation) {
     if (!problem_.checkpoints) return;
-    kept_ = {at_,
-             result_.statistics.repairs,
-             relaxation.state(),
-             failures_,
-             demandedOfWall_,
-             relaxation.cellCount(),
-             shares_.collect(relaxation.cells())};
+    kept_ = PackingState();
+    kept_.position = at_;
+    kept_.repairs = result_.statistics.repairs;
+    kept_.relaxation = relaxation.state();
+    kept_.failures = failures_;
+    kept_.demandedOfWall = demandedOfWall_;
+    kept_.cellCount = relaxation.cellCount();
+    kept_.cells = shares_.collect(relaxation.cells());
     const auto& due = problem_.checkpoints->due;
     if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
   }

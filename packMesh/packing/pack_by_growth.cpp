@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "packMesh/packing/growth_scene.h"
+#include "packMesh/packing/id_shares.h"
 #include "packMesh/stages/growth/growth.h"
 #include "packMesh/stages/growth/seeding.h"
 #include "packMesh/stopwatch.h"
@@ -45,14 +47,22 @@ class GrowthRun {
         std::max<std::int64_t>(1, problem_.growth.attempts / std::max<std::int64_t>(1, cells_));
     bool grown = false;
     GrowthState best;
-    for (std::int64_t attempt = 0; attempt < attempts && !grown && !stopped(); ++attempt) {
-      scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt) * attemptStride;
-      GrowthState state;
-      grown = grow(attempt + 1 == attempts, state);
-      if (best.empty() || countFull(state) > countFull(best)) best = std::move(state);
+    const bool ended = problem_.resume && problem_.resume->position.stage == Stage::certificate;
+    if (problem_.resume) resume(*problem_.resume, ended ? best : resumed_);
+    if (ended) grown = countFull(best) == static_cast<std::int64_t>(best.size());
+    for (; at_.attempt < attempts && !ended && !grown && !stopped(); ++at_.attempt, at_.progress = {}) {
+      scene_.seed = problem_.seed + static_cast<std::uint64_t>(at_.attempt) * attemptStride;
+      GrowthState state = std::exchange(resumed_, {});
+      grown = grow(at_.attempt + 1 == attempts, state);
+      if (best_.empty() || countFull(state) > countFull(best_)) best_ = std::move(state);
     }
-    if (problem_.escape && (!grown || !problem_.escape->stock.empty()) && !stopped())
+    if (!ended) best = best_;
+    if (!ended && problem_.escape && (!grown || !problem_.escape->stock.empty()) && !stopped())
       grown = escapeFrom(best);
+    if (problem_.checkpoints) {
+      if (!interrupted_) keepState(Stage::certificate, best);
+      problem_.checkpoints->save(kept_);
+    }
     result_.outcome = interrupted_ ? Outcome::interrupted : grown ? Outcome::certified : Outcome::outOfReach;
     if (!interrupted_) takeCells(best);
     if (problem_.builder != Builder::chords) result_.statistics.tetrahedra = tetrahedraOfAllRanks();
@@ -68,10 +78,11 @@ class GrowthRun {
   bool grow(bool lastAttempt, GrowthState& state) {
     GrowthSettings settings = problem_.growth;
     if (!lastAttempt) settings.giveUpAfter = giveUpAfter;
-    {
+    if (state.empty()) {
       const Stopwatch watch(result_.statistics.placementSeconds);
       state = seed(scene_, counts_, names_, settings);
     }
+    if (kept_.cellCount == 0) keepState(Stage::growth, state);
     const Stopwatch watch(result_.statistics.growthSeconds);
     GrowthCallbacks callbacks;
     callbacks.stop = [this] { return stopped(); };
@@ -79,7 +90,55 @@ class GrowthRun {
       if (problem_.progress) problem_.progress(progressOf(now, barrier, sums));
       if (problem_.observe) problem_.observe(placed(now));
     };
-    return packmesh::grow(scene_, settings, builder_, callbacks, state, *result_.statistics.growth);
+    callbacks.anew = [this](const GrowthState& now, const GrowthProgress& progress) {
+      at_.progress = progress;
+      keepState(Stage::growth, now);
+    };
+    return packmesh::grow(scene_, settings, builder_, callbacks, state, *result_.statistics.growth,
+                          at_.progress);
+  }
+
+  /// Keeps what is saved if the run should end before this is done again.
+  void keepState(Stage stage, const GrowthState& state) {
+    if (!problem_.checkpoints) return;
+    const Communicator& ranks = problem_.communicator;
+    kept_ = PackingState();
+    kept_.position.stage = stage;
+    kept_.growth = at_;
+    kept_.growth.iterations = result_.statistics.growth->iterations;
+    kept_.growth.best = statesOf(best_, 0, static_cast<std::int64_t>(best_.size()));
+    kept_.cellCount = static_cast<std::int64_t>(state.size());
+    const auto [first, end] = IdShares(kept_.cellCount, ranks).own();
+    kept_.cells = statesOf(state, first, end);
+    const auto& due = problem_.checkpoints->due;
+    if (due && ranks.any(due())) problem_.checkpoints->save(kept_);
+  }
+
+  void resume(const PackingState& saved, GrowthState& state) {
+    at_ = saved.growth;
+    at_.best.clear();
+    result_.statistics.growth->iterations = at_.iterations;
+    best_ = cellsOf(saved.growth.best);
+    state = cellsOf(problem_.communicator.gatherAll(saved.cells));
+  }
+
+  static std::vector<BodyState> statesOf(const GrowthState& state, std::int64_t first, std::int64_t end) {
+    std::vector<BodyState> states;
+    for (std::int64_t i = first; i < end; ++i) {
+      Body body;
+      body.id = i;
+      body.species = state[i].species;
+      body.scale = state[i].pose.scale;
+      body.position = state[i].pose.position;
+      body.orientation = state[i].pose.orientation;
+      states.push_back(stateOf(body));
+    }
+    return states;
+  }
+  static GrowthState cellsOf(const std::vector<BodyState>& states) {
+    GrowthState cells;
+    for (const BodyState& state : states) cells.push_back({state.species, bodyOf(state).pose()});
+    return cells;
   }
 
   /// @return whether all cells are full
@@ -180,6 +239,10 @@ class GrowthRun {
   std::vector<std::string> names_;
   std::int64_t cells_ = 0;
   bool interrupted_ = false;
+  GrowthPosition at_;
+  GrowthState best_;     ///< of the attempts so far
+  GrowthState resumed_;  ///< where the first attempt goes on
+  PackingState kept_;
   PackingResult result_;
 };
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "packMesh/stages/growth/growth.h"
 #include "packMesh/stages/relaxation/body_state.h"
 #include "packMesh/stages/relaxation/relaxation_state.h"
 #include "packMesh/stages/relaxation/schedule.h"
@@ -20,6 +21,7 @@ enum class Stage : std::int32_t {
   certificate = 1,  ///< certifies
   repair = 2,       ///< goes on with settle(), after cells failed the certificate
   thinning = 3,     ///< goes on with settle(), after cells were taken out
+  growth = 4,       ///< goes on with grow(); with Method::cat the only one besides `certificate`
 };
 
 struct RunPosition {
@@ -29,6 +31,14 @@ struct RunPosition {
   SchedulePosition schedule;
 };
 
+/// Where growth is, see grow() and PackingProblem::growth.
+struct GrowthPosition {
+  std::int64_t attempt = 0;
+  std::int64_t iterations = 0;  ///< of all attempts
+  GrowthProgress progress;
+  std::vector<BodyState> best;  ///< of earlier attempts
+};
+
 /// The same on all ranks but for `cells`. Plain data. It does not depend on the number of ranks.
 struct PackingState {
   RunPosition position;
@@ -36,6 +46,7 @@ struct PackingState {
   RelaxationState relaxation;
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures;  ///< of pairs (ids)
   std::map<std::int64_t, double> demandedOfWall;                           ///< of misplaced cells (ids) [µm]
+  GrowthPosition growth;                                                   ///< with Method::cat
   std::int64_t cellCount = 0;                                              ///< on all ranks
   std::vector<BodyState> cells;  ///< of this rank, sorted by id; no cell on two ranks
 };

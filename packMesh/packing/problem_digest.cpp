@@ -61,6 +61,24 @@ void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
   }
 }
 
+void addGrowth(const PackingProblem& problem, Digest& digest) {
+  const GrowthSettings& g = problem.growth;
+  digest.add(static_cast<int>(problem.builder));
+  for (const double barrier : g.barriers) digest.add(barrier);
+  for (const double number : {g.initialScale, g.rotationBound, g.translationBound, g.padding, g.alpha, g.beta,
+                              g.shaking, g.stalledGrowth})
+    digest.add(number);
+  for (const int number : {g.spreadRounds, g.maxIterations, g.linearisations, g.centring ? 1 : 0, g.patience,
+                           g.relaxationSweeps, g.giveUpAfter, g.attempts})
+    digest.add(number);
+  digest.add(problem.escape.has_value());
+  if (!problem.escape) return;
+  for (const int number : {problem.escape->orientations, problem.escape->swapRounds,
+                           problem.escape->groupSize, problem.escape->holes})
+    digest.add(number);
+  for (const std::int64_t number : problem.escape->stock) digest.add(number);
+}
+
 }  // namespace
 
 std::string digestOf(const PackingProblem& problem) {
@@ -72,6 +90,7 @@ std::string digestOf(const PackingProblem& problem) {
   digest.add(problem.clearance);
   digest.add(problem.wallClearance);
   digest.add(problem.regrowAfter);
+  if (problem.method == Method::cat) addGrowth(problem, digest);
   const Box bounds = problem.container->bounds();
   digest.add(bounds.lo);
   digest.add(bounds.hi);

@@ -9,8 +9,8 @@
 namespace packmesh {
 namespace {
 
-void bisect(const std::vector<Vec3>& centres, std::vector<int>::iterator begin, std::vector<int>::iterator end,
-            int parts, std::vector<std::vector<int>>& out) {
+void bisect(const std::vector<Vec3>& centres, std::vector<int>::iterator begin,
+            std::vector<int>::iterator end, int parts, std::vector<std::vector<int>>& out) {
   if (parts == 1) {
     out.emplace_back(begin, end);
     std::sort(out.back().begin(), out.back().end());

@@ -23,6 +23,9 @@ constexpr double expectedShare = 0.4;
 /// need no padding for their size.
 constexpr double largestFacet = 0.1;
 
+/// After so many iterations nothing is taken over from earlier ones: who faces whom is asked anew.
+constexpr std::int64_t renewal = 4;
+
 /// Each relaxation that failed at a barrier is followed by one of so many times as many sweeps.
 constexpr double moreSweeps = 1.5;
 
@@ -35,7 +38,8 @@ struct SpeciesLengths {
 class Growth {
  public:
   Growth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneBuilder& builder,
-         const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics)
+         const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
+         const GrowthProgress& from)
       : scene_(scene),
         settings_(settings),
         builder_(builder),
@@ -43,7 +47,8 @@ class Growth {
         state_(state),
         statistics_(statistics),
         stepBack_(scene),
-        taken_(state.size(), 1.0) {
+        at_(from) {
+    at_.taken.resize(state.size(), 1.0);
     for (const Shape* shape : scene.shapes) {
       const double size = std::cbrt(shape->volume());
       const double meanArea =
@@ -54,7 +59,9 @@ class Growth {
 
   bool operator()() {
     requireValid();
-    for (const double barrier : settings_.barriers) {
+    for (const auto barriers = static_cast<std::int64_t>(settings_.barriers.size()); at_.barrier < barriers;
+         ++at_.barrier, at_.iteration = 0) {
+      const double barrier = settings_.barriers[at_.barrier];
       if (barrier <= settings_.initialScale) continue;
       growTo(barrier);
       if (stopped() || gaveUp_) break;
@@ -73,6 +80,8 @@ class Growth {
                        " before growth");
   }
 
+  bool renews() const { return statistics_.iterations % renewal == 0; }
+
   bool stopped() const { return callbacks_.stop && callbacks_.stop(); }
 
   /// What cells lack of a scale, in total.
@@ -88,21 +97,24 @@ class Growth {
   }
 
   void growTo(double barrier) {
-    double reference = missing(barrier);
-    int since = 0, failures = 0;
-    double sweeps = settings_.relaxationSweeps;
-    for (int iteration = 0; iteration < settings_.maxIterations && !stopped(); ++iteration) {
+    if (at_.iteration == 0) {
+      at_.reference = missing(barrier);
+      at_.since = at_.failures = 0;
+      at_.sweeps = settings_.relaxationSweeps;
+    }
+    for (; at_.iteration < settings_.maxIterations && !stopped(); ++at_.iteration) {
+      if (callbacks_.anew && renews()) callbacks_.anew(state_, at_);
       iterate(barrier);
       const double lacks = missing(barrier);
       if (lacks == 0.0) return;
-      if (++since < settings_.patience) continue;
-      const bool stalled = lacks > (1.0 - settings_.stalledGrowth) * reference;
-      reference = lacks;
-      since = 0;
+      if (++at_.since < settings_.patience) continue;
+      const bool stalled = lacks > (1.0 - settings_.stalledGrowth) * at_.reference;
+      at_.reference = lacks;
+      at_.since = 0;
       if (!stalled) continue;
-      if (sweeps > 0.0 && !anyFrozen() && relaxed(barrier, static_cast<int>(sweeps))) return;
-      sweeps *= moreSweeps;
-      gaveUp_ = ++failures == settings_.giveUpAfter;
+      if (at_.sweeps > 0.0 && !anyFrozen() && relaxed(barrier, static_cast<int>(at_.sweeps))) return;
+      at_.sweeps *= moreSweeps;
+      gaveUp_ = ++at_.failures == settings_.giveUpAfter;
       if (gaveUp_) return;
     }
   }
@@ -112,7 +124,7 @@ class Growth {
     request.shares = scene_.sharesOf(state_);
     for (const GrowingCell& cell : state_) request.reach.push_back(reachOf(cell, barrier));
     request.detail = detailAt(barrier);
-    request.jumped = jumped_;
+    request.anew = jumped_ || renews();
     jumped_ = false;
     PlaneConstraints planes;
     {
@@ -137,7 +149,7 @@ class Growth {
     statistics_.pivots += counts[1];
     {
       const Stopwatch watch(statistics_.stepBackSeconds);
-      taken_ = stepBack_.take(steps, state_, statistics_.stepBack, request.shares);
+      at_.taken = stepBack_.take(steps, state_, statistics_.stepBack, request.shares);
     }
     ++statistics_.iterations;
     if (callbacks_.accepted) callbacks_.accepted(state_, barrier, statistics_);
@@ -190,7 +202,7 @@ class Growth {
     const SpeciesLengths& l = lengths_[state_[i].species];
     GrowthBounds bounds;
     // Who ran into something first makes room: otherwise the same step would be proposed again.
-    bounds.scale = taken_[i] < 1.0 ? state_[i].pose.scale : std::max(barrier, state_[i].pose.scale);
+    bounds.scale = at_.taken[i] < 1.0 ? state_[i].pose.scale : std::max(barrier, state_[i].pose.scale);
     bounds.rotation = rotationBound();
     bounds.translation = settings_.translationBound * l.size;
     bounds.padding = paddingAt(barrier, l) + 0.5 * scene_.clearance;
@@ -228,15 +240,16 @@ class Growth {
   StepBack stepBack_;
   GrowthProgram program_;
   std::vector<SpeciesLengths> lengths_;
+  GrowthProgress at_;
   bool gaveUp_ = false, jumped_ = true;
-  std::vector<double> taken_;  ///< part of each cell's last step
 };
 
 }  // namespace
 
 bool grow(const GrowthScene& scene, const GrowthSettings& settings, const PlaneBuilder& builder,
-          const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics) {
-  return Growth(scene, settings, builder, callbacks, state, statistics)();
+          const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
+          const GrowthProgress& from) {
+  return Growth(scene, settings, builder, callbacks, state, statistics, from)();
 }
 
 }  // namespace packmesh

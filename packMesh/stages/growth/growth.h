@@ -21,11 +21,24 @@ struct GrowthStatistics {
          relaxationSeconds = 0.0;  ///< CPU [s]
 };
 
+/// How far growth has come; with the state and the number of iterations all that its future depends on,
+/// whenever an iteration takes nothing over from earlier ones.
+struct GrowthProgress {
+  std::int64_t barrier = 0;                             ///< which
+  std::int64_t iteration = 0, since = 0, failures = 0;  ///< at this barrier: done; since it was asked whether
+                                                        ///< growth stalled; relaxations in vain
+  double sweeps = 0.0;                                  ///< of the next relaxation
+  double reference = 0.0;                               ///< what was missing when it was asked last
+  std::vector<double> taken;                            ///< part of each cell's last step; empty: all of it
+};
+
 /// When growth gives up, and whom it tells.
 struct GrowthCallbacks {
   std::function<bool()> stop;  ///< polled before every iteration
   /// Called with every state that is accepted, and the barrier.
   std::function<void(const GrowthState&, double barrier, const GrowthStatistics&)> accepted;
+  /// Called before iterations that take nothing over from earlier ones.
+  std::function<void(const GrowthState&, const GrowthProgress&)> anew;
 };
 
 /// Algorithm 1 of the thesis.
@@ -36,9 +49,12 @@ struct GrowthCallbacks {
 /// all cells take the barrier's scale, are relaxed as rigid bodies, and if the exact test finds them free of
 /// overlap this is the next state.
 /// @param state free of overlap, no scale above 1; on return the last state
+/// @param statistics is added to; the iterations so far decide on random numbers
+/// @param from where to go on
 /// @return whether all cells reached scale 1
 /// @throws InputError naming the cell when the first state is not valid
 bool grow(const GrowthScene& scene, const GrowthSettings& settings, const PlaneBuilder& builder,
-          const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics);
+          const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
+          const GrowthProgress& from = {});
 
 }  // namespace packmesh

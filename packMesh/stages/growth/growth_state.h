@@ -57,7 +57,7 @@ struct PlaneRequest {
   /// How far any point of each cell may move in the step that the planes are for [µm].
   std::vector<double> reach;
   double detail = 1.0;  ///< share of the vertices to be used, eq. 3.4
-  bool jumped = false;  ///< since the last request cells have moved by more than a step
+  bool anew = false;    ///< nothing is to be taken over from earlier requests
   CellShares shares;    ///< planes are wanted of this rank's cells only; all ranks ask together
 };
 

@@ -14,8 +14,7 @@
 namespace packmesh {
 namespace {
 
-/// Who faces whom is asked anew after so many iterations, or when a cell has moved so far [µm].
-constexpr int longestUse = 4;
+/// Who faces whom is asked anew when a cell has moved so far [µm].
 constexpr double farthestMove = 2.0;
 
 /// Coarse levels are shrunk to this for who faces whom: 42 vertices of a red cell span its dimples.
@@ -132,9 +131,7 @@ PlaneConstraints TetgenPlanes::facing(const GrowthState& state, const PlaneReque
     known_ = !ranks.any(!known);
     pairs_ = known_ ? nearPairs(ranks.gatherAll(pairs), input_.period) : std::vector<NearPair>();
     madeFor_ = state;
-    uses_ = 0;
   }
-  ++uses_;
   return known_ ? chords_.between(state, request, pairsNow(state)) : chords_(state, request);
 }
 
@@ -184,7 +181,7 @@ std::vector<TetgenPlanes::Region> TetgenPlanes::ownRegions(const GrowthState& st
 }
 
 bool TetgenPlanes::outdated(const GrowthState& state, const PlaneRequest& request) const {
-  if (uses_ == 0 || uses_ >= longestUse || request.jumped || madeFor_.size() != state.size()) return true;
+  if (request.anew || madeFor_.size() != state.size()) return true;
   for (std::size_t i = 0; i < state.size(); ++i) {
     const Vec3 &before = madeFor_[i].pose.position, &now = state[i].pose.position;
     const Vec3 moved = now - before - periodsBetween(before, now, input_.period).cwiseProduct(input_.period);

@@ -77,7 +77,6 @@ class TetgenPlanes {
   ChordalFaces split_;
   std::vector<NearPair> pairs_;  ///< that face each other, as cells were when tetrahedra were made
   bool known_ = false;           ///< pairs_ are; otherwise TetGen gave up
-  int uses_ = 0;                 ///< of pairs_
   GrowthState madeFor_;
   TetrahedraSums& sums_;
 };

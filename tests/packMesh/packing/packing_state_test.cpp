@@ -19,8 +19,9 @@ std::shared_ptr<const Container> longBox() {
 }
 
 struct Seen {
-  std::array<int, 4> ofStage = {0, 0, 0, 0};
+  std::array<int, 5> ofStage = {0, 0, 0, 0, 0};
   int annealing = 0;
+  std::int64_t attempts = 0;  ///< of growth
 };
 
 /// Runs to the end, and from states on its way again. @return how many states there were
@@ -38,6 +39,7 @@ Seen requireSameWayFromAnyState(PackingProblem problem) {
   for (std::size_t i = 0; i < states.size(); ++i) {
     const Stage stage = states[i].position.stage;
     const int seen = stages.ofStage[static_cast<int>(stage)]++;
+    stages.attempts = std::max(stages.attempts, states[i].growth.attempt + 1);
     stages.annealing += states[i].position.schedule.part > 0;
     const bool newPart = before && before->position.schedule.part != states[i].position.schedule.part;
     before = &states[i];
@@ -90,6 +92,21 @@ TEST_CASE("A run that goes on from any of its states ends as if it had not been 
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(of(seen, Stage::thinning) > 1);
     REQUIRE(seen.annealing > 1);
+  }
+  SECTION("growth") {
+    PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
+    problem.method = Method::cat;
+    REQUIRE(of(requireSameWayFromAnyState(problem), Stage::growth) > 5);
+  }
+  SECTION("growth with tetrahedra, and attempts in vain") {
+    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.4, 5);
+    problem.method = Method::cat;
+    problem.builder = Builder::tetgen;
+    problem.limits.maxSweeps = 150;
+    problem.escape.emplace();
+    const Seen seen = requireSameWayFromAnyState(problem);
+    REQUIRE(of(seen, Stage::growth) > 4);
+    REQUIRE(seen.attempts > 1);
   }
   SECTION("cells that grow again") {
     PackingProblem problem = mixtureIn(longBox(), 0.55, 1);

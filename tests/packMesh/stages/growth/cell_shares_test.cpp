@@ -16,7 +16,8 @@ TEST_CASE("Bisection gives groups of even size of points near each other") {
     for (const int parts : {1, 2, 3, 4, 7, 8}) {
       CAPTURE(points, parts);
       std::vector<Vec3> centres;
-      for (int i = 0; i < points; ++i) centres.emplace_back(40.0 * unit(random), 10.0 * unit(random), unit(random));
+      for (int i = 0; i < points; ++i)
+        centres.emplace_back(40.0 * unit(random), 10.0 * unit(random), unit(random));
       const std::vector<std::vector<int>> groups = bisected(centres, parts);
       REQUIRE(groups.size() == std::size_t(parts));
       std::set<int> seen;
