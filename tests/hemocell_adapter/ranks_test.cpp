@@ -15,9 +15,9 @@ namespace {
 
 /// As on a machine with fewer processors than ranks.
 std::string onRanks(int ranks) {
-  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
-         "OMPI_MCA_mpi_yield_when_idle=1 timeout 120 mpirun -n " +
-         std::to_string(ranks);
+  return "ASAN_OPTIONS=fast_unwind_on_malloc=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
+         "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 timeout " +
+         std::to_string(TEST_TIMEOUT / 2) + " mpirun -n " + std::to_string(ranks);
 }
 
 std::string filesOf(const fs::path& folder) {
