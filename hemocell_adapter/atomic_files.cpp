@@ -74,6 +74,13 @@ fs::path keepAside(const fs::path& target) {
 
 }  // namespace
 
+void requireReplaceable(const fs::path& target) {
+  struct stat info;
+  if (::stat(target.c_str(), &info) != 0) return;
+  if (!S_ISREG(info.st_mode)) fail(target, "is not a file, so it cannot be replaced by one", 0);
+  if (::access(target.c_str(), W_OK) != 0) fail(target, "exists and cannot be written", errno);
+}
+
 AtomicFiles::~AtomicFiles() {
   if (open_ >= 0) ::close(open_);
   for (const Entry& entry : entries_) ::unlink(entry.temporary.c_str());
@@ -83,10 +90,9 @@ void AtomicFiles::begin(const fs::path& requested) {
   std::error_code ignored;
   fs::path target = requested;
   if (fs::is_symlink(target, ignored) && fs::exists(target, ignored)) target = fs::canonical(target, ignored);
+  requireReplaceable(target);
   struct stat info;
   const bool exists = ::stat(target.c_str(), &info) == 0;
-  if (exists && !S_ISREG(info.st_mode)) fail(target, "is not a file, so it cannot be replaced by one", 0);
-  if (exists && ::access(target.c_str(), W_OK) != 0) fail(target, "exists and cannot be written", errno);
   for (const Entry& entry : entries_)
     if (entry.target == target) fail(target, "would be written twice", 0);
 

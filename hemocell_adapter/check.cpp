@@ -84,8 +84,12 @@ class Report {
                                                                : "none, cells are not inside"));
     const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
     const bool clean = certificate_.clean() && (!droppedIsFault || kept_.size() == found_.cells.size());
+    const std::size_t dropped = found_.cells.size() - kept_.size();
     log::info(fmt::format(
-        "Verdict: {}{}", clean ? "clean" : "NOT clean",
+        "Verdict: {}{}{}", clean ? "clean" : "NOT clean",
+        droppedIsFault || dropped == 0
+            ? ""
+            : fmt::format("; that HemoCell drops {} is no fault where cells may cross the faces", dropped),
         job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
     return clean;
   }
@@ -157,6 +161,7 @@ class Report {
       std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].job.name);
       for (const auto& [reason, count] : reasons.reasons)
         text += fmt::format("; drops {}: {}", count, reason);
+      if (scene_.lumen.keptBox && kept < total) text += fmt::format(" (nodes at dx {:.6g} µm)", job_.dx);
       log::info(text);
     }
     FaultList list;

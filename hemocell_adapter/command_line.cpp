@@ -179,8 +179,9 @@ class Parser {
       if (ownLumen) return;
       result_.restartAlone = !restart_.empty() && !checkBox && result_.command == Command::pack;
       if (result_.restartAlone) return;
-      throw UsageError(checkBox
-                           ? "check --box needs three sizes: check --box sX sY sZ"
+      if (checkBox) throw UsageError("check --box needs three sizes: check --box sX sY sZ");
+      throw UsageError(result_.command == Command::check
+                           ? "what is to be checked? Give a config.xml or --box sX sY sZ [µm]"
                            : "what is to be packed into? Give a config.xml or three sizes sX sY sZ [µm]");
     }
     if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {

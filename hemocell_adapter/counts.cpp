@@ -13,7 +13,7 @@ namespace {
 
 std::int64_t rounded(double cells, const std::string& name) {
   if (!(cells <= specs::largestCount)) {
-    throw InputError(fmt::format("{:.3g} cells of '{}' are too many; at most {:.0e} can be packed", cells,
+    throw InputError(fmt::format("{:.3g} cells of '{}' are too many; at most {:.0f} can be packed", cells,
                                  name, specs::largestCount));
   }
   return std::llround(cells);
@@ -66,7 +66,10 @@ std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
                                  *hematocrit, lumenVolume)
                    : std::string("nothing to pack: every count is 0"));
   }
-  if (double(total) > specs::largestCount) throw InputError(fmt::format("{} cells are too many", total));
+  if (double(total) > specs::largestCount) {
+    throw InputError(
+        fmt::format("{} cells are too many; at most {:.0f} can be packed", total, specs::largestCount));
+  }
   return counts;
 }
 

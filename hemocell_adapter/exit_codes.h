@@ -28,8 +28,8 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::badInput, "a file, or a value in it, is at fault"},
     {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
-     "check found overlap, cells outside the lumen or cells HemoCell deletes (in a box only with "
-     "--keep-all)"},
+     "check found overlap, cells outside the lumen, or cells HemoCell deletes (not counted where cells may "
+     "cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::internal, "a fault of packMesh itself"},
     {ExitCode::interrupted, "interrupted: no .pos file written"},

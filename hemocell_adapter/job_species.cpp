@@ -61,6 +61,10 @@ JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
   }
   if (job.config) {
     const fs::path xml = job.config->folder / (request.name + ".xml");
+    std::error_code ignored;
+    if (!fs::exists(xml, ignored))
+      throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'",
+                                   xml.string(), request.name));
     species.model = readCellXml(xml, request.name, request.construction);
     species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
     return species;
@@ -140,7 +144,11 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
 
   settleHematocrit(job, settings, options);
   if (job.hematocrit) {
-    if (!fillerOf(all)) add("RBC", 0);
+    if (!fillerOf(all)) {
+      if (std::any_of(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "RBC"; }))
+        throw InputError("the hematocrit decides how many 'RBC' there are, so they can have no count");
+      add("RBC", 0);
+    }
     const auto platelet =
         std::find_if(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "PLT"; });
     const double ratio = settings.plateletRatio.value_or(packCellsPlateletRatio);
@@ -210,7 +218,9 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
     }
   }
   if (job.species.empty()) {
-    throw InputError(fmt::format("{}: no .pos files to check", job.outputDirectory.string()));
+    throw InputError(job.unchecked.empty()
+                         ? fmt::format("{}: no .pos files to check", job.outputDirectory.string())
+                         : fmt::format("nothing to check: {}", job.warnings.back()));
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/periodic_wall.h"
+#include "hemocell_adapter/value_specs.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
@@ -155,8 +156,17 @@ Lumen vesselLumen(const Job& job) {
         domain.geometryWhere, domain.geometry->string()));
   }
   Lumen lumen;
-  VesselOnLattice vessel = placeVessel(readClosed(*domain.geometry, domain.geometryWhere, lumen.notices),
-                                       domain.dx, domain.refDir, domain.refDirN);
+  const auto located = [&](auto&& work) {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      throw InputError(
+          fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
+    }
+  };
+  TriangleMesh stl = readClosed(*domain.geometry, domain.geometryWhere, lumen.notices);
+  VesselOnLattice vessel =
+      located([&] { return placeVessel(std::move(stl), domain.dx, domain.refDir, domain.refDirN); });
   if (!lumen.notices.empty()) {
     lumen.notices.push_back(
         fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));
@@ -170,12 +180,7 @@ Lumen vesselLumen(const Job& job) {
   lumen.note =
       fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
                   boundingBox(vessel.surface).size().x());
-  try {
-    lumen.container = makeVessel(std::move(vessel.surface), ends, vesselDetail);
-  } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
-  }
+  lumen.container = located([&] { return makeVessel(std::move(vessel.surface), ends, vesselDetail); });
   lumen.periodic = ends.periodic;
   lumen.acceptedOnly = true;
   return lumen;
@@ -343,6 +348,13 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
   TriangleMesh mesh = readClosed(solid.file, solid.where, notices);
   for (Vec3& v : mesh.vertices) v = solid.scale * v + solid.origin;
   const Box bounds = boundingBox(mesh);
+  if (const double reach = std::max(bounds.hi.maxCoeff(), -bounds.lo.minCoeff());
+      reach > specs::largestLength) {
+    throw InputError(
+        fmt::format("{}: {}: with the factor {:.6g} it reaches {:.3g} µm from the origin, at most {:.0f} µm "
+                    "are possible; is the unit right?",
+                    solid.where, solid.file.string(), solid.scale, reach, specs::largestLength));
+  }
   std::optional<VesselEnds> ends;
   if (solid.openAxis) {
     ends.emplace();

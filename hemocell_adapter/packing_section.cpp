@@ -2,7 +2,7 @@
 // Reading `<packing>`.
 #include <fmt/format.h>
 
-#include <set>
+#include <algorithm>
 
 #include "hemocell_adapter/settings_table.h"
 #include "hemocell_adapter/xml_tags.h"
@@ -62,6 +62,27 @@ void refuseContent(const XMLElement& element, const fs::path& file) {
   }
 }
 
+/// `hint(name)` tells what to write instead of the attribute `name`.
+template <typename Hint>
+void refuseAttributes(const XMLElement& element, const fs::path& file, Hint&& hint) {
+  if (const auto* attribute = element.FirstAttribute()) {
+    throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file), attribute->Name(),
+                                 hint(attribute->Name(), attribute->Value())));
+  }
+}
+
+/// Of a tag whose value is its text.
+void refuseAttributes(const XMLElement& element, const fs::path& file) {
+  refuseAttributes(element, file, [&](const char*, const char* value) {
+    return fmt::format("expected <{0}> {1} </{0}>", element.Name(), value);
+  });
+}
+
+void refuseText(const XMLElement& element, const fs::path& file) {
+  const std::string text = trimmed(textOf(element));
+  if (!text.empty()) throw InputError(fmt::format("{}: stray text '{}'", placeOf(element, file), text));
+}
+
 SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
   SpeciesRequest species;
   require(element, "name", speciesAttributes().front().value, file);
@@ -101,9 +122,16 @@ SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>
 
 ContainerRequest readContainer(const XMLElement& element, const fs::path& file) {
   ContainerRequest container;
+  const auto bodiesHaveAttributes = [](const char*, const char*) {
+    return "expected <box>, <cylinder>, <sphere> or <mesh> inside, which have attributes";
+  };
+  refuseAttributes(element, file, bodiesHaveAttributes);
+  refuseText(element, file);
   for (const XMLElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
     const std::string name = child->Name();
     if (name == "obstacles") {
+      refuseAttributes(*child, file, bodiesHaveAttributes);
+      refuseText(*child, file);
       for (const XMLElement* solid = child->FirstChildElement(); solid; solid = solid->NextSiblingElement()) {
         container.obstacles.push_back(readSolid(*solid, {}, file));
       }
@@ -112,6 +140,7 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
       spec.kind = Kind::vector;
       spec.unit = "lattice nodes";
       spec.low = 1;
+      refuseAttributes(*child, file);
       container.nodes = std::get<Vec3>(valueOf(*child, spec, file));
     } else if (container.lumen) {
       throw InputError(
@@ -132,9 +161,11 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   for (const Setting& setting : settingsTable()) {
     if (*setting.tag) known.emplace_back(setting.tag);
   }
-  if (!trimmed(textOf(packing)).empty()) {
-    throw InputError(fmt::format("{}: stray text '{}'", placeOf(packing, file), trimmed(textOf(packing))));
-  }
+  refuseText(packing, file);
+  refuseAttributes(packing, file, [&](const char* name, const char* value) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) return didYouMean(name, known);
+    return fmt::format("expected it as a tag inside: <{0}> {1} </{0}>", name, value);
+  });
   for (const XMLElement* child = packing.FirstChildElement(); child; child = child->NextSiblingElement()) {
     const std::string name = child->Name();
     if (name == "species") {
@@ -159,6 +190,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
       throw InputError(
           fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
     }
+    refuseAttributes(*child, file);
     found->apply(settings, {valueOf(*child, found->values[0], file)});
   }
   if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;

@@ -40,6 +40,9 @@ std::string formatPosHead(std::int64_t count);
 ///   comments, extra or missing fields, numbers that are not finite or absurdly large
 std::vector<PosLine> readPos(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr);
 
+/// @throws InputError when `target` exists, but not as a file that may be replaced
+void requireReplaceable(const std::filesystem::path& target);
+
 /// Writes text files so that each appears whole or not at all: all are written next to their targets under
 /// temporary names, read back and compared, and only then renamed.
 ///

@@ -50,6 +50,17 @@ void requireWritable(const fs::path& folder) {
   }
 }
 
+void requireReplaceableFiles(const Job& job, const Scene& scene) {
+  for (const SceneSpecies& species : scene.species) {
+    if (species.count == 0) continue;
+    try {
+      requireReplaceable(job.outputDirectory / (species.job.name + ".pos"));
+    } catch (const InputError& error) {
+      throw OutputError(error.what());
+    }
+  }
+}
+
 /// Leftovers that HemoCell would load together with the new files.
 void warnOfStaleFiles(const Job& job, const Scene& scene) {
   std::error_code ignored;
@@ -231,6 +242,7 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   std::optional<Scene> built;
   together(ranks, [&] { built = buildScene(job); });
   const Scene& scene = *built;
+  onFirstRank(ranks, [&] { requireReplaceableFiles(job, scene); });
   for (const auto* list : {&scene.warnings, &scene.lumen.notices}) {
     for (const std::string& warning : *list) log::warning(warning);
   }
@@ -264,7 +276,7 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result, tally);
     if (!job.bestEffort || result.cellCount == 0) {
-      log::error(reached + (result.cellCount == 0 ? "; nothing was written"
+      log::error(reached + (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
                                                   : "; nothing was written (--best-effort writes that one)"));
       return ExitCode::outOfReach;
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <sstream>
 
@@ -19,15 +20,22 @@ std::string lowered(std::string text) {
   return text;
 }
 
+/// A bound of the range of `spec`: whole numbers with all their digits.
+std::string boundText(const ValueSpec& spec, double bound) {
+  if (spec.kind != Kind::integer) return fmt::format("{:.15g}", bound);
+  constexpr auto largest = std::numeric_limits<std::int64_t>::max();
+  return fmt::format("{}", bound < double(largest) ? std::int64_t(bound) : largest);
+}
+
 /// " > 0", " in [1, 5)", "": the range of `spec` in words.
 std::string rangeText(const ValueSpec& spec) {
   const bool low = std::isfinite(spec.low), high = std::isfinite(spec.high);
   if (low && high) {
-    return fmt::format(" in {}{:.15g}, {:.15g}{}", spec.lowExcluded ? '(' : '[', spec.low, spec.high,
-                       spec.highExcluded ? ')' : ']');
+    return fmt::format(" in {}{}, {}{}", spec.lowExcluded ? '(' : '[', boundText(spec, spec.low),
+                       boundText(spec, spec.high), spec.highExcluded ? ')' : ']');
   }
-  if (low) return fmt::format(" {} {:.15g}", spec.lowExcluded ? ">" : ">=", spec.low);
-  if (high) return fmt::format(" {} {:.15g}", spec.highExcluded ? "<" : "<=", spec.high);
+  if (low) return fmt::format(" {} {}", spec.lowExcluded ? ">" : ">=", boundText(spec, spec.low));
+  if (high) return fmt::format(" {} {}", spec.highExcluded ? "<" : "<=", boundText(spec, spec.high));
   return "";
 }
 

@@ -10,6 +10,30 @@ namespace packmesh::hemocell {
 using tinyxml2::XMLElement;
 namespace fs = std::filesystem;
 
+namespace {
+
+/// What is wrong with XML that is not well-formed.
+std::string faultOf(const tinyxml2::XMLDocument& document) {
+  switch (document.ErrorID()) {
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
+      return "an element is not closed by its own end tag";
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT:
+      return "expected a tag, <name ...> or </name>";
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
+      return "expected an attribute, name=\"value\"";
+    case tinyxml2::XML_ERROR_PARSING_COMMENT:
+      return "a comment does not end (-->)";
+    case tinyxml2::XML_ERROR_PARSING_TEXT:
+      return "text that does not stand between a tag and its end tag";
+    case tinyxml2::XML_ERROR_PARSING:
+      return "a tag is not closed before the end of the file";
+    default:
+      return document.ErrorName();
+  }
+}
+
+}  // namespace
+
 void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
   std::error_code ignored;
   if (fs::is_directory(file, ignored)) {
@@ -26,13 +50,9 @@ void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
       throw InputError(
           fmt::format("{}: is empty or no text; expected XML with the root <hemocell>", file.string()));
-    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
-      throw InputError(
-          fmt::format("{}:{}: is not well-formed XML: an element is not closed by its own end tag",
-                      file.string(), document.ErrorLineNum()));
     default:
-      throw InputError(fmt::format("{}:{}: is not well-formed XML ({})", file.string(),
-                                   document.ErrorLineNum(), document.ErrorName()));
+      throw InputError(fmt::format("{}:{}: is not well-formed XML: {}", file.string(),
+                                   document.ErrorLineNum(), faultOf(document)));
   }
 }
 

@@ -40,9 +40,10 @@ void checkFits(const Species& species, const Container& container, double wallCl
       room[k] -= 2.0 * wallClearance;
   const double thinnest = sortedSizes(boundingBox(species.shape->mesh()).size())[0];
   if (room.minCoeff() <= 0.5 * thinnest || species.shape->volume() > container.volume())
-    throw InputError("a cell of species '" + species.name + "' (" + number(2.0 * species.shape->radius()) +
-                     " µm wide, " + number(species.shape->volume()) + " µm³) is larger than the lumen (" +
-                     container.describe() + ")");
+    throw InputError(
+        "a cell of species '" + species.name + "' (" + number(2.0 * species.shape->radius()) + " µm wide, " +
+        number(species.shape->volume()) + " µm³) is larger than the lumen (" + container.describe() + ")" +
+        (wallClearance > 0.0 ? " less the clearance of " + number(wallClearance) + " µm to the wall" : ""));
 }
 
 }  // namespace

@@ -104,7 +104,9 @@ TEST_CASE("periodic ends: packed across them, and checked across them", "[execut
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   CHECK(lumenLine(ran.out).find("periodic along x") != std::string::npos);
-  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  const Ran checked = run(folder.path(), "check config.xml");
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("Verdict: clean; that HemoCell drops "));
 
   // 24 µm of tube at dx 0.5 µm are 51 nodes: the ends are at -0.25 and 25.25 µm.
   // No cell is thinner than 2.2 µm.
