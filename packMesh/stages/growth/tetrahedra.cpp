@@ -21,6 +21,9 @@ constexpr double blockedSphere = 2.0;
 /// A margin that was too small is enlarged so often, to what was needed and a little more.
 constexpr int marginTrials = 4;
 constexpr double marginExcess = 1.05;
+/// So small a share of the triangles may be cut through where mending it would take another run: growth steps
+/// back where that matters. Among 128 red cells there are none, among 512 there are 8 in 655360.
+constexpr double brokenShare = 1e-4;
 /// Constraining what is missing is given up after so many runs (one is enough, mostly).
 constexpr int sparseRounds = 5;
 /// Images have the same Steiner points after so many runs at most (two or three, mostly).
@@ -80,9 +83,10 @@ Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surface
 /// Constrains only the triangles that plain Delaunay tetrahedra will not respect, and those around them: most
 /// surfaces are unions of their faces anyway, and TetGen takes most of its time to make sure of it. What is
 /// missing all the same is constrained in the next run.
-/// @return whether all triangles are respected
+/// @return whether all triangles are respected, but for a few in 10000
 bool constrainWhatIsMissing(Run& run, TetgenFailure& failure) {
   const TetgenInput& all = run.tetgen;
+  const auto tolerated = static_cast<std::size_t>(brokenShare * static_cast<double>(all.triangles.size()));
   TetgenInput some = all;
   std::vector<char> chosen(all.triangles.size(), 0), near(all.points.size(), 0);
   std::vector<int> missing = likelyMissing(all.triangles, all.points);
@@ -104,7 +108,7 @@ bool constrainWhatIsMissing(Run& run, TetgenFailure& failure) {
     // A chosen one is respected, if cut up by new points.
     missing.erase(std::remove_if(missing.begin(), missing.end(), [&](int t) { return chosen[t]; }),
                   missing.end());
-    if (missing.empty()) return true;
+    if (missing.size() <= tolerated) return true;
   }
   return false;
 }
