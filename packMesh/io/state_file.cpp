@@ -42,7 +42,7 @@ const char* textOf(const RunPosition& position) {
 }
 
 /// The cells, one table a property.
-struct CellTables {
+struct CellTables {  // orientations as w, x, y, z, which ParaView takes
   std::vector<std::int64_t> id;
   std::vector<std::int32_t> species, deepInWall;
   std::vector<double> position, orientation, scale, extraWallClearance, overlap, moved;
@@ -68,7 +68,8 @@ CellTables tablesOf(const std::vector<BodyState>& cells) {
     tables.id.push_back(cell.id);
     tables.species.push_back(cell.species);
     tables.position.insert(tables.position.end(), cell.pose.position, cell.pose.position + 3);
-    tables.orientation.insert(tables.orientation.end(), cell.pose.orientation, cell.pose.orientation + 4);
+    const double* q = cell.pose.orientation;
+    tables.orientation.insert(tables.orientation.end(), {q[3], q[0], q[1], q[2]});
     tables.scale.push_back(cell.scale);
     tables.extraWallClearance.push_back(cell.extraWallClearance);
     tables.overlap.push_back(cell.overlap);
@@ -96,7 +97,8 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
     cell.id = tables.id[i];
     cell.species = tables.species[i];
     std::copy_n(&tables.position[3 * i], 3, cell.pose.position);
-    std::copy_n(&tables.orientation[4 * i], 4, cell.pose.orientation);
+    const double* q = &tables.orientation[4 * i];
+    for (int k = 0; k < 4; ++k) cell.pose.orientation[k] = q[(k + 1) % 4];
     cell.scale = tables.scale[i];
     cell.extraWallClearance = tables.extraWallClearance[i];
     cell.overlap = tables.overlap[i];
