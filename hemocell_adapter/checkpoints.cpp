@@ -44,7 +44,9 @@ void StateFiles::save(const PackingState& state) {
   try {
     writeState(*job_.stateFile, problem_, job_.commandWords, state);
     saved_ = true;
-    writeCompanion(state);
+    if (problem_.communicator.rank() == 0)
+      writeXdmf(std::filesystem::path(*job_.stateFile).replace_extension(".xdmf"), *job_.stateFile,
+                state.cellCount, problem_.species);
   } catch (const InputError& error) {
     log::warning(error.what());
   }
@@ -53,20 +55,6 @@ void StateFiles::save(const PackingState& state) {
                             job_.stateFile->string()));
   last_ = std::chrono::steady_clock::now();
   forgetCheckpointAsked();
-}
-
-void StateFiles::writeCompanion(const PackingState& state) const {
-  std::vector<std::int64_t> counts(problem_.species.size(), 0);
-  for (const BodyState& cell : state.cells) ++counts[cell.species];
-  problem_.communicator.sum(counts);
-  if (problem_.communicator.rank() != 0) return;
-  std::vector<XdmfSpecies> species;
-  for (std::size_t s = 0; s < counts.size(); ++s) {
-    const TriangleMesh& mesh = problem_.species[s].shape->mesh();
-    species.push_back({problem_.species[s].name, counts[s], std::int64_t(mesh.vertices.size()),
-                       std::int64_t(mesh.triangles.size())});
-  }
-  writeXdmf(std::filesystem::path(*job_.stateFile).replace_extension(".xdmf"), *job_.stateFile, species);
 }
 
 PackingState stateToContinue(const Job& job, const PackingProblem& problem) {

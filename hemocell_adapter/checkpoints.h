@@ -32,7 +32,6 @@ class StateFiles {
 
  private:
   void save(const PackingState& state);
-  void writeCompanion(const PackingState& state) const;
 
   const Job& job_;
   const PackingProblem& problem_;

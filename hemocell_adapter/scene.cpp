@@ -119,7 +119,8 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
                          std::function<void(const Progress&)> progress) {
   PackingProblem problem;
   for (const SceneSpecies& species : scene.species) {
-    problem.species.push_back({species.job.name, species.shape, species.count, species.wall});
+    problem.species.push_back(
+        {species.job.name, species.shape, species.count, species.wall, species.job.redCell});
   }
   problem.container = scene.lumen.container;
   problem.method = job.method;

@@ -1,51 +1,52 @@
 #!/usr/bin/env pvpython
-"""Shows the cells of a state file as meshes in ParaView.
+"""Shows the cells of a state file as meshes in ParaView (5.10 or later).
 
-pvpython paraview_cells.py state.xdmf [picture.png]   or   Tools > Python Shell > Run Script, which asks for no file:
-then the active source is taken. Each species' template mesh is drawn once per cell by "3D Glyphs" (ParaView 5.10).
+    pvpython paraview_cells.py state.xdmf picture.png [colour]
+
+renders a picture; colour: species (the default), gap, local_hematocrit, id, ... In ParaView itself: open the .xdmf file
+with "XDMF Reader", press Apply, then run this file in View > Python Shell: it takes the active source. Every species'
+mesh is drawn at its cells by the representation "3D Glyphs", so it is in memory only once.
 """
 import sys
 
-from paraview.simple import (ColorBy, CreateRenderView, ExtractBlock, GetActiveSource, GetActiveViewOrCreate, Render,
-                             ResetCamera, SaveScreenshot, Show, XDMFReader)
+from paraview.simple import (ColorBy, ExtractBlock, ExtractSurface, GetActiveSource, GetActiveViewOrCreate, Hide,
+                             Render, ResetCamera, SaveScreenshot, Show, XDMFReader)
 
 
-def names_of(source):
-    information = source.GetDataInformation().DataInformation
-    hierarchy = information.GetHierarchy()
-    return [hierarchy.GetNodeName(node) for node in hierarchy.GetChildNodes(0)]
-
-
-def show(source, view):
-    names = names_of(source)
-    for number, name in enumerate(names):
-        if name.endswith("_mesh") or name.endswith(" mesh") or number + 1 >= len(names):
-            continue
-        cells = ExtractBlock(Input=source, Selectors=["/Root/" + name])
-        mesh = ExtractBlock(Input=source, Selectors=["/Root/" + names[number + 1]])
-        display = Show(cells, view)
-        display.SetRepresentationType("3D Glyphs")
-        display.GlyphType = "Pipeline Connection"
-        display.GlyphType.Input = mesh
-        display.Orient = 1
-        display.OrientationMode = "Quaternion"
-        display.SelectOrientationVectors = "orientation"
-        display.Scaling = 1
-        display.ScaleMode = "Magnitude"
-        display.SelectScaleArray = "scale"
-        ColorBy(display, ("POINTS", "species"))
+def show(source, view, colour):
+    source.UpdatePipeline()
+    hierarchy = source.GetDataInformation().DataInformation.GetHierarchy()
+    names = [hierarchy.GetNodeName(node) for node in hierarchy.GetChildNodes(0)]
+    cells = ExtractBlock(Input=source, Selectors=["/Root/" + names[0]])
+    meshes = ExtractSurface(Input=ExtractBlock(Input=source, Selectors=["/Root/" + name for name in names[1:]]))
+    Hide(source, view)
+    display = Show(cells, view)
+    display.SetRepresentationType("3D Glyphs")
+    display.GlyphType = "Pipeline Connection"
+    display.GlyphType.Input = meshes
+    display.UseGlyphTable = display.UseCompositeGlyphTable = 1
+    display.GlyphTableIndexArray = "species"
+    display.Orient = 1
+    display.OrientationMode = "Quaternion"
+    display.SelectOrientationVectors = "orientation"
+    display.Scaling = 1
+    display.ScaleMode = "Magnitude"
+    display.SelectScaleArray = "scale"
+    ColorBy(display, ("POINTS", colour))
+    display.RescaleTransferFunctionToDataRange(True)
+    display.SetScalarBarVisibility(view, True)
 
 
 def main():
-    files = sys.argv[1:]
-    source = XDMFReader(FileNames=[files[0]]) if files else GetActiveSource()
-    source.UpdatePipeline()
-    view = CreateRenderView() if files else GetActiveViewOrCreate("RenderView")
-    show(source, view)
+    arguments = sys.argv[1:]
+    source = XDMFReader(FileNames=[arguments[0]]) if arguments else GetActiveSource()
+    view = GetActiveViewOrCreate("RenderView")
+    show(source, view, arguments[2] if len(arguments) > 2 else "species")
+    view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [3, -2, 2], [0, 0, 0], [0, 0, 1]
     ResetCamera(view)
     Render(view)
-    if len(files) > 1:
-        SaveScreenshot(files[1], view, ImageResolution=[1200, 900])
+    if len(arguments) > 1:
+        SaveScreenshot(arguments[1], view, ImageResolution=[1200, 900])
 
 
 main()

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include "packMesh/error.h"
 #include "packMesh/io/hdf5.h"
@@ -106,6 +107,13 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
     cell.deepInWall = tables.deepInWall[i] != 0;
   }
   return cells;
+}
+
+/// Calls visit(name, table) for both tables of measures.
+template <class Measures, class Visit>
+void forEachMeasure(Measures& measures, Visit&& visit) {
+  visit("gap", measures.gap);
+  visit("local_hematocrit", measures.localHematocrit);
 }
 
 /// Of rows of tables, wherever they are: the sum over all ranks tells whether any number has changed.
@@ -272,6 +280,12 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
     out.table(std::string("/cells/") + name, state.cellCount, columns, first, table);
     checksum.add(name, first, columns, table);
   });
+  forEachMeasure(state.measures, [&](const char* name, const std::vector<double>& known) {
+    std::vector<double> table = known;
+    table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
+    out.table(std::string("/cells/") + name, state.cellCount, 1, first, table);
+    checksum.add(name, first, 1, table);
+  });
   const CellTables best = tablesOf(state.growth.best);
   forEachTable(best, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/growth/best/") + name, columns, table);
@@ -353,6 +367,10 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem, Chec
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
     checksum.add(name, from, columns, table);
+  });
+  forEachMeasure(state.measures, [&, from = first, count = end - first](const char* name, auto& table) {
+    table = in.table<double>(std::string("/cells/") + name, 1, from, count);
+    checksum.add(name, from, 1, table);
   });
   CellTables best;
   forEachTable(best, [&](const char* name, int columns, auto& table) {

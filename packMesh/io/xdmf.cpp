@@ -1,114 +1,105 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/xdmf.h"
 
-#include <fstream>
-#include <numeric>
-#include <sstream>
+#include <tinyxml2.h>
 
 #include "packMesh/error.h"
 
 namespace packmesh {
 namespace {
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  return out;
-}
-
-/// A table of a state file, or rows of one.
-struct Table {
-  const char* numbers;  ///< kind and size of them, as XDMF tells
-  std::string path;
-  int columns;
+/// Kind and size of numbers in a state file, as XDMF tells.
+struct Numbers {
+  const char *type, *bytes;
 };
+constexpr Numbers real{"Float", "8"}, wide{"Int", "8"}, whole{"Int", "4"};
 
-constexpr char real[] = "NumberType=\"Float\" Precision=\"8\"";
-constexpr char wholeLong[] = "NumberType=\"Int\" Precision=\"8\"";
-constexpr char whole[] = "NumberType=\"Int\" Precision=\"4\"";
-
-class Xdmf {
+class Writer {
  public:
-  explicit Xdmf(std::string heavy) : heavy_(std::move(heavy)) {}
+  Writer(std::FILE* file, std::string stateFile) : xml_(file), stateFile_(std::move(stateFile)) {}
 
-  std::string all(const Table& table, std::int64_t rows) const {
-    std::ostringstream out;
-    out << "<DataItem Dimensions=\"" << size(rows, table.columns) << "\" " << table.numbers << " Format=\"HDF\">"
-        << escaped(heavy_) << ":" << table.path << "</DataItem>";
-    return out.str();
-  }
-  std::string rows(const Table& table, std::int64_t first, std::int64_t count, std::int64_t of) const {
-    const int rank = table.columns == 1 ? 1 : 2;
-    std::ostringstream out;
-    out << "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" << size(count, table.columns) << "\" "
-        << table.numbers << "><DataItem Dimensions=\"3 " << rank << "\" Format=\"XML\">";
-    if (rank == 1)
-      out << first << " 1 " << count;
-    else
-      out << first << " 0 1 1 " << count << " " << table.columns;
-    out << "</DataItem>" << all(table, of) << "</DataItem>";
-    return out.str();
+  void write(std::int64_t cells, const std::vector<Species>& species) {
+    xml_.PushHeader(false, true);
+    xml_.OpenElement("Xdmf");
+    xml_.PushAttribute("Version", "3.0");
+    xml_.OpenElement("Domain");
+    if (cells > 0) writeCells(cells);
+    for (std::size_t s = 0; s < species.size(); ++s)
+      writeMesh(species[s].name + "_mesh", "/species/" + std::to_string(s), species[s].shape->mesh());
+    xml_.CloseElement();
+    xml_.CloseElement();
   }
 
  private:
-  static std::string size(std::int64_t rows, int columns) {
-    return std::to_string(rows) + (columns == 1 ? "" : " " + std::to_string(columns));
+  void openGrid(const std::string& name, const char* topology, std::int64_t elements) {
+    xml_.OpenElement("Grid");
+    xml_.PushAttribute("Name", name.c_str());
+    xml_.PushAttribute("GridType", "Uniform");
+    xml_.OpenElement("Topology");
+    xml_.PushAttribute("TopologyType", topology);
+    xml_.PushAttribute("NumberOfElements", elements);
   }
-  std::string heavy_;
+  void openGeometry() {
+    xml_.OpenElement("Geometry");
+    xml_.PushAttribute("GeometryType", "XYZ");
+  }
+  void table(const std::string& path, const Numbers& numbers, std::int64_t rows, int columns) {
+    const std::string size = std::to_string(rows) + (columns > 1 ? " " + std::to_string(columns) : "");
+    xml_.OpenElement("DataItem");
+    xml_.PushAttribute("Dimensions", size.c_str());
+    xml_.PushAttribute("NumberType", numbers.type);
+    xml_.PushAttribute("Precision", numbers.bytes);
+    xml_.PushAttribute("Format", "HDF");
+    xml_.PushText((stateFile_ + ":" + path).c_str());
+    xml_.CloseElement();
+  }
+
+  void writeCells(std::int64_t cells) {
+    openGrid("cells", "Polyvertex", cells);
+    xml_.CloseElement();
+    openGeometry();
+    table("/cells/position", real, cells, 3);
+    xml_.CloseElement();
+    const auto attribute = [&](const char* name, const char* kind, const Numbers& numbers, int columns) {
+      xml_.OpenElement("Attribute");
+      xml_.PushAttribute("Name", name);
+      xml_.PushAttribute("AttributeType", kind);
+      xml_.PushAttribute("Center", "Node");
+      table(std::string("/cells/") + name, numbers, cells, columns);
+      xml_.CloseElement();
+    };
+    attribute("id", "Scalar", wide, 1);
+    attribute("species", "Scalar", whole, 1);
+    attribute("orientation", "Matrix", real, 4);
+    for (const char* name : {"scale", "overlap", "gap", "local_hematocrit"})
+      attribute(name, "Scalar", real, 1);
+    xml_.CloseElement();
+  }
+
+  void writeMesh(const std::string& name, const std::string& path, const TriangleMesh& mesh) {
+    const auto triangles = static_cast<std::int64_t>(mesh.triangles.size());
+    openGrid(name, "Triangle", triangles);
+    table(path + "/triangles", whole, triangles, 3);
+    xml_.CloseElement();
+    openGeometry();
+    table(path + "/vertices", real, static_cast<std::int64_t>(mesh.vertices.size()), 3);
+    xml_.CloseElement();
+    xml_.CloseElement();
+  }
+
+  tinyxml2::XMLPrinter xml_;
+  std::string stateFile_;
 };
 
 }  // namespace
 
-void writeXdmf(const std::filesystem::path& file, const std::filesystem::path& stateFile,
-               const std::vector<XdmfSpecies>& species) {
-  const Xdmf xdmf(stateFile.filename().string());
-  const std::int64_t all = std::accumulate(species.begin(), species.end(), std::int64_t(0),
-                                           [](std::int64_t n, const XdmfSpecies& s) { return n + s.cells; });
-  std::ofstream out(file, std::ios::binary);
-  out << "<?xml version=\"1.0\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"3.0\">\n<Domain>\n";
-  std::int64_t first = 0;
-  for (std::size_t s = 0; s < species.size(); ++s) {
-    const XdmfSpecies& of = species[s];
-    if (of.cells == 0) continue;
-    out << "<Grid Name=\"" << escaped(of.name) << "\" GridType=\"Uniform\">\n"
-        << "<Topology TopologyType=\"Polyvertex\" NumberOfElements=\"" << of.cells << "\"/>\n"
-        << "<Geometry GeometryType=\"XYZ\">" << xdmf.rows({real, "/cells/position", 3}, first, of.cells, all)
-        << "</Geometry>\n";
-    const auto attribute = [&](const char* name, const char* kind, const Table& table) {
-      out << "<Attribute Name=\"" << name << "\" AttributeType=\"" << kind << "\" Center=\"Node\">"
-          << xdmf.rows(table, first, of.cells, all) << "</Attribute>\n";
-    };
-    attribute("id", "Scalar", {wholeLong, "/cells/id", 1});
-    attribute("species", "Scalar", {whole, "/cells/species", 1});
-    attribute("orientation", "Matrix", {real, "/cells/orientation", 4});
-    attribute("scale", "Scalar", {real, "/cells/scale", 1});
-    attribute("overlap", "Scalar", {real, "/cells/overlap", 1});
-    out << "</Grid>\n";
-    const std::string path = "/species/" + std::to_string(s);
-    out << "<Grid Name=\"" << escaped(of.name) << " mesh\" GridType=\"Uniform\">\n"
-        << "<Topology TopologyType=\"Triangle\" NumberOfElements=\"" << of.triangles << "\">"
-        << xdmf.all({whole, path + "/triangles", 3}, of.triangles) << "</Topology>\n"
-        << "<Geometry GeometryType=\"XYZ\">" << xdmf.all({real, path + "/vertices", 3}, of.vertices)
-        << "</Geometry>\n</Grid>\n";
-    first += of.cells;
-  }
-  out << "</Domain>\n</Xdmf>\n";
-  if (!out.flush()) throw InputError(file.string() + ": cannot be written");
+void writeXdmf(const std::filesystem::path& file, const std::filesystem::path& stateFile, std::int64_t cells,
+               const std::vector<Species>& species) {
+  std::FILE* const out = std::fopen(file.c_str(), "w");
+  if (out != nullptr) Writer(out, stateFile.filename().string()).write(cells, species);
+  const bool good = out != nullptr && std::ferror(out) == 0;
+  if ((out != nullptr && std::fclose(out) != 0) || !good)
+    throw InputError(file.string() + ": cannot be written");
 }
 
 }  // namespace packmesh

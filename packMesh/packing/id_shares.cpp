@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/id_shares.h"
 
-#include <algorithm>
-
 namespace packmesh {
 
 std::pair<std::int64_t, std::int64_t> IdShares::of(int rank) const {
@@ -12,17 +10,9 @@ std::pair<std::int64_t, std::int64_t> IdShares::of(int rank) const {
 }
 
 std::vector<BodyState> IdShares::collect(const std::vector<Body>& bodies) const {
-  std::vector<std::vector<BodyState>> to(communicator_.size());
-  int rank = 0;
-  for (const Body& body : bodies) {
-    while (body.id >= of(rank).second) ++rank;
-    to[rank].push_back(stateOf(body));
-  }
-  std::vector<BodyState> mine;
-  for (std::vector<BodyState>& states : communicator_.exchange(to))
-    mine.insert(mine.end(), states.begin(), states.end());
-  std::sort(mine.begin(), mine.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
-  return mine;
+  std::vector<BodyState> states;
+  for (const Body& body : bodies) states.push_back(stateOf(body));
+  return collect(states);
 }
 
 }  // namespace packmesh

@@ -2,6 +2,7 @@
 /// @file Cells shared out among the ranks by their numbers, as they are placed and given back.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -24,6 +25,22 @@ class IdShares {
   /// What this rank has when each brings `bodies`, sorted by id, each on one rank: those of its share, sorted
   /// by id. All ranks call it.
   std::vector<BodyState> collect(const std::vector<Body>& bodies) const;
+
+  /// The same for anything plain with an `id`.
+  template <class T>
+  std::vector<T> collect(const std::vector<T>& items) const {
+    std::vector<std::vector<T>> to(communicator_.size());
+    int rank = 0;
+    for (const T& item : items) {
+      while (item.id >= of(rank).second) ++rank;
+      to[rank].push_back(item);
+    }
+    std::vector<T> mine;
+    for (const std::vector<T>& some : communicator_.exchange(to))
+      mine.insert(mine.end(), some.begin(), some.end());
+    std::sort(mine.begin(), mine.end(), [](const T& a, const T& b) { return a.id < b.id; });
+    return mine;
+  }
 
  private:
   std::int64_t cells_;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "packMesh/error.h"
+#include "packMesh/packing/cell_measures.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/regrown_cells.h"
@@ -64,7 +65,10 @@ class Run {
     while (!at_.thinning && !resolved && relaxed(relaxation)) resolved = certified(relaxation);
     if (!resolved && !interrupted_) thinOut(relaxation);
     if (problem_.checkpoints) {
-      if (!interrupted_) keepState(relaxation);
+      if (!interrupted_) {
+        keepState(relaxation);
+        measure(relaxation);
+      }
       problem_.checkpoints->save(kept_);
     }
     result_.outcome = interrupted_ ? Outcome::interrupted
@@ -144,6 +148,27 @@ class Run {
     kept_.cells = shares_.collect(relaxation.cells());
     const auto& due = problem_.checkpoints->due;
     if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
+  }
+
+  /// Measures the cells of the state that is kept.
+  void measure(Relaxation& relaxation) {
+    written_.take(relaxation);
+    const CertificateInput input = written_.certificateInput();
+    const CellMeasures measured = measureCells(problem_, input);
+    struct Measure {
+      std::int64_t id;
+      double gap, localHematocrit;
+    };
+    std::vector<Measure> own;
+    for (std::size_t i = 0; i < input.own->size(); ++i)
+      if ((*input.own)[i])
+        own.push_back({written_.ids()[i], measured.gap[own.size()], measured.localHematocrit[own.size()]});
+    kept_.measures = {};
+    for (const Measure& m : shares_.collect(own)) {
+      kept_.measures.gap.push_back(m.gap);
+      kept_.measures.localHematocrit.push_back(m.localHematocrit);
+    }
+    written_ = WrittenCells(problem_);
   }
 
   /// Whether all contacts could be resolved within the limits.

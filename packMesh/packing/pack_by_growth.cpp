@@ -5,6 +5,7 @@
 #include <chrono>
 #include <utility>
 
+#include "packMesh/packing/cell_measures.h"
 #include "packMesh/packing/growth_scene.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/stages/growth/growth.h"
@@ -60,7 +61,10 @@ class GrowthRun {
     if (!ended && problem_.escape && (!grown || !problem_.escape->stock.empty()) && !stopped())
       grown = escapeFrom(best);
     if (problem_.checkpoints) {
-      if (!interrupted_) keepState(Stage::certificate, best);
+      if (!interrupted_) {
+        keepState(Stage::certificate, best);
+        measure(best);
+      }
       problem_.checkpoints->save(kept_);
     }
     result_.outcome = interrupted_ ? Outcome::interrupted : grown ? Outcome::certified : Outcome::outOfReach;
@@ -197,16 +201,31 @@ class GrowthRun {
     const CellShares shares(centres, ranks);
     std::vector<bool> own;
     for (const std::int64_t cell : numbers) own.push_back(shares.own(cell));
+    result_.certificate = ofAllRanks(certify(certificateInput(result_.cells, own)), numbers, ranks);
+    keepShare();
+  }
+
+  /// References its arguments.
+  CertificateInput certificateInput(const std::vector<PlacedCell>& cells,
+                                    const std::vector<bool>& own) const {
     CertificateInput input;
     input.own = &own;
     input.shapes = scene_.shapes;
     input.walls = scene_.walls;
     input.container = scene_.container;
-    input.cells = &result_.cells;
+    input.cells = &cells;
     input.requiredGap = scene_.clearance;
     input.requiredWallGap = scene_.wallClearance;
-    result_.certificate = ofAllRanks(certify(input), numbers, ranks);
-    keepShare();
+    return input;
+  }
+
+  /// Measures the cells of the state that is kept.
+  void measure(const GrowthState& state) {
+    const std::vector<PlacedCell> cells = placed(state);
+    std::vector<bool> own(cells.size(), false);
+    const auto [first, end] = IdShares(kept_.cellCount, problem_.communicator).own();
+    std::fill(own.begin() + first, own.begin() + end, true);
+    kept_.measures = measureCells(problem_, certificateInput(cells, own));
   }
 
   TetrahedraSums tetrahedraOfAllRanks() const {

@@ -27,6 +27,7 @@ struct Species {
   std::int64_t count = 0;
   /// The wall as this species meets it; nullptr: the container's own.
   std::shared_ptr<const Wall> wall;
+  bool inHematocrit = true;  ///< its volume is part of the hematocrit
 };
 
 /// When to give up.

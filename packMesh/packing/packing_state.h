@@ -39,7 +39,14 @@ struct GrowthPosition {
   std::vector<BodyState> best;  ///< of earlier attempts
 };
 
-/// The same on all ranks but for `cells`. Plain data. It does not depend on the number of ranks.
+/// Of cells, for people to look at; empty: not measured. See measureCells().
+struct CellMeasures {
+  std::vector<double> gap;              ///< to the nearest other membrane [µm]
+  std::vector<double> localHematocrit;  ///< volume fraction of red cells around it
+};
+
+/// The same on all ranks but for `cells` and `measures`. Plain data. It does not depend on the number of
+/// ranks.
 struct PackingState {
   RunPosition position;
   std::int64_t repairs = 0;  ///< rounds so far
@@ -49,6 +56,7 @@ struct PackingState {
   GrowthPosition growth;                                                   ///< with Method::cat
   std::int64_t cellCount = 0;                                              ///< on all ranks
   std::vector<BodyState> cells;  ///< of this rank, sorted by id; no cell on two ranks
+  CellMeasures measures;         ///< of these cells, when the run has ended
 };
 
 /// How a run is kept, so that another one can go on with it.
