@@ -5,8 +5,8 @@ scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model ...]
 
   sizes   cost per cell at 0.45 from 1,000 to 1,000,000 cells on one rank
   ranks   100,000 cells at 0.45 on 1, 2, 4 and 8 ranks, runs interleaved, medians
-  model   measures 13,000 and 100,000 cells on 1, 2, 4 and 8 ranks, prints what the model says of them, and its
-          prediction for up to 1,024 ranks and 10^9 cells (docs/scaling.md)
+  model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, prints what the model says of them, and its
+          predictions for up to 1,024 ranks and 10^9 cells (docs/scaling.md)
 
 Without a name: ranks and model. Tables are Markdown.
 """
@@ -22,10 +22,12 @@ import time
 
 HEMATOCRIT, CELL_VOLUME = 0.45, 81.1163  # [1], [µm³]
 CORES = os.cpu_count() or 1
-# The network that predictions are for: what MPI gives on an InfiniBand cluster.
-LATENCY, BANDWIDTH = 2e-6, 1e10  # [s], [byte/s] per rank
-WRITING = 1e9  # [byte/s] of a parallel file system, all ranks together
-LINE = 70  # [byte] of a .pos file
+# The network that predictions are for: what 64 ranks of a node have of 200 Gbit/s InfiniBand.
+LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
+MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
+WRITING = 5e8  # [byte/s]: .pos files go through the first rank
+LINE = 115  # [byte] of a .pos file
+REDUCTIONS = 3  # per sweep, over all ranks
 
 
 class Run:
@@ -95,66 +97,76 @@ def ranks(program, repeats):
 
 
 class Model:
-    """Wall time of a packing from what one rank measures and what two send.
+    """Wall time of a packing; docs/scaling.md has the formula with its reasons.
 
-    cells, ranks -> start + cells/ranks (work + ghosts (cells/ranks)^(-1/3)) imbalance
-                    + sweeps (messages latency + bytes / bandwidth + reductions log2(ranks) latency) + writing
+    Work per cell is measured on one rank; the bytes that ranks exchange on two.
     """
 
-    COLOURS, REDUCTIONS, NEIGHBOURS = 8, 3, 26
-
     def __init__(self, alone, shared, start):
+        """alone: runs on one rank, of several sizes; shared: the same on two ranks."""
         self.start = start
-        self.sweeps = median(alone, "sweeps")
-        cells = alone[0].cells
-        self.work = (median(alone, "wall") - start) / cells  # [s per cell]
-        pair = shared[0]
-        own = pair.cells / pair.ranks
-        # A periodic box on two ranks meets the other on 2 of 6 faces of a half as long block.
-        self.faces = 4.0 * own ** (2 / 3) * (own * 2 / pair.cells) ** (1 / 3)
-        self.bytes_per_face_cell = 1e3 * median(shared, "kilobytes") / self.surface(own, 2, pair.cells)
-        self.imbalance = 1.03
+        logs = [math.log10(runs[0].cells) for runs in alone]
+        sweeps = [median(runs, "sweeps") for runs in alone]
+        mean = sum(logs) / len(logs)
+        self.slope = sum((x - mean) * y for x, y in zip(logs, sweeps)) / sum((x - mean) ** 2 for x in logs)
+        self.offset = sum(sweeps) / len(sweeps) - self.slope * mean
+        largest = alone[-1]
+        cells = largest[0].cells
+        self.per_sweep = median(largest, "relaxation") / (cells * median(largest, "sweeps"))  # [s per cell]
+        self.once = (median(largest, "wall") - median(largest, "relaxation") - start) / cells  # [s per cell]
+        pair = shared[-1]
+        # Two ranks in a periodic box meet at two faces, of a full cross-section each.
+        self.bytes_per_face_cell = 1e3 * median(pair, "kilobytes") / (2 * pair[0].cells ** (2 / 3))
+        self.messages_per_neighbour = median(pair, "messages")
 
-    @staticmethod
-    def surface(own, n, cells):
-        """Cells in a layer of one cell's width on the faces towards other ranks."""
-        edge = cells ** (1 / 3)
-        return 2 * edge ** 2 if n == 2 else 6 * own ** (2 / 3)
+    def sweeps(self, cells):
+        return self.offset + self.slope * math.log10(cells)
 
-    def seconds(self, cells, n, latency=LATENCY, bandwidth=BANDWIDTH, writing=WRITING):
-        own = cells / n
-        compute = own * self.work * (self.imbalance if n > 1 else 1.0)
+    def seconds(self, cells, n, cores=None, network=(LATENCY, BANDWIDTH), writing=WRITING):
+        """Of computing, of exchange between ranks, of writing [s]; `cores`: on how many the ranks share."""
+        sweeps = self.sweeps(cells)
+        compute = self.start + cells / min(n, cores or n) * (self.once + sweeps * self.per_sweep)
         if n == 1:
-            return self.start + compute, 0.0
-        surface = self.surface(own, n, cells)
-        messages = self.COLOURS * min(n - 1, self.NEIGHBOURS)
-        per_sweep = (messages + self.REDUCTIONS * math.log2(n)) * latency
-        per_sweep += surface * self.bytes_per_face_cell / bandwidth
-        return self.start + compute + cells * LINE / writing, self.sweeps * per_sweep
+            return compute, 0.0, 0.0
+        latency, bandwidth = network
+        neighbours = 1 if n == 2 else min(n - 1, 26)
+        faces = 2 * cells ** (2 / 3) if n == 2 else 6 * (cells / n) ** (2 / 3)
+        per_sweep = self.messages_per_neighbour * neighbours * latency + REDUCTIONS * math.ceil(math.log2(n)) * latency
+        per_sweep += faces * self.bytes_per_face_cell / bandwidth
+        return compute, sweeps * per_sweep, cells * LINE / writing
 
 
 def model(program, repeats):
-    small, large = 13000, 100000
-    cases = [(c, n) for c in (small, large) for n in (1, 2, 4, 8)]
+    small, middle, large = 1000, 10000, 100000
+    cases = [(small, 1), (small, 2)] + [(c, n) for c in (middle, large) for n in (1, 2, 4, 8)]
     runs = interleaved(program, cases, repeats)
-    start = max(0.0, median(runs[small, 2], "wall") - median(runs[small, 2], "cpu"))
-    of = Model(runs[large, 1], runs[large, 2], start)
-    print(f"Measured: {1e6 * of.work:.1f} µs of work per cell, {of.sweeps:.0f} sweeps, "
-          f"{of.bytes_per_face_cell:.0f} bytes per sweep and cell of the faces, {start:.2f} s to start.\n")
-    print("| cells | ranks | measured [s] | model [s] |\n| --- | --- | --- | --- |")
+    start = max(0.0, median(runs[small, 2], "wall") - median(runs[small, 1], "wall") / 2)
+    of = Model([runs[c, 1] for c in (small, middle, large)], [runs[c, 2] for c in (middle, large)], start)
+    print(f"Measured: {1e6 * of.per_sweep:.2f} µs per cell and sweep, {1e6 * of.once:.0f} µs per cell once, "
+          f"{of.offset:.1f} + {of.slope:.1f} log10(cells) sweeps, {of.bytes_per_face_cell:.0f} bytes per sweep and cell "
+          f"at the faces, {of.messages_per_neighbour:.0f} messages per sweep and neighbour, {of.start:.2f} s to start.\n")
+    print("| cells | ranks | measured [s] | model [s] | model / measured |\n| --- | --- | --- | --- | --- |")
     for cells, n in cases:
-        # Ranks that share cores take turns; messages are copies in memory.
-        compute, talk = of.seconds(cells, min(n, CORES), latency=1e-6, bandwidth=5e9)
-        print(f"| {cells:,} | {n} | {median(runs[cells, n], 'wall'):.2f} | {compute + talk:.2f} |")
-    print("\n| cells | ranks | compute [s] | talk [s] | all [s] | efficiency |\n| --- | --- | --- | --- | --- | --- |")
-    for cells in (10 ** 6, 10 ** 7, 10 ** 8, 10 ** 9):
-        for n in (16, 64, 256, 1024):
-            if cells / n > 4e6 or cells / n < 900:
-                continue
-            compute, talk = of.seconds(cells, n)
-            alone = of.seconds(cells, 1)[0]
-            print(f"| {cells:,} | {n} | {compute:.1f} | {talk:.2f} | {compute + talk:.1f} "
-                  f"| {alone / (n * (compute + talk)):.2f} |")
+        told = sum(of.seconds(cells, n, CORES, network=MEMORY)[:2])
+        wall = median(runs[cells, n], "wall")
+        print(f"| {cells:,} | {n} | {wall:.2f} | {told:.2f} | {told / wall:.2f} |")
+
+    def row(cells, n):
+        compute, exchange, writing = of.seconds(cells, n)
+        total = compute + exchange + writing
+        alone = of.seconds(cells, 1)[0]
+        print(f"| {cells:,} | {n:,} | {compute:.1f} | {exchange:.2f} | {writing:.1f} | {total:.1f} "
+              f"| {alone / (n * total):.2f} |")
+
+    head = ("| cells | ranks | computing [s] | exchange [s] | writing [s] | all [s] | efficiency |\n"
+            "| --- | --- | --- | --- | --- | --- | --- |")
+    print(f"\nStrong scaling:\n\n{head}")
+    for cells in (10 ** 6, 10 ** 8):
+        for n in (1, 4, 16, 64, 256, 1024):
+            row(cells, n)
+    print(f"\nWeak scaling, 10^6 cells a rank:\n\n{head}")
+    for n in (1, 4, 16, 64, 256, 1000, 1024):
+        row(n * 10 ** 6, n)
     print()
 
 

@@ -78,7 +78,7 @@ TEST_CASE("The local hematocrit counts red cells alone, per volume of lumen") {
 
 TEST_CASE("The local hematocrit tells dense regions from empty ones, and leaves out what is not lumen") {
   PackingProblem problem;
-  problem.container = makeCylinder(2, {0.0, 0.0, 0.0}, 8.0, 60.0, true);
+  problem.container = makeCylinder({0.0, 0.0, 30.0}, 2, 8.0, 60.0, true);
   problem.species = {{"RBC", test::redCellShape(), 9, nullptr}};
   std::vector<PlacedCell> cells;
   for (int i = 0; i < 8; ++i) cells.push_back(at(0, {0.0, 0.0, 2.0 + 2.5 * (i % 8)}));
