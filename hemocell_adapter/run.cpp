@@ -50,6 +50,13 @@ void requireWritable(const fs::path& folder) {
   }
 }
 
+void makeFolder(const fs::path& folder) {
+  std::error_code error;
+  if (!folder.empty()) fs::create_directories(folder, error);
+  if (error)
+    throw OutputError(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
+}
+
 void requireReplaceableFiles(const Job& job, const Scene& scene) {
   for (const SceneSpecies& species : scene.species) {
     if (species.count == 0) continue;
@@ -117,13 +124,7 @@ void write(const Job& job, const Scene& scene, const PackingResult& result,
       }
     });
   };
-  onFirst([&] {
-    std::error_code error;
-    fs::create_directories(job.outputDirectory, error);
-    if (error)
-      throw InputError(
-          fmt::format("{}: the folder cannot be made: {}", job.outputDirectory.string(), error.message()));
-  });
+  onFirst([&] { makeFolder(job.outputDirectory); });
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     if (scene.species[s].count == 0) continue;
     std::vector<PosLine> lines;
@@ -253,6 +254,7 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   ProgressLog progress;
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
+  if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
   StateFiles states(job, problem);
   if (job.stateFile) problem.checkpoints = states.checkpoints();
   if (job.restart) problem.resume = stateToContinue(job, problem);

@@ -114,7 +114,8 @@ class Measuring {
  private:
   const PlacedCell& cell(std::int64_t i) const { return (*input_.cells)[i]; }
 
-  /// Lowers `least` to the distance from the samples of `sampled` to the surface of `other`, moved by `shift`.
+  /// Lowers `least` to the distance from the samples of `sampled` to the surface of `other`, moved by
+  /// `shift`.
   void lookFrom(const PlacedCell& sampled, const PlacedCell& other, const Vec3& shift, double& least) const {
     const double scale = std::cbrt(std::abs(other.placement.linear.determinant()));
     const Mat3 back = other.placement.linear.inverse();

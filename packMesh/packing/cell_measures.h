@@ -14,10 +14,11 @@ constexpr double farthestGap = 1.0;
 
 /// Measures of a rank's own cells, in their order among all cells of `input`. All ranks call.
 ///
-/// The gap is the least distance from the sample points of one cell to the smooth surface of the other, either
-/// way, over all others and images; no more than the spacing of the samples above the true one, negative where
-/// they overlap. The local hematocrit is the volume fraction of red cells (Species::inHematocrit) in the part of
-/// the lumen around the cell: in those boxes of about 10 µm in which its volume lies.
+/// The gap is the least distance from the sample points of one cell to the smooth surface of the other,
+/// either way, over all others and images; no more than the spacing of the samples above the true one,
+/// negative where they overlap. The local hematocrit is the volume fraction of red cells
+/// (Species::inHematocrit) in the part of the lumen around the cell: in those boxes of about 10 µm in which
+/// its volume lies.
 /// @param input cells of full size, those of this rank and copies of others around them
 CellMeasures measureCells(const PackingProblem& problem, const CertificateInput& input);
 

@@ -153,6 +153,16 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
   REQUIRE(check.exitCode == int(ExitCode::usage));
 }
 
+TEST_CASE("a state's folder is made, and its companion with it") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  REQUIRE(ran.err.empty());
+  REQUIRE(readStateHead(folder.path() / "a/b/state.h5").cells > 10);
+  REQUIRE_THAT(readText(folder.path() / "a/b/state.xdmf"), Contains("state.h5:/cells/gap"));
+}
+
 TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "state.h5", "not HDF5");

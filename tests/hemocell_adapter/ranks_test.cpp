@@ -22,7 +22,7 @@ std::string onRanks(int ranks) {
 
 std::string filesOf(const fs::path& folder) {
   std::string text;
-  for (const char* name : {"RBC.pos", "PLT.pos", "cells.pov"})
+  for (const char* name : {"RBC.pos", "PLT.pos", "cells.pov", "state.h5", "state.xdmf"})
     if (fs::exists(folder / name)) text += name + ("\n" + readText(folder / name));
   return text;
 }
@@ -52,10 +52,16 @@ TEST_CASE("under mpirun the files and what is said are the same on 1, 2, 3, 4 an
     bool isCase;
   };
   for (const Example& example :
-       {Example{"config.xml --hematocrit 0.3 --plt_ratio 0.1 --pov", true},
+       {Example{"config.xml --hematocrit 0.3 --plt_ratio 0.1 --pov --state state.h5", true},
         Example{"config.xml --hematocrit 0.5 --max-iterations 10 --best-effort", true},
         Example{"60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5", false},
-        Example{"80 30 30 --hematocrit 0.3 --keep-all", false}}) {
+        Example{"80 30 30 --hematocrit 0.3 --keep-all --state state.h5", false},
+        Example{"--cylinder z 10 80 --hematocrit 0.35 --state state.h5", false},
+        Example{"18 18 18 --hematocrit 0.25 --method cat --state state.h5", false},
+        Example{"12 12 12 --rbc 4 --plt 2 --method cat --builder tetgen --state state.h5", false},
+        Example{"config.xml --rbc 3 --method cat --builder cat-faces --state state.h5", true},
+        Example{"10 10 10 --rbc 7 --method cat --escape --max-iterations 60 --best-effort --state state.h5",
+                false}}) {
     CAPTURE(example.arguments);
     std::string files, story;
     for (const int ranks : {1, 2, 3, 4, 8}) {

@@ -49,7 +49,7 @@ class TetgenPlanes {
 
   /// As many as fit without the cells around them, which take part in several regions, being most of the
   /// work.
-  static constexpr int defaultCellsOfRegion = 250;
+  static constexpr int defaultCellsOfRegion = 400;
 
   /// Pre: no two cells overlap
   PlaneConstraints operator()(const GrowthState& state, const PlaneRequest& request);

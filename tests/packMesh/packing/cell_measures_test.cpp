@@ -56,9 +56,8 @@ TEST_CASE("The gap of overlapping cells is negative, that of grown ones measured
   PackingProblem problem;
   problem.container = test::periodicCube(30.0);
   problem.species = {{"ball", test::sphereShape(1.0), 4, nullptr}};
-  const CellMeasures found =
-      measured(problem, {at(0, {5.0, 5.0, 5.0}), at(0, {6.5, 5.0, 5.0}), at(0, {20.0, 5.0, 5.0}, 2.0),
-                         at(0, {23.5, 5.0, 5.0})});
+  const CellMeasures found = measured(problem, {at(0, {5.0, 5.0, 5.0}), at(0, {6.5, 5.0, 5.0}),
+                                                at(0, {20.0, 5.0, 5.0}, 2.0), at(0, {23.5, 5.0, 5.0})});
   REQUIRE(found.gap[0] < -0.45);
   REQUIRE(found.gap[0] == found.gap[1]);
   REQUIRE(found.gap[2] == Approx(0.5).margin(0.03));
