@@ -46,6 +46,27 @@ void checkFits(const Species& species, const Container& container, double wallCl
         (wallClearance > 0.0 ? " less the clearance of " + number(wallClearance) + " µm to the wall" : ""));
 }
 
+/// Cells that keep a clearance c stay disjoint when each is grown by c/2, and then lie in the lumen grown by
+/// c/2. By the inequality of Brunn and Minkowski a body of volume V grown by r has at least the volume of the
+/// ball of volume V grown by r.
+void checkRoomForClearance(const PackingProblem& problem) {
+  if (problem.clearance == 0.0) return;
+  const double grown = 0.5 * problem.clearance, unitBall = 4.0 / 3.0 * std::acos(-1.0);
+  std::int64_t count = 0;
+  double needed = 0.0, room = 1.0;
+  for (const Species& species : problem.species) {
+    count += species.count;
+    needed += double(species.count) *
+              std::pow(std::cbrt(species.shape->volume()) + std::cbrt(unitBall) * grown, 3.0);
+  }
+  const Vec3 lumen = problem.container->bounds().size(), period = problem.container->period();
+  for (int k = 0; k < 3; ++k)
+    room *= period[k] > 0.0 ? period[k] : lumen[k] - 2.0 * problem.wallClearance + 2.0 * grown;
+  if (count > 1 && needed > room)
+    throw InputError(std::to_string(count) + " cells " + number(problem.clearance) +
+                     " µm apart need a lumen larger than " + problem.container->describe());
+}
+
 }  // namespace
 
 double cellVolume(const PackingProblem& problem) {
@@ -70,6 +91,7 @@ void validate(const PackingProblem& problem) {
   if (cells >= lumen)
     throw InputError("the cells have more volume than the lumen: " + number(cells) + " of " + number(lumen) +
                      " µm³");
+  checkRoomForClearance(problem);
 }
 
 }  // namespace packmesh
