@@ -52,7 +52,8 @@ PolygonSoup readStl(const std::string& content, const std::filesystem::path& fil
   if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
   const std::uint64_t binarySize = 84 + 50 * std::uint64_t(count);
   if (content.size() >= 84 && content.size() == binarySize) return readBinaryStl(content);
-  if (startsWithWord(content, "solid")) return readTextStl(content, file);
+  const bool brokenBinary = content.size() >= 84 && content.find('\0') != std::string::npos;
+  if (startsWithWord(content, "solid") && !brokenBinary) return readTextStl(content, file);
   if (content.size() < 84)
     throw InputError(file.string() +
                      ": expected an STL file: text that begins with 'solid', or at least 84 bytes");
