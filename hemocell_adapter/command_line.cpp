@@ -188,12 +188,16 @@ class Parser {
       result_.configFile = positionals_.front();
       return;
     }
+    if (positionals_.size() != 3 && checkBox) {
+      throw UsageError(fmt::format("check --box needs three sizes: check --box sX sY sZ; found '{}'",
+                                   fmt::join(positionals_, " ")));
+    }
     if (positionals_.size() != 3) {
       const bool numbers = std::all_of(positionals_.begin(), positionals_.end(),
                                        [](const std::string& word) { return toNumber(word).has_value(); });
-      throw UsageError(fmt::format("expected a config.xml or three sizes sX sY sZ [µm], found {} {}: {}",
-                                   positionals_.size(), numbers ? "sizes" : "words",
-                                   fmt::join(positionals_, " ")));
+      throw UsageError(fmt::format("expected a config.xml or three sizes sX sY sZ [µm], found {} {}{}: {}",
+                                   positionals_.size(), numbers ? "size" : "word",
+                                   positionals_.size() == 1 ? "" : "s", fmt::join(positionals_, " ")));
     }
     if (ownLumen) throw UsageError("sizes sX sY sZ exclude --cylinder, --sphere and --vessel");
     result_.sizes = {positionals_[0], positionals_[1], positionals_[2]};
@@ -212,8 +216,25 @@ bool given(const CommandLine& commandLine, const std::string& option) {
                      [&](const Assignment& a) { return option == a.setting->option; });
 }
 
+/// Of two descriptions of one cell one would be lost.
+void refuseTwoShapes(const CommandLine& c) {
+  std::vector<std::pair<std::string, std::string>> described;  // cell and option
+  for (const Assignment& a : c.assignments) {
+    const std::string option = a.setting->option;
+    if (option != "cell" && option != "cell-mesh") continue;
+    const std::string& name = std::get<std::string>(a.values.front());
+    for (const auto& [other, by] : described) {
+      if (other == name)
+        throw UsageError(
+            fmt::format("option '--{}': cell '{}' is described already, by '--{}'", option, name, by));
+    }
+    described.emplace_back(name, option);
+  }
+}
+
 /// Options that contradict each other or the mode.
 void checkCombination(const CommandLine& c) {
+  refuseTwoShapes(c);
   if (given(c, "hematocrit")) {
     for (const char* other : {"rbc", "plt"}) {
       if (given(c, other)) {

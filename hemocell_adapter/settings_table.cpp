@@ -63,6 +63,10 @@ std::vector<Setting> cellSettings() {
        [](Settings& s, const Values& v) {
          SpeciesRequest& species = speciesNamed(s, text(v[0]));
          species.count = whole(v[1]);
+         if (species.meshFile) {  // that of config.xml, with its scale
+           species.meshFile.reset();
+           species.meshScale.reset();
+         }
          species.ellipsoidAxes = Vec3(real(v[2]), real(v[3]), real(v[4]));
        }},
       {"cell-mesh",
@@ -77,6 +81,7 @@ std::vector<Setting> cellSettings() {
        [](Settings& s, const Values& v) {
          SpeciesRequest& species = speciesNamed(s, text(v[0]));
          species.count = whole(v[1]);
+         species.ellipsoidAxes.reset();
          species.meshFile = text(v[2]);
        }},
       {"mesh-scale",
