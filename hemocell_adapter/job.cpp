@@ -144,12 +144,6 @@ Job makeJob(const CommandLine& commandLine) {
     chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);
-    if (job.hematocrit && *job.hematocrit > 0.6) {
-      job.warnings.push_back(
-          fmt::format("hematocrit {:.15g}: above 0.60 packing takes minutes to forever; --max-time and "
-                      "--best-effort bound it",
-                      *job.hematocrit));
-    }
   }
   return job;
 }

@@ -80,6 +80,13 @@ void resolveCounts(const Job& job, Scene& scene) {
     throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
                                  volume, lumen));
   }
+  constexpr double limit = 0.6;  // of cells packed at random
+  if (volume > limit * lumen) {
+    scene.warnings.push_back(
+        fmt::format("the cells asked for fill {:.4f} of the lumen: above 0.60 packing takes minutes to "
+                    "forever; --max-time and --best-effort bound it",
+                    volume / lumen));
+  }
 }
 
 }  // namespace
