@@ -111,7 +111,8 @@ std::vector<Setting> packingSettings() {
        false,
        {integer("n", "sweeps", 1, 1e15)},
        "100000",
-       "give up after so many relaxation sweeps or iterations of growth",
+       "give up after so many relaxation sweeps or iterations of growth (to find the densest packing takes "
+       "more)",
        Topic::limits,
        false,
        [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},

@@ -221,13 +221,14 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
                           scene.species[s].job.name);
   }
+  const std::string time = job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "";
+  const Statistics& done = result.statistics;
   return fmt::format(
-      "out of reach within the limits ({}{}): the densest certified packing has hematocrit {:.4f} of "
-      "the "
-      "{} ({})",
-      result.statistics.growth ? fmt::format("{} iterations of growth", result.statistics.growth->iterations)
-                               : fmt::format("{} sweeps", result.statistics.sweeps),
-      job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "",
+      "out of reach within the limits ({}): the densest certified packing has hematocrit {:.4f} of the {} "
+      "({})",
+      done.growth ? fmt::format("{} iterations of growth{}", done.growth->iterations, time)
+                  : fmt::format("{} sweeps{}; {} done, those for fewer cells included",
+                                job.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps),
       tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
