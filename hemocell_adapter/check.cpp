@@ -89,7 +89,9 @@ class Report {
         "Verdict: {}{}{}", clean ? "clean" : "NOT clean",
         droppedIsFault || dropped == 0
             ? ""
-            : fmt::format("; that HemoCell drops {} is no fault where cells may cross the faces", dropped),
+            : fmt::format("; that HemoCell drops {} is no fault {}", dropped,
+                          scene_.lumen.container->period().isZero() ? "without --keep-all"
+                                                                    : "where cells may cross the faces"),
         job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
     return clean;
   }
