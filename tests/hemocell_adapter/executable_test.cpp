@@ -179,6 +179,9 @@ TEST_CASE("a box between walls: the planes of the walls are solid nodes", "[exec
   CHECK(all.lo.minCoeff() > -0.25);
   CHECK(all.hi.maxCoeff() <= 19.75);
   CHECK(run(folder.path(), "check --box 20 20 12 --walls z --keep-all").exitCode == 0);
+  writeText(folder.path() / "RBC.pos", rbcPos("4 1.2 4 0 0 0\n", 1));  // nearer to the wall than half a node
+  CHECK_THAT(run(folder.path(), "check --box 20 20 12 --walls xyz").out,
+             Contains("Verdict: clean; that HemoCell drops 1 is no fault without --keep-all\n"));
   // Elsewhere packing may use all of the box, and says what that costs.
   const Ran whole = run(folder.path(), "20 20 12 --rbc 22 --walls z --seed 2");
   CHECK(whole.exitCode == 0);
@@ -332,6 +335,27 @@ TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[exe
   CHECK_THAT(mirrored.err, Contains("turned 1 surface that was inside out") &&
                                Contains("HemoCell reads the file as it is"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+}
+
+TEST_CASE("a mesh or an ellipsoid on the command line replaces that of the file", "[executable]") {
+  const SampleCase folder(
+      "<packing> <species name=\"egg\" count=\"2\" file=\"tube.stl\" scale=\"4\"/> </packing>");
+  CHECK_THAT(run(folder.path(), "config.xml").out, Contains("egg: 2 (2 asked for), tube.stl"));
+  const Ran ran = run(folder.path(), "config.xml --cell egg 3 4 5 6");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("egg: 3 (3 asked for), ellipsoid"));
+}
+
+TEST_CASE("nearness to the limit is one of meshes, whatever a red cell counts as", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran packCells = run(folder.path(), "20 20 20 --hematocrit 0.61 --plt_ratio 0", "packCells");
+  INFO(packCells.all());
+  CHECK(packCells.exitCode == 0);  // 0.51 by mesh
+  CHECK(packCells.err.empty());
+  const Ran counted = run(folder.path(), "15 15 15 --rbc 26 --max-iterations 1 --best-effort");
+  INFO(counted.all());
+  CHECK_THAT(counted.err, Contains("fill 0.6249 of the lumen: above 0.60"));
 }
 
 TEST_CASE("check says what it could not examine", "[executable]") {
