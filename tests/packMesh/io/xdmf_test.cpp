@@ -77,7 +77,7 @@ TEST_CASE("The companion of a state names every table with its size, and no mesh
   REQUIRE(grids == std::set<std::string>{"cells", "RBC_mesh", "A < B & \"C\"_mesh"});
 }
 
-TEST_CASE("The last state of a run holds what was measured; earlier ones say that nothing was") {
+TEST_CASE("The last state of a run holds what was measured, and earlier ones say that nothing was") {
   const test::TemporaryFolder folder;
   PackingProblem problem = test::mixtureIn(test::periodicCube(25.0), 0.4, 3);
   std::vector<PackingState> states;
