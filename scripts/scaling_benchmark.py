@@ -11,6 +11,7 @@ scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model ...]
 Without a name: ranks and model. Tables are Markdown.
 """
 import argparse
+import concurrent.futures
 import math
 import os
 import re
@@ -22,6 +23,7 @@ import time
 
 HEMATOCRIT, CELL_VOLUME = 0.45, 81.1163  # [1], [µm³]
 CORES = os.cpu_count() or 1
+LARGE = 10 ** 6  # cells of packings that are made only once
 # The network that predictions are for: what 64 ranks of a node have of 200 Gbit/s InfiniBand.
 LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
 MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
@@ -33,9 +35,9 @@ REDUCTIONS = 3  # per sweep, over all ranks
 class Run:
     """One packing: wall time as the user sees it, and what --verbose says."""
 
-    def __init__(self, program, cells, ranks):
+    def __init__(self, program, cells, ranks, seed=1):
         edge = (cells * CELL_VOLUME / HEMATOCRIT) ** (1 / 3)
-        command = [program] + [f"{edge:.3f}"] * 3 + ["--rbc", str(cells), "--verbose"]
+        command = [program] + [f"{edge:.3f}"] * 3 + ["--rbc", str(cells), "--seed", str(seed), "--verbose"]
         if ranks > 1:
             command = ["mpirun", "-n", str(ranks)] + command
         environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",
@@ -64,13 +66,17 @@ def median(runs, what):
     return statistics.median(getattr(run, what) for run in runs)
 
 
+MEASURED = {}  # runs of all tables, by cells and ranks
+
+
 def interleaved(program, cases, repeats):
     """Runs of every case, one after the other and again, so that a busy machine is busy for all."""
-    runs = {case: [] for case in cases}
-    for _ in range(repeats):
+    for repeat in range(repeats):
         for cells, ranks in cases:
-            runs[cells, ranks].append(Run(program, cells, ranks))
-    return runs
+            runs = MEASURED.setdefault((cells, ranks), [])
+            if len(runs) <= repeat and not (cells >= LARGE and runs):
+                runs.append(Run(program, cells, ranks))
+    return MEASURED
 
 
 def sizes(program, repeats):
@@ -81,6 +87,13 @@ def sizes(program, repeats):
         cpu = median(runs[cells, ranks], "cpu")
         print(f"| {cells:,} | {cpu:.2f} | {1e3 * cpu / cells:.3f} | {median(runs[cells, ranks], 'sweeps'):.0f} |")
     print()
+
+
+def slowdown(program, cells):
+    """Of packings, one per core at the same time, against one alone: what cores share (caches, memory, a host)."""
+    alone = Run(program, cells, 1).wall
+    with concurrent.futures.ThreadPoolExecutor(CORES) as pool:
+        return statistics.mean(pool.map(lambda seed: Run(program, cells, 1, seed).wall, range(1, CORES + 1))) / alone
 
 
 def ranks(program, repeats):
@@ -94,6 +107,10 @@ def ranks(program, repeats):
         print(f"| {n} | {wall:.2f} | {one / (wall * min(n, CORES)):.2f} | {median(of, 'messages'):.1f} "
               f"| {median(of, 'kilobytes'):.0f} |")
     print(f"\nEfficiency: of {CORES} cores, which more ranks than that share.\n")
+    share = cases[0][0] // CORES
+    slower = statistics.median(slowdown(program, share) for _ in range(repeats))
+    print(f"{CORES} packings of {share:,} cells at the same time, that have nothing to do with each other, take "
+          f"{slower:.2f} times as long as one alone: no program has more than {1 / slower:.2f} here.\n")
 
 
 class Model:

@@ -14,6 +14,7 @@ struct Communicator::Impl {
   MPI_Comm comm;
   int rank = 0, size = 1;
   Traffic traffic;
+  std::vector<MPI_Request> receives, sends;  ///< of a swap
 
   explicit Impl(MPI_Comm group) : comm(group) {
     MPI_Comm_rank(comm, &rank);
@@ -130,27 +131,39 @@ Communicator::Bytes Communicator::toFirstRank(int from, const Bytes& bytes) cons
   return received;
 }
 
-void Communicator::swap(std::vector<Peer>& peers) const {
+void Communicator::beginSwap(std::vector<Peer>& peers) const {
   if (!impl_) return;
   constexpr int tag = 2;
-  std::vector<MPI_Request> requests(2 * peers.size());
-  std::vector<MPI_Status> statuses(2 * peers.size());
-  for (std::size_t p = 0; p < peers.size(); ++p) {
-    MPI_Irecv(peers[p].received.data(), count(peers[p].received.size()), MPI_BYTE, peers[p].rank, tag,
-              impl_->comm, &requests[p]);
+  for (Peer& peer : peers) {
+    impl_->receives.emplace_back();
+    MPI_Irecv(peer.received.data(), count(peer.received.size()), MPI_BYTE, peer.rank, tag, impl_->comm,
+              &impl_->receives.back());
   }
-  for (std::size_t p = 0; p < peers.size(); ++p) {
-    MPI_Isend(peers[p].send.data(), count(peers[p].send.size()), MPI_BYTE, peers[p].rank, tag, impl_->comm,
-              &requests[peers.size() + p]);
+  for (const Peer& peer : peers) {
+    impl_->sends.emplace_back();
+    MPI_Isend(peer.send.data(), count(peer.send.size()), MPI_BYTE, peer.rank, tag, impl_->comm,
+              &impl_->sends.back());
     ++impl_->traffic.messages;
-    impl_->traffic.bytes += static_cast<std::int64_t>(peers[p].send.size());
+    impl_->traffic.bytes += static_cast<std::int64_t>(peer.send.size());
   }
-  MPI_Waitall(count(requests.size()), requests.data(), statuses.data());
+}
+
+void Communicator::endSwap(std::vector<Peer>& peers) const {
+  if (!impl_) return;
+  std::vector<MPI_Status> statuses(peers.size());
+  MPI_Waitall(count(peers.size()), impl_->receives.data(), statuses.data());
+  impl_->receives.clear();
   for (std::size_t p = 0; p < peers.size(); ++p) {
     int bytes = 0;
     MPI_Get_count(&statuses[p], MPI_BYTE, &bytes);
     peers[p].length = static_cast<std::size_t>(bytes);
   }
+}
+
+void Communicator::awaitSent() const {
+  if (!impl_) return;
+  MPI_Waitall(count(impl_->sends.size()), impl_->sends.data(), MPI_STATUSES_IGNORE);
+  impl_->sends.clear();
 }
 
 const Traffic& Communicator::traffic() const {

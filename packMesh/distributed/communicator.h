@@ -83,9 +83,13 @@ class Communicator {
     Bytes received;  ///< as large as the longest message may be; the message is its first `length` bytes
     std::size_t length = 0;
   };
-  /// Sends every peer what is in `send` and waits for theirs. Collective among ranks that are each other's
-  /// peers.
-  void swap(std::vector<Peer>& peers) const;
+  /// Begins to send every peer what is in `send`, and to receive theirs. Collective among ranks that are each
+  /// other's peers; one at a time: endSwap() and awaitSent() come before the next.
+  void beginSwap(std::vector<Peer>& peers) const;
+  /// Waits for what peers sent in their beginSwap(). Pre: the same peers
+  void endSwap(std::vector<Peer>& peers) const;
+  /// Waits until what was sent has left `send`.
+  void awaitSent() const;
 
   /// For libraries that talk by themselves (HDF5): points to an MPI_Comm; nullptr when alone.
   const void* mpi() const;

@@ -207,11 +207,26 @@ void Relaxation::listPairsOfOwn() {
       if (extra != state_.extraClearance.end()) p.extraClearance = extra->second;
     }
   if (communicator_.alone()) return;
+  findBorder();
   workOfBlock_.assign(blocks_.count(), 0);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (const int b : colour)
       workOfBlock_[b] =
           list_.start[b + 1] - list_.start[b] + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
+}
+
+/// Finds out which blocks could change a body that another rank holds.
+void Relaxation::findBorder() {
+  const std::vector<char> shared = shared_.shared(bodies_.size());
+  atBorder_.assign(blocks_.count(), false);
+  for (const std::vector<int>& colour : blocksOfColour_)
+    for (const int b : colour) {
+      const auto pairs = list_.pairs.begin();
+      atBorder_[b] = std::any_of(shared.begin() + bodyStart_[b], shared.begin() + bodyStart_[b + 1],
+                                 [](char is) { return is != 0; }) ||
+                     std::any_of(pairs + list_.start[b], pairs + list_.start[b + 1],
+                                 [&](const ContactPair& p) { return shared[p.first] || shared[p.second]; });
+    }
 }
 
 /// Whether a rank has much more to do than an even share.
@@ -267,22 +282,31 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   solver_.setCoarsely(state_.coarsely);
   for (int colour = 0; colour < BlockGrid::colours; ++colour) {
     if (!blocks_.has(colour)) continue;
-    for (int block : blocksOfColour_[colour]) {
-      if (!std::exchange(stirred_[block], false)) continue;
-      const std::int64_t before = sums.contacts;
-      for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
-        solver_.resolve(list_.pairs[p], bodies_, sums);
-      for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
-        solver_.resolveWall(bodies_[i], sums);
-      if (sums.contacts > before) stir(block);
-    }
-    for (const int block : shared_.share(bodies_)) stir(block);
+    // Other ranks are told as early as can be, so that nobody waits.
+    for (const int block : blocksOfColour_[colour])
+      if (atBorder(block)) resolve(block, sums);
+    shared_.tell(bodies_);
+    for (const int block : blocksOfColour_[colour])
+      if (!atBorder(block)) resolve(block, sums);
+    for (const int block : shared_.hear(bodies_)) stir(block);
   }
+  shared_.endTelling();
   strayed_ = strayed();
   if (!communicator_.alone()) addUp(sums);
   ++state_.sweeps;
   state_.last = sums;
   return sums;
+}
+
+/// Resolves the contacts of a block, if any can have changed.
+void Relaxation::resolve(int block, SweepSums& sums) {
+  if (!std::exchange(stirred_[block], false)) return;
+  const std::int64_t before = sums.contacts;
+  for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
+    solver_.resolve(list_.pairs[p], bodies_, sums);
+  for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
+    solver_.resolveWall(bodies_[i], sums);
+  if (sums.contacts > before) stir(block);
 }
 
 /// Over all ranks: the sums of a sweep, and whether any cell has strayed.

@@ -89,6 +89,9 @@ class Relaxation {
 
   void refreshLists();
   void addUp(SweepSums& sums);
+  void resolve(int block, SweepSums& sums);
+  void findBorder();
+  bool atBorder(int block) const { return !atBorder_.empty() && atBorder_[block]; }
   void stir(int block);
   void stirAll();
   void listPairsOfOwn();
@@ -115,7 +118,8 @@ class Relaxation {
   /// Blocks in which a sweep could change anything: where there was a contact in the last sweep, or a cell
   /// moved that one of the block's cells could meet.
   std::vector<char> stirred_;
-  std::vector<Body> bodies_;             ///< own and copies, sorted by block, then by id
+  std::vector<char> atBorder_;  ///< blocks that could change a body that another rank holds; empty: none
+  std::vector<Body> bodies_;    ///< own and copies, sorted by block, then by id
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions when the lists were made
   PairList list_;

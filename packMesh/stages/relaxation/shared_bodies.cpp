@@ -75,9 +75,17 @@ void SharedBodies::forEachHolder(const Body& body, double range, Visit&& visit) 
 void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
   if (!communicator_.alone()) {
     std::vector<std::vector<BodyState>> to(communicator_.size());
+    std::vector<Body> staying;
+    staying.reserve(bodies.size());
     for (const Body& body : bodies)
-      forEachHolder(body, range, [&](int rank) { to[rank].push_back(stateOf(body)); });
-    bodies.clear();
+      forEachHolder(body, range, [&](int rank) {
+        if (rank == rank_)
+          staying.push_back(body);
+        else
+          to[rank].push_back(stateOf(body));
+      });
+    bodies = std::move(staying);
+    for (Body& body : bodies) body.changed = false;
     for (const std::vector<BodyState>& states : communicator_.exchange(to))
       for (const BodyState& state : states) bodies.push_back(bodyOf(state));
   }
@@ -102,9 +110,16 @@ void SharedBodies::plan(const std::vector<Body>& bodies, double range) {
   }
 }
 
-std::vector<int> SharedBodies::share(std::vector<Body>& bodies) {
-  std::vector<int> blocks;
-  if (peers_.empty()) return blocks;
+std::vector<char> SharedBodies::shared(std::size_t bodies) const {
+  std::vector<char> flags(bodies, 0);
+  for (const std::vector<std::int32_t>& indices : common_)
+    for (const std::int32_t i : indices) flags[i] = 1;
+  return flags;
+}
+
+void SharedBodies::tell(std::vector<Body>& bodies) {
+  if (peers_.empty()) return;
+  communicator_.awaitSent();
   for (std::size_t p = 0; p < peers_.size(); ++p) {
     peers_[p].send.clear();
     for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
@@ -115,9 +130,15 @@ std::vector<int> SharedBodies::share(std::vector<Body>& bodies) {
       peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);
     }
   }
-  communicator_.swap(peers_);
+  communicator_.beginSwap(peers_);
   for (const std::vector<std::int32_t>& indices : common_)
     for (const std::int32_t i : indices) bodies[i].changed = false;
+}
+
+std::vector<int> SharedBodies::hear(std::vector<Body>& bodies) {
+  std::vector<int> blocks;
+  if (peers_.empty()) return blocks;
+  communicator_.endSwap(peers_);
   for (std::size_t p = 0; p < peers_.size(); ++p)
     for (std::size_t at = 0; at < peers_[p].length; at += sizeof(Change)) {
       Change change;

@@ -16,7 +16,7 @@ namespace packmesh {
 /// its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them
 /// works on it again. Poses travel, meshes do not.
 ///
-/// All ranks call distribute() and share() together. On one rank they do nothing.
+/// All ranks call distribute(), tell() and hear() together. On one rank they do nothing.
 class SharedBodies {
  public:
   SharedBodies(const Communicator& communicator, const BlockGrid& blocks);
@@ -32,10 +32,16 @@ class SharedBodies {
   /// surroundings is lost.
   void distribute(std::vector<Body>& bodies, double range);
 
-  /// Tells the other ranks of all bodies that have `changed` and takes over what they changed. Pre: bodies
-  /// where distribute() left them.
-  /// @return blocks of those, with repetitions
-  std::vector<int> share(std::vector<Body>& bodies);
+  /// Per body: whether another rank holds it, too. Pre: bodies where distribute() left them, as below.
+  std::vector<char> shared(std::size_t bodies) const;
+
+  /// Begins to tell the other ranks of all bodies that have `changed`.
+  void tell(std::vector<Body>& bodies);
+  /// Takes over what the other ranks tell. Pre: after tell(); no shared body has been changed since.
+  /// @return blocks of the bodies they changed, with repetitions
+  std::vector<int> hear(std::vector<Body>& bodies);
+  /// Waits until all that was told has gone.
+  void endTelling() const { communicator_.awaitSent(); }
 
  private:
   void plan(const std::vector<Body>& bodies, double range);

@@ -56,12 +56,14 @@ TEST_CASE("Peers get messages of any length up to the longest, again and again",
   for (int round = 0; round < 20; ++round) {
     for (Communicator::Peer& peer : peers)
       peer.send.assign((round + ranks.rank()) % 11, static_cast<std::byte>(ranks.rank()));
-    ranks.swap(peers);
+    ranks.beginSwap(peers);
+    ranks.endSwap(peers);
     for (const Communicator::Peer& peer : peers) {
       REQUIRE(peer.length == static_cast<std::size_t>((round + peer.rank) % 11));
       for (std::size_t k = 0; k < peer.length; ++k)
         REQUIRE(peer.received[k] == static_cast<std::byte>(peer.rank));
     }
+    ranks.awaitSent();
   }
   REQUIRE((ranks.alone() || ranks.traffic().bytes > before));
 }
