@@ -8,9 +8,11 @@ WallDistance ClosedFormWall::distance(const Vec3& p) const {
   if (radius > 0.0) {
     const Vec3 radial = across.cwiseProduct(p - center);
     const double r = radial.norm();
-    Vec3 inward = -radial / r;
-    if (!(r > 0.0)) inward = across.x() > 0.0 ? Vec3::UnitX() : Vec3::UnitY();
-    nearest = {radius - r, inward};
+    nearest = {radius - r, -radial};
+    if (r > 0.0)
+      nearest.gradient /= r;
+    else
+      nearest.gradient = across.x() > 0.0 ? Vec3::UnitX() : Vec3::UnitY();
   }
   for (int k = 0; k < 3; ++k) {
     if (p[k] - lo[k] < nearest.distance) nearest = {p[k] - lo[k], Vec3::Unit(k)};

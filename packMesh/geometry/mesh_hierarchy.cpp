@@ -118,10 +118,8 @@ class TreeBuilder {
     Mat3 covariance = Mat3::Zero();
     forEachCorner(patch, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
     const Vec3 thin = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(0);
-    const Vec3 normal =
-        thickness(patch, facing.stableNormalized()) < thickness(patch, thin) && facing.norm() > 0.5
-            ? Vec3(facing.stableNormalized())
-            : thin;
+    const Vec3 even = facing.norm() > 0.5 ? Vec3(facing.normalized()) : thin;
+    const Vec3 normal = thickness(patch, even) < thickness(patch, thin) ? even : thin;
     Vec3 stored;
     for (int k = 0; k < 3; ++k) stored[k] = quad.discs.normal[k][lane] = static_cast<float>(normal[k]);
 

@@ -41,13 +41,6 @@ const Undisturbed& undisturbed() {
   return once;
 }
 
-/// As on a machine with fewer processors than ranks.
-std::string onRanks(int ranks) {
-  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
-         "OMPI_MCA_mpi_yield_when_idle=1 timeout 120 mpirun -n " +
-         std::to_string(ranks);
-}
-
 }  // namespace
 
 TEST_CASE("a run killed at any moments goes on to the same files") {

@@ -47,4 +47,12 @@ inline Ran run(const std::filesystem::path& folder, const std::string& arguments
   return ran;
 }
 
+/// Prefix for several ranks, as on a machine with fewer processors than those. Open MPI leaks: tests of
+/// mpi_tests look for leaks on ranks.
+inline std::string onRanks(int ranks) {
+  return "ASAN_OPTIONS=detect_leaks=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
+         "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 timeout " +
+         std::to_string(TEST_TIMEOUT / 2) + " mpirun -n " + std::to_string(ranks);
+}
+
 }  // namespace packmesh::test

@@ -13,13 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// As on a machine with fewer processors than ranks.
-std::string onRanks(int ranks) {
-  return "ASAN_OPTIONS=fast_unwind_on_malloc=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
-         "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 timeout " +
-         std::to_string(TEST_TIMEOUT / 2) + " mpirun -n " + std::to_string(ranks);
-}
-
 std::string filesOf(const fs::path& folder) {
   std::string text;
   for (const char* name : {"RBC.pos", "PLT.pos", "cells.pov", "state.h5", "state.xdmf"})
