@@ -53,7 +53,7 @@ class Floor : public Wall {
 
 }  // namespace
 
-TEST_CASE("HemoCell keeps vertices above -0.5 and up to n - 0.5 on every axis", "[acceptance][nan]") {
+TEST_CASE("HemoCell keeps vertices above -0.5 and up to n - 0.5 on every axis", "[acceptance]") {
   const Acceptance acceptance(std::make_shared<Lattice>(std::array<int, 3>{8, 6, 4}, 0.5), 0);
   const Vec3 inside(1.5, 1.5, 1.0);
   const double n[] = {8, 6, 4};
