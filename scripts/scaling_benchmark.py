@@ -130,27 +130,36 @@ class Model:
         largest = alone[-1]
         cells = largest[0].cells
         self.per_sweep = median(largest, "relaxation") / (cells * median(largest, "sweeps"))  # [s per cell]
-        self.once = (median(largest, "wall") - median(largest, "relaxation") - start) / cells  # [s per cell]
+        self.once = (median(largest, "wall") - median(largest, "relaxation")) / cells  # [s per cell]
         pair = shared[-1]
-        # Two ranks in a periodic box meet at two faces, of a full cross-section each.
-        self.bytes_per_face_cell = 1e3 * median(pair, "kilobytes") / (2 * pair[0].cells ** (2 / 3))
+        faces = self.faces(pair[0].cells, 2)
+        self.bytes_per_face_cell = 1e3 * median(pair, "kilobytes") / faces
         self.messages_per_neighbour = median(pair, "messages")
+        beyond = median(pair, "wall") - start - self.own_work(pair[0].cells, 2)
+        self.per_face_cell = beyond / (faces * self.sweeps(pair[0].cells))  # [s per sweep]
+
+    @staticmethod
+    def faces(cells, n):
+        """Cells in a layer at a rank's faces towards others: two ranks in a periodic box meet at two faces."""
+        return 0 if n == 1 else 2 * cells ** (2 / 3) if n == 2 else 6 * (cells / n) ** (2 / 3)
 
     def sweeps(self, cells):
         return self.offset + self.slope * math.log10(cells)
 
+    def own_work(self, cells, n):
+        return cells / n * (self.once + self.sweeps(cells) * self.per_sweep)
+
     def seconds(self, cells, n, cores=None, network=(LATENCY, BANDWIDTH), writing=WRITING):
-        """Of computing, of exchange between ranks, of writing [s]; `cores`: on how many the ranks share."""
-        sweeps = self.sweeps(cells)
-        compute = self.start + cells / min(n, cores or n) * (self.once + sweeps * self.per_sweep)
+        """Of computing, of exchange between ranks, of writing [s]; `cores`: on how many the ranks take turns."""
+        sweeps, faces = self.sweeps(cells), self.faces(cells, n)
+        turns = max(1.0, n / (cores or n))
+        compute = turns * (self.own_work(cells, n) + sweeps * faces * self.per_face_cell)
         if n == 1:
             return compute, 0.0, 0.0
         latency, bandwidth = network
-        neighbours = 1 if n == 2 else min(n - 1, 26)
-        faces = 2 * cells ** (2 / 3) if n == 2 else 6 * (cells / n) ** (2 / 3)
-        per_sweep = self.messages_per_neighbour * neighbours * latency + REDUCTIONS * math.ceil(math.log2(n)) * latency
-        per_sweep += faces * self.bytes_per_face_cell / bandwidth
-        return compute, sweeps * per_sweep, cells * LINE / writing
+        messages = self.messages_per_neighbour * min(n - 1, 26) + REDUCTIONS * math.ceil(math.log2(n))
+        exchange = sweeps * (messages * latency + faces * self.bytes_per_face_cell / bandwidth)
+        return self.start + compute, exchange, cells * LINE / writing
 
 
 def model(program, repeats):
@@ -160,11 +169,12 @@ def model(program, repeats):
     start = max(0.0, median(runs[small, 2], "wall") - median(runs[small, 1], "wall") / 2)
     of = Model([runs[c, 1] for c in (small, middle, large)], [runs[c, 2] for c in (middle, large)], start)
     print(f"Measured: {1e6 * of.per_sweep:.2f} µs per cell and sweep, {1e6 * of.once:.0f} µs per cell once, "
-          f"{of.offset:.1f} + {of.slope:.1f} log10(cells) sweeps, {of.bytes_per_face_cell:.0f} bytes per sweep and cell "
-          f"at the faces, {of.messages_per_neighbour:.0f} messages per sweep and neighbour, {of.start:.2f} s to start.\n")
+          f"{of.offset:.1f} + {of.slope:.1f} log10(cells) sweeps; per sweep and cell at the faces {of.bytes_per_face_cell:.0f} "
+          f"bytes and {1e6 * of.per_face_cell:.1f} µs; {of.messages_per_neighbour:.0f} messages per sweep and neighbour, "
+          f"{of.start:.2f} s to start.\n")
     print("| cells | ranks | measured [s] | model [s] | model / measured |\n| --- | --- | --- | --- | --- |")
     for cells, n in cases:
-        told = sum(of.seconds(cells, n, CORES, network=MEMORY)[:2])
+        told = sum(of.seconds(cells, n, CORES, MEMORY)[:2])
         wall = median(runs[cells, n], "wall")
         print(f"| {cells:,} | {n} | {wall:.2f} | {told:.2f} | {told / wall:.2f} |")
 
