@@ -30,7 +30,8 @@ struct EscapePhase {
 };
 
 /// Object swapping, enlargement, replacement from a stock and hole filling, one after the other, then growth
-/// of all. No phase lowers the coverage; every state is free of overlap. Full-size cells stay full-size.
+/// of all. No phase lowers the coverage; every state is free of overlap. Full-size cells stay full-size,
+/// but where swapping gains more volume elsewhere.
 ///
 /// - Swapping: cells of a group, no two of them neighbours, change places: each is scored by the volume it
 ///   reaches in each room, and the bipartite matching with the largest sum is taken.

@@ -11,6 +11,9 @@
 namespace packmesh {
 namespace {
 
+/// Further out, squares of lengths overflow in the search for pairs of triangles [µm].
+constexpr double farthest = 1e12;
+
 /// Whether a mesh bounds a body. @throws MeshError
 void requireSound(const TriangleMesh& mesh, const std::string& name) {
   TriangleMesh copy = mesh;
@@ -65,6 +68,8 @@ void requireValid(const TetrahedraInput& input) {
     if (!placement.linear.allFinite() || !placement.translation.allFinite() ||
         !(placement.linear.determinant() > 0.0))
       throw InputError(nameOf(input, object) + " has a placement that is not finite or turns it inside out");
+    if (placement.translation.cwiseAbs().maxCoeff() > farthest)
+      throw InputError(nameOf(input, object) + " is more than 1e12 µm away from the origin");
     if (firstOf.emplace(input.objects[i].mesh, object).second)
       requireSound(input.objects[i].mesh->mesh(), nameOf(input, object));
   }

@@ -41,6 +41,8 @@ TEST_CASE("Objects that meet, or are where they should not be, are named", "[tet
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("RBC 2 is outside the container"));
   second.translation = {std::nan(""), 7.0, 7.0};
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("RBC 2 has a placement"));
+  second.translation = {1e200, 7.0, 7.0};
+  CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("RBC 2 is more than"));
   second = {-Mat3::Identity(), {7.0, 7.0, 7.0}};
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("RBC 2 has a placement"));
   scene.input.objects.clear();
