@@ -73,8 +73,8 @@ struct PackingProblem {
   /// escaped.
   std::optional<EscapeSettings> escape;
   /// Method::relaxation: cells that still meet after so many rounds of repair (relaxation with more
-  /// clearance, mostly the cheaper way) are shrunk and grow again; negative: never.
-  int regrowAfter = 8;
+  /// clearance) are shrunk and grow again; negative: never.
+  int regrowAfter = 1;
 
   /// How a pose will be written, so that the certificate is about the written numbers; empty:
   /// Pose::placement.

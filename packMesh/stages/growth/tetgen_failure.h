@@ -6,10 +6,18 @@ namespace packmesh {
 
 /// Thrown through TetGen.
 struct TetgenGaveUp {
+  static constexpr int assertion = 11;  ///< one of its assertions failed
   int code;
 };
 
-/// Whether TetGen's way to give up is ours; always true, and what makes linkers take our way into a program.
-bool tetgenThrows();
+/// While one lives, TetGen's way to give up is ours. (What refers to it makes linkers take our way into a
+/// program.)
+class TetgenCall {
+ public:
+  TetgenCall();
+  ~TetgenCall();
+  TetgenCall(const TetgenCall&) = delete;
+  TetgenCall& operator=(const TetgenCall&) = delete;
+};
 
 }  // namespace packmesh

@@ -97,6 +97,8 @@ std::string meaningOf(int code) {
       return "it found surfaces too close to each other";
     case TetgenFailure::badInput:
       return "it could not use its input";
+    case TetgenGaveUp::assertion:
+      return "one of its assertions failed";
     default:
       return "an error within it";
   }
@@ -159,7 +161,8 @@ TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& fai
   BorrowedInput in(input);
   Listener listener;
   try {
-    if (tetgenThrows()) tetrahedralize(switches.data(), &in, &out);
+    const TetgenCall call;
+    tetrahedralize(switches.data(), &in, &out);
     return resultOf(out, input);
   } catch (const TetgenGaveUp& gaveUp) {
     failure.code = gaveUp.code;

@@ -184,3 +184,27 @@ TEST_CASE("A failure within TetGen is an exception, and the next run works", "[t
   scene.input.objects[1].placement = good;
   CHECK_NOTHROW(tetrahedralise(scene.input));
 }
+
+TEST_CASE("An assertion of TetGen's that fails is an error that names the objects", "[tetrahedra]") {
+  // Cubes around one point, of which TetGen 1.5 asserts something that does not hold.
+  const auto cube = [](double half, bool insideOut) {
+    TriangleMesh mesh;
+    for (int k = 0; k < 8; ++k)
+      mesh.vertices.emplace_back(k & 1 ? half : -half, k & 2 ? half : -half, k & 4 ? half : -half);
+    mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                      {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    if (insideOut)
+      for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+    return mesh;
+  };
+  CatScene scene;
+  TriangleMesh hollow = cube(1.0, false);
+  sample::append(hollow, cube(0.5, true));
+  scene.input.container = scene.own(cube(10.0, false));
+  scene.input.objects = {{scene.own(hollow), Placement()}, {scene.own(cube(0.2, false)), Placement()}};
+  scene.input.names = {"hollow", "core"};
+  CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("one of its assertions failed") &&
+                                                     Contains("it fails on hollow and core together"));
+  scene.input.objects[1].placement.translation = {0.1, 0.05, 0.0};
+  CHECK_NOTHROW(tetrahedralise(scene.input));
+}
