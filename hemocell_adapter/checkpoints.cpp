@@ -44,9 +44,9 @@ void StateFiles::save(const PackingState& state) {
   try {
     writeState(*job_.stateFile, problem_, job_.commandWords, state);
     saved_ = true;
-    if (problem_.communicator.rank() == 0)
-      writeXdmf(std::filesystem::path(*job_.stateFile).replace_extension(".xdmf"), *job_.stateFile,
-                state.cellCount, problem_.species);
+    const std::filesystem::path companion = std::filesystem::path(*job_.stateFile).replace_extension(".xdmf");
+    if (problem_.communicator.rank() == 0 && companion != *job_.stateFile)
+      writeXdmf(companion, *job_.stateFile, state.cellCount, problem_.species);
   } catch (const InputError& error) {
     log::warning(error.what());
   }

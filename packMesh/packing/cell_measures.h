@@ -9,8 +9,9 @@
 
 namespace packmesh {
 
-/// Gaps are measured up to this [µm]; cells that are further from all others have it.
-constexpr double farthestGap = 1.0;
+/// Gaps are measured up to this [µm], as far as ranks are sure to have copies; cells that are further from
+/// all others have it.
+constexpr double farthestGap = gapOfInterest;
 
 /// Measures of a rank's own cells, in their order among all cells of `input`. All ranks call.
 ///

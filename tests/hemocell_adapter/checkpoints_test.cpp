@@ -154,6 +154,9 @@ TEST_CASE("a state's folder is made, and its companion with it") {
   REQUIRE(ran.err.empty());
   REQUIRE(readStateHead(folder.path() / "a/b/state.h5").cells > 10);
   REQUIRE_THAT(readText(folder.path() / "a/b/state.xdmf"), Contains("state.h5:/cells/gap"));
+  // A state of that name is not written over.
+  REQUIRE(run(folder.path(), "20 20 20 --hematocrit 0.2 --state own.xdmf").exitCode == 0);
+  REQUIRE(readStateHead(folder.path() / "own.xdmf").cells > 10);
 }
 
 TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
