@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// The attributes of <species> and of the bodies of <container>.
+// The attributes of <species>, of <growth> and of the bodies of <container>.
 #include "hemocell_adapter/settings_table.h"
 #include "hemocell_adapter/value_specs.h"
 
@@ -28,6 +28,57 @@ const std::vector<SpeciesAttribute>& speciesAttributes() {
        [](SpeciesRequest& s, const Value& v) { s.ellipsoidAxes = std::get<Vec3>(v); }},
       {"redCell", flag(), "true when the name contains RBC", "whether its volume counts as hematocrit",
        [](SpeciesRequest& s, const Value& v) { s.redCell = yes(v); }},
+      {"stock", count(), "0", "so many more may fill gaps; with escape",
+       [](SpeciesRequest& s, const Value& v) { s.stock = whole(v); }},
+  };
+  return table;
+}
+
+const std::vector<GrowthParameter>& growthParameters() {
+  using G = GrowthSettings;
+  constexpr double endless = 1e9;
+  const auto positive = [](const char* unit, double high) { return number("", unit, 0, true, high); };
+  const auto nonNegative = [](const char* unit, double high) { return number("", unit, 0, false, high); };
+  const auto integerFrom = [](double low) { return integer("", "", low, endless); };
+  ValueSpec scales = number("", "fractions", 0, true, 1);
+  scales.kind = Kind::numbers;
+  static const std::vector<GrowthParameter> table = {
+      {"initialScale", positive("fraction", 1), "0.1", "f_init, at which cells start",
+       [](G& g, const Value& v) { g.initialScale = real(v); }},
+      {"spreadRounds", integerFrom(0), "10", "rounds in which cells of different sizes are spread",
+       [](G& g, const Value& v) { g.spreadRounds = int(whole(v)); }},
+      {"barriers", scales, "0.3 0.5 0.7 0.8 0.9 1",
+       "b_i, increasing to 1: none grows beyond before all are there",
+       [](G& g, const Value& v) { g.barriers = std::get<std::vector<double>>(v); }},
+      {"iterations", integerFrom(1), "60", "itn_max, for each barrier",
+       [](G& g, const Value& v) { g.maxIterations = int(whole(v)); }},
+      {"rotationBound", positive("rad", 3.14159), "0.05", "theta_max, largest turn in an iteration",
+       [](G& g, const Value& v) { g.rotationBound = real(v); }},
+      {"translationBound", positive("cube roots of the volume", 1e3), "0.035",
+       "t_max, largest translation in an iteration",
+       [](G& g, const Value& v) { g.translationBound = real(v); }},
+      {"padding", nonNegative("roots of a triangle's area", 1e3), "0.04", "p, kept from the planes",
+       [](G& g, const Value& v) { g.padding = real(v); }},
+      {"linearisations", integerFrom(1), "2", "of the rotation in an iteration",
+       [](G& g, const Value& v) { g.linearisations = int(whole(v)); }},
+      {"alpha", positive("", 1), "0.25", "of the resampling (eq. 3.4)",
+       [](G& g, const Value& v) { g.alpha = real(v); }},
+      {"beta", positive("", 1e3), "0.5", "of the resampling (eq. 3.4)",
+       [](G& g, const Value& v) { g.beta = real(v); }},
+      {"centring", flag(), "true", "cells at the barrier move to the middle of their planes",
+       [](G& g, const Value& v) { g.centring = yes(v); }},
+      {"shaking", nonNegative("", 1), "0.001", "random pushes relative to growth",
+       [](G& g, const Value& v) { g.shaking = real(v); }},
+      {"patience", integerFrom(1), "5", "iterations over which growth is judged stalled",
+       [](G& g, const Value& v) { g.patience = int(whole(v)); }},
+      {"stalledGrowth", nonNegative("fraction of what was missing", 1e3), "0.2", "less than this is stalled",
+       [](G& g, const Value& v) { g.stalledGrowth = real(v); }},
+      {"relaxationSweeps", integerFrom(0), "400", "of a relaxation when stalled; 0: none, as in the thesis",
+       [](G& g, const Value& v) { g.relaxationSweeps = int(whole(v)); }},
+      {"giveUpAfter", integerFrom(0), "0", "stalls at one barrier that no relaxation helped; 0: never",
+       [](G& g, const Value& v) { g.giveUpAfter = int(whole(v)); }},
+      {"attempts", integerFrom(1), "64", "random starts times cells, when few cells get nowhere",
+       [](G& g, const Value& v) { g.attempts = int(whole(v)); }},
   };
   return table;
 }

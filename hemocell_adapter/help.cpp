@@ -121,6 +121,10 @@ std::string referenceText() {
   for (const SpeciesAttribute& attribute : speciesAttributes()) {
     entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
   }
+  out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
+  for (const GrowthParameter& parameter : growthParameters()) {
+    entry(out, parameter.name, attributeText(parameter.value, parameter.help, parameter.fallback));
+  }
   out +=
       "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At "
       "most one\n"

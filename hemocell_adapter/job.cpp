@@ -55,6 +55,7 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.method, s.method);
   take(job.builder, s.builder);
   take(job.escape, s.escape);
+  take(job.growth, s.growth);
   take(job.clearance, s.clearance);
   take(job.wallClearance, s.wallClearance);
   take(job.seed, s.seed);
@@ -84,6 +85,7 @@ void checkApplicability(const Job& job, const Settings& options) {
     if (options.builder) throw UsageError("option '--builder' is for --method cat");
     throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
   }
+  if (options.growth && job.method != Method::cat) throw UsageError("option '--growth' is for --method cat");
   if (job.command == Command::check)
     for (const auto& [option, isGiven] : {std::pair{"state", options.stateFile.has_value()},
                                           {"restart", options.restart.has_value()},
@@ -144,6 +146,9 @@ Job makeJob(const CommandLine& commandLine) {
     chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);
+    for (const JobSpecies& species : job.species)
+      if (species.stock > 0 && !job.escape)
+        throw InputError(fmt::format("cell '{}' has a stock, which only --escape uses", species.name));
   }
   return job;
 }

@@ -27,6 +27,7 @@ struct JobSpecies {
   std::optional<double> ratio;
   int minimumDistanceFromSolid = 0;  ///< [µm]
   bool minimumDistanceStated = false;
+  std::int64_t stock = 0;  ///< so many more, when escaping
 };
 
 struct Job {
@@ -48,6 +49,7 @@ struct Job {
   Method method = Method::relaxation;
   std::optional<Builder> builder;               ///< of Method::cat
   bool escape = false;                          ///< of Method::cat
+  GrowthSettings growth;                        ///< of Method::cat
   double clearance = 0.0, wallClearance = 0.0;  ///< [µm]
   std::uint64_t seed = 1;
   bool rotate = true;

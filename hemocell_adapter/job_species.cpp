@@ -43,6 +43,7 @@ JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
   species.ratio = request.ratio;
   species.minimumDistanceFromSolid = request.minimumDistanceFromSolid.value_or(0);
   species.minimumDistanceStated = request.minimumDistanceFromSolid.has_value();
+  species.stock = request.stock.value_or(0);
   if (request.meshFile) {
     species.kind = JobSpecies::Template::mesh;
     species.meshFile = *request.meshFile;

@@ -157,7 +157,7 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
 
 Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   Settings settings;
-  std::vector<std::string> known = {"species", "container"};
+  std::vector<std::string> known = {"species", "container", "growth"};
   for (const Setting& setting : settingsTable()) {
     if (*setting.tag) known.emplace_back(setting.tag);
   }
@@ -180,6 +180,11 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     onlyChild(packing, child->Name(), file);
     if (name == "container") {
       settings.container = readContainer(*child, file);
+      continue;
+    }
+    if (name == "growth") {
+      refuseContent(*child, file);
+      readAttributes(*child, growthParameters(), settings.growth.emplace(), file);
       continue;
     }
     const Setting* found = nullptr;

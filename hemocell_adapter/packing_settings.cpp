@@ -1,11 +1,36 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/packing_settings.h"
 
+#include <fmt/format.h>
+
+#include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/value_specs.h"
 
 namespace packmesh::hemocell {
 
 using namespace specs;
+
+namespace {
+
+std::vector<std::string> growthNames() {
+  std::vector<std::string> names;
+  for (const GrowthParameter& parameter : growthParameters()) names.emplace_back(parameter.name);
+  return names;
+}
+
+void setGrowth(Settings& settings, const std::string& name, const std::string& value) {
+  for (const GrowthParameter& parameter : growthParameters()) {
+    if (parameter.name != name) continue;
+    if (!settings.growth) settings.growth.emplace();
+    try {
+      parameter.apply(*settings.growth, parseValue(parameter.value, value));
+    } catch (const InputError& error) {
+      throw UsageError(fmt::format("option '--growth' {}: {}", name, error.what()));
+    }
+  }
+}
+
+}  // namespace
 
 std::vector<Setting> packingSettings() {
   return {
@@ -45,6 +70,26 @@ std::vector<Setting> packingSettings() {
        Topic::packing,
        false,
        [](Settings& s, const Values& v) { s.escape = yes(v[0]); }},
+      {"stock",
+       0,
+       "",
+       false,
+       {name(), count()},
+       "0",
+       "with --escape: so many more of that cell may fill gaps",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); }},
+      {"growth",
+       0,
+       "",
+       false,
+       {choice("parameter", growthNames()), plain(Kind::text, "value")},
+       "",
+       "with --method cat: an attribute of <growth> (--reference lists them)",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); }},
       {"clearance",
        0,
        "clearance",

@@ -59,7 +59,7 @@ void makeFolder(const fs::path& folder) {
 
 void requireReplaceableFiles(const Job& job, const Scene& scene) {
   for (const SceneSpecies& species : scene.species) {
-    if (species.count == 0) continue;
+    if (species.mostCells() == 0) continue;
     try {
       requireReplaceable(job.outputDirectory / (species.job.name + ".pos"));
     } catch (const InputError& error) {
@@ -75,7 +75,7 @@ void warnOfStaleFiles(const Job& job, const Scene& scene) {
     if (entry.path().extension() != ".pos") continue;
     const std::string name = entry.path().stem().string();
     bool ours = false;
-    for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.count > 0);
+    for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.mostCells() > 0);
     if (!ours) {
       log::warning(fmt::format(
           "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
@@ -126,7 +126,7 @@ void write(const Job& job, const Scene& scene, const PackingResult& result,
   };
   onFirst([&] { makeFolder(job.outputDirectory); });
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    if (scene.species[s].count == 0) continue;
+    if (scene.species[s].mostCells() == 0) continue;
     std::vector<PosLine> lines;
     for (std::size_t i = 0; i < result.cells.size(); ++i) {
       if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
@@ -303,7 +303,7 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, stopwatch.elapsed()))
     log::info(line);
   for (const SceneSpecies& species : scene.species) {
-    if (species.count > 0)
+    if (species.mostCells() > 0)
       log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
   }
   warnOfStaleFiles(job, scene);

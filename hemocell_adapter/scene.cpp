@@ -71,7 +71,7 @@ void resolveCounts(const Job& job, Scene& scene) {
   for (std::size_t i = 0; i < counts.size(); ++i) {
     scene.species[i].count = counts[i];
     volume += double(counts[i]) * scene.species[i].shape->volume();
-    if (counts[i] == 0) continue;
+    if (scene.species[i].mostCells() == 0) continue;
     refuseTooLarge(scene.species[i], *scene.lumen.container);
     refuseWithoutNode(scene.species[i]);
   }
@@ -110,7 +110,7 @@ Scene buildScene(const Job& job) {
   for (const SceneSpecies& species : scene.species) reach = std::max(reach, 2 * species.shape->radius());
   std::map<int, std::shared_ptr<const Wall>> walls;  // one for all species with the same distance from solid
   for (SceneSpecies& species : scene.species) {
-    if (species.count == 0) continue;
+    if (species.mostCells() == 0) continue;
     const int distance = species.job.minimumDistanceFromSolid;
     auto [wall, isNew] = walls.try_emplace(distance);
     // Relaxation demands the clearance plus a margin and is content when that margin is missed by its
@@ -132,7 +132,11 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   problem.container = scene.lumen.container;
   problem.method = job.method;
   if (job.builder) problem.builder = *job.builder;
-  if (job.escape) problem.escape.emplace();
+  problem.growth = job.growth;
+  if (job.escape) {
+    problem.escape.emplace();
+    for (const SceneSpecies& species : scene.species) problem.escape->stock.push_back(species.job.stock);
+  }
   problem.clearance = job.clearance;
   problem.wallClearance = job.wallClearance;
   problem.seed = job.seed;

@@ -21,6 +21,8 @@ struct SceneSpecies {
   std::shared_ptr<const Wall> wall;              ///< where packing allows it; nullptr: the container's own
   std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
   std::int64_t count = 0;                        ///< requested
+
+  std::int64_t mostCells() const { return count + job.stock; }  ///< of a packing
 };
 
 struct Scene {

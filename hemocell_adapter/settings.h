@@ -25,6 +25,7 @@ struct SpeciesRequest {
   std::optional<double> meshScale;    ///< µm per unit of the mesh file
   std::optional<Vec3> ellipsoidAxes;  ///< full lengths [µm]
   std::optional<bool> redCell;        ///< whether its volume counts as hematocrit
+  std::optional<std::int64_t> stock;  ///< cells beyond those asked for, to fill gaps with when escaping
 };
 
 /// A body with a closed surface, in the .pos frame [µm].
@@ -61,6 +62,7 @@ struct Settings {
   std::optional<Method> method;
   std::optional<Builder> builder;
   std::optional<bool> escape;
+  std::optional<GrowthSettings> growth;
   std::optional<double> clearance, wallClearance;  ///< [µm]
   std::optional<bool> rotate;
   std::optional<std::uint64_t> seed;

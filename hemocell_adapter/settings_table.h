@@ -41,6 +41,16 @@ struct SpeciesAttribute {
 };
 const std::vector<SpeciesAttribute>& speciesAttributes();
 
+/// A parameter of growth: an attribute of `<growth>`, and `--growth name value`.
+struct GrowthParameter {
+  const char* name;
+  ValueSpec value;
+  const char* fallback;
+  const char* help;
+  std::function<void(GrowthSettings&, const Value&)> apply;
+};
+const std::vector<GrowthParameter>& growthParameters();
+
 /// An attribute of a body in `<container>` or `<obstacles>`.
 struct SolidAttribute {
   const char* name;

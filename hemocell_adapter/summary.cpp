@@ -121,8 +121,9 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const SceneSpecies& species = scene.species[s];
-    lines.push_back(fmt::format("{}: {} of {} placed, volume fraction {:.5f}", species.job.name,
-                                tally.counts[s], species.count, tally.meshVolume[s] / lumen));
+    const std::string stock = species.job.stock > 0 ? fmt::format(" and {} in stock", species.job.stock) : "";
+    lines.push_back(fmt::format("{}: {} of {}{} placed, volume fraction {:.5f}", species.job.name,
+                                tally.counts[s], species.count, stock, tally.meshVolume[s] / lumen));
   }
   for (std::string& line : hematocritLines(job, scene, tally)) lines.push_back(std::move(line));
   if (knowsAcceptance(scene)) {

@@ -72,6 +72,18 @@ std::optional<std::string> toAxes(const std::string& text) {
   return sorted;
 }
 
+/// Blanks between them; empty when one of them is none or out of range.
+std::vector<double> toNumbers(const ValueSpec& spec, const std::string& text) {
+  std::istringstream words(text);
+  std::vector<double> numbers;
+  for (std::string word; words >> word;) {
+    const auto number = toNumber(word);
+    if (!number || !std::isfinite(*number) || !inRange(spec, *number)) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
 std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
   switch (spec.kind) {
     case Kind::number: {
@@ -113,17 +125,14 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       return {};
     }
     case Kind::vector: {
-      std::istringstream words(text);
-      std::string word;
-      Vec3 v;
-      int n = 0;
-      while (words >> word) {
-        const auto number = toNumber(word);
-        if (n == 3 || !number || !std::isfinite(*number) || !inRange(spec, *number)) return {};
-        v[n++] = *number;
-      }
-      if (n == 3) return v;
-      return {};
+      const auto numbers = toNumbers(spec, text);
+      if (numbers.size() != 3) return {};
+      return Vec3(numbers[0], numbers[1], numbers[2]);
+    }
+    case Kind::numbers: {
+      auto numbers = toNumbers(spec, text);
+      if (numbers.empty()) return {};
+      return numbers;
     }
   }
   return {};
@@ -153,6 +162,8 @@ std::string expectation(const ValueSpec& spec) {
       return "axes, such as yz, or none";
     case Kind::vector:
       return "three numbers" + rangeText(spec) + unit;
+    case Kind::numbers:
+      return "numbers" + rangeText(spec) + unit;
   }
   return "";
 }

@@ -24,9 +24,10 @@ enum class Kind {
   axis,     ///< x, y or z; std::int64_t 0, 1, 2
   axes,     ///< some of x, y, z or `none`; std::string of the sorted letters
   vector,   ///< three numbers; Vec3
+  numbers,  ///< one or more; std::vector<double>
 };
 
-using Value = std::variant<bool, std::int64_t, double, std::string, Vec3>;
+using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>>;
 
 /// What one value has to be.
 struct ValueSpec {

@@ -63,17 +63,22 @@ bool writeText(const std::filesystem::path& file, const ExactText& text) {
 
 }  // namespace
 
+void requireMeshCollectionEnding(const std::filesystem::path& file) {
+  const std::string ending = file.extension().string();
+  if (ending != ".obj" && ending != ".ply" && ending != ".h5")
+    throw InputError(file.string() + ": expected a file ending in .obj, .ply or .h5");
+}
+
 void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
+  requireMeshCollectionEnding(file);
   const std::string ending = file.extension().string();
   bool written = false;
   if (ending == ".obj")
     written = writeText(file, objText(meshes));
   else if (ending == ".ply")
     written = writeText(file, plyText(meshes));
-  else if (ending == ".h5")
-    written = writeHdf5(file, meshes);
   else
-    throw InputError(file.string() + ": expected a file ending in .obj, .ply or .h5");
+    written = writeHdf5(file, meshes);
   if (!written) throw InputError(file.string() + ": the meshes cannot be written");
 }
 

@@ -16,6 +16,9 @@ struct NamedMesh {
   TriangleMesh mesh;
 };
 
+/// @throws InputError when the ending is none that writeMeshes() knows
+void requireMeshCollectionEnding(const std::filesystem::path& file);
+
 /// Writes all meshes to one file, with coordinates [µm] that read back exactly. The kind follows the ending:
 /// - .obj: one object (`o name`) per mesh;
 /// - .ply: text; each triangle has the number of its mesh, from 0 on, as the property `part`, and comments

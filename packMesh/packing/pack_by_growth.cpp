@@ -50,7 +50,7 @@ class GrowthRun {
     GrowthState best;
     const bool ended = problem_.resume && problem_.resume->position.stage == Stage::certificate;
     if (problem_.resume) resume(*problem_.resume, ended ? best : resumed_);
-    if (ended) grown = countFull(best) == static_cast<std::int64_t>(best.size());
+    if (ended) grown = complete(best);
     for (; at_.attempt < attempts && !ended && !grown && !stopped(); ++at_.attempt, at_.progress = {}) {
       scene_.seed = problem_.seed + static_cast<std::uint64_t>(at_.attempt) * attemptStride;
       GrowthState state = std::exchange(resumed_, {});
@@ -58,8 +58,7 @@ class GrowthRun {
       if (best_.empty() || countFull(state) > countFull(best_)) best_ = std::move(state);
     }
     if (!ended) best = best_;
-    if (!ended && problem_.escape && (!grown || !problem_.escape->stock.empty()) && !stopped())
-      grown = escapeFrom(best);
+    if (!ended && problem_.escape && (!grown || anyStock()) && !stopped()) grown = escapeFrom(best);
     if (problem_.checkpoints) {
       if (!interrupted_) {
         keepState(Stage::certificate, best);
@@ -145,9 +144,11 @@ class GrowthRun {
     return cells;
   }
 
-  /// @return whether all cells are full
-  /// Done by all ranks alike.
+  /// Done by all ranks alike. Swapping may gain volume with full cells that become smaller: if less volume
+  /// were in full cells then, the state stays as it was.
+  /// @return whether the state is complete
   bool escapeFrom(GrowthState& state) {
+    const GrowthState before = state;
     const GrowthScene scene = distributed(scene_, Communicator());
     const Stopwatch watch(result_.statistics.growthSeconds);
     const BuilderFactory factory = [this](const GrowthScene& part) {
@@ -160,7 +161,8 @@ class GrowthRun {
         scene, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
     std::stable_sort(state.begin(), state.end(),
                      [](const GrowingCell& a, const GrowingCell& b) { return a.species < b.species; });
-    return countFull(state) == static_cast<std::int64_t>(state.size());
+    if (fullVolume(state) < fullVolume(before)) state = before;
+    return complete(state);
   }
 
   std::vector<PlacedCell> placed(const GrowthState& state) const {
@@ -181,6 +183,27 @@ class GrowthRun {
   static std::int64_t countFull(const GrowthState& state) {
     return std::count_if(state.begin(), state.end(),
                          [](const GrowingCell& c) { return c.pose.scale == 1.0; });
+  }
+
+  bool anyStock() const {
+    const std::vector<std::int64_t>& stock = problem_.escape->stock;
+    return std::any_of(stock.begin(), stock.end(), [](std::int64_t bodies) { return bodies > 0; });
+  }
+
+  double fullVolume(const GrowthState& state) const {
+    double volume = 0.0;
+    for (const GrowingCell& cell : state)
+      if (cell.pose.scale == 1.0) volume += scene_.shapes[cell.species]->volume();
+    return volume;
+  }
+
+  /// Whether there are as many full cells of each species as asked for, or more from the stock.
+  bool complete(const GrowthState& state) const {
+    std::vector<std::int64_t> full(counts_.size(), 0);
+    for (const GrowingCell& cell : state) full[cell.species] += cell.pose.scale == 1.0;
+    for (std::size_t s = 0; s < counts_.size(); ++s)
+      if (full[s] < counts_[s]) return false;
+    return true;
   }
 
   /// The cells that reached full size, certified.

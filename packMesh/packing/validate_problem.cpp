@@ -67,6 +67,12 @@ void checkRoomForClearance(const PackingProblem& problem) {
                      " µm apart need a lumen larger than " + problem.container->describe());
 }
 
+void checkStock(const EscapeSettings& escape, std::size_t species) {
+  if (escape.stock.size() > species) throw InputError("the stock has bodies of more species than there are");
+  for (const std::int64_t bodies : escape.stock)
+    if (bodies < 0) throw InputError("the stock has a negative number of bodies");
+}
+
 }  // namespace
 
 double cellVolume(const PackingProblem& problem) {
@@ -86,6 +92,10 @@ void validate(const PackingProblem& problem) {
       throw InputError("species '" + species.name + "' has a negative count, " +
                        std::to_string(species.count));
     if (species.count > 0) checkFits(species, *problem.container, problem.wallClearance);
+  }
+  if (problem.method == Method::cat) {
+    validate(problem.growth);
+    if (problem.escape) checkStock(*problem.escape, problem.species.size());
   }
   const double cells = cellVolume(problem), lumen = problem.container->volume();
   if (cells >= lumen)

@@ -11,6 +11,7 @@
 
 #include "packMesh/error.h"
 #include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/io/mesh_collection.h"
 #include "packMesh/io/mesh_file.h"
 #include "packMesh/io/pov_meshes.h"
 #include "packMesh/stages/growth/cat_export.h"
@@ -86,6 +87,7 @@ Options parse(int argc, char** argv) {
   }
   if (files.size() < 2)
     throw UsageError("give a container and at least one object; catCells --help says more");
+  requireMeshCollectionEnding(options.output);
   options.container = files.front();
   options.objects.assign(files.begin() + 1, files.end());
   if (!options.shown.empty() && *options.shown.rbegin() >= options.objects.size())

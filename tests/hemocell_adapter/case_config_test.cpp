@@ -53,7 +53,8 @@ TEST_CASE("the packing section", "[case_config]") {
     <bestEffort> true </bestEffort> <outputDirectory> out </outputDirectory> <povScene> true </povScene>
     <species name="RBC" construction="RBC_FROM_SPHERE" minimumDistanceFromSolid="1"/>
     <species name="PLT" ratio="0.07"/> <species name="WBC" count="2" redCell="false"/>
-    <species name="odd" count="1" file="odd.stl" scale="1e6"/> <species name="egg" count="1" ellipsoid="1 2 3"/>
+    <growth padding="0.5" barriers="0.5 1" iterations="7" centring="no"/>
+    <species name="spare" count="1" stock="3"/> <species name="odd" count="1" file="odd.stl" scale="1e6"/> <species name="egg" count="1" ellipsoid="1 2 3"/>
     <container>
       <box size="50 40 30" origin="1 2 3"/>
       <obstacles>
@@ -79,13 +80,19 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.maxIterations == 10000);
   CHECK(s.bestEffort == true);
   CHECK(*s.outputDirectory == config.folder / "out");
-  REQUIRE(s.species.size() == 5);
+  REQUIRE(s.species.size() == 6);
   CHECK(s.species[0].construction == Construction::rbcFromSphere);
   CHECK(s.species[0].minimumDistanceFromSolid == 1);
   CHECK(s.species[1].ratio == 0.07);
   CHECK(s.species[2].redCell == false);
-  CHECK(*s.species[3].meshFile == config.folder / "odd.stl");
-  CHECK(s.species[4].ellipsoidAxes == Vec3(1, 2, 3));
+  CHECK(s.species[3].stock == 3);
+  CHECK(*s.species[4].meshFile == config.folder / "odd.stl");
+  CHECK(s.species[5].ellipsoidAxes == Vec3(1, 2, 3));
+  REQUIRE(s.growth);
+  CHECK(s.growth->padding == 0.5);
+  CHECK(s.growth->barriers == std::vector<double>{0.5, 1.0});
+  CHECK(s.growth->maxIterations == 7);
+  CHECK_FALSE(s.growth->centring);
   REQUIRE(s.container);
   CHECK(s.container->lumen->size == Vec3(50, 40, 30));
   CHECK(s.container->lumen->origin == Vec3(1, 2, 3));

@@ -51,4 +51,7 @@ struct GrowthSettings {
   int attempts = 64;
 };
 
+/// @throws InputError naming the parameter that is out of its range
+void validate(const GrowthSettings& settings);
+
 }  // namespace packmesh

@@ -255,7 +255,7 @@ bool TetgenPlanes::tetrahedraOf(const GrowthState& state, const Region& region, 
       sums_.attempts += tetrahedra_.attempts;
       return true;
     } catch (const TetrahedraError& error) {
-      sums_.attempts += tetgenVariants;
+      sums_.attempts += error.attempts();
       sums_.lastFailure = error.what();
       break;
     } catch (const InputError&) {  // coarse levels meet

@@ -125,9 +125,10 @@ void runUntilItWorks(const TetrahedraInput& input, Run& run) {
     if (failure.code == 0) return;
   }
   throw TetrahedraError("TetGen gave up on the space between " + std::to_string(input.objects.size()) +
-                        " objects (" + std::to_string(run.tetgen.points.size()) + " vertices) after " +
-                        std::to_string(run.result.attempts) + " attempts: " + failure.text() +
-                        (input.explain ? "; " + offendersText(input) : ""));
+                            " objects (" + std::to_string(run.tetgen.points.size()) + " vertices) after " +
+                            std::to_string(run.result.attempts) + " attempts: " + failure.text() +
+                            (input.explain ? "; " + offendersText(input) : ""),
+                        run.result.attempts);
 }
 
 /// Steiner points have the label of the surface they are on; those within the volume that of the nearest

@@ -14,7 +14,12 @@ namespace packmesh {
 /// TetGen gave up on input that passed every check.
 class TetrahedraError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit TetrahedraError(const std::string& what, int attempts = 1)
+      : std::runtime_error(what), attempts_(attempts) {}
+  int attempts() const { return attempts_; }  ///< runs of TetGen that failed
+
+ private:
+  int attempts_;
 };
 
 /// A closed, outward-oriented mesh and where it is.
