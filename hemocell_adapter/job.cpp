@@ -65,6 +65,10 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.outputDirectory, s.outputDirectory);
   take(job.povScene, s.povScene);
   take(job.checkpointEvery, s.checkpointEvery);
+  job.regions = s.regions;
+  take(job.tiles, s.tiles);
+  take(job.realisations, s.realisations);
+  job.exports = s.exports;
   job.stateFile = s.stateFile;
   job.restart = s.restart;
   if (!job.stateFile && (job.checkpointEvery > 0.0 || job.restart))
@@ -103,10 +107,31 @@ void checkApplicability(const Job& job, const Settings& options) {
     if (options.walls) throw UsageError("option '--walls': " + reason);
     throw InputError(job.config->file.string() + ": <walls>: " + reason);
   }
+  if (options.tiles && (!job.boxSize || job.container || job.keepAll))
+    throw UsageError("option '--tile' is for periodic boxes: sX sY sZ");
+  if (job.realisations > 1 && job.restart)
+    throw UsageError(
+        "option '--restart' excludes --realisations: continue one of them by its own state file");
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
     throw UsageError(
         "--ends periodic excludes --keep-all: HemoCell drops every cell that crosses a periodic face");
+  }
+}
+
+/// What growth does not know is refused before anything is built.
+void checkMethod(const Job& job) {
+  if (job.method != Method::cat) return;
+  const auto refuse = [](const std::string& what) {
+    throw InputError(what + ": method cat does not know it; the default method does");
+  };
+  if (!job.regions.empty()) refuse("<region>");
+  for (const JobSpecies& species : job.species) {
+    if (!species.fixed.empty() || !species.start.empty())
+      refuse(fmt::format("cell '{}' has cells that are there", species.name));
+    if (species.cone) refuse(fmt::format("cell '{}' has an axis", species.name));
+    if (species.wallClearance > job.wallClearance)
+      refuse(fmt::format("cell '{}' has a clearance to the wall of its own", species.name));
   }
 }
 
@@ -145,7 +170,9 @@ Job makeJob(const CommandLine& commandLine) {
   if (job.command == Command::check) {
     chooseCheckedSpecies(job, settings);
   } else {
+    job.cellFreeLayer = settings.cellFreeLayer.value_or(0.0);
     choosePackedSpecies(job, std::move(settings), options);
+    checkMethod(job);
     for (const JobSpecies& species : job.species)
       if (species.stock > 0 && !job.escape)
         throw InputError(fmt::format("cell '{}' has a stock, which only --escape uses", species.name));

@@ -9,6 +9,7 @@
 
 #include "hemocell_adapter/case_config.h"
 #include "hemocell_adapter/command_line.h"
+#include "hemocell_adapter/pos_file.h"
 
 namespace packmesh::hemocell {
 
@@ -27,7 +28,11 @@ struct JobSpecies {
   std::optional<double> ratio;
   int minimumDistanceFromSolid = 0;  ///< [µm]
   bool minimumDistanceStated = false;
-  std::int64_t stock = 0;  ///< so many more, when escaping
+  std::int64_t stock = 0;             ///< so many more, when escaping
+  std::vector<PosLine> fixed, start;  ///< cells that are there: that stay, or may move
+  std::string fixedFrom, startFrom;   ///< files
+  double wallClearance = 0.0;         ///< [µm]
+  std::optional<AxisCone> cone;
 };
 
 struct Job {
@@ -37,6 +42,7 @@ struct Job {
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
   std::optional<ContainerRequest> container;
   std::vector<JobSpecies> species;
+  std::vector<RegionRequest> regions;
 
   double dx = 0.5;  ///< [µm]
   std::optional<double> hematocrit;
@@ -51,12 +57,16 @@ struct Job {
   bool escape = false;                          ///< of Method::cat
   GrowthSettings growth;                        ///< of Method::cat
   double clearance = 0.0, wallClearance = 0.0;  ///< [µm]
+  double cellFreeLayer = 0.0;                   ///< of red cells [µm]
   std::uint64_t seed = 1;
   bool rotate = true;
   double maxSeconds = 0.0;                    ///< 0: no limit
   std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
   bool bestEffort = false;
 
+  std::array<int, 3> tiles = {1, 1, 1};
+  std::int64_t realisations = 1;
+  std::vector<std::string> exports;
   std::filesystem::path outputDirectory;
   bool povScene = false;
   std::optional<std::filesystem::path> stateFile, restart;

@@ -19,7 +19,8 @@ bool isRedCell(const SpeciesRequest& request) {
 
 /// Does the request say that there are such cells, or is it only a detail of cells that another one asks for?
 bool selects(const SpeciesRequest& request) {
-  return request.count || request.ratio || request.ellipsoidAxes || request.meshFile;
+  return request.count || request.ratio || request.ellipsoidAxes || request.meshFile || request.fixed ||
+         request.start;
 }
 
 /// A red species whose number the hematocrit decides.
@@ -35,6 +36,29 @@ std::string sourceOf(const Job& job) {
   return job.config ? job.config->file.string() : "command line";
 }
 
+std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
+  if (!request.axis) {
+    if (request.spread)
+      throw InputError(fmt::format("cell '{}' has a spread, but no axis around which", request.name));
+    return {};
+  }
+  if (!(request.axis->norm() > 0.0))
+    throw InputError(fmt::format("cell '{}': its axis 0 0 0 is no direction", request.name));
+  constexpr double degree = 3.14159265358979323846 / 180.0;
+  return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
+}
+
+/// Reads the cells that are there.
+void readPresent(const SpeciesRequest& request, JobSpecies& species) {
+  const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
+    if (!file) return;
+    lines = readPos(*file);
+    from = file->string();
+  };
+  read(request.fixed, species.fixed, species.fixedFrom);
+  read(request.start, species.start, species.startFrom);
+}
+
 JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
   JobSpecies species;
   species.name = request.name;
@@ -44,6 +68,12 @@ JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
   species.minimumDistanceFromSolid = request.minimumDistanceFromSolid.value_or(0);
   species.minimumDistanceStated = request.minimumDistanceFromSolid.has_value();
   species.stock = request.stock.value_or(0);
+  species.wallClearance = std::max(request.wallClearance.value_or(job.wallClearance), job.wallClearance);
+  if (species.redCell) species.wallClearance = std::max(species.wallClearance, job.cellFreeLayer);
+  species.cone = coneOf(request);
+  readPresent(request, species);
+  if (!species.count && !species.ratio && !(job.hematocrit && species.redCell))
+    species.count = std::int64_t(species.fixed.size() + species.start.size());
   if (request.meshFile) {
     species.kind = JobSpecies::Template::mesh;
     species.meshFile = *request.meshFile;
@@ -179,7 +209,8 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
         "how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
   }
   for (const SpeciesRequest& request : all) {
-    if (!request.count && !request.ratio && !(job.hematocrit && isRedCell(request))) {
+    if (!request.count && !request.ratio && !request.fixed && !request.start &&
+        !(job.hematocrit && isRedCell(request))) {
       throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(job), request.name,
                                    isRedCell(request) ? " or a hematocrit" : " or a ratio"));
     }

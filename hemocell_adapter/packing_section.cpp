@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "hemocell_adapter/settings_table.h"
+#include "hemocell_adapter/value_specs.h"
 #include "hemocell_adapter/xml_tags.h"
 #include "packMesh/error.h"
 
@@ -95,7 +96,8 @@ SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
     throw InputError(
         fmt::format("{}: is a mesh file and an ellipsoid; one of them it can be", placeOf(element, file)));
   }
-  if (species.meshFile) *species.meshFile = file.parent_path() / *species.meshFile;
+  for (std::optional<fs::path>* path : {&species.meshFile, &species.fixed, &species.start})
+    if (*path) **path = file.parent_path() / **path;
   return species;
 }
 
@@ -153,11 +155,33 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
   return container;
 }
 
+RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
+  struct Attribute {
+    const char* name;
+    ValueSpec value;
+    std::function<void(RegionRequest&, const Value&)> apply;
+  };
+  ValueSpec fraction = specs::hematocrit();
+  fraction.lowExcluded = false;
+  const std::vector<Attribute> attributes = {
+      {"hematocrit", fraction, [](RegionRequest& r, const Value& v) { r.hematocrit = std::get<double>(v); }}};
+  RegionRequest region;
+  require(element, "hematocrit", fraction, file);
+  readAttributes(element, attributes, region, file);
+  refuseText(element, file);
+  const XMLElement* body = element.FirstChildElement();
+  if (!body || body->NextSiblingElement())
+    throw InputError(fmt::format("{}: expected one body inside: <box>, <cylinder>, <sphere> or <mesh>",
+                                 placeOf(element, file)));
+  region.body = readSolid(*body, {}, file);
+  return region;
+}
+
 }  // namespace
 
 Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   Settings settings;
-  std::vector<std::string> known = {"species", "container", "growth"};
+  std::vector<std::string> known = {"species", "container", "growth", "region"};
   for (const Setting& setting : settingsTable()) {
     if (*setting.tag) known.emplace_back(setting.tag);
   }
@@ -172,12 +196,21 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
       const SpeciesRequest species = readSpecies(*child, file);
       if (findSpecies(settings, species.name)) {
         throw InputError(
-            fmt::format("{}: a second species called '{}'", placeOf(*child, file), species.name));
+            fmt::format("{}: a second species called '{}' (<fixed> and <start> of one come after it)",
+                        placeOf(*child, file), species.name));
       }
       settings.species.push_back(species);
       continue;
     }
-    onlyChild(packing, child->Name(), file);
+    if (name == "region") {
+      settings.regions.push_back(readRegion(*child, file));
+      continue;
+    }
+    const Setting* found = nullptr;
+    for (const Setting& setting : settingsTable()) {
+      if (*setting.tag && name == setting.tag) found = &setting;
+    }
+    if (!found || !found->repeats) onlyChild(packing, child->Name(), file);
     if (name == "container") {
       settings.container = readContainer(*child, file);
       continue;
@@ -187,16 +220,15 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
       readAttributes(*child, growthParameters(), settings.growth.emplace(), file);
       continue;
     }
-    const Setting* found = nullptr;
-    for (const Setting& setting : settingsTable()) {
-      if (*setting.tag && name == setting.tag) found = &setting;
-    }
     if (!found) {
       throw InputError(
           fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
     }
     refuseAttributes(*child, file);
-    found->apply(settings, {valueOf(*child, found->values[0], file)});
+    Value value = valueOf(*child, found->values[0], file);
+    if (name == "fixed" || name == "start")
+      value = (file.parent_path() / std::get<std::string>(value)).string();
+    found->apply(settings, {value});
   }
   if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
   if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;

@@ -207,6 +207,10 @@ Placement placementOf(const PosLine& line) {
   return placement;
 }
 
+Pose poseOf(const PosLine& line) {
+  return {1.0, Quaternion(placementOf(line).linear).normalized(), line.position};
+}
+
 PosLine posLineOf(const Pose& pose) {
   const Mat3 r = pose.orientation.normalized().toRotationMatrix();
   // c first; then a and b from Rz(-c)·R = Ry(b)·Rx(a), whose entries stay well defined when cos(b) is tiny

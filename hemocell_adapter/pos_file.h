@@ -26,6 +26,9 @@ Placement placementOf(const PosLine& line);
 /// vector to within rounding. Pre: finite pose.
 PosLine posLineOf(const Pose& pose);
 
+/// The pose of a cell at this line.
+Pose poseOf(const PosLine& line);
+
 /// Text of a .pos file, or of a part of it: a line each, shortest decimal numbers that read back to the same
 /// bits, independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
 std::string formatPosLines(const std::vector<PosLine>& lines);

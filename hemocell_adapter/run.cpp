@@ -10,13 +10,16 @@
 #include <optional>
 #include <sstream>
 
+#include "hemocell_adapter/cell_files.h"
 #include "hemocell_adapter/checkpoints.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/pos_file.h"
 #include "hemocell_adapter/ranks.h"
+#include "hemocell_adapter/realisations.h"
 #include "hemocell_adapter/scene.h"
 #include "hemocell_adapter/summary.h"
+#include "hemocell_adapter/tiling.h"
 #include "packMesh/io/pov_scene.h"
 #include "packMesh/packing/pack.h"
 
@@ -111,47 +114,6 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
   return kept;
 }
 
-/// The first rank writes; the others send it their lines, one rank after the other.
-void write(const Job& job, const Scene& scene, const PackingResult& result,
-           const std::vector<std::int64_t>& counts, const Communicator& ranks) {
-  AtomicFiles files;
-  const auto onFirst = [&](auto&& work) {
-    onFirstRank(ranks, [&] {
-      try {
-        work();
-      } catch (const InputError& error) {
-        throw OutputError(error.what());
-      }
-    });
-  };
-  onFirst([&] { makeFolder(job.outputDirectory); });
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    if (scene.species[s].mostCells() == 0) continue;
-    std::vector<PosLine> lines;
-    for (std::size_t i = 0; i < result.cells.size(); ++i) {
-      if (result.cells[i].species == int(s)) lines.push_back(posLineOf(result.poses[i]));
-    }
-    const std::string text = formatPosLines(lines);
-    onFirst([&] {
-      files.begin(job.outputDirectory / (scene.species[s].job.name + ".pos"));
-      files.append(formatPosHead(counts[s]));
-    });
-    std::exception_ptr error;
-    ranks.visitInOrder(std::vector<char>(text.begin(), text.end()), [&](const std::vector<char>& part) {
-      try {
-        if (!error) files.append(std::string(part.begin(), part.end()));
-      } catch (...) {
-        error = std::current_exception();
-      }
-    });
-    onFirst([&] {
-      if (error) std::rethrow_exception(error);
-      files.end();
-    });
-  }
-  onFirst([&] { files.commit(); });
-}
-
 void writePicture(const Job& job, const Scene& scene, const PackingResult& result,
                   const Communicator& ranks) {
   struct Cell {
@@ -232,36 +194,8 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
       tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
-}  // namespace
-
-ExitCode runPacking(const Job& job, const Communicator& ranks) {
-  const Stopwatch stopwatch;
-  onFirstRank(ranks, [&] {
-    requireWritable(job.outputDirectory);
-    if (job.stateFile) requireWritable(job.stateFile->parent_path());
-  });
-  for (const std::string& warning : job.warnings) log::warning(warning);
-  std::optional<Scene> built;
-  together(ranks, [&] { built = buildScene(job); });
-  const Scene& scene = *built;
-  onFirstRank(ranks, [&] { requireReplaceableFiles(job, scene); });
-  for (const auto* list : {&scene.warnings, &scene.lumen.notices}) {
-    for (const std::string& warning : *list) log::warning(warning);
-  }
-  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
-  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
-
-  const PolledInterruption whilePackingAndWriting;
-  ProgressLog progress;
-  PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
-  problem.communicator = ranks;
-  if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
-  StateFiles states(job, problem);
-  if (job.stateFile) problem.checkpoints = states.checkpoints();
-  if (job.restart) problem.resume = stateToContinue(job, problem);
-  const PackingResult result = pack(problem);
-  if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted(job, states);
-  const Statistics& statistics = result.statistics;
+/// Tells what packing took, in detail.
+void tellEffort(const Statistics& statistics, const Communicator& ranks) {
   for (const std::string& line : effortLines(statistics)) log::detail(line);
   if (!ranks.alone()) {
     const double perSweep = 1.0 / double(std::max<std::int64_t>(1, statistics.sweeps));
@@ -272,7 +206,21 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   if (!statistics.growth && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} block{} of cells for {} ranks: the others had nothing to do",
                           statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
+}
 
+Scene builtScene(const Job& job, const Communicator& ranks) {
+  std::optional<Scene> scene;
+  together(ranks, [&] { scene = buildScene(job); });
+  for (const auto* list : {&scene->warnings, &scene->lumen.notices})
+    for (const std::string& warning : *list) log::warning(warning);
+  return std::move(*scene);
+}
+
+/// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
+ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+                 const Communicator& ranks) {
+  std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
+  ranks.sum(countsOfParts);
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
   ranks.sum(counts);
   const Tally tally = tallyOf(scene, counts);
@@ -299,16 +247,70 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
         result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
-  write(job, scene, result, counts, ranks);
+  onFirstRank(ranks, [&] { makeFolder(job.outputDirectory); });
+  const std::vector<fs::path> files = writeCellFiles(job, scene, result, counts, ranks);
   for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, stopwatch.elapsed()))
     log::info(line);
-  for (const SceneSpecies& species : scene.species) {
-    if (species.mostCells() > 0)
-      log::info(fmt::format("Wrote {}", (job.outputDirectory / (species.job.name + ".pos")).string()));
-  }
+  for (const std::string& line : regionLines(job, scene, countsOfParts)) log::info(line);
+  for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(job, scene);
   if (job.povScene) writePicture(job, scene, result, ranks);
   return ExitCode::ok;
+}
+
+/// The packing repeated in a larger box, proved anew.
+ExitCode deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+                      const Communicator& ranks) {
+  if (result.outcome == Outcome::outOfReach && !(job.bestEffort && result.cellCount > 0))
+    return deliver(job, scene, result, stopwatch, ranks);
+  namedBySpecies(scene, result);
+  const Job big = tiledJob(job, scene, result, ranks);
+  const Scene bigScene = builtScene(big, ranks);
+  log::info(fmt::format("Repeated {} x {} x {} times: {}", job.tiles[0], job.tiles[1], job.tiles[2],
+                        lumenLines(bigScene).front()));
+  PackingProblem problem = problemOf(big, bigScene, interrupted, {});
+  problem.communicator = ranks;
+  PackingResult bigResult = pack(problem);
+  if (bigResult.outcome == Outcome::interrupted) {
+    log::error("interrupted: nothing was written");
+    return ExitCode::interrupted;
+  }
+  return deliver(big, bigScene, bigResult, stopwatch, ranks);
+}
+
+ExitCode packOnce(const Job& job, const Communicator& ranks) {
+  const Stopwatch stopwatch;
+  onFirstRank(ranks, [&] {
+    requireWritable(job.outputDirectory);
+    if (job.stateFile) requireWritable(job.stateFile->parent_path());
+  });
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  const Scene scene = builtScene(job, ranks);
+  if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
+  onFirstRank(ranks, [&] { requireReplaceableFiles(job, scene); });
+  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
+  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
+
+  const PolledInterruption whilePackingAndWriting;
+  ProgressLog progress;
+  PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
+  problem.communicator = ranks;
+  if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
+  StateFiles states(job, problem);
+  if (job.stateFile) problem.checkpoints = states.checkpoints();
+  if (job.restart) problem.resume = stateToContinue(job, problem);
+  PackingResult result = pack(problem);
+  if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted(job, states);
+  tellEffort(result.statistics, ranks);
+  return isTiled(job) ? deliverTiled(job, scene, result, stopwatch, ranks)
+                      : deliver(job, scene, result, stopwatch, ranks);
+}
+
+}  // namespace
+
+ExitCode runPacking(const Job& job, const Communicator& ranks) {
+  const auto once = [&](const Job& one) { return packOnce(one, ranks); };
+  return job.realisations > 1 ? runRealisations(job, once) : once(job);
 }
 
 }  // namespace packmesh::hemocell

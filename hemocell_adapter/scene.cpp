@@ -66,7 +66,12 @@ void resolveCounts(const Job& job, Scene& scene) {
   }
   double reference = scene.referenceVolume(job);
   if (job.asPackCells && job.boxSize) reference = job.boxSize->prod();
-  const std::vector<std::int64_t> counts = countCells(counted, job.hematocrit, reference);
+  std::optional<double> hematocrit = job.hematocrit;
+  if (!scene.regions.empty()) {
+    *hematocrit = 0.0;
+    for (const SceneRegion& region : scene.regions) *hematocrit += region.share * region.hematocrit;
+  }
+  const std::vector<std::int64_t> counts = countCells(counted, hematocrit, reference);
   double volume = 0.0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     scene.species[i].count = counts[i];
@@ -105,18 +110,27 @@ Scene buildScene(const Job& job) {
     scene.species.push_back(std::move(species));
   }
   if (job.command == Command::check) return scene;
+  if (!job.regions.empty() && !job.hematocrit)
+    throw InputError(job.regions.front().body.where +
+                     ": a region needs a hematocrit of the rest, if only 0.001");
+  scene.regions = makeRegions(job, scene.lumen);
   resolveCounts(job, scene);
+  scene.parts = makeParts(job, scene);
+  for (const JobSpecies& species : job.species)
+    for (const auto* lines : {&species.fixed, &species.start})
+      for (const PosLine& line : *lines) scene.read.add(line);
   double reach = 0.0;
   for (const SceneSpecies& species : scene.species) reach = std::max(reach, 2 * species.shape->radius());
-  std::map<int, std::shared_ptr<const Wall>> walls;  // one for all species with the same distance from solid
+  std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
+      walls;  // by distance from solid and clearance
   for (SceneSpecies& species : scene.species) {
     if (species.mostCells() == 0) continue;
     const int distance = species.job.minimumDistanceFromSolid;
-    auto [wall, isNew] = walls.try_emplace(distance);
+    auto [wall, isNew] = walls.try_emplace({distance, species.job.wallClearance});
     // Relaxation demands the clearance plus a margin and is content when that margin is missed by its
     // tolerance; of the voxel faces nothing more is wanted then than that no vertex is beyond them.
     constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
-    if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, job.wallClearance + margin);
+    if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, species.job.wallClearance + margin);
     species.wall = wall->second;
   }
   return scene;
@@ -125,9 +139,10 @@ Scene buildScene(const Job& job) {
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress) {
   PackingProblem problem;
-  for (const SceneSpecies& species : scene.species) {
+  for (const ScenePart& part : scene.parts) {
+    const SceneSpecies& species = scene.species[part.species];
     problem.species.push_back(
-        {species.job.name, species.shape, species.count, species.wall, species.job.redCell});
+        {part.name, species.shape, part.count, species.wall, species.job.redCell, part.start, part.freedom});
   }
   problem.container = scene.lumen.container;
   problem.method = job.method;
@@ -135,7 +150,8 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   problem.growth = job.growth;
   if (job.escape) {
     problem.escape.emplace();
-    for (const SceneSpecies& species : scene.species) problem.escape->stock.push_back(species.job.stock);
+    for (const ScenePart& part : scene.parts)
+      problem.escape->stock.push_back(scene.species[part.species].job.stock);
   }
   problem.clearance = job.clearance;
   problem.wallClearance = job.wallClearance;
@@ -143,10 +159,19 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   problem.rotate = job.rotate;
   problem.limits.maxSeconds = job.maxSeconds;
   if (job.maxIterations) problem.limits.maxSweeps = *job.maxIterations;
-  problem.written = [](const Pose& pose) { return placementOf(posLineOf(pose)); };
+  problem.written = [&scene](const Pose& pose) { return placementOf(scene.read.lineOf(pose)); };
   problem.interrupted = std::move(interrupted);
   problem.progress = std::move(progress);
   return problem;
+}
+
+std::vector<std::int64_t> namedBySpecies(const Scene& scene, PackingResult& result) {
+  std::vector<std::int64_t> counts(scene.parts.size(), 0);
+  for (PlacedCell& cell : result.cells) {
+    ++counts[cell.species];
+    cell.species = scene.parts[cell.species].species;
+  }
+  return counts;
 }
 
 bool knowsAcceptance(const Scene& scene) {

@@ -9,8 +9,10 @@
 
 #include "hemocell_adapter/job.h"
 #include "hemocell_adapter/lumen.h"
+#include "hemocell_adapter/parts.h"
 #include "hemocell_adapter/pos_file.h"
 #include "packMesh/packing/packing_problem.h"
+#include "packMesh/packing/packing_result.h"
 #include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh::hemocell {
@@ -28,6 +30,9 @@ struct SceneSpecies {
 struct Scene {
   Lumen lumen;
   std::vector<SceneSpecies> species;
+  std::vector<SceneRegion> regions;  ///< empty: one hematocrit for all of the lumen
+  std::vector<ScenePart> parts;      ///< what is packed
+  ReadLines read;                    ///< cells that were there
   std::vector<std::string> warnings;
 
   /// The volume the hematocrit is a share of [µm³].
@@ -44,6 +49,10 @@ Scene buildScene(const Job& job);
 /// numbers that formatPos writes.
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress);
+
+/// Makes the species of a result, which are parts of the scene, those of the scene.
+/// @return how many cells of each part there are on this rank
+std::vector<std::int64_t> namedBySpecies(const Scene& scene, PackingResult& result);
 
 /// What HemoCell would do with a placed cell: nothing when it keeps it, otherwise why not.
 std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell);

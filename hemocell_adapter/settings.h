@@ -2,6 +2,7 @@
 /// @file What the user can ask for, however it was asked: command line or `<packing>` section.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -26,6 +27,11 @@ struct SpeciesRequest {
   std::optional<Vec3> ellipsoidAxes;  ///< full lengths [µm]
   std::optional<bool> redCell;        ///< whether its volume counts as hematocrit
   std::optional<std::int64_t> stock;  ///< cells beyond those asked for, to fill gaps with when escaping
+  std::optional<std::filesystem::path> fixed;  ///< .pos file of cells that stay
+  std::optional<std::filesystem::path> start;  ///< .pos file of cells that are there, but may move
+  std::optional<double> wallClearance;         ///< [µm]
+  std::optional<Vec3> axis;                    ///< of the cell's thin axis, any length
+  std::optional<double> spread;                ///< [degrees] around it
 };
 
 /// A body with a closed surface, in the .pos frame [µm].
@@ -50,6 +56,12 @@ struct ContainerRequest {
   std::optional<Vec3> nodes;  ///< lattice nodes of the case when its XML does not say
 };
 
+/// A part of the lumen with a hematocrit of its own.
+struct RegionRequest {
+  double hematocrit = 0.0;
+  SolidRequest body;
+};
+
 /// Everything that can be asked for; empty: the default applies.
 struct Settings {
   std::optional<double> hematocrit;
@@ -58,6 +70,11 @@ struct Settings {
   std::optional<bool> fluidVolume;      ///< hematocrit of the fluid-node volume instead of the true lumen
   std::vector<SpeciesRequest> species;
   std::optional<ContainerRequest> container;
+  std::vector<RegionRequest> regions;   ///< a point belongs to the first one that it is in
+  std::optional<double> cellFreeLayer;  ///< red cells keep this far from the wall [µm]
+  std::optional<std::array<int, 3>> tiles;
+  std::vector<std::string> exports;
+  std::optional<std::int64_t> realisations;
 
   std::optional<Method> method;
   std::optional<Builder> builder;

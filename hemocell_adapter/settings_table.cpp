@@ -11,6 +11,11 @@ namespace {
 
 using namespace specs;
 
+/// The request for the cells called like the file.
+SpeciesRequest& cellsInFile(Settings& settings, const std::string& file) {
+  return speciesNamed(settings, std::filesystem::path(file).stem().string());
+}
+
 /// The option that asks for `n` cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
   return {
@@ -124,6 +129,43 @@ std::vector<Setting> cellSettings() {
        Topic::cells,
        false,
        [](Settings& s, const Values& v) { s.fluidVolume = text(v[0]) == "fluid"; }},
+      {"fixed",
+       0,
+       "fixed",
+       false,
+       {file()},
+       "",
+       "the cells of this .pos file (named like the cell) stay where they are; counts include them",
+       Topic::cells,
+       false,
+       [](Settings& s, const Values& v) { cellsInFile(s, text(v[0])).fixed = text(v[0]); },
+       true},
+      {"start",
+       0,
+       "start",
+       false,
+       {file()},
+       "",
+       "begin with the cells of this .pos file: more are added at random, of too many some are drawn",
+       Topic::cells,
+       false,
+       [](Settings& s, const Values& v) { cellsInFile(s, text(v[0])).start = text(v[0]); },
+       true},
+      {"orient",
+       0,
+       "",
+       false,
+       {name(), number("x", "", -1e6, false, 1e6), number("y", "", -1e6, false, 1e6),
+        number("z", "", -1e6, false, 1e6), spread()},
+       "any direction",
+       "the thin axis of that cell stays within this angle of the direction x y z",
+       Topic::cells,
+       false,
+       [](Settings& s, const Values& v) {
+         SpeciesRequest& species = speciesNamed(s, text(v[0]));
+         species.axis = Vec3(real(v[1]), real(v[2]), real(v[3]));
+         species.spread = real(v[4]);
+       }},
       {"minimum-distance-from-solid",
        0,
        "",

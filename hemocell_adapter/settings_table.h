@@ -26,6 +26,7 @@ struct Setting {
   Topic topic;
   bool packCells;  ///< packCells has it too: its prefixes come first
   std::function<void(Settings&, const std::vector<Value>&)> apply;
+  bool repeats = false;  ///< the tag may stand there several times
 };
 
 /// All settings, in the order of the help text.

@@ -55,6 +55,55 @@ std::vector<std::string> lumenLines(const Scene& scene) {
   return lines;
 }
 
+namespace {
+
+/// What is there already, and where cells may be.
+std::vector<std::string> constraintLines(const Job& job, const SceneSpecies& species) {
+  const JobSpecies& s = species.job;
+  std::vector<std::string> lines;
+  if (!s.fixedFrom.empty())
+    lines.push_back(
+        fmt::format("{}: {} of them stay where {} has them", s.name, s.fixed.size(), s.fixedFrom));
+  if (!s.startFrom.empty()) {
+    const std::int64_t room = species.count - std::int64_t(s.fixed.size()),
+                       there = std::int64_t(s.start.size());
+    lines.push_back(fmt::format("{}: begins with {} of the {} cells of {}", s.name, std::min(room, there),
+                                there, s.startFrom));
+  }
+  if (s.cone)
+    lines.push_back(fmt::format("{}: thin axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})", s.name,
+                                s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
+                                s.cone->axis.y(), s.cone->axis.z()));
+  if (s.wallClearance > job.wallClearance)
+    lines.push_back(fmt::format("{}: {:.15g} µm from the wall", s.name, s.wallClearance));
+  return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> regionLines(const Job& job, const Scene& scene,
+                                     const std::vector<std::int64_t>& counts) {
+  std::vector<std::string> lines;
+  const double reference = scene.referenceVolume(job);
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    std::int64_t cells = 0;
+    double volume = 0.0;
+    for (std::size_t p = 0; p < scene.parts.size(); ++p) {
+      const SceneSpecies& species = scene.species[scene.parts[p].species];
+      if (!species.job.redCell) continue;
+      std::int64_t here = scene.parts[p].region == int(r) ? counts[p] : 0;
+      if (scene.parts[p].freedom.fixed)
+        for (const Pose& pose : scene.parts[p].start)
+          here += regionAt(scene.regions, pose.position) == int(r);
+      cells += here;
+      volume += double(here) * species.shape->volume();
+    }
+    lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
+                                scene.regions[r].name, volume / (reference * scene.regions[r].share), cells));
+  }
+  return lines;
+}
+
 std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks) {
   std::vector<std::string> lines;
   lines.push_back(versionLine(ranks));
@@ -78,6 +127,11 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
                           species.job.minimumDistanceStated ? "" : " (assumed)")
             : ""));
   }
+  for (const SceneSpecies& species : scene.species)
+    for (const std::string& line : constraintLines(job, species)) lines.push_back(line);
+  for (const SceneRegion& region : scene.regions)
+    lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
+                                region.hematocrit, 100.0 * region.share));
   if (job.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
                                 builderText(job.builder.value_or(Builder::chords))));

@@ -29,6 +29,10 @@ struct Kept {
 std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
                                    const Certificate& certificate, const Kept& kept, const RunTimes& times);
 
+/// Red cells and hematocrit of each region, by where their centres are. @param counts of the scene's parts
+std::vector<std::string> regionLines(const Job& job, const Scene& scene,
+                                     const std::vector<std::int64_t>& counts);
+
 /// What packing took: sweeps or iterations, repairs or steps taken back, CPU time of the stages.
 std::vector<std::string> effortLines(const Statistics& statistics);
 

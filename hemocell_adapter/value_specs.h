@@ -73,6 +73,15 @@ inline ValueSpec ratio() {
 inline ValueSpec clearance() {
   return number("d", "µm", 0, false, 100);
 }
+inline ValueSpec direction(const char* placeholder) {
+  ValueSpec spec = vector(placeholder, -1e6, false);
+  spec.unit = "";
+  spec.high = 1e6;
+  return spec;
+}
+inline ValueSpec spread() {
+  return number("angle", "degrees", 0, false, 90);
+}
 inline ValueSpec flag() {
   return plain(Kind::boolean, "");
 }

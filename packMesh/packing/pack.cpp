@@ -12,6 +12,7 @@
 
 #include "packMesh/error.h"
 #include "packMesh/packing/cell_measures.h"
+#include "packMesh/packing/fixed_cells.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/regrown_cells.h"
@@ -61,7 +62,7 @@ class Run {
   PackingResult operator()() {
     Relaxation relaxation = problem_.resume ? resumed(*problem_.resume) : placed();
     keepState(relaxation);
-    bool resolved = false;
+    bool resolved = startsClean(relaxation);
     while (!at_.thinning && !resolved && relaxed(relaxation)) resolved = certified(relaxation);
     if (!resolved && !interrupted_) thinOut(relaxation);
     if (problem_.checkpoints) {
@@ -91,6 +92,7 @@ class Run {
     for (const Species& species : problem_.species) {
       input.shapes.push_back(species.shape.get());
       input.walls.push_back(problem_.wallOf(species));
+      input.freedoms.push_back(species.freedom);
     }
     input.bounds = problem_.container->bounds();
     input.period = problem_.container->period();
@@ -100,6 +102,20 @@ class Run {
     return input;
   }
 
+  /// Where cells [from, to) of a species start, the first of which has this id.
+  std::vector<Pose> startOf(std::size_t s, std::int64_t from, std::int64_t to, std::int64_t firstId) const {
+    const Species& species = problem_.species[s];
+    const std::int64_t atRandom = std::clamp(static_cast<std::int64_t>(species.start.size()), from, to);
+    std::vector<Pose> poses(species.start.begin() + std::min(from, atRandom),
+                            species.start.begin() + atRandom);
+    const PlacementInput random{species.shape.get(), problem_.wallOf(species), firstId + atRandom,
+                                to - atRandom, &species.freedom};
+    for (const Pose& pose :
+         placeRandomly(random, problem_.container->bounds(), problem_.seed, problem_.rotate))
+      poses.push_back(pose);
+    return poses;
+  }
+
   Relaxation placed() {
     Stopwatch watch(result_.statistics.placementSeconds);
     const RelaxationInput input = relaxationInput();
@@ -107,12 +123,12 @@ class Run {
     std::vector<Body> bodies;
     std::int64_t begin = 0;  // of the species
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-      const std::int64_t from = std::max(first, begin), to = std::min(end, begin + problem_.species[s].count);
+      const std::int64_t speciesBegin = begin;
       begin += problem_.species[s].count;
+      const std::int64_t from = std::max(first, speciesBegin), to = std::min(end, begin);
       if (from >= to) continue;
       std::int64_t id = from;
-      for (const Pose& pose : placeRandomly({input.shapes[s], input.walls[s], from, to - from}, input.bounds,
-                                            problem_.seed, input.rotate)) {
+      for (const Pose& pose : startOf(s, from - speciesBegin, to - speciesBegin, speciesBegin)) {
         Body body;
         body.id = id++;
         body.species = static_cast<int>(s);
@@ -123,6 +139,23 @@ class Run {
       }
     }
     return Relaxation(input, std::move(bodies), problem_.communicator);
+  }
+
+  /// A packing that is given whole stays as it is when nothing is wrong with it.
+  bool startsClean(Relaxation& relaxation) {
+    const bool whole = std::all_of(problem_.species.begin(), problem_.species.end(), [](const Species& s) {
+      return static_cast<std::int64_t>(s.start.size()) >= s.count;
+    });
+    if (!whole || relaxation.sweeps() > 0 || relaxation.cellCount() == 0) return false;
+    const Stopwatch watch(result_.statistics.certificateSeconds);
+    std::optional<Certifier> certifier;
+    const Certificate found = examined(relaxation, certifier);
+    certifier.reset();
+    written_ = WrittenCells(problem_);
+    if (!found.clean()) return false;
+    result_.certificate = found;
+    deliver(relaxation);
+    return true;
   }
 
   Relaxation resumed(const PackingState& state) {
@@ -258,7 +291,8 @@ class Run {
       deliver(relaxation);
       return true;
     }
-    if (at_.round == problem_.regrowAfter && regrown(relaxation, certifier, found)) {
+    if (at_.round == problem_.regrowAfter && !problem_.constrained() &&
+        regrown(relaxation, certifier, found)) {
       deliver(relaxation);
       return true;
     }
@@ -361,10 +395,20 @@ class Run {
         ++failures[pair.first], ++failures[pair.second];
       for (const OverlappingPair& pair : result_.certificate.overlapping) {
         if (out.count(pair.first) || out.count(pair.second)) continue;
-        out.insert(failures[pair.first] > failures[pair.second] ? pair.first : pair.second);
+        const bool first =
+            isFixed(pair.second) || (!isFixed(pair.first) && failures[pair.first] > failures[pair.second]);
+        out.insert(first ? pair.first : pair.second);
       }
       relaxation.remove({out.begin(), out.end()});
     }
+  }
+
+  bool isFixed(std::int64_t id) const {
+    for (const Species& species : problem_.species) {
+      if (id < species.count) return species.freedom.fixed;
+      id -= species.count;
+    }
+    return false;
   }
 
   /// The ids of the `count` cells with the deepest penetrations, sorted; the same on all ranks.
@@ -374,7 +418,8 @@ class Run {
       std::int64_t id;
     };
     std::vector<Overlap> overlaps;
-    for (const Body& body : relaxation.cells()) overlaps.push_back({body.overlap, body.id});
+    for (const Body& body : relaxation.cells())
+      if (!problem_.species[body.species].freedom.fixed) overlaps.push_back({body.overlap, body.id});
     const auto keepMost = [&] {
       std::sort(overlaps.begin(), overlaps.end(), [](const Overlap& a, const Overlap& b) {
         return a.depth != b.depth ? a.depth > b.depth : a.id < b.id;
@@ -407,6 +452,7 @@ class Run {
 
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
+  requireFixedApart(problem);
   return problem.method == Method::cat ? packByGrowth(problem) : Run(problem)();
 }
 

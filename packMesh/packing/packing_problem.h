@@ -2,6 +2,7 @@
 /// @file What is to be packed: plain data, no file formats.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "packMesh/stages/escape/escape.h"
 #include "packMesh/stages/growth/growth_settings.h"
 #include "packMesh/stages/growth/plane_builder.h"
+#include "packMesh/stages/relaxation/freedom.h"
 
 namespace packmesh {
 
@@ -28,6 +30,9 @@ struct Species {
   /// The wall as this species meets it; nullptr: the container's own.
   std::shared_ptr<const Wall> wall;
   bool inHematocrit = true;  ///< its volume is part of the hematocrit
+  /// Where the first cells start, scale 1; the others start at random.
+  std::vector<Pose> start = {};
+  Freedom freedom = {};  ///< Method::relaxation only; fixed cells all have a start
 };
 
 /// When to give up.
@@ -88,6 +93,11 @@ struct PackingProblem {
   std::optional<Checkpoints> checkpoints;
   /// Called with every state that growth accepts (Method::cat): all cells, as small as they are.
   std::function<void(const std::vector<PlacedCell>&)> observe;
+
+  /// Whether any species is held back in any way.
+  bool constrained() const {
+    return std::any_of(species.begin(), species.end(), [](const Species& s) { return !s.freedom.isFree(); });
+  }
 
   /// The wall as a species meets it; nullptr: none.
   const Wall* wallOf(const Species& one) const { return one.wall ? one.wall.get() : container->wall(); }

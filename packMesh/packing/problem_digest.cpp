@@ -61,6 +61,24 @@ void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
   }
 }
 
+void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
+  const Freedom& freedom = species.freedom;
+  digest.add(static_cast<std::int64_t>(species.start.size()));
+  for (const Pose& pose : species.start) {
+    digest.add(pose.position);
+    for (int k = 0; k < 4; ++k) digest.add(pose.orientation.coeffs()[k]);
+  }
+  digest.add(freedom.fixed);
+  digest.add(freedom.extraWallClearance);
+  digest.add(freedom.cone ? freedom.cone->axis : Vec3(Vec3::Zero()));
+  digest.add(freedom.cone ? freedom.cone->spread : -1.0);
+  for (std::int64_t n = 0; freedom.home && n < probes; ++n) {
+    const auto u = uniform4(0, RandomStream::position, n, 0);
+    const Vec3 p = bounds.lo + Vec3(u[0], u[1], u[2]).cwiseProduct(bounds.size());
+    digest.add(freedom.home->distance(p).distance);
+  }
+}
+
 void addGrowth(const PackingProblem& problem, Digest& digest) {
   const GrowthSettings& g = problem.growth;
   digest.add(static_cast<int>(problem.builder));
@@ -101,6 +119,7 @@ std::string digestOf(const PackingProblem& problem) {
     digest.add(species.count);
     digest.add(species.shape->mesh());
     if (const Wall* wall = problem.wallOf(species)) addWall(*wall, bounds, digest);
+    if (!species.start.empty() || !species.freedom.isFree()) addFreedom(species, bounds, digest);
   }
   return digest.text();
 }

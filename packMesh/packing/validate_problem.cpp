@@ -67,6 +67,24 @@ void checkRoomForClearance(const PackingProblem& problem) {
                      " µm apart need a lumen larger than " + problem.container->describe());
 }
 
+void checkStart(const PackingProblem& problem, const Species& species) {
+  const Freedom& freedom = species.freedom;
+  const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
+  if (freedom.fixed && static_cast<std::int64_t>(species.start.size()) != species.count)
+    refuse("is fixed, so each of its cells needs a place to start");
+  for (const Pose& pose : species.start) {
+    if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite()) refuse("starts nowhere");
+    if (pose.scale != 1.0) refuse("starts with cells that are not of full size");
+  }
+  checkClearance(freedom.extraWallClearance, "extra clearance to the wall");
+  if (freedom.cone && !(freedom.cone->spread >= 0.0 && freedom.cone->spread <= 0.5 * std::acos(-1.0)))
+    refuse("has an axis with a spread that is not in [0, pi/2] rad");
+  if (freedom.cone && !(std::abs(freedom.cone->axis.norm() - 1.0) < 1e-9))
+    refuse("has an axis that is no unit vector");
+  if (problem.method == Method::cat && (!freedom.isFree() || !species.start.empty()))
+    refuse("is held back or has a place to start, which growth (method cat) does not know");
+}
+
 void checkStock(const EscapeSettings& escape, std::size_t species) {
   if (escape.stock.size() > species) throw InputError("the stock has bodies of more species than there are");
   for (const std::int64_t bodies : escape.stock)
@@ -91,7 +109,9 @@ void validate(const PackingProblem& problem) {
     if (species.count < 0)
       throw InputError("species '" + species.name + "' has a negative count, " +
                        std::to_string(species.count));
-    if (species.count > 0) checkFits(species, *problem.container, problem.wallClearance);
+    checkStart(problem, species);
+    if (species.count > 0)
+      checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
   }
   if (problem.method == Method::cat) {
     validate(problem.growth);

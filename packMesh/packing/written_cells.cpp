@@ -68,6 +68,7 @@ CertificateInput WrittenCells::certificateInput() const {
   for (const Species& species : problem_->species) {
     input.shapes.push_back(species.shape.get());
     input.walls.push_back(problem_->wallOf(species));
+    input.extraWallGap.push_back(species.freedom.extraWallClearance);
   }
   input.container = problem_->container.get();
   input.cells = &cells_;

@@ -15,7 +15,8 @@ namespace {
 
 std::string filesOf(const fs::path& folder) {
   std::string text;
-  for (const char* name : {"RBC.pos", "PLT.pos", "cells.pov", "state.h5", "state.xdmf"})
+  for (const char* name :
+       {"RBC.pos", "PLT.pos", "cells.pov", "state.h5", "state.xdmf", "cells.csv", "cells.lammps"})
     if (fs::exists(folder / name)) text += name + ("\n" + readText(folder / name));
   return text;
 }
@@ -81,6 +82,12 @@ TEST_CASE("method cat gives the same files and words on 1, 2, 3, 4 and 8 ranks",
 
 TEST_CASE("CAT faces give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
+}
+
+TEST_CASE("cells that are there, tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks("25 25 25 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
+  requireSameOnRanks(
+      "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
 }
 
 TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[ranks]") {

@@ -59,8 +59,13 @@ struct CertificateInput {
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;
-  double requiredGap = 0.0;      ///< pairs with a smaller gap count as overlapping [µm]
-  double requiredWallGap = 0.0;  ///< cells nearer to their wall count as misplaced [µm]
+  double requiredGap = 0.0;               ///< pairs with a smaller gap count as overlapping [µm]
+  double requiredWallGap = 0.0;           ///< cells nearer to their wall count as misplaced [µm]
+  std::vector<double> extraWallGap = {};  ///< per species, on top of that [µm]; empty: none
+
+  double wallGapOf(int species) const {
+    return requiredWallGap + (extraWallGap.empty() ? 0.0 : extraWallGap[species]);
+  }
   /// Which cells are to be certified; the others are there for the pairs in which they come second: copies of
   /// cells that another rank answers for. nullptr: all.
   const std::vector<bool>* own = nullptr;

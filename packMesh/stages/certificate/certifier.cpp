@@ -121,14 +121,15 @@ void Certifier::examineWall(std::int64_t cell, bool isNew) {
   const Wall* wall = cells_.wall(cell);
   if (!wall || !cells_.isOwn(cell)) return;
   wallGap_.measured();
-  const double reach = std::max(wallGap_.limit(), isNew ? input_.requiredWallGap : 0.0);
+  const double required = input_.wallGapOf((*input_.cells)[cell].species);
+  const double reach = std::max(wallGap_.limit(), isNew ? required : 0.0);
   wallGaps_[cell] = infinite;
   if (wall->isAway(cells_.sphere(cell), reach)) return;
   WallVerdict verdict = wall->examine(cells_.mesh(cell), reach);
   if (isNew && verdict.objection)
     certificate_.misplaced.push_back({cell, std::move(*verdict.objection), 0.0});
-  else if (isNew && verdict.gap < input_.requiredWallGap)
-    certificate_.misplaced.push_back({cell, tooNear(verdict.gap, input_.requiredWallGap), verdict.gap});
+  else if (isNew && verdict.gap < required)
+    certificate_.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap});
   wallGaps_[cell] = verdict.gap;
   wallGap_.found(verdict.gap);
 }

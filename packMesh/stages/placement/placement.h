@@ -8,6 +8,7 @@
 #include "packMesh/container/container.h"
 #include "packMesh/geometry/pose.h"
 #include "packMesh/shape/shape.h"
+#include "packMesh/stages/relaxation/freedom.h"
 
 namespace packmesh {
 
@@ -17,10 +18,12 @@ struct PlacementInput {
   const Wall* wall = nullptr;  ///< nullptr: none
   std::int64_t firstId = 0;    ///< global id of the first cell
   std::int64_t count = 0;
+  const Freedom* freedom = nullptr;  ///< nullptr: free
 };
 
 /// Random poses of scale 1: centres uniform over the lumen (as far from the wall as the thinnest part of the
-/// shape, where there is room), orientations uniform (or the identity). Cells overlap.
+/// shape, where there is room), orientations uniform (or the identity), both as far as the species' freedom
+/// allows. Cells overlap.
 /// Each pose is a function of the seed and the cell's id alone.
 std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
                                 bool rotate);

@@ -72,16 +72,20 @@ constexpr double deepContact = 0.3;
 
 }  // namespace
 
-SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume)
+SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume,
+                           Freedom freedomOfSpecies)
     : samples(viewOf(shape.samples())),
       coarseSamples(viewOf(shape.coarseSamples())),
       field(viewOf(shape)),
       bound(shape.bound()),
       radius(shape.radius()),
-      inverseMass(std::clamp(referenceVolume / shape.volume(), 1.0 / largestMassRatio, largestMassRatio)),
+      inverseMass(freedomOfSpecies.fixed ? 0.0
+                                         : std::clamp(referenceVolume / shape.volume(),
+                                                      1.0 / largestMassRatio, largestMassRatio)),
       inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
       lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * bound.semiAxes.minCoeff())),
-      wall(wallOfSpecies) {}
+      wall(wallOfSpecies),
+      freedom(std::move(freedomOfSpecies)) {}
 
 /// One contact: the sampled body is to be pushed along `normal`, the other one back.
 struct ContactSolver::Contact {
@@ -153,6 +157,8 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
 }
 
 void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotation) const {
+  const Freedom& freedom = models_[body.species].freedom;
+  if (freedom.fixed) return;
   body.changed = body.touched = true;
   const double reach = models_[body.species].radius * body.scale;
   Vec3 step = translation;
@@ -174,6 +180,7 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
     const Quaternion& q = body.orientation;
     const Vec3 v = q.vec() + q.w() * half + half.cross(q.vec());
     body.orientation = Quaternion(q.w() - half.dot(q.vec()), v.x(), v.y(), v.z()).normalized();
+    if (freedom.cone) body.orientation = freedom.cone->nearest(body.orientation);
     body.rotation = body.orientation.toRotationMatrix();
   }
   updateMoved(body);
@@ -204,6 +211,7 @@ void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
 
 void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
   Body &a = bodies[pair.first], &b = bodies[pair.second];
+  if (models_[a.species].freedom.fixed && models_[b.species].freedom.fixed) return;
   const double moved = a.moved + b.moved;
   if (pair.epoch != epoch_) {
     pair.epoch = epoch_;

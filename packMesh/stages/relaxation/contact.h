@@ -9,6 +9,7 @@
 #include "packMesh/shape/shape.h"
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact_kernel.h"
+#include "packMesh/stages/relaxation/freedom.h"
 #include "packMesh/stages/relaxation/pair_list.h"
 #include "packMesh/stages/relaxation/wall_field.h"
 
@@ -26,9 +27,11 @@ struct SpeciesModel {
   const Wall* wall;                      ///< nullptr: none
   const WallField* wallField = nullptr;  ///< of the wall; set by the solver
 
+  Freedom freedom;
+
   /// References `shape`, which must outlive the model.
   /// @param referenceVolume volume of a cell of mass 1 [µm³]
-  SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume);
+  SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume, Freedom freedom = {});
 };
 
 /// Sums over one sweep. They are exact, so that they do not depend on who summed what.
@@ -83,8 +86,8 @@ class ContactSolver {
   /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
   void resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
 
-  /// Resolves the contacts of a body with its wall.
-  void resolveWall(Body& body, SweepSums& sums) const;
+  /// Resolves the contacts of a body with its wall and, if its species has a home, brings it there.
+  void resolveSurroundings(Body& body, SweepSums& sums) const;
 
   const std::vector<SpeciesModel>& models() const { return models_; }
 
@@ -101,6 +104,8 @@ class ContactSolver {
                     Contact (&contacts)[2], bool (&touching)[2], double& nearest) const;
   void resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
                SweepSums& sums) const;
+  void resolveWall(Body& body, SweepSums& sums) const;
+  void resolveHome(Body& body, SweepSums& sums) const;
   void push(const Contact& contact, Body& away, Body& back) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
 

@@ -83,7 +83,8 @@ ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::in
   std::vector<SpeciesModel> models;
   const double reference = medianVolume(input, counts);
   for (std::size_t s = 0; s < input.shapes.size(); ++s)
-    models.emplace_back(*input.shapes[s], input.walls[s], reference);
+    models.emplace_back(*input.shapes[s], input.walls[s], reference,
+                        input.freedoms.empty() ? Freedom() : input.freedoms[s]);
   double reach = 0.0;
   for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
   // Between two makings of lists no point of a cell gets further out of the bounds than this.
@@ -305,7 +306,7 @@ void Relaxation::resolve(int block, SweepSums& sums) {
   for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
     solver_.resolve(list_.pairs[p], bodies_, sums);
   for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
-    solver_.resolveWall(bodies_[i], sums);
+    solver_.resolveSurroundings(bodies_[i], sums);
   if (sums.contacts > before) stir(block);
 }
 

@@ -9,6 +9,7 @@
 #include "packMesh/distributed/block_grid.h"
 #include "packMesh/stages/relaxation/body.h"
 #include "packMesh/stages/relaxation/contact.h"
+#include "packMesh/stages/relaxation/freedom.h"
 #include "packMesh/stages/relaxation/pair_list.h"
 #include "packMesh/stages/relaxation/relaxation_state.h"
 #include "packMesh/stages/relaxation/shared_bodies.h"
@@ -19,6 +20,7 @@ namespace packmesh {
 struct RelaxationInput {
   std::vector<const Shape*> shapes;  ///< per species
   std::vector<const Wall*> walls;    ///< per species; nullptr: none
+  std::vector<Freedom> freedoms;     ///< per species; empty: all are free
   Box bounds;
   Vec3 period = Vec3::Zero();
   double clearance = 0.0;      ///< gap aimed at between membranes [µm]

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "packMesh/stages/relaxation/contact.h"
+#include "packMesh/tolerances.h"
 
 namespace packmesh {
 namespace {
@@ -29,11 +30,28 @@ double deepestOf(const WallSums& sums) {
 
 }  // namespace
 
+void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
+  const Freedom& freedom = models_[body.species].freedom;
+  if (freedom.fixed) return;
+  resolveWall(body, sums);
+  if (freedom.home) resolveHome(body, sums);
+}
+
+void ContactSolver::resolveHome(Body& body, SweepSums& sums) const {
+  const WallDistance toSurface = models_[body.species].freedom.home->distance(body.position);
+  const double depth = tolerance::relaxationMargin - slack_ - toSurface.distance;
+  if (!(depth > 0.0)) return;
+  sums.add(depth);
+  body.overlap += depth;
+  move(body, omega_ * depth * toSurface.gradient.normalized(), Vec3::Zero());
+}
+
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SpeciesModel& model = models_[body.species];
   if (model.wallField == nullptr || body.moved < body.awayFromWallWhile) return;
   const WallField& wall = *model.wallField;
-  const double clearance = wallClearance_ + body.extraWallClearance - slack_;
+  const double clearance =
+      wallClearance_ + model.freedom.extraWallClearance + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
   const double atCenter = wall.distance(body.position) - wall.slack();
   if (atCenter > reach + clearance) {

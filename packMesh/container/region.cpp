@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/region.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace packmesh {
+namespace {
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+
+/// Cubes are halved so often at most.
+constexpr int deepest = 8;
+
+WallDistance inLumen(const Container& lumen, const Vec3& p) {
+  const Wall* wall = lumen.wall();
+  return wall ? wall->distance(p) : WallDistance{endless, Vec3::UnitX()};
+}
+
+const WallDistance& nearer(const WallDistance& a, const WallDistance& b) {
+  return b.distance < a.distance ? b : a;
+}
+
+/// Share of a box on the inner side of a plane at this distance from its centre: exact for planes across an
+/// axis, otherwise that of a slab as thick as the box is along the normal.
+double shareInside(const WallDistance& plane, const Vec3& size) {
+  if (!std::isfinite(plane.distance)) return 1.0;
+  const double thickness = plane.gradient.cwiseAbs().dot(size) / std::max(plane.gradient.norm(), 1e-12);
+  return std::clamp(0.5 + plane.distance / thickness, 0.0, 1.0);
+}
+
+/// Volumes of the lumen, and of its part in the region.
+struct Volumes {
+  double lumen = 0.0, region = 0.0;
+};
+
+void add(const Region& region, const Container& lumen, const Box& box, int depth, Volumes& sums) {
+  const Vec3 center = 0.5 * (box.lo + box.hi), size = box.size();
+  const double reach = 0.5 * size.norm() + (lumen.wall() ? lumen.wall()->slack() : 0.0);
+  const WallDistance toWall = inLumen(lumen, center), toSurface = region.distance(center);
+  if (toWall.distance < -reach) return;
+  const bool mixed = std::abs(toWall.distance) <= reach ||
+                     (toWall.distance > 0.0 && std::abs(toSurface.distance) <= reach);
+  if (!mixed || depth == deepest) {
+    sums.lumen += box.volume() * shareInside(toWall, size);
+    sums.region += box.volume() * shareInside(nearer(toWall, toSurface), size);
+    return;
+  }
+  for (int octant = 0; octant < 8; ++octant) {
+    Box part = box;
+    for (int k = 0; k < 3; ++k) ((octant >> k & 1) ? part.lo : part.hi)[k] = center[k];
+    add(region, lumen, part, depth + 1, sums);
+  }
+}
+
+}  // namespace
+
+Region::Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
+               const Box& bounds, const Vec3& period)
+    : inside_(std::move(inside)), outside_(std::move(outside)), bounds_(bounds) {
+  const auto steps = [&](int k) { return period[k] > 0.0 ? std::vector<int>{0, -1, 1} : std::vector<int>{0}; };
+  for (const int x : steps(0))
+    for (const int y : steps(1))
+      for (const int z : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(x, y, z)));
+  if (!inside_) return;
+  Box own;
+  for (const Vec3& shift : shifts_) {
+    const Box body{inside_->bounds().lo + shift, inside_->bounds().hi + shift};
+    const Box common{body.lo.cwiseMax(bounds.lo), body.hi.cwiseMin(bounds.hi)};
+    if ((common.size().array() > 0.0).all()) own.add(common.lo), own.add(common.hi);
+  }
+  if ((own.size().array() > 0.0).all()) bounds_ = own;
+}
+
+/// To the nearest image of a body, positive inside any.
+WallDistance Region::ofBody(const Container& body, const Vec3& p) const {
+  WallDistance best{-endless, Vec3::UnitX()};
+  for (const Vec3& shift : shifts_) {
+    const WallDistance d = inLumen(body, p - shift);
+    if (d.distance > best.distance) best = d;
+  }
+  return best;
+}
+
+WallDistance Region::distance(const Vec3& p) const {
+  WallDistance nearest{endless, Vec3::UnitX()};
+  if (inside_) nearest = ofBody(*inside_, p);
+  for (const auto& body : outside_) {
+    const WallDistance d = ofBody(*body, p);
+    nearest = nearer(nearest, {-d.distance, -d.gradient});
+  }
+  return nearest;
+}
+
+double shareOfLumen(const Region& region, const Container& lumen) {
+  Volumes sums;
+  add(region, lumen, lumen.bounds(), 0, sums);
+  return sums.lumen > 0.0 ? sums.region / sums.lumen : 0.0;
+}
+
+}  // namespace packmesh

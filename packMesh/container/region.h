@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Parts of a lumen.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "packMesh/container/container.h"
+
+namespace packmesh {
+
+/// The part of a lumen that is inside one body and outside others; along the lumen's periodic axes bodies
+/// repeat.
+class Region {
+ public:
+  /// @param inside nullptr: everything @param outside bodies that are not part of it
+  /// @param bounds, period of the lumen
+  Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
+         const Box& bounds, const Vec3& period);
+
+  /// Positive inside; exact near the surface, elsewhere a lower bound of the distance (as for walls).
+  WallDistance distance(const Vec3& p) const;
+  bool contains(const Vec3& p) const { return distance(p).distance >= 0.0; }
+
+  /// A box with all of it that lies in the lumen's bounds.
+  const Box& bounds() const { return bounds_; }
+
+ private:
+  WallDistance ofBody(const Container& body, const Vec3& p) const;
+
+  std::shared_ptr<const Container> inside_;
+  std::vector<std::shared_ptr<const Container>> outside_;
+  std::vector<Vec3> shifts_;  ///< of periodic images, none first
+  Box bounds_;
+};
+
+/// Share of the lumen's volume that lies in the region: by cubes that are halved where the surface of either
+/// runs, to within about 1e-4 of the lumen.
+double shareOfLumen(const Region& region, const Container& lumen);
+
+}  // namespace packmesh

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Cells that are there already, regions, axes, tiles, realisations and exports, with the real executable.
+#include <catch2/catch.hpp>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <set>
+
+#include "hemocell_adapter/exports.h"
+#include "hemocell_adapter/pos_file.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::set<std::string> linesOf(const fs::path& file) {
+  std::istringstream in(readText(file));
+  std::set<std::string> lines;
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) lines.insert(line);
+  return lines;
+}
+
+bool holdsAll(const std::set<std::string>& all, const std::set<std::string>& some) {
+  return std::includes(all.begin(), all.end(), some.begin(), some.end());
+}
+
+Ran ok(const TemporaryFolder& folder, const std::string& arguments) {
+  Ran ran = run(folder.path(), arguments);
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  return ran;
+}
+
+}  // namespace
+
+TEST_CASE("fixed cells stay line by line while others are added", "[executable]") {
+  const SampleCase folder;
+  ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 0");
+  const auto red = linesOf(folder.path() / "RBC.pos");
+  const Ran added = ok(folder, "config.xml --fixed RBC.pos --plt 20");
+  CHECK(linesOf(folder.path() / "RBC.pos") == red);
+  CHECK(linesOf(folder.path() / "PLT.pos").size() == 20);
+  CHECK_THAT(added.out, Contains("RBC: " + std::to_string(red.size()) + " of them stay where RBC.pos has them"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  // A higher hematocrit around them, by the configuration.
+  fs::rename(folder.path() / "RBC.pos", folder.path() / "there.pos");
+  writeText(folder.path() / "config.xml",
+            configXml(sampleDomain, "<packing> <hematocrit> 0.28 </hematocrit> <species name=\"RBC\" "
+                                    "fixed=\"there.pos\"/> </packing>"));
+  ok(folder, "config.xml");
+  const auto more = linesOf(folder.path() / "RBC.pos");
+  CHECK(more.size() >= red.size() + 4);
+  CHECK(holdsAll(more, red));
+  const Ran fewer = run(folder.path(), "config.xml --hematocrit 0.1");
+  CHECK(fewer.exitCode == 2);
+  CHECK_THAT(fewer.err, Contains("there.pos") && Contains("that are to stay, but only"));
+}
+
+TEST_CASE("fixed cells that cannot stay are refused with their number", "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "WBC.pos", "2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n");
+  writeText(folder.path() / "WBC.xml", cellXml("WBC", 4.0, 600, ""));
+  Ran ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' and cell 2 of 'WBC, fixed' are to stay, but meet"));
+  writeText(folder.path() / "WBC.pos", "1\n12 1 7 0 0 0\n");
+  ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' is to stay, but"));
+  ran = run(folder.path(), "config.xml --fixed none.pos --rbc 3");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("none"));
+  ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3 --method cat");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("method cat does not know it"));
+}
+
+TEST_CASE("a packing is topped up, thinned out and left alone", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "20 20 20 --hematocrit 0.3 --plt_ratio 0");
+  fs::rename(folder.path() / "RBC.pos", folder.path() / "before.pos");
+  const auto before = linesOf(folder.path() / "before.pos");
+  fs::create_directory(folder.path() / "from");
+  fs::copy(folder.path() / "before.pos", folder.path() / "from/RBC.pos");
+  const std::string box = "20 20 20 --plt_ratio 0 --start from/RBC.pos ";
+  ok(folder, "20 20 20 --start from/RBC.pos");
+  CHECK(linesOf(folder.path() / "RBC.pos") == before);
+  const Ran topped = ok(folder, box + "--hematocrit 0.42");
+  CHECK_THAT(topped.out, Contains("begins with 30 of the 30 cells of from/RBC.pos"));
+  CHECK(linesOf(folder.path() / "RBC.pos").size() == 41);
+  CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
+  // Every cell has the same chance of being drawn.
+  std::map<std::string, int> drawn;
+  const int runs = 40;
+  for (int seed = 1; seed <= runs; ++seed) {
+    ok(folder, box + "--hematocrit 0.15 --seed " + std::to_string(seed));
+    const auto after = linesOf(folder.path() / "RBC.pos");
+    REQUIRE(after.size() == 15);
+    REQUIRE(holdsAll(before, after));
+    for (const std::string& line : after) ++drawn[line];
+  }
+  // Half of them each time: 20 on average, sigma 3.2.
+  for (const std::string& line : before) CHECK(std::abs(drawn[line] - runs / 2) < 14);
+}
+
+TEST_CASE("regions have their own hematocrit, axes their direction, walls their layer", "[executable]") {
+  SampleCase folder(
+      "<packing> <hematocrit> 0.05 </hematocrit> <species name=\"RBC\" axis=\"1 0 0\" spread=\"30\"/>"
+      "<species name=\"PLT\" ratio=\"0.2\"/> <cellFreeLayer> 1.5 </cellFreeLayer>"
+      "<region hematocrit=\"0.2\"> <sphere radius=\"6\" center=\"12 8 8\"/> </region>"
+      "<region hematocrit=\"0\"> <box origin=\"-1 -1 -1\" size=\"6 20 20\"/> </region> </packing>");
+  const Ran ran = ok(folder, "config.xml --export csv");
+  CHECK_THAT(ran.out, Contains("Hematocrit of region 2: 0.0000, 0 red cells"));
+  CHECK_THAT(ran.out, Contains("RBC: thin axis within 30 degrees of (1, 0, 0)"));
+  int inBall = 0, all = 0;
+  for (const PosLine& line : readPos(folder.path() / "RBC.pos")) {
+    const Vec3 axis = placementOf(line).linear.col(1);
+    CHECK(std::abs(axis.x()) >= std::cos(30.001 * std::acos(-1.0) / 180.0));
+    const bool inside = (line.position - Vec3(12, 8, 8)).norm() <= 6.0;
+    inBall += inside;
+    ++all;
+    CHECK((inside || line.position.x() > 5.0));
+  }
+  CHECK(inBall == std::lround(0.2 * 4.0 / 3.0 * std::acos(-1.0) * 216.0 / 81.1163));
+  CHECK(all > inBall);
+  const auto minimumOf = [&](const char* name) {
+    double nearest = 1e9;
+    for (const PosLine& line : readPos(folder.path() / name))
+      nearest = std::min(nearest, 7.5 - Eigen::Vector2d(line.position.y() - 8.0, line.position.z() - 8.0).norm());
+    return nearest;
+  };
+  CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);
+  CHECK(readText(folder.path() / "cells.csv").rfind("id,species,x,y,z,qw,qx,qy,qz\n1,RBC,", 0) == 0);
+}
+
+TEST_CASE("constraints that make no sense are refused", "[executable]") {
+  const SampleCase folder;
+  const auto refused = [&](const std::string& packing, const std::string& arguments = "") {
+    writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
+    const Ran ran = run(folder.path(), "config.xml " + arguments);
+    CHECK((ran.exitCode == 1 || ran.exitCode == 2));
+    CHECK(!fs::exists(folder.path() / "RBC.pos"));
+    return ran.err;
+  };
+  const std::string ball = "<sphere radius=\"3\" center=\"12 8 8\"/>";
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),
+             Contains("attribute hematocrit is missing"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"/>"), Contains("expected one body"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"1\">" + ball + "</region>"),
+             Contains("[0, 1)"));
+  CHECK_THAT(refused("<region hematocrit=\"0.2\">" + ball + "</region>", "--rbc 3"),
+             Contains("needs a hematocrit of the rest"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
+                     "center=\"99 8 8\"/></region>"),
+             Contains("outside the lumen"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\">" + ball + "</region>", "--method cat"),
+             Contains("method cat does not know it"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is no direction"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"), Contains("[0, 90]"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/><export>vrml</export>"), Contains("csv, lammps or mirheo"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/>", "--tile 2 1 1"), Contains("is for periodic boxes"));
+}
+
+TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = ok(folder, "16 18 20 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv");
+  const int cells = 6 * 21;  // 0.3 · 16 · 18 · 20 / 81.1163 = 21.3
+  CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
+  CHECK(run(folder.path(), "check --box 32 18 60").exitCode == 0);
+  CHECK_THAT(ran.out, Contains("periodic box 32 x 18 x 60"));
+  // Images of one cell follow each other.
+  const auto lines = readPos(folder.path() / "RBC.pos");
+  CHECK(lines[1].position == lines[0].position + Vec3(0, 0, 20));
+  CHECK(lines[1].angles == lines[0].angles);
+  CHECK(run(folder.path(), "16 18 20 --rbc 3 --walls x --tile 2 1 1").exitCode == 2);
+  CHECK(run(folder.path(), "16 18 20 --rbc 3 --walls x --tile 1 2 1").exitCode == 0);
+  CHECK(run(folder.path(), "16 18 20 --rbc 3 --tile 0 2 1").exitCode == 1);
+  CHECK(run(folder.path(), "16 18 20 --rbc 3 --tile 10000 10000 1").exitCode == 2);
+}
+
+TEST_CASE("realisations differ by their seeds, each in its folder", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "15 15 15 --hematocrit 0.2 --plt_ratio 0 --seed 7 --output-dir alone");
+  ok(folder, "15 15 15 --hematocrit 0.2 --plt_ratio 0 --seed 6 --realisations 10");
+  std::set<std::string> texts;
+  for (const char* i : {"01", "02", "03", "04", "05", "06", "07", "08", "09", "10"})
+    texts.insert(readText(folder.path() / (std::string("realisation_") + i) / "RBC.pos"));
+  CHECK(texts.size() == 10);
+  CHECK(readText(folder.path() / "realisation_02/RBC.pos") == readText(folder.path() / "alone/RBC.pos"));
+  const Ran failed = run(folder.path(), "15 15 15 --hematocrit 0.7 --max-iterations 5 --realisations 2");
+  CHECK(failed.exitCode == 3);
+  CHECK_THAT(failed.err, Contains("realisations that failed: 1, 2"));
+  CHECK(run(folder.path(), "15 15 15 --rbc 2 --realisations 0").exitCode == 1);
+}
+
+TEST_CASE("exports hold the cells of the .pos files", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "16 16 16 --rbc 5 --plt 3 --export csv --export lammps --export mirheo");
+  const auto red = readPos(folder.path() / "RBC.pos"), platelets = readPos(folder.path() / "PLT.pos");
+  std::istringstream rows(readText(folder.path() / "cells.csv"));
+  std::string row;
+  std::getline(rows, row);
+  std::size_t n = 0;
+  while (std::getline(rows, row)) {
+    std::replace(row.begin(), row.end(), ',', ' ');
+    std::istringstream in(row);
+    std::size_t id = 0;
+    std::string species;
+    double x, y, z, w, a, b, c;
+    in >> id >> species >> x >> y >> z >> w >> a >> b >> c;
+    REQUIRE(in);
+    CHECK(id == ++n);
+    const PosLine& line = n <= red.size() ? red[n - 1] : platelets[n - 1 - red.size()];
+    CHECK(species == (n <= red.size() ? "RBC" : "PLT"));
+    CHECK(Vec3(x, y, z) == line.position);
+    CHECK((Quaternion(w, a, b, c).toRotationMatrix() - placementOf(line).linear).cwiseAbs().maxCoeff() < 1e-12);
+  }
+  CHECK(n == 8);
+  std::istringstream numbers(readText(folder.path() / "RBC.com_q.txt"));
+  std::vector<double> all{std::istream_iterator<double>(numbers), {}};
+  REQUIRE(all.size() == 7 * red.size());
+  CHECK(all[7] == red[1].position.x());
+  const std::string data = readText(folder.path() / "cells.lammps");
+  CHECK_THAT(data, Contains("8 atoms\n8 ellipsoids\n2 atom types\n") && Contains("0 16 xlo xhi") &&
+                       Contains("Atoms # ellipsoid\n\n1 1 1 1 ") && Contains("\nEllipsoids\n\n1 7.8"));
+}

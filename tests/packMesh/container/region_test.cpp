@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/container/region.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "packMesh/container/primitives.h"
+
+using namespace packmesh;
+
+namespace {
+
+const Box cube{Vec3::Zero(), Vec3::Constant(20.0)};
+
+std::shared_ptr<const Container> box(const Vec3& lo, const Vec3& hi) {
+  return makeBox({lo, hi}, {false, false, false});
+}
+
+}  // namespace
+
+TEST_CASE("A region is inside one body and outside earlier ones") {
+  const std::shared_ptr<const Container> ball = makeSphere(Vec3(10, 10, 10), 5.0);
+  const Region inner(ball, {}, cube, Vec3::Zero());
+  const Region shell(makeSphere(Vec3(10, 10, 10), 8.0), {ball}, cube, Vec3::Zero());
+  const Region rest(nullptr, {ball, makeSphere(Vec3(10, 10, 10), 8.0)}, cube, Vec3::Zero());
+  for (double r = 0.25; r < 9.5; r += 0.5) {
+    const Vec3 p = Vec3(10, 10, 10) + r * Vec3(2, 1, 2) / 3.0;
+    CAPTURE(r);
+    CHECK(inner.distance(p).distance == Approx(5.0 - r));
+    CHECK(shell.distance(p).distance == Approx(std::min(8.0 - r, r - 5.0)));
+    CHECK(rest.distance(p).distance == Approx(r - 8.0));
+    // Each point belongs to one of them, and gradients lead inwards.
+    CHECK(inner.contains(p) + shell.contains(p) + rest.contains(p) == 1);
+    CHECK(inner.distance(p).gradient.dot(p - Vec3(10, 10, 10)) < 0.0);
+    CHECK(rest.distance(p).gradient.dot(p - Vec3(10, 10, 10)) > 0.0);
+  }
+}
+
+TEST_CASE("Bodies of a region repeat along periodic axes") {
+  const Region region(makeSphere(Vec3(0, 10, 10), 5.0), {}, cube, Vec3(20, 0, 0));
+  CHECK(region.distance(Vec3(19, 10, 10)).distance == Approx(4.0));
+  CHECK(region.distance(Vec3(20.5, 10, 10)).distance == Approx(4.5));
+  CHECK(region.bounds().size().x() == Approx(20.0));
+  const Region once(makeSphere(Vec3(0, 10, 10), 5.0), {}, cube, Vec3::Zero());
+  CHECK(once.distance(Vec3(19, 10, 10)).distance == Approx(-14.0));
+  CHECK(once.bounds().hi.x() == Approx(5.0));
+}
+
+TEST_CASE("The share of a region in a lumen is that of its volume") {
+  const auto lumen = makeCylinder(Vec3(10, 10, 10), 0, 8.0, 20.0, false);
+  const double pi = std::acos(-1.0);
+  const auto share = [&](std::shared_ptr<const Container> body) {
+    return shareOfLumen(Region(std::move(body), {}, lumen->bounds(), lumen->period()), *lumen);
+  };
+  CHECK(share(makeSphere(Vec3(10, 10, 10), 5.0)) ==
+        Approx(4.0 / 3.0 * pi * 125.0 / lumen->volume()).epsilon(1e-3));
+  CHECK(share(box(Vec3(-1, 0, 0), Vec3(4.321, 20, 20))) == Approx(4.321 / 20.0).epsilon(1e-4));
+  CHECK(share(box(Vec3(3, -5, -5), Vec3(5, 25, 10))) == Approx(0.05).epsilon(1e-3));
+  CHECK(share(box(Vec3(30, 0, 0), Vec3(40, 20, 20))) == 0.0);
+  CHECK(share(nullptr) == Approx(1.0));
+  const std::shared_ptr<const Container> core = makeCylinder(Vec3(10, 10, 10), 0, 4.0, 20.0, false);
+  const Region rest(nullptr, {core}, lumen->bounds(), lumen->period());
+  CHECK(shareOfLumen(rest, *lumen) == Approx(0.75).epsilon(1e-3));
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
+#include "packMesh/stages/relaxation/freedom.h"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "packMesh/error.h"
+#include "packMesh/random.h"
+#include "tests/support/packings.h"
+
+using namespace packmesh;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr double degree = 0.017453292519943295;
+
+std::vector<Pose> firstOf(const std::vector<Pose>& poses, std::size_t count) {
+  return {poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+bool same(const Pose& a, const Pose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+PackingResult certified(const PackingProblem& problem) {
+  PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  REQUIRE(result.certificate.clean());
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("An axis is turned into its cone as little as possible") {
+  AxisCone cone{Vec3(1, 2, -2) / 3.0, 20.0 * degree};
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const auto u = uniform4(1, RandomStream::orientation, i, 0);
+    const Quaternion q = uniformRotation(u[0], u[1], u[2]), r = cone.nearest(q);
+    const double before = cone.angle(q), after = cone.angle(r);
+    CHECK(before <= 90.0 * degree + 1e-12);
+    CHECK(after == Approx(std::min(before, cone.spread)).margin(1e-12));
+    CHECK(q.angularDistance(r) == Approx(std::max(0.0, before - cone.spread)).margin(1e-7));
+    CHECK(cone.angle(q * Quaternion(Eigen::AngleAxisd(std::acos(-1.0), Vec3::UnitX()))) == Approx(before));
+  }
+}
+
+TEST_CASE("Fixed cells stay to the bit, others make room") {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
+    const PackingResult first = certified(problem);
+    const std::size_t kept = 30;
+    Species fixed = problem.species[0], others = problem.species[0];
+    fixed.name = "stays";
+    fixed.start = firstOf(first.poses, kept);
+    fixed.count = kept;
+    fixed.freedom.fixed = true;
+    others.count = 45;
+    problem.species = {fixed, others};
+    const PackingResult result = certified(problem);
+    REQUIRE(result.cellCount == 75);
+    for (std::size_t i = 0; i < kept; ++i) CHECK(same(result.poses[i], fixed.start[i]));
+    CHECK(result.statistics.sweeps > 0);
+  }
+}
+
+TEST_CASE("What does not fit beside fixed cells is left out, not the fixed ones") {
+  PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.40);
+  const PackingResult first = certified(problem);
+  Species fixed = problem.species[0], others = problem.species[0];
+  fixed.start = first.poses;
+  fixed.freedom.fixed = true;
+  others.count = 15;
+  problem.species = {fixed, others};
+  problem.limits.maxSweeps = 60;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(result.certificate.clean());
+  REQUIRE(result.cellCount >= fixed.count);
+  REQUIRE(result.cellCount < fixed.count + others.count);
+  for (std::int64_t i = 0; i < fixed.count; ++i) CHECK(same(result.poses[i], fixed.start[i]));
+}
+
+TEST_CASE("Fixed cells that meet, or the wall, are refused") {
+  PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.2);
+  Species& species = problem.species[0];
+  species.name = "WBC";
+  species.freedom.fixed = true;
+  species.count = 2;
+  species.start = {Pose{1.0, Quaternion::Identity(), Vec3(5, 5, 5)}};
+  CHECK_THROWS_WITH(pack(problem), Contains("each of its cells needs a place"));
+  species.start.push_back(Pose{1.0, Quaternion::Identity(), Vec3(6, 5, 5)});
+  CHECK_THROWS_WITH(pack(problem), Contains("cell 1 of 'WBC' and cell 2 of 'WBC' are to stay, but meet"));
+  species.start[1].position = Vec3(5, 14, 5);
+  CHECK(pack(problem).cellCount == 2);
+  problem.container = makeSphere(Vec3(5, 5, 5), 10.0);
+  CHECK_THROWS_WITH(pack(problem), Contains("cell 2 of 'WBC' is to stay, but"));
+  species.start[1].position.x() = std::nan("");
+  CHECK_THROWS_AS(pack(problem), InputError);
+}
+
+TEST_CASE("A packing that is given whole stays as it is, and cells of one that is not clean move") {
+  PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
+  const PackingResult first = certified(problem);
+  problem.species[0].start = first.poses;
+  const PackingResult again = certified(problem);
+  CHECK(again.statistics.sweeps == 0);
+  for (std::size_t i = 0; i < first.poses.size(); ++i) CHECK(same(again.poses[i], first.poses[i]));
+  problem.species[0].start[3].position = problem.species[0].start[2].position;
+  const PackingResult mended = certified(problem);
+  CHECK(mended.statistics.sweeps > 0);
+  // More cells: the first ones begin where they were, so most of them are not far from there.
+  problem.species[0].start = first.poses;
+  problem.species[0].count += 3;
+  const PackingResult more = certified(problem);
+  int near = 0;
+  for (std::size_t i = 0; i < first.poses.size(); ++i) {
+    Vec3 d = more.poses[i].position - first.poses[i].position;
+    for (int k = 0; k < 3; ++k) d[k] -= 20.0 * std::round(d[k] / 20.0);
+    near += d.norm() < 4.0;
+  }
+  CHECK(2 * near > static_cast<int>(first.poses.size()));
+}
+
+TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall") {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    CAPTURE(seed);
+    const auto lumen = std::shared_ptr<const Container>(makeCylinder(Vec3(15, 12, 12), 0, 12.0, 30.0, true));
+    PackingProblem problem = test::redCellProblem(lumen, 0.1, seed);
+    Species base = problem.species[0];
+    problem.species.clear();
+    const std::shared_ptr<const Container> half = makeBox({Vec3(0, 0, 0), Vec3(15, 24, 24)}, {false, false, false});
+    const auto left = std::make_shared<Region>(half, std::vector<std::shared_ptr<const Container>>{},
+                                               lumen->bounds(), lumen->period());
+    const auto right =
+        std::make_shared<Region>(nullptr, std::vector<std::shared_ptr<const Container>>{half}, lumen->bounds(),
+                                 lumen->period());
+    base.freedom.cone = AxisCone{Vec3(0, 0, 1), 30.0 * degree};
+    base.freedom.extraWallClearance = 1.5;
+    base.count = 24;
+    base.freedom.home = left;
+    problem.species.push_back(base);
+    base.count = 12;
+    base.freedom.home = right;
+    problem.species.push_back(base);
+    const PackingResult result = certified(problem);
+    CHECK(result.certificate.minimumWallGap >= 1.5);
+    for (std::size_t i = 0; i < result.poses.size(); ++i) {
+      const Species& species = problem.species[result.cells[i].species];
+      CHECK(species.freedom.home->contains(result.poses[i].position));
+      CHECK(species.freedom.cone->angle(result.poses[i].orientation) <= 30.0 * degree + 1e-9);
+    }
+    // A cone without spread: all alike.
+    for (Species& species : problem.species) species.freedom.cone->spread = 0.0;
+    for (Species& species : problem.species) species.count /= 2;
+    const PackingResult aligned = certified(problem);
+    for (const Pose& pose : aligned.poses) CHECK(base.freedom.cone->angle(pose.orientation) <= 1e-9 + 30.0 * degree);
+    for (const Pose& pose : aligned.poses)
+      CHECK(AxisCone{Vec3(0, 0, 1), 0.0}.angle(pose.orientation) <= 1e-7);
+  }
+}
+
+TEST_CASE("Freedom is checked, and growth refuses to be held back") {
+  const auto refused = [](auto&& change) {
+    PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.1);
+    change(problem);
+    try {
+      pack(problem);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using P = PackingProblem;
+  CHECK_THAT(refused([](P& p) { p.species[0].freedom.extraWallClearance = -1.0; }), Contains("extra clearance"));
+  CHECK_THAT(refused([](P& p) { p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 2), 0.1}; }),
+             Contains("no unit vector"));
+  CHECK_THAT(refused([](P& p) { p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0}; }), Contains("pi/2"));
+  CHECK_THAT(refused([](P& p) {
+               p.method = Method::cat;
+               p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 1.0};
+             }),
+             Contains("growth (method cat) does not know"));
+  CHECK_THAT(refused([](P& p) { p.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}}; }),
+             Contains("not of full size"));
+}
