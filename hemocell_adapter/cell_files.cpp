@@ -28,8 +28,8 @@ struct File {
 
 class CellFiles {
  public:
-  CellFiles(const Job& job, const Scene& scene, const PackingResult& result, const std::vector<std::int64_t>& counts,
-            const Communicator& ranks)
+  CellFiles(const Job& job, const Scene& scene, const PackingResult& result,
+            const std::vector<std::int64_t>& counts, const Communicator& ranks)
       : job_(job), scene_(scene), result_(result), counts_(counts), ranks_(ranks) {}
 
   std::vector<fs::path> operator()() {
@@ -64,16 +64,16 @@ class CellFiles {
           if (result_.cells[i].species == int(s)) own.push_back(scene_.read.lineOf(result_.poses[i]));
         return formatPosLines(own);
       };
-      files_.push_back(
-          {job_.outputDirectory / (scene_.species[s].job.name + ".pos"), {{formatPosHead(counts_[s]), lines}}});
+      files_.push_back({job_.outputDirectory / (scene_.species[s].job.name + ".pos"),
+                        {{formatPosHead(counts_[s]), lines}}});
     }
   }
 
   void addExport(const std::string& format) {
     for (std::size_t s = 0; packing_.species.size() < scene_.species.size(); ++s) {
       const SceneSpecies& species = scene_.species[s];
-      packing_.species.push_back({species.job.name, counts_[s], boundingBox(species.shape->mesh()).size(),
-                                  species.shape->volume()});
+      packing_.species.push_back(
+          {species.job.name, counts_[s], boundingBox(species.shape->mesh()).size(), species.shape->volume()});
     }
     packing_.bounds = scene_.lumen.container->bounds();
     for (const ExportedFile& exported : exportedFiles(format, packing_)) {

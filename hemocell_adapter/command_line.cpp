@@ -18,7 +18,10 @@ struct CommandOption {
 };
 constexpr CommandOption commandOptions[] = {{"help", Command::help, true},
                                             {"version", Command::version, false},
-                                            {"reference", Command::reference, false}};
+                                            {"reference", Command::reference, false},
+                                            {"print-config-reference", Command::reference, false},
+                                            {"man", Command::man, false},
+                                            {"completion", Command::completion, false}};
 
 /// What a word after the dashes can stand for.
 struct Candidate {

@@ -13,7 +13,7 @@
 
 namespace packmesh::hemocell {
 
-enum class Command { pack, check, help, version, reference };
+enum class Command { pack, check, help, version, reference, man, completion };
 
 /// One option with its values, in the order of the command line.
 struct Assignment {
@@ -54,5 +54,11 @@ std::string helpText(bool asPackCells);
 
 /// The reference of the `<packing>` section.
 std::string referenceText();
+
+/// The manual page, for man(1), of the same tables.
+std::string manText();
+
+/// A script by which bash completes options and their values.
+std::string completionText();
 
 }  // namespace packmesh::hemocell

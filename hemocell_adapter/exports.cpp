@@ -12,8 +12,8 @@ namespace {
 std::string numbers(const Pose& pose, const char* separator) {
   const Vec3& p = pose.position;
   const Quaternion& q = pose.orientation;
-  return fmt::format("{1}{0}{2}{0}{3}{0}{4}{0}{5}{0}{6}{0}{7}", separator, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(),
-                     q.z());
+  return fmt::format("{1}{0}{2}{0}{3}{0}{4}{0}{5}{0}{6}{0}{7}", separator, p.x(), p.y(), p.z(), q.w(), q.x(),
+                     q.y(), q.z());
 }
 
 std::string csvLine(const ExportedPacking& packing, const ExportedCell& cell) {
@@ -44,8 +44,8 @@ std::string atomLine(const ExportedPacking&, const ExportedCell& cell) {
 std::string ellipsoidLine(const ExportedPacking& packing, const ExportedCell& cell) {
   const Vec3& size = packing.species[cell.species].size;
   const Quaternion& q = cell.pose.orientation;
-  return fmt::format("{} {} {} {} {} {} {} {}\n", cell.number, size.x(), size.y(), size.z(), q.w(), q.x(), q.y(),
-                     q.z());
+  return fmt::format("{} {} {} {} {} {} {} {}\n", cell.number, size.x(), size.y(), size.z(), q.w(), q.x(),
+                     q.y(), q.z());
 }
 
 std::vector<ExportedFile> lammps(const ExportedPacking& packing) {
@@ -55,9 +55,10 @@ std::vector<ExportedFile> lammps(const ExportedPacking& packing) {
     cells += species.count;
     types += (types.empty() ? "" : ", ") + species.name;
   }
-  std::string head = fmt::format("packMesh: {} (types in this order), lengths in µm\n\n{} atoms\n{} ellipsoids\n"
-                                 "{} atom types\n\n",
-                                 types, cells, cells, packing.species.size());
+  std::string head = fmt::format(
+      "packMesh: {} (types in this order), lengths in µm\n\n{} atoms\n{} ellipsoids\n"
+      "{} atom types\n\n",
+      types, cells, cells, packing.species.size());
   for (int k = 0; k < 3; ++k)
     head += fmt::format("{0} {1} {2}lo {2}hi\n", packing.bounds.lo[k], packing.bounds.hi[k], "xyz"[k]);
   return {{"cells.lammps",

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/geometry/pose.h"
 #include "packMesh/geometry/box.h"
+#include "packMesh/geometry/pose.h"
 
 namespace packmesh::hemocell {
 
@@ -50,7 +50,8 @@ std::vector<std::string> exportNames();
 
 /// The files of a format:
 /// - csv: `cells.csv`, a line per cell: id, species, x, y, z [µm], qw, qx, qy, qz;
-/// - lammps: `cells.lammps`, a data file of ellipsoids (atom_style ellipsoid; read_data), one type per species,
+/// - lammps: `cells.lammps`, a data file of ellipsoids (atom_style ellipsoid; read_data), one type per
+/// species,
 ///   with the extents of the meshes; lengths in µm, density 1;
 /// - mirheo: `<Cell>.com_q.txt`, a line per cell: x y z qw qx qy qz, as Mirheo's initial conditions want it.
 ///

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "hemocell_adapter/command_line.h"
 #include "hemocell_adapter/exit_codes.h"
+#include "packMesh/version.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -65,6 +67,23 @@ std::string describe(const std::vector<ValueSpec>& values, const char* help, con
   return text;
 }
 
+constexpr Topic topics[] = {Topic::cells,  Topic::lumen,  Topic::packing,
+                            Topic::limits, Topic::output, Topic::ignored};
+
+/// "-h, --hematocrit h".
+std::string headOf(const Setting& setting) {
+  std::string head = setting.letter ? fmt::format("-{}, --{}", setting.letter, setting.option)
+                                    : fmt::format("--{}", setting.option);
+  if (!setting.flag)
+    for (const ValueSpec& value : setting.values) head += fmt::format(" {}", value.placeholder);
+  return head;
+}
+
+std::string upper(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
 }  // namespace
 
 std::string helpText(bool asPackCells) {
@@ -75,22 +94,17 @@ std::string helpText(bool asPackCells) {
       "  {0} sX sY sZ [options]              a periodic box [0,sX] x [0,sY] x [0,sZ] µm\n"
       "  {0} check config.xml [options]      proves or disproves the .pos files of a case\n"
       "  {0} check --box sX sY sZ [options]  the same for a box\n"
-      "  {0} --help | --version | --reference\n\n"
+      "  {0} --help | --version | --reference | --man | --completion\n\n"
       "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
       "Writes <Cell>.pos for each kind of cell. One or two dashes, '=' or a blank, any order and unique\n"
       "prefixes will do. --reference prints the <packing> section of config.xml, which options override.\n",
       program);
-  for (const Topic topic :
-       {Topic::cells, Topic::lumen, Topic::packing, Topic::limits, Topic::output, Topic::ignored}) {
+  for (const Topic topic : topics) {
     out += fmt::format("\n{}:\n", title(topic));
     for (const Setting& setting : settingsTable()) {
       if (setting.topic != topic || !*setting.option) continue;
-      std::string head = setting.letter ? fmt::format("-{}, --{}", setting.letter, setting.option)
-                                        : fmt::format("--{}", setting.option);
-      if (!setting.flag) {
-        for (const ValueSpec& value : setting.values) head += fmt::format(" {}", value.placeholder);
-      }
-      entry(out, head, describe(setting.values, setting.help, setting.flag ? "" : setting.fallback));
+      entry(out, headOf(setting),
+            describe(setting.values, setting.help, setting.flag ? "" : setting.fallback));
     }
   }
   out +=
@@ -101,6 +115,81 @@ std::string helpText(bool asPackCells) {
   for (const ExitCodeMeaning& meaning : exitCodeMeanings)
     entry(out, std::to_string(int(meaning.code)), meaning.text, 7);
   return out;
+}
+
+std::string manText() {
+  const auto escaped = [](std::string text) {
+    std::string out;
+    for (const char c : text)
+      out += c == '\\' ? std::string("\\e") : c == '-' ? std::string("\\-") : std::string(1, c);
+    if (!out.empty() && (out[0] == '.' || out[0] == '\'')) out.insert(0, "\\&");
+    return out;
+  };
+  std::string out = fmt::format(
+      ".TH PACKMESH 1 \"\" \"packMesh {}\" \"User Commands\"\n.SH NAME\npackMesh \\- packs the surface "
+      "meshes of blood "
+      "cells without overlap, for HemoCell\n.SH SYNOPSIS\n",
+      version());
+  for (const char* usage : {"config.xml [options]", "sX sY sZ [options]", "check config.xml [options]",
+                            "check --box sX sY sZ [options]"})
+    out += fmt::format(".B packMesh\n{}\n.br\n", escaped(usage));
+  out +=
+      ".SH DESCRIPTION\nWrites <Cell>.pos for each kind of cell: the real meshes, in the real lumen, at the "
+      "hematocrit "
+      "asked for, certified to be free of overlap.\n";
+  for (const Topic topic : topics) {
+    out += fmt::format(".SH {}\n", upper(title(topic)));
+    for (const Setting& setting : settingsTable()) {
+      if (setting.topic != topic || !*setting.option) continue;
+      out +=
+          fmt::format(".TP\n.B {}\n{}\n", escaped(headOf(setting)),
+                      escaped(describe(setting.values, setting.help, setting.flag ? "" : setting.fallback)));
+    }
+  }
+  out += ".SH CONFIGURATION\n.nf\n";
+  std::string line;
+  for (const char c : referenceText()) {
+    if (c != '\n') {
+      line += c;
+      continue;
+    }
+    out += escaped(line) + "\n";
+    line.clear();
+  }
+  out += ".fi\n.SH EXIT STATUS\n";
+  for (const ExitCodeMeaning& meaning : exitCodeMeanings)
+    out += fmt::format(".TP\n.B {}\n{}\n", int(meaning.code), escaped(meaning.text));
+  return out;
+}
+
+std::string completionText() {
+  std::string words = "--help --version --reference --man --completion", cases;
+  for (const Setting& setting : settingsTable()) {
+    if (!*setting.option || setting.topic == Topic::ignored) continue;
+    words += fmt::format(" --{}", setting.option);
+    if (setting.flag) continue;
+    const ValueSpec& value = setting.values.front();
+    if (value.kind == Kind::choice)
+      cases += fmt::format("    --{}) COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); return ;;\n",
+                           setting.option, fmt::join(value.choices, " "));
+    else if (value.kind == Kind::text)
+      cases += fmt::format("    --{}) COMPREPLY=($(compgen -f -- \"$cur\")); return ;;\n", setting.option);
+    else if (value.kind == Kind::axis)
+      cases += fmt::format("    --{}) COMPREPLY=($(compgen -W \"x y z\" -- \"$cur\")); return ;;\n",
+                           setting.option);
+  }
+  return "# bash completion for packMesh: source it, or put it into bash-completion's folder\n"
+         "_packMesh() {\n"
+         "  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]}\n"
+         "  case $prev in\n" +
+         cases +
+         "  esac\n"
+         "  if [[ $cur == -* ]]; then\n    COMPREPLY=($(compgen -W \"" +
+         words +
+         "\" -- \"$cur\"))\n  else\n"
+         "    COMPREPLY=($(compgen -f -X '!*.xml' -- \"$cur\") $(compgen -d -- \"$cur\"))\n"
+         "    [[ $COMP_CWORD == 1 && check == \"$cur\"* ]] && COMPREPLY+=(check)\n  fi\n}\n"
+         "complete -o filenames -F _packMesh packMesh packCells\n";
 }
 
 std::string referenceText() {

@@ -62,6 +62,8 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.rotate, s.rotate);
   take(job.maxSeconds, s.maxSeconds);
   take(job.bestEffort, s.bestEffort);
+  take(job.dryRun, s.dryRun);
+  take(job.validate, s.validate);
   take(job.outputDirectory, s.outputDirectory);
   take(job.povScene, s.povScene);
   take(job.checkpointEvery, s.checkpointEvery);

@@ -63,6 +63,7 @@ struct Job {
   double maxSeconds = 0.0;                    ///< 0: no limit
   std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
   bool bestEffort = false;
+  bool dryRun = false, validate = false;
 
   std::array<int, 3> tiles = {1, 1, 1};
   std::int64_t realisations = 1;

@@ -2,22 +2,38 @@
 #include "hemocell_adapter/log.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 namespace packmesh::hemocell::log {
 namespace {
 
 Level currentLevel = Level::normal;
+bool statusShown = false;
 
 /// Messages quote what stands in files: control characters would reach the user's terminal.
-void line(std::FILE* stream, const char* kind, std::string message) {
-  if (currentLevel == Level::silent) return;
+std::string harmless(std::string message) {
   std::replace_if(
       message.begin(), message.end(),
       [](unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == '\x7f'; }, '?');
-  fmt::print(stream, "(packMesh) {}{}\n", kind, message);
+  return message;
+}
+
+void clearStatus() {
+  if (!statusShown) return;
+  fmt::print(stdout, "\r\x1b[K");
+  std::fflush(stdout);
+  statusShown = false;
+}
+
+void line(std::FILE* stream, const char* kind, const std::string& message) {
+  if (currentLevel == Level::silent) return;
+  clearStatus();
+  fmt::print(stream, "(packMesh) {}{}\n", kind, harmless(message));
   std::fflush(stream);
 }
 
@@ -28,6 +44,36 @@ void setLevel(Level level) {
 }
 Level level() {
   return currentLevel;
+}
+
+namespace {
+
+/// What of a text fits into a line of the terminal; a character of several bytes counts once.
+std::string fitting(const std::string& text) {
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return text;
+  std::string out;
+  int columns = 0;
+  for (const char c : text) {
+    const bool begins = (static_cast<unsigned char>(c) & 0xC0u) != 0x80u;
+    if (begins && ++columns >= size.ws_col) break;
+    out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+bool isTerminal() {
+  static const bool is = isatty(STDOUT_FILENO) != 0 && std::getenv("SLURM_JOB_ID") == nullptr;
+  return is;
+}
+
+void status(const std::string& message) {
+  if (currentLevel <= Level::quiet) return;
+  fmt::print(stdout, "\r{}\x1b[K", fitting("(packMesh) " + harmless(message)));
+  std::fflush(stdout);
+  statusShown = true;
 }
 
 void info(const std::string& message) {

@@ -12,6 +12,11 @@ enum class Level { silent, quiet, normal, verbose };
 void setLevel(Level level);
 Level level();
 
+/// Whether standard output is a terminal that somebody may be looking at (not under Slurm).
+bool isTerminal();
+/// A line that the next one, whichever, replaces: to the terminal, unless quiet. Pre: isTerminal()
+void status(const std::string& message);
+
 /// To standard output, unless quiet.
 void info(const std::string& message);
 /// To standard output when verbose.

@@ -47,6 +47,14 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
       if (!first) return ExitCode::ok;
       fmt::print("{}", referenceText());
       return ExitCode::ok;
+    case Command::man:
+      if (!first) return ExitCode::ok;
+      fmt::print("{}", manText());
+      return ExitCode::ok;
+    case Command::completion:
+      if (!first) return ExitCode::ok;
+      fmt::print("{}", completionText());
+      return ExitCode::ok;
     case Command::pack:
     case Command::check:
       break;

@@ -22,7 +22,8 @@ std::string bitsOf(const Pose& pose) {
 }
 
 /// `count` of the poses, drawn without bias, in their order.
-std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed, std::uint64_t stream) {
+std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed,
+                        std::uint64_t stream) {
   if (count >= std::int64_t(poses.size())) return poses;
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < poses.size(); ++i)
@@ -118,7 +119,8 @@ class Parting {
     const SceneSpecies& species = scene_.species[s];
     ScenePart part{s, species.job.name, count, {}, freedomOf(species), region};
     if (region >= 0) {
-      part.name += region + 1 < int(scene_.regions.size()) ? fmt::format(", region {}", region + 1) : ", rest";
+      part.name +=
+          region + 1 < int(scene_.regions.size()) ? fmt::format(", region {}", region + 1) : ", rest";
       part.freedom.home = scene_.regions[region].region;
     }
     part.start = drawn(std::move(start), count, job_.seed, parts_.size());
@@ -143,8 +145,8 @@ std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen) {
   std::vector<std::string> notices;
   double rest = 1.0;
   const auto add = [&](std::string name, std::shared_ptr<const Container> body, double hematocrit) {
-    SceneRegion region{std::move(name), std::make_shared<Region>(std::move(body), earlier, bounds, period), 0.0,
-                       hematocrit};
+    SceneRegion region{std::move(name), std::make_shared<Region>(std::move(body), earlier, bounds, period),
+                       0.0, hematocrit};
     region.share = shareOfLumen(*region.region, *lumen.container);
     rest -= region.share;
     regions.push_back(std::move(region));
@@ -153,7 +155,8 @@ std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen) {
     std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, notices);
     add(fmt::format("region {}", regions.size() + 1), body, request.hematocrit);
     if (!(regions.back().share > 0.0))
-      throw InputError(fmt::format("{}: this region lies outside the lumen or in earlier ones", request.body.where));
+      throw InputError(
+          fmt::format("{}: this region lies outside the lumen or in earlier ones", request.body.where));
     earlier.push_back(std::move(body));
   }
   add("the rest", nullptr, job.hematocrit.value_or(0.0));

@@ -19,11 +19,12 @@ ExitCode runRealisations(const Job& job, const std::function<ExitCode(const Job&
     one.seed = job.seed + std::uint64_t(i - 1);
     one.outputDirectory = job.outputDirectory / folder;
     if (job.stateFile) one.stateFile = one.outputDirectory / job.stateFile->filename();
-    for (const std::string& word : {std::string("--realisations"), std::string("1"), std::string("--seed"),
-                                    std::to_string(one.seed), std::string("--output-dir"),
-                                    one.outputDirectory.string()})
+    for (const std::string& word :
+         {std::string("--realisations"), std::string("1"), std::string("--seed"), std::to_string(one.seed),
+          std::string("--output-dir"), one.outputDirectory.string()})
       one.commandWords.push_back(word);
-    log::info(fmt::format("Realisation {} of {}: seed {}, {}", i, last, one.seed, one.outputDirectory.string()));
+    log::info(
+        fmt::format("Realisation {} of {}: seed {}, {}", i, last, one.seed, one.outputDirectory.string()));
     const ExitCode code = run(one);
     if (code == ExitCode::interrupted) return code;
     good += code == ExitCode::ok;

@@ -12,9 +12,11 @@
 
 #include "hemocell_adapter/cell_files.h"
 #include "hemocell_adapter/checkpoints.h"
+#include "hemocell_adapter/forecast.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/pos_file.h"
+#include "hemocell_adapter/progress_log.h"
 #include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/realisations.h"
 #include "hemocell_adapter/scene.h"
@@ -149,24 +151,6 @@ void writePicture(const Job& job, const Scene& scene, const PackingResult& resul
   log::info(fmt::format("Wrote {}", (job.outputDirectory / "cells.pov").string()));
 }
 
-/// A line of progress now and then.
-class ProgressLog {
- public:
-  void operator()(const Progress& progress) {
-    const double now = stopwatch_.elapsed().wall;
-    const double pause = log::level() == log::Level::verbose ? 1.0 : 10.0;  // [s]
-    if (now - last_ < pause) return;
-    last_ = now;
-    log::info(fmt::format("{}: sweep {}, scale {:.3f}, worst overlap {:.4f} µm, {} pairs unresolved",
-                          progress.stage, progress.sweep, progress.scale, progress.worstOverlap,
-                          progress.unresolved));
-  }
-
- private:
-  Stopwatch stopwatch_;
-  double last_ = 0.0;
-};
-
 ExitCode endInterrupted(const Job& job, const StateFiles& states) {
   if (states.saved())
     log::error(fmt::format("interrupted: no .pos was written; to go on: packMesh --restart {}",
@@ -288,11 +272,20 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   const Scene scene = builtScene(job, ranks);
   if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
   onFirstRank(ranks, [&] { requireReplaceableFiles(job, scene); });
+  if (job.validate) {
+    log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
+    return ExitCode::ok;
+  }
   for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
 
+  if (job.dryRun) {
+    for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
+    log::detail(fmt::format("Expected CPU time: {:.4g} s", forecastOf(job, scene).seconds));
+    return ExitCode::ok;
+  }
   const PolledInterruption whilePackingAndWriting;
-  ProgressLog progress;
+  ProgressLog progress(job, scene, ranks.size());
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
   if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
@@ -310,7 +303,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
 
 ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const auto once = [&](const Job& one) { return packOnce(one, ranks); };
-  return job.realisations > 1 ? runRealisations(job, once) : once(job);
+  return job.realisations > 1 && !job.dryRun && !job.validate ? runRealisations(job, once) : once(job);
 }
 
 }  // namespace packmesh::hemocell

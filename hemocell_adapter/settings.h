@@ -95,8 +95,9 @@ struct Settings {
   std::optional<std::filesystem::path> stateFile, restart;
   std::optional<double> checkpointEvery;  ///< [s]
   std::optional<bool> povScene, quiet, verbose;
-  std::optional<double> ignoredScale;  ///< packCells' --scale was given
-  std::optional<bool> checkBox;        ///< `check --box`
+  std::optional<bool> dryRun, validate;  ///< say what would be done; only check the input
+  std::optional<double> ignoredScale;    ///< packCells' --scale was given
+  std::optional<bool> checkBox;          ///< `check --box`
 };
 
 /// The request for cells called `name`, added when there is none yet.

@@ -14,14 +14,15 @@ void requireTileable(const Job& job, const Scene& scene) {
   for (int k = 0; k < 3; ++k) {
     tiles *= job.tiles[k];
     if (job.tiles[k] > 1 && !(scene.lumen.container->period()[k] > 0.0))
-      throw InputError(fmt::format("--tile: the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
-    if (job.tiles[k] * scene.lumen.container->bounds().size()[k] > specs::largestLength)
       throw InputError(
-          fmt::format("--tile: the box would be more than {:.0f} µm long along {}", specs::largestLength, "xyz"[k]));
+          fmt::format("--tile: the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
+    if (job.tiles[k] * scene.lumen.container->bounds().size()[k] > specs::largestLength)
+      throw InputError(fmt::format("--tile: the box would be more than {:.0f} µm long along {}",
+                                   specs::largestLength, "xyz"[k]));
   }
   if (cells * tiles > specs::largestCount)
-    throw InputError(fmt::format("--tile: {:.3g} cells are too many; at most {:.0f} can be packed", cells * tiles,
-                                 specs::largestCount));
+    throw InputError(fmt::format("--tile: {:.3g} cells are too many; at most {:.0f} can be packed",
+                                 cells * tiles, specs::largestCount));
 }
 
 Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, const Communicator& ranks) {

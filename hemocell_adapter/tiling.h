@@ -15,8 +15,8 @@ inline bool isTiled(const Job& job) {
 
 /// The job of packing the larger box, whose cells all have a place to begin with: those of `result`, a cell's
 /// images one after the other. All ranks call; each gets all cells.
-/// @throws InputError when the box is not periodic along an axis that it is repeated along, or there are too many
-/// cells
+/// @throws InputError when the box is not periodic along an axis that it is repeated along, or there are too
+/// many cells
 Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, const Communicator& ranks);
 
 /// @throws InputError as above, before anything has been packed

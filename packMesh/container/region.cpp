@@ -41,8 +41,8 @@ void add(const Region& region, const Container& lumen, const Box& box, int depth
   const double reach = 0.5 * size.norm() + (lumen.wall() ? lumen.wall()->slack() : 0.0);
   const WallDistance toWall = inLumen(lumen, center), toSurface = region.distance(center);
   if (toWall.distance < -reach) return;
-  const bool mixed = std::abs(toWall.distance) <= reach ||
-                     (toWall.distance > 0.0 && std::abs(toSurface.distance) <= reach);
+  const bool mixed =
+      std::abs(toWall.distance) <= reach || (toWall.distance > 0.0 && std::abs(toSurface.distance) <= reach);
   if (!mixed || depth == deepest) {
     sums.lumen += box.volume() * shareInside(toWall, size);
     sums.region += box.volume() * shareInside(nearer(toWall, toSurface), size);
@@ -60,7 +60,9 @@ void add(const Region& region, const Container& lumen, const Box& box, int depth
 Region::Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
                const Box& bounds, const Vec3& period)
     : inside_(std::move(inside)), outside_(std::move(outside)), bounds_(bounds) {
-  const auto steps = [&](int k) { return period[k] > 0.0 ? std::vector<int>{0, -1, 1} : std::vector<int>{0}; };
+  const auto steps = [&](int k) {
+    return period[k] > 0.0 ? std::vector<int>{0, -1, 1} : std::vector<int>{0};
+  };
   for (const int x : steps(0))
     for (const int y : steps(1))
       for (const int z : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(x, y, z)));

@@ -21,7 +21,8 @@ void requireFixedApart(const PackingProblem& problem) {
     if (!species.freedom.fixed) continue;
     for (const Pose& pose : species.start) {
       cells.push_back({index, WrittenCells::placement(problem, pose)});
-      names.push_back("cell " + std::to_string(&pose - species.start.data() + 1) + " of '" + species.name + "'");
+      names.push_back("cell " + std::to_string(&pose - species.start.data() + 1) + " of '" + species.name +
+                      "'");
     }
   }
   if (cells.empty()) return;

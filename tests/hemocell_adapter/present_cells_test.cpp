@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are there already, regions, axes, tiles, realisations and exports, with the real executable.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -48,13 +48,15 @@ TEST_CASE("fixed cells stay line by line while others are added", "[executable]"
   const Ran added = ok(folder, "config.xml --fixed RBC.pos --plt 20");
   CHECK(linesOf(folder.path() / "RBC.pos") == red);
   CHECK(linesOf(folder.path() / "PLT.pos").size() == 20);
-  CHECK_THAT(added.out, Contains("RBC: " + std::to_string(red.size()) + " of them stay where RBC.pos has them"));
+  CHECK_THAT(added.out,
+             Contains("RBC: " + std::to_string(red.size()) + " of them stay where RBC.pos has them"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
   // A higher hematocrit around them, by the configuration.
   fs::rename(folder.path() / "RBC.pos", folder.path() / "there.pos");
   writeText(folder.path() / "config.xml",
-            configXml(sampleDomain, "<packing> <hematocrit> 0.28 </hematocrit> <species name=\"RBC\" "
-                                    "fixed=\"there.pos\"/> </packing>"));
+            configXml(sampleDomain,
+                      "<packing> <hematocrit> 0.28 </hematocrit> <species name=\"RBC\" "
+                      "fixed=\"there.pos\"/> </packing>"));
   ok(folder, "config.xml");
   const auto more = linesOf(folder.path() / "RBC.pos");
   CHECK(more.size() >= red.size() + 4);
@@ -134,7 +136,8 @@ TEST_CASE("regions have their own hematocrit, axes their direction, walls their 
   const auto minimumOf = [&](const char* name) {
     double nearest = 1e9;
     for (const PosLine& line : readPos(folder.path() / name))
-      nearest = std::min(nearest, 7.5 - Eigen::Vector2d(line.position.y() - 8.0, line.position.z() - 8.0).norm());
+      nearest =
+          std::min(nearest, 7.5 - Eigen::Vector2d(line.position.y() - 8.0, line.position.z() - 8.0).norm());
     return nearest;
   };
   CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);
@@ -153,7 +156,8 @@ TEST_CASE("constraints that make no sense are refused", "[executable]") {
   const std::string ball = "<sphere radius=\"3\" center=\"12 8 8\"/>";
   CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),
              Contains("attribute hematocrit is missing"));
-  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"/>"), Contains("expected one body"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"/>"),
+             Contains("expected one body"));
   CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"1\">" + ball + "</region>"),
              Contains("[0, 1)"));
   CHECK_THAT(refused("<region hematocrit=\"0.2\">" + ball + "</region>", "--rbc 3"),
@@ -161,13 +165,17 @@ TEST_CASE("constraints that make no sense are refused", "[executable]") {
   CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
                      "center=\"99 8 8\"/></region>"),
              Contains("outside the lumen"));
-  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\">" + ball + "</region>", "--method cat"),
-             Contains("method cat does not know it"));
+  CHECK_THAT(
+      refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\">" + ball + "</region>", "--method cat"),
+      Contains("method cat does not know it"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is no direction"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"), Contains("[0, 90]"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/><export>vrml</export>"), Contains("csv, lammps or mirheo"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/>", "--tile 2 1 1"), Contains("is for periodic boxes"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
+             Contains("[0, 90]"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/><export>vrml</export>"),
+             Contains("csv, lammps or mirheo"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/>", "--tile 2 1 1"),
+             Contains("is for periodic boxes"));
 }
 
 TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
@@ -222,7 +230,8 @@ TEST_CASE("exports hold the cells of the .pos files", "[executable]") {
     const PosLine& line = n <= red.size() ? red[n - 1] : platelets[n - 1 - red.size()];
     CHECK(species == (n <= red.size() ? "RBC" : "PLT"));
     CHECK(Vec3(x, y, z) == line.position);
-    CHECK((Quaternion(w, a, b, c).toRotationMatrix() - placementOf(line).linear).cwiseAbs().maxCoeff() < 1e-12);
+    CHECK((Quaternion(w, a, b, c).toRotationMatrix() - placementOf(line).linear).cwiseAbs().maxCoeff() <
+          1e-12);
   }
   CHECK(n == 8);
   std::istringstream numbers(readText(folder.path() / "RBC.com_q.txt"));

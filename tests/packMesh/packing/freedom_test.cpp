@@ -130,12 +130,12 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
     PackingProblem problem = test::redCellProblem(lumen, 0.1, seed);
     Species base = problem.species[0];
     problem.species.clear();
-    const std::shared_ptr<const Container> half = makeBox({Vec3(0, 0, 0), Vec3(15, 24, 24)}, {false, false, false});
+    const std::shared_ptr<const Container> half =
+        makeBox({Vec3(0, 0, 0), Vec3(15, 24, 24)}, {false, false, false});
     const auto left = std::make_shared<Region>(half, std::vector<std::shared_ptr<const Container>>{},
                                                lumen->bounds(), lumen->period());
-    const auto right =
-        std::make_shared<Region>(nullptr, std::vector<std::shared_ptr<const Container>>{half}, lumen->bounds(),
-                                 lumen->period());
+    const auto right = std::make_shared<Region>(nullptr, std::vector<std::shared_ptr<const Container>>{half},
+                                                lumen->bounds(), lumen->period());
     base.freedom.cone = AxisCone{Vec3(0, 0, 1), 30.0 * degree};
     base.freedom.extraWallClearance = 1.5;
     base.count = 24;
@@ -155,7 +155,8 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
     for (Species& species : problem.species) species.freedom.cone->spread = 0.0;
     for (Species& species : problem.species) species.count /= 2;
     const PackingResult aligned = certified(problem);
-    for (const Pose& pose : aligned.poses) CHECK(base.freedom.cone->angle(pose.orientation) <= 1e-9 + 30.0 * degree);
+    for (const Pose& pose : aligned.poses)
+      CHECK(base.freedom.cone->angle(pose.orientation) <= 1e-9 + 30.0 * degree);
     for (const Pose& pose : aligned.poses)
       CHECK(AxisCone{Vec3(0, 0, 1), 0.0}.angle(pose.orientation) <= 1e-7);
   }
@@ -173,15 +174,23 @@ TEST_CASE("Freedom is checked, and growth refuses to be held back") {
     return std::string();
   };
   using P = PackingProblem;
-  CHECK_THAT(refused([](P& p) { p.species[0].freedom.extraWallClearance = -1.0; }), Contains("extra clearance"));
-  CHECK_THAT(refused([](P& p) { p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 2), 0.1}; }),
+  CHECK_THAT(refused([](P& p) { p.species[0].freedom.extraWallClearance = -1.0; }),
+             Contains("extra clearance"));
+  CHECK_THAT(refused([](P& p) {
+               p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 2), 0.1};
+             }),
              Contains("no unit vector"));
-  CHECK_THAT(refused([](P& p) { p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0}; }), Contains("pi/2"));
+  CHECK_THAT(refused([](P& p) {
+               p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0};
+             }),
+             Contains("pi/2"));
   CHECK_THAT(refused([](P& p) {
                p.method = Method::cat;
                p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 1.0};
              }),
              Contains("growth (method cat) does not know"));
-  CHECK_THAT(refused([](P& p) { p.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}}; }),
+  CHECK_THAT(refused([](P& p) {
+               p.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}};
+             }),
              Contains("not of full size"));
 }

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What a packing will take, before it is made.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/job.h"
+#include "hemocell_adapter/scene.h"
+
+namespace packmesh::hemocell {
+
+/// Estimates calibrated on measurements (docs/planning.md).
+struct Forecast {
+  std::int64_t cells = 0;
+  double fraction = 0.0;  ///< volume of all meshes over that of the lumen
+  /// The fraction at which a periodic box is as hard to pack: clearances are added to the cells, and a layer at
+  /// the wall is left out of the lumen.
+  double effectiveFraction = 0.0;
+  double seconds = 0.0;    ///< CPU of one core; within a factor of 3 below 0.58, above hardly known
+  double megabytes = 0.0;  ///< of all ranks together
+
+  /// Up to here a packing takes minutes at most, above `possible` none of a thousand cells was ever made.
+  static constexpr double easy = 0.58, possible = 0.61;
+};
+
+/// Of the default method.
+Forecast forecastOf(const Job& job, const Scene& scene);
+
+/// What `--dry-run` says.
+std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks);
+
+}  // namespace packmesh::hemocell

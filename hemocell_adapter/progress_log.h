@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What users see while a packing is being made.
+#pragma once
+
+#include <chrono>
+
+#include "hemocell_adapter/scene.h"
+
+namespace packmesh::hemocell {
+
+/// On a terminal a line that is kept up to date, otherwise (in files, under Slurm) a plain line now and then:
+/// stage, hematocrit of the cells at their present size, overlap that is left, time, and time left where the
+/// forecast knows it.
+class ProgressLog {
+ public:
+  ProgressLog(const Job& job, const Scene& scene, int ranks);
+
+  void operator()(const Progress& progress);
+
+  /// The line.
+  std::string text(const Progress& progress, double seconds) const;
+
+ private:
+  double hematocrit_;       ///< of all cells at full size
+  double expectedSeconds_;  ///< 0: not known
+  double mostSeconds_;      ///< 0: no limit
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  double last_ = 0.0;
+};
+
+}  // namespace packmesh::hemocell

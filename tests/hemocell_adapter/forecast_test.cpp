@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What is said before packing, and on the way.
+#include "hemocell_adapter/forecast.h"
+
+#include <catch2/catch.hpp>
+
+#include "hemocell_adapter/progress_log.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Planned {
+  Job job;
+  Scene scene;
+};
+
+Planned planned(std::vector<std::string> words) {
+  Planned p;
+  p.job = makeJob(parseCommandLine("packMesh", words));
+  p.scene = buildScene(p.job);
+  return p;
+}
+
+Forecast forecast(const std::vector<std::string>& words) {
+  const Planned p = planned(words);
+  return forecastOf(p.job, p.scene);
+}
+
+}  // namespace
+
+TEST_CASE("a periodic box is as hard as it is full; walls and clearances make it harder", "[forecast]") {
+  const Forecast box = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0"});
+  CHECK(box.cells == 316);
+  CHECK(box.fraction == Approx(0.4005).margin(1e-4));
+  CHECK(box.effectiveFraction == Approx(box.fraction));
+  const Forecast apart = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--clearance", "0.2"});
+  CHECK(apart.effectiveFraction > box.effectiveFraction + 0.04);
+  const Forecast walls = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--walls", "xyz"});
+  // The layer takes 1 - (1 - 2 · 0.55 / 40)³ = 8.0 % of the box.
+  CHECK(walls.effectiveFraction == Approx(box.fraction / 0.92).epsilon(0.01));
+  CHECK(walls.seconds > box.seconds);
+  double last = 0.0;
+  for (const char* h : {"0.1", "0.3", "0.4", "0.5", "0.55", "0.58", "0.6", "0.65"}) {
+    const Forecast f = forecast({"40", "40", "40", "--hematocrit", h, "--plt_ratio", "0"});
+    CHECK(f.seconds > last);
+    last = f.seconds;
+  }
+}
+
+TEST_CASE("a forecast grows with the number of cells", "[forecast]") {
+  const Forecast small = forecast({"40", "40", "40", "--hematocrit", "0.4"});
+  const Forecast large = forecast({"400", "400", "400", "--hematocrit", "0.4"});
+  CHECK(large.seconds > 1000.0 * small.seconds);
+  CHECK(large.seconds < 2000.0 * small.seconds);
+  CHECK(large.megabytes > 400.0);
+}
+
+TEST_CASE("verdicts of a dry run", "[forecast]") {
+  const auto said = [](const std::vector<std::string>& words, int ranks = 1) {
+    const Planned p = planned(words);
+    std::string all;
+    for (const std::string& line : forecastLines(p.job, p.scene, ranks)) all += line + "\n";
+    return all;
+  };
+  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.45"}), Contains("Within reach: 0.129 below 0.58"));
+  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.59"}), Contains("At the limit"));
+  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.65"}), Contains("Probably out of reach: 0.04"));
+  CHECK_THAT(said({"500", "500", "500", "--hematocrit", "0.45"}, 8), Contains("on 8 ranks"));
+  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.3", "--method", "cat"}), Contains("not known"));
+}
+
+TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]") {
+  Planned p = planned({"200", "200", "200", "--hematocrit", "0.55", "--max-time", "90"});
+  const ProgressLog log(p.job, p.scene, 1);
+  const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
+  CHECK_THAT(relaxing, Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
+                                "90 s at most, about "));
+  CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 1e6), !Contains("left"));
+  p.job.method = Method::cat;
+  CHECK_THAT(ProgressLog(p.job, p.scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
+             Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
+}
+
+TEST_CASE("a dry run and a validation write nothing", "[executable]") {
+  const SampleCase folder;
+  Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Within reach") && Contains("Memory: about"));
+  ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("config.xml is valid"));
+  ran = run(folder.path(), "config.xml --hematocrit 0.3 --plt 3 --validate");
+  CHECK(ran.exitCode == 1);
+  writeText(folder.path() / "tube.stl", tubeStl(2.4, 0.75, 48, true));
+  ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("open edge"));
+  for (const auto& entry : fs::directory_iterator(folder.path())) CHECK(entry.path().extension() != ".pos");
+}
+
+TEST_CASE("the manual page and the completion know every option", "[executable]") {
+  const std::string man = manText(), completion = completionText();
+  CHECK_THAT(man, Contains(".TH PACKMESH 1") && Contains(".SH EXIT STATUS"));
+  for (const char* option : {"hematocrit", "fixed", "dry\\-run", "checkpoint\\-every"})
+    CHECK_THAT(man, Contains(std::string("\\-\\-") + option));
+  const TemporaryFolder folder;
+  writeText(folder.path() / "completion", completion);
+  writeText(folder.path() / "config.xml", "");
+  writeText(folder.path() / "other.txt", "");
+  const auto completed = [&](const std::string& words, int position) {
+    const std::string out = (folder.path() / "out").string();
+    const std::string script = "cd '" + folder.path().string() + "' && . ./completion && COMP_WORDS=(" + words +
+                               ") && COMP_CWORD=" + std::to_string(position) +
+                               " && _packMesh && echo \"${COMPREPLY[@]}\" > '" + out + "'";
+    writeText(folder.path() / "script", script);
+    CHECK(std::system(("bash '" + (folder.path() / "script").string() + "'").c_str()) == 0);
+    return readText(out);
+  };
+  CHECK(completed("packMesh --hema", 1) == "--hematocrit\n");
+  CHECK(completed("packMesh --method c", 2) == "cat\n");
+  CHECK(completed("packMesh c", 1) == "config.xml check\n");
+  CHECK(completed("packMesh x.xml --open-axis ''", 3) == "x y z\n");
+}
