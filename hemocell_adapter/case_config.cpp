@@ -27,6 +27,8 @@ constexpr DomainTag dxTag = {"dx", Kind::number, "m; 5e-7 is 0.5 µm", 0, 1e-4, 
 constexpr DomainTag refDirTag = {"refDir", Kind::integer, "0, 1, 2 for x, y, z", 0, 2, false};
 constexpr DomainTag refDirNTag = {"refDirN", Kind::integer, "lattice nodes", 1, mostNodes, false};
 
+constexpr DomainTag lengthNTag = {"lengthN", Kind::integer, "lattice nodes", 1, mostNodes, false};
+
 ValueSpec specOf(const DomainTag& tag) {
   ValueSpec spec;
   spec.kind = tag.kind;
@@ -108,7 +110,12 @@ CaseConfig readCaseConfig(const fs::path& file) {
   const XMLElement* domain = onlyChild(*root, "domain", file);
   if (!domain) throw InputError(fmt::format("{}: has no <domain>", placeOf(*root, file)));
   result.domain = readDomain(*domain, file);
-  result.hasPreInlet = root->FirstChildElement("preInlet") || domain->FirstChildElement("preInlet");
+  if (const XMLElement* preInlet = root->FirstChildElement("preInlet")) {
+    result.hasPreInlet = true;
+    if (const XMLElement* parameters = onlyChild(*preInlet, "parameters", file);
+        parameters && parameters->FirstChildElement(lengthNTag.name))
+      result.preInletLength = int(std::get<std::int64_t>(required(*parameters, lengthNTag, file)));
+  }
   if (const XMLElement* packing = onlyChild(*root, "packing", file)) {
     result.hasPacking = true;
     result.packing = readPackingSection(*packing, file);

@@ -24,6 +24,7 @@ struct CaseConfig {
   std::filesystem::path file, folder;
   Domain domain;
   bool hasPreInlet = false;
+  std::optional<int> preInletLength;  ///< `<preInlet><parameters><lengthN>` [nodes]
   bool hasPacking = false;  ///< there is a `<packing>` section
   Settings packing;         ///< its contents; relative paths have become relative to the working directory
 };

@@ -10,6 +10,7 @@
 #include "hemocell_adapter/case_config.h"
 #include "hemocell_adapter/command_line.h"
 #include "hemocell_adapter/pos_file.h"
+#include "hemocell_adapter/pre_inlet.h"
 
 namespace packmesh::hemocell {
 
@@ -48,6 +49,7 @@ struct Job {
   std::optional<double> hematocrit;
   std::optional<double> redCellVolume;  ///< [µm³]
   bool fluidVolume = false;
+  std::optional<PreInletPlace> preInlet;
   std::optional<bool> periodicEnds;
   std::optional<std::string> walls;
   bool keepAll = false;

@@ -172,14 +172,22 @@ Lumen vesselLumen(const Job& job) {
         fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));
   }
   VesselEnds ends;
-  ends.axis = 0;
-  ends.lo = vessel.lattice.keptRegion().lo.x();
-  ends.hi = vessel.lattice.keptRegion().hi.x();
-  ends.periodic = job.periodicEnds.value_or(false);
-  lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
-  lumen.note =
+  std::string note =
       fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
                   boundingBox(vessel.surface).size().x());
+  if (job.preInlet) {
+    ends.axis = job.preInlet->axis;
+    PreInlet inlet = located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
+    note = fmt::format("the pre-inlet: plane {} of nodes along {}, repeated; frame of its own", inlet.slice,
+                       "xyz"[ends.axis]);
+    vessel.surface = std::move(inlet.surface);
+    vessel.lattice = std::move(inlet.lattice);
+  }
+  ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
+  ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
+  ends.periodic = job.periodicEnds.value_or(false);
+  lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
+  lumen.note = note;
   lumen.container = located([&] { return makeVessel(std::move(vessel.surface), ends, vesselDetail); });
   lumen.periodic = ends.periodic;
   lumen.acceptedOnly = true;

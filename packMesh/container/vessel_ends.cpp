@@ -107,7 +107,9 @@ std::vector<Segment> outlineAt(const TriangleMesh& mesh, int axis, double x) {
     Eigen::Vector2d ends[2];
     int found = 0;
     for (int k = 0; k < 3; ++k) {
-      const Vec3 &a = mesh.corner(static_cast<int>(t), k), &b = mesh.corner(static_cast<int>(t), (k + 1) % 3);
+      // Both triangles at an edge compute the same point, from the same vertices in the same order.
+      const auto [from, to] = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      const Vec3 &a = mesh.vertices[from], &b = mesh.vertices[to];
       if ((a[axis] < x) == (b[axis] < x)) continue;
       const double s = (x - a[axis]) / (b[axis] - a[axis]);
       ends[found++] = {a[u] + s * (b[u] - a[u]), a[v] + s * (b[v] - a[v])};
