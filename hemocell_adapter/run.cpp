@@ -238,7 +238,9 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
   onFirstRank(ranks, [&] {
     requireWritable(job.outputDirectory);
-    if (job.stateFile) requireWritable(job.stateFile->parent_path());
+    if (!job.stateFile) return;
+    requireWritable(job.stateFile->parent_path());
+    requireReplaceableState(job);
   });
   for (const std::string& warning : job.warnings) log::warning(warning);
   std::optional<Scene> built;

@@ -299,7 +299,8 @@ std::string putInPlace(const fs::path& written, const fs::path& file) {
   const int descriptor = ::open(written.c_str(), O_RDONLY | O_CLOEXEC);
   const bool flushed = descriptor >= 0 && (::fsync(descriptor) == 0 || errno == EINVAL);
   if (descriptor >= 0) ::close(descriptor);
-  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0) return std::strerror(errno);
+  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0)
+    return std::string("cannot be put in place: ") + std::strerror(errno);
   return "";
 }
 

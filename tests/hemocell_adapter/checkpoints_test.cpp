@@ -2,6 +2,8 @@
 // Runs that are ended by signals, and go on.
 #include "hemocell_adapter/checkpoints.h"
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <random>
@@ -157,6 +159,27 @@ TEST_CASE("a state's folder is made, and its companion with it") {
   // A state of that name is not written over.
   REQUIRE(run(folder.path(), "20 20 20 --hematocrit 0.2 --state own.xdmf").exitCode == 0);
   REQUIRE(readStateHead(folder.path() / "own.xdmf").cells > 10);
+}
+
+TEST_CASE("a state is not written over what is none, which is told before work begins", "[ranks]") {
+  const SampleCase folder;
+  const std::string config = readText(folder.path() / "config.xml");
+  fs::create_directory(folder.path() / "folder.h5");
+  REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+  for (const char* name : {"config.xml", "folder.h5", "pipe", "RBC.pos", "cells.pov"}) {
+    const std::string arguments = std::string("config.xml --hematocrit 0.3 --state ") + name;
+    for (const int ranks : {1, 2}) {
+      const Ran ran = run(folder.path(), arguments, "packMesh", ranks > 1 ? onRanks(ranks) : "");
+      CAPTURE(name, ranks, ran.all());
+      REQUIRE(ran.exitCode == int(ExitCode::cannotWrite));
+      REQUIRE_THAT(ran.err, Contains(name));
+      REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+    }
+  }
+  REQUIRE(readText(folder.path() / "config.xml") == config);
+  // An older state gives way.
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --state s.h5").exitCode == 0);
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --state s.h5").exitCode == 0);
 }
 
 TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
