@@ -19,6 +19,7 @@
 #include "hemocell_adapter/summary.h"
 #include "packMesh/io/pov_scene.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/packing/problem_digest.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -187,6 +188,20 @@ void writePicture(const Job& job, const Scene& scene, const PackingResult& resul
   log::info(fmt::format("Wrote {}", (job.outputDirectory / "cells.pov").string()));
 }
 
+/// Ranks of other nodes can find other files under the same names.
+void requireSameOnAllRanks(const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  if (ranks.alone()) return;
+  const std::string own = digestOf(problem), first = ranks.broadcast(own, 0);
+  together(ranks, [&] {
+    if (own != first)
+      throw InputError(
+          fmt::format("rank {} has another problem than rank 0 (lumen, cells, numbers, clearances "
+                      "or seed): do all nodes see the same files?",
+                      ranks.rank()));
+  });
+}
+
 /// A line of progress now and then.
 class ProgressLog {
  public:
@@ -257,6 +272,7 @@ ExitCode runPacking(const Job& job, const Communicator& ranks) {
   ProgressLog progress;
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
+  requireSameOnAllRanks(problem);
   if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
   StateFiles states(job, problem);
   if (job.stateFile) problem.checkpoints = states.checkpoints();
