@@ -25,8 +25,8 @@ struct CaseConfig {
   Domain domain;
   bool hasPreInlet = false;
   std::optional<int> preInletLength;  ///< `<preInlet><parameters><lengthN>` [nodes]
-  bool hasPacking = false;  ///< there is a `<packing>` section
-  Settings packing;         ///< its contents; relative paths have become relative to the working directory
+  bool hasPacking = false;            ///< there is a `<packing>` section
+  Settings packing;  ///< its contents; relative paths have become relative to the working directory
 };
 
 /// Reads config.xml. Tags outside `<packing>` that are not needed are ignored, as HemoCell does; the ones

@@ -5,10 +5,12 @@
 
 #include <exception>
 #include <filesystem>
+#include <system_error>
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
+#include "hemocell_adapter/pos_file.h"
 #include "hemocell_adapter/ranks.h"
 #include "packMesh/io/state_file.h"
 #include "packMesh/io/xdmf.h"
@@ -27,6 +29,23 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   words.erase(words.begin());
   words.insert(words.end(), arguments.begin(), arguments.end());
   return parseCommandLine(begunBy, words);
+}
+
+void requireReplaceableState(const Job& job) {
+  const std::filesystem::path& file = *job.stateFile;
+  for (const char* kind : {".pos", ".pov"})
+    if (file.extension() == kind)
+      throw OutputError(fmt::format("{}: {} files are written of cells; the state needs another name",
+                                    file.string(), kind));
+  try {
+    requireReplaceable(file);
+    std::error_code ignored;
+    const bool continued = job.restart && std::filesystem::equivalent(file, *job.restart, ignored);
+    if (!continued && std::filesystem::exists(file, ignored)) readStateHead(file);
+  } catch (const InputError& error) {
+    throw OutputError(
+        fmt::format("{}; the state is not written over it (--state names another file)", error.what()));
+  }
 }
 
 Checkpoints StateFiles::checkpoints() {

@@ -18,6 +18,10 @@ namespace packmesh::hemocell {
 /// @throws UsageError, InputError
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
 
+/// Before hours of packing. @throws OutputError when the job's state file exists and is no state that may be
+/// replaced, or has the name of another output
+void requireReplaceableState(const Job& job);
+
 /// Writes the state of a run to the job's state file.
 class StateFiles {
  public:

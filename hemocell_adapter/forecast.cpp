@@ -95,28 +95,32 @@ Forecast forecastOf(const Job& job, const Scene& scene) {
 std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks) {
   const Forecast f = forecastOf(job, scene);
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("{} cells with {:.4f} of the lumen's volume, as hard to pack as {:.3f} in a periodic box",
-                              f.cells, f.fraction, f.effectiveFraction));
+  lines.push_back(
+      fmt::format("{} cells with {:.4f} of the lumen's volume, as hard to pack as {:.3f} in a periodic box",
+                  f.cells, f.fraction, f.effectiveFraction));
   if (f.effectiveFraction <= Forecast::easy)
     lines.push_back(fmt::format("Within reach: {:.3f} below {:.2f}, where packing begins to take long",
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
-    lines.push_back(fmt::format("At the limit: between {:.2f} and {:.2f} packing takes minutes to hours, or fails; "
-                                "--max-time and --best-effort bound it",
-                                Forecast::easy, Forecast::possible));
+    lines.push_back(
+        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes minutes to hours, or fails; "
+                    "--max-time and --best-effort bound it",
+                    Forecast::easy, Forecast::possible));
   else
-    lines.push_back(fmt::format("Probably out of reach: {:.3f} above {:.2f}, the densest that was reached; "
-                                "--max-time and --best-effort give the densest there is",
-                                f.effectiveFraction - Forecast::possible, Forecast::possible));
+    lines.push_back(
+        fmt::format("Probably out of reach: {:.3f} above {:.2f}, the densest that was reached; "
+                    "--max-time and --best-effort give the densest there is",
+                    f.effectiveFraction - Forecast::possible, Forecast::possible));
   if (job.method == Method::cat)
     lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
   else
-    lines.push_back(fmt::format("Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
-                                duration(f.seconds),
-                                ranks > 1 ? fmt::format(" ({} on {} ranks)", duration(f.seconds / (efficiency * ranks)),
-                                                        ranks)
-                                          : ""));
-  lines.push_back(fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
+    lines.push_back(fmt::format(
+        "Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
+        duration(f.seconds),
+        ranks > 1 ? fmt::format(" ({} on {} ranks)", duration(f.seconds / (efficiency * ranks)), ranks)
+                  : ""));
+  lines.push_back(
+      fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
   return lines;
 }
 

@@ -14,8 +14,8 @@ namespace packmesh::hemocell {
 struct Forecast {
   std::int64_t cells = 0;
   double fraction = 0.0;  ///< volume of all meshes over that of the lumen
-  /// The fraction at which a periodic box is as hard to pack: clearances are added to the cells, and a layer at
-  /// the wall is left out of the lumen.
+  /// The fraction at which a periodic box is as hard to pack: clearances are added to the cells, and a layer
+  /// at the wall is left out of the lumen.
   double effectiveFraction = 0.0;
   double seconds = 0.0;    ///< CPU of one core; within a factor of 3 below 0.58, above hardly known
   double megabytes = 0.0;  ///< of all ranks together

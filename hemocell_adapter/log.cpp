@@ -65,7 +65,9 @@ std::string fitting(const std::string& text) {
 }  // namespace
 
 bool isTerminal() {
-  static const bool is = isatty(STDOUT_FILENO) != 0 && std::getenv("SLURM_JOB_ID") == nullptr;
+  // Launchers of ranks give them terminals of their own, whatever becomes of the output.
+  static const bool is = isatty(STDOUT_FILENO) != 0 && std::getenv("SLURM_JOB_ID") == nullptr &&
+                         std::getenv("PMIX_RANK") == nullptr && std::getenv("PMI_RANK") == nullptr;
   return is;
 }
 

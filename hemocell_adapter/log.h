@@ -12,7 +12,7 @@ enum class Level { silent, quiet, normal, verbose };
 void setLevel(Level level);
 Level level();
 
-/// Whether standard output is a terminal that somebody may be looking at (not under Slurm).
+/// Whether standard output is a terminal that somebody may be looking at (not under Slurm or mpirun).
 bool isTerminal();
 /// A line that the next one, whichever, replaces: to the terminal, unless quiet. Pre: isTerminal()
 void status(const std::string& message);

@@ -177,7 +177,8 @@ Lumen vesselLumen(const Job& job) {
                   boundingBox(vessel.surface).size().x());
   if (job.preInlet) {
     ends.axis = job.preInlet->axis;
-    PreInlet inlet = located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
+    PreInlet inlet =
+        located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
     note = fmt::format("the pre-inlet: plane {} of nodes along {}, repeated; frame of its own", inlet.slice,
                        "xyz"[ends.axis]);
     vessel.surface = std::move(inlet.surface);

@@ -46,8 +46,8 @@ int sliceOf(const Lattice& lattice, const PreInletPlace& place) {
   const int n = lattice.nodes()[place.axis];
   if (place.slice) {
     if (*place.slice < 0 || *place.slice >= n)
-      throw InputError(fmt::format("the slice of the pre-inlet, {}, is no plane of nodes: they are 0 to {}", *place.slice,
-                                   n - 1));
+      throw InputError(fmt::format("the slice of the pre-inlet, {}, is no plane of nodes: they are 0 to {}",
+                                   *place.slice, n - 1));
     return *place.slice;
   }
   for (int i = 0; i < n; ++i) {
@@ -78,8 +78,8 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   const int axis = place.axis, slice = sliceOf(all, place);
   const Section section = sectionAt(all, axis, slice);
   if (section.empty)
-    throw InputError(fmt::format("the slice of the pre-inlet, plane {} of nodes along {}, has no fluid node", slice,
-                                 "xyz"[axis]));
+    throw InputError(fmt::format("the slice of the pre-inlet, plane {} of nodes along {}, has no fluid node",
+                                 slice, "xyz"[axis]));
   Node lo{}, nodes{};
   for (int k = 0; k < 3; ++k) {
     lo[k] = std::max(section.lo[k] - border, 0);
@@ -97,7 +97,8 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   const Box kept = inlet.lattice.keptRegion();
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   const Eigen::Vector2d corner(lo[u] * all.dx(), lo[v] * all.dx());
-  for (Polygon& loop : loopsOf(outlineAt(vessel.surface, axis, cutAt(vessel.surface, axis, slice * all.dx())))) {
+  for (Polygon& loop :
+       loopsOf(outlineAt(vessel.surface, axis, cutAt(vessel.surface, axis, slice * all.dx())))) {
     for (Eigen::Vector2d& p : loop) p -= corner;
     const TriangleMesh prism = prismOver(loop, axis, kept.lo[axis], kept.hi[axis]);
     const int first = static_cast<int>(inlet.surface.vertices.size());

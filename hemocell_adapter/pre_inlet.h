@@ -21,14 +21,16 @@ struct PreInletPlace {
 
 /// The inlet in its own frame: origin at the low corner of its box.
 struct PreInlet {
-  TriangleMesh surface;  ///< the cross-section of the vessel in the slice, repeated along the whole lattice [µm]
+  TriangleMesh
+      surface;  ///< the cross-section of the vessel in the slice, repeated along the whole lattice [µm]
   Lattice lattice;
   int slice = 0;
 };
 
-/// The fluid nodes of one plane of the vessel's lattice, with a node around them as far as the lattice reaches,
-/// repeated in lengthN + 3 planes.
-/// @throws InputError, MeshError when the slice has no fluid node, or a cross-section that is no simple polygon
+/// The fluid nodes of one plane of the vessel's lattice, with a node around them as far as the lattice
+/// reaches, repeated in lengthN + 3 planes.
+/// @throws InputError, MeshError when the slice has no fluid node, or a cross-section that is no simple
+/// polygon
 PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place, int lengthN);
 
 }  // namespace packmesh::hemocell

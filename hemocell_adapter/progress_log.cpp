@@ -42,15 +42,17 @@ void ProgressLog::operator()(const Progress& progress) {
 
 std::string ProgressLog::text(const Progress& progress, double seconds) const {
   const bool grows = progress.stage == "growth";
-  std::string line = fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows ? "iteration" : "sweep",
-                                 progress.sweep, hematocrit_ * std::pow(progress.scale, 3.0));
+  std::string line =
+      fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows ? "iteration" : "sweep",
+                  progress.sweep, hematocrit_ * std::pow(progress.scale, 3.0));
   if (grows)
     line += fmt::format(" at scale {:.2f}, {} cells below it", progress.scale, progress.unresolved);
   else
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
   line += fmt::format("; {:.0f} s", seconds);
   if (mostSeconds_ > 0.0) line += fmt::format(" of {:.15g} s at most", mostSeconds_);
-  if (expectedSeconds_ > seconds + 1.0) line += fmt::format(", about {:.0f} s left", expectedSeconds_ - seconds);
+  if (expectedSeconds_ > seconds + 1.0)
+    line += fmt::format(", about {:.0f} s left", expectedSeconds_ - seconds);
   return line;
 }
 

@@ -24,6 +24,7 @@
 #include "hemocell_adapter/tiling.h"
 #include "packMesh/io/pov_scene.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/packing/problem_digest.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -151,6 +152,20 @@ void writePicture(const Job& job, const Scene& scene, const PackingResult& resul
   log::info(fmt::format("Wrote {}", (job.outputDirectory / "cells.pov").string()));
 }
 
+/// Ranks of other nodes can find other files under the same names.
+void requireSameOnAllRanks(const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  if (ranks.alone()) return;
+  const std::string own = digestOf(problem), first = ranks.broadcast(own, 0);
+  together(ranks, [&] {
+    if (own != first)
+      throw InputError(
+          fmt::format("rank {} has another problem than rank 0 (lumen, cells, numbers, clearances "
+                      "or seed): do all nodes see the same files?",
+                      ranks.rank()));
+  });
+}
+
 ExitCode endInterrupted(const Job& job, const StateFiles& states) {
   if (states.saved())
     log::error(fmt::format("interrupted: no .pos was written; to go on: packMesh --restart {}",
@@ -266,7 +281,9 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
   onFirstRank(ranks, [&] {
     requireWritable(job.outputDirectory);
-    if (job.stateFile) requireWritable(job.stateFile->parent_path());
+    if (!job.stateFile) return;
+    requireWritable(job.stateFile->parent_path());
+    requireReplaceableState(job);
   });
   for (const std::string& warning : job.warnings) log::warning(warning);
   const Scene scene = builtScene(job, ranks);
@@ -288,6 +305,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   ProgressLog progress(job, scene, ranks.size());
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
+  requireSameOnAllRanks(problem);
   if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
   StateFiles states(job, problem);
   if (job.stateFile) problem.checkpoints = states.checkpoints();
@@ -295,8 +313,11 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   PackingResult result = pack(problem);
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted(job, states);
   tellEffort(result.statistics, ranks);
-  return isTiled(job) ? deliverTiled(job, scene, result, stopwatch, ranks)
-                      : deliver(job, scene, result, stopwatch, ranks);
+  const ExitCode code = isTiled(job) ? deliverTiled(job, scene, result, stopwatch, ranks)
+                                     : deliver(job, scene, result, stopwatch, ranks);
+  if (code != ExitCode::ok || !job.stateFile || states.saved()) return code;
+  log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
+  return ExitCode::cannotWrite;
 }
 
 }  // namespace

@@ -70,10 +70,10 @@ struct Settings {
   std::optional<bool> fluidVolume;      ///< hematocrit of the fluid-node volume instead of the true lumen
   std::vector<SpeciesRequest> species;
   std::optional<ContainerRequest> container;
-  std::optional<std::string> preInlet;           ///< direction of HemoCell's pre-inlet, "Xpos"
-  std::optional<std::int64_t> preInletSlice;     ///< plane of nodes
-  std::vector<RegionRequest> regions;   ///< a point belongs to the first one that it is in
-  std::optional<double> cellFreeLayer;  ///< red cells keep this far from the wall [µm]
+  std::optional<std::string> preInlet;        ///< direction of HemoCell's pre-inlet, "Xpos"
+  std::optional<std::int64_t> preInletSlice;  ///< plane of nodes
+  std::vector<RegionRequest> regions;         ///< a point belongs to the first one that it is in
+  std::optional<double> cellFreeLayer;        ///< red cells keep this far from the wall [µm]
   std::optional<std::array<int, 3>> tiles;
   std::vector<std::string> exports;
   std::optional<std::int64_t> realisations;

@@ -29,8 +29,8 @@ struct OpenedVessel {
 /// Takes the caps off. @throws MeshError when an end has none
 OpenedVessel openVessel(const TriangleMesh& surface, int axis);
 
-/// Where `mesh` crosses the plane coordinate[axis] = x: pairs of end points of segments; neighbouring segments of a
-/// closed mesh share theirs to the bit.
+/// Where `mesh` crosses the plane coordinate[axis] = x: pairs of end points of segments; neighbouring
+/// segments of a closed mesh share theirs to the bit.
 std::vector<std::array<Eigen::Vector2d, 2>> outlineAt(const TriangleMesh& mesh, int axis, double x);
 
 /// @throws MeshError unless the outlines of `closed` at lo and hi are the same, within a thousandth of their

@@ -29,7 +29,8 @@ double twiceArea(const Polygon& polygon) {
   double sum = 0.0;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector2 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    sum += (a.x() - polygon[0].x()) * (b.y() - polygon[0].y()) - (a.y() - polygon[0].y()) * (b.x() - polygon[0].x());
+    sum += (a.x() - polygon[0].x()) * (b.y() - polygon[0].y()) -
+           (a.y() - polygon[0].y()) * (b.x() - polygon[0].x());
   }
   return sum;
 }
@@ -77,8 +78,7 @@ std::vector<Polygon> loopsOf(const std::vector<std::array<Vector2, 2>>& segments
   if (loops.empty()) throw MeshError("there is no cross-section");
   for (const Polygon& outer : loops)
     for (const Polygon& inner : loops)
-      if (&outer != &inner && contains(outer, inner.front()))
-        throw MeshError("a cross-section has a hole");
+      if (&outer != &inner && contains(outer, inner.front())) throw MeshError("a cross-section has a hole");
   return loops;
 }
 
@@ -102,7 +102,7 @@ std::vector<Triangle> triangulated(const Polygon& polygon) {
       left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
       cut = true;
     }
-    if (!cut) throw MeshError("a cross-section meets itself");
+    if (!cut) throw MeshError("a cross-section runs clockwise or meets itself");
   }
   triangles.push_back({left[0], left[1], left[2]});
   return triangles;

@@ -21,11 +21,11 @@ double twiceArea(const Polygon& polygon);
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 
 /// Triangles of a simple polygon without new points, by cutting off ears (exact predicates).
-/// Pre: counter-clockwise. @throws MeshError when the polygon crosses itself
+/// Pre: simple. @throws MeshError when there is no ear: the polygon runs clockwise
 std::vector<Triangle> triangulated(const Polygon& polygon);
 
-/// The closed, outward-oriented prism over a polygon in the plane across `axis` (its points have the coordinates
-/// axis + 1 and axis + 2, cyclically) from `lo` to `hi`. Pre: counter-clockwise, lo < hi.
+/// The closed, outward-oriented prism over a polygon in the plane across `axis` (its points have the
+/// coordinates axis + 1 and axis + 2, cyclically) from `lo` to `hi`. Pre: counter-clockwise, lo < hi.
 TriangleMesh prismOver(const Polygon& polygon, int axis, double lo, double hi);
 
 }  // namespace packmesh

@@ -3,6 +3,7 @@
 
 #include <mpi.h>
 #include <algorithm>
+#include <system_error>
 
 #include "packMesh/error.h"
 
@@ -35,6 +36,12 @@ bool selectRows(hid_t space, std::int64_t first, std::int64_t count, int columns
   const hsize_t size[2] = {static_cast<hsize_t>(count), static_cast<hsize_t>(columns)};
   return (count > 0 ? H5Sselect_hyperslab(space, H5S_SELECT_SET, from, nullptr, size, nullptr)
                     : H5Sselect_none(space)) >= 0;
+}
+
+/// A pipe would be waited for without end.
+bool isRegular(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored);
 }
 
 }  // namespace
@@ -115,9 +122,11 @@ void writeMesh(Hdf5Writer& out, const std::string& group, const TriangleMesh& me
 }
 
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& file)
-    : name_(file.string()), file_(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose) {
+    : name_(file.string()),
+      file_(isRegular(file) ? H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT) : H5I_INVALID_HID,
+            H5Fclose) {
   if (file_.good()) return;
-  const bool isHdf5 = H5Fis_hdf5(file.c_str()) > 0;
+  const bool isHdf5 = isRegular(file) && H5Fis_hdf5(file.c_str()) > 0;
   fail(!std::filesystem::exists(file) ? "no such file"
        : isHdf5                       ? "is truncated or damaged, or another program writes it"
                                       : "is not an HDF5 file, or cannot be read");

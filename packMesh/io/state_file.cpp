@@ -299,7 +299,8 @@ std::string putInPlace(const fs::path& written, const fs::path& file) {
   const int descriptor = ::open(written.c_str(), O_RDONLY | O_CLOEXEC);
   const bool flushed = descriptor >= 0 && (::fsync(descriptor) == 0 || errno == EINVAL);
   if (descriptor >= 0) ::close(descriptor);
-  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0) return std::strerror(errno);
+  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0)
+    return std::string("cannot be put in place: ") + std::strerror(errno);
   return "";
 }
 
@@ -314,9 +315,11 @@ std::string headText(const Hdf5Reader& in) {
 
 }  // namespace
 
-void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
+void writeState(const fs::path& name, const PackingProblem& problem, const std::vector<std::string>& command,
                 const PackingState& state) {
   const Communicator& ranks = problem.communicator;
+  std::error_code ignored;
+  const fs::path file = fs::is_symlink(name, ignored) ? fs::weakly_canonical(name) : name;
   const fs::path written = file.parent_path() / ("." + file.filename().string() + ".new");
   std::string error;
   {

@@ -23,7 +23,7 @@ struct StateHead {
 /// Writes `file` at once or not at all: under another name in the same folder, flushed, then renamed. The
 /// same state gives the same bytes on any number of ranks. All ranks call.
 /// @throws InputError on all ranks when that fails; what was there under the name before is still there then
-void writeState(const std::filesystem::path& file, const PackingProblem& problem,
+void writeState(const std::filesystem::path& name, const PackingProblem& problem,
                 const std::vector<std::string>& command, const PackingState& state);
 
 /// Any rank may call it on its own. @throws InputError when the file is not a state file of this version

@@ -2,6 +2,8 @@
 // Runs that are ended by signals, and go on.
 #include "hemocell_adapter/checkpoints.h"
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <random>
@@ -25,39 +27,44 @@ std::string positions(const fs::path& folder) {
   return readText(folder / "RBC.pos") + readText(folder / "PLT.pos");
 }
 
-/// What an undisturbed run writes, and how long it takes [s].
+/// A problem, what an undisturbed run of it writes, and how long it takes [s].
 struct Undisturbed {
-  std::string positions;
+  std::string problem, positions;
   double seconds = 0.0;
 };
-const Undisturbed& undisturbed() {
-  static const Undisturbed once = [] {
-    const TemporaryFolder folder;
-    const auto start = std::chrono::steady_clock::now();
-    REQUIRE(run(folder.path(), problem + " --checkpoint-every 0.001").exitCode == 0);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    return Undisturbed{positions(folder.path()), took.count()};
-  }();
-  return once;
+
+const std::string oftenSaved = " --checkpoint-every 0.001";
+
+Undisturbed undisturbed(const std::string& arguments, const std::string& launcher = "") {
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  const Ran ran = run(folder.path(), arguments + oftenSaved, "packMesh", launcher);
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  return {arguments, positions(folder.path()), took.count()};
 }
 
-}  // namespace
-
-TEST_CASE("a run killed at any moments goes on to the same files") {
+/// Stops runs at random moments by one of the signals, in turn, and lets them go on.
+/// @return how often there was a state to go on from
+int requireSameAfterKills(const Undisturbed& expected, int wanted, const std::vector<std::string>& signals,
+                          const std::string& launcher = "") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> share(0.02, 1.0);
   int kills = 0, saved = 0;
-  while (kills < 50) {
+  for (int folders = 0; kills < wanted; ++folders) {
+    REQUIRE(folders < 4 * wanted);
     const TemporaryFolder folder;
     for (int again = 0; again < 6; ++again) {
       const bool begun = fs::exists(folder.path() / "state.h5");
       saved += begun;
-      if (begun) REQUIRE(readStateHead(folder.path() / "state.h5").cells > 500);
-      const std::string arguments = begun ? "--restart state.h5" : problem + " --checkpoint-every 0.001";
-      const std::string limit = std::to_string(share(random) * undisturbed().seconds);
+      if (begun) REQUIRE(readStateHead(folder.path() / "state.h5").cells > 0);
+      const std::string arguments = begun ? "--restart state.h5" : expected.problem + oftenSaved;
+      const std::string limit = std::to_string(share(random) * expected.seconds);
       const bool last = again == 5;
-      const Ran ran = run(folder.path(), arguments, "packMesh",
-                          last ? "" : (again % 2 ? "timeout -s KILL " : "timeout -s TERM ") + limit);
+      const std::string killer =
+          "timeout --foreground -s " + signals[again % signals.size()] + " " + limit + " ";
+      const Ran ran = run(folder.path(), arguments, "packMesh", (last ? "" : killer + "env ") + launcher);
       CAPTURE(kills, again, limit, ran.exitCode, ran.all());
       if (last) REQUIRE(ran.exitCode == 0);
       if (ran.exitCode == 0) break;
@@ -65,14 +72,31 @@ TEST_CASE("a run killed at any moments goes on to the same files") {
       // What is there is whole: the signal may have come when all was done.
       for (const char* name : {"RBC.pos", "PLT.pos"})
         if (fs::exists(folder.path() / name))
-          REQUIRE(undisturbed().positions.find(readText(folder.path() / name)) != std::string::npos);
+          REQUIRE(expected.positions.find(readText(folder.path() / name)) != std::string::npos);
     }
-    REQUIRE(positions(folder.path()) == undisturbed().positions);
+    REQUIRE(positions(folder.path()) == expected.positions);
   }
-  REQUIRE(saved > 20);
+  return saved;
+}
+
+}  // namespace
+
+TEST_CASE("a run killed at any moments goes on to the same files") {
+  CHECK(requireSameAfterKills(undisturbed(problem), 50, {"TERM", "KILL"}) > 20);
+}
+
+TEST_CASE("growth killed at any moments goes on to the same files") {
+  const Undisturbed grown = undisturbed("18 18 18 --hematocrit 0.35 --plt_ratio 0 --method cat");
+  CHECK(requireSameAfterKills(grown, 16, {"TERM", "KILL"}) > 4);
+}
+
+TEST_CASE("two ranks stopped at any moments go on to the same files", "[ranks]") {
+  const Undisturbed packed = undisturbed(problem, onRanks(2));
+  CHECK(requireSameAfterKills(packed, 10, {"TERM"}, onRanks(2)) > 2);
 }
 
 TEST_CASE("a run goes on on another number of ranks, after a signal to all", "[ranks]") {
+  const std::string expected = undisturbed(problem).positions;
   for (const int ranks : {1, 2, 3}) {
     CAPTURE(ranks);
     const TemporaryFolder folder;
@@ -90,7 +114,7 @@ wait $pid
     const Ran second = run(folder.path(), "--restart state.h5", "packMesh", onRanks(4 - ranks));
     INFO(second.all());
     REQUIRE(second.exitCode == 0);
-    REQUIRE(positions(folder.path()) == undisturbed().positions);
+    REQUIRE(positions(folder.path()) == expected);
   }
 }
 
@@ -146,6 +170,19 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
   REQUIRE(check.exitCode == int(ExitCode::usage));
 }
 
+TEST_CASE("a state is written where a link leads; without one the run fails, though not its cells") {
+  const SampleCase folder;
+  fs::create_directory(folder.path() / "elsewhere");
+  REQUIRE(run(folder.path(), "config.xml --rbc 3 --state elsewhere/state.h5").exitCode == 0);
+  fs::create_symlink("elsewhere/state.h5", folder.path() / "state.h5");
+  REQUIRE(run(folder.path(), "config.xml --rbc 4 --state state.h5").exitCode == 0);
+  CHECK(fs::is_symlink(folder.path() / "state.h5"));
+  CHECK(readStateHead(folder.path() / "elsewhere/state.h5").cells == 4);
+  const Ran ran = run(folder.path(), "config.xml --rbc 5 --state /proc/state.h5");
+  CHECK(ran.exitCode == 5);
+  CHECK_THAT(ran.err, Contains("/proc"));
+}
+
 TEST_CASE("a state's folder is made, and its companion with it") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
@@ -157,6 +194,27 @@ TEST_CASE("a state's folder is made, and its companion with it") {
   // A state of that name is not written over.
   REQUIRE(run(folder.path(), "20 20 20 --hematocrit 0.2 --state own.xdmf").exitCode == 0);
   REQUIRE(readStateHead(folder.path() / "own.xdmf").cells > 10);
+}
+
+TEST_CASE("a state is not written over what is none, which is told before work begins", "[ranks]") {
+  const SampleCase folder;
+  const std::string config = readText(folder.path() / "config.xml");
+  fs::create_directory(folder.path() / "folder.h5");
+  REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+  for (const char* name : {"config.xml", "folder.h5", "pipe", "RBC.pos", "cells.pov"}) {
+    const std::string arguments = std::string("config.xml --hematocrit 0.3 --state ") + name;
+    for (const int ranks : {1, 2}) {
+      const Ran ran = run(folder.path(), arguments, "packMesh", ranks > 1 ? onRanks(ranks) : "");
+      CAPTURE(name, ranks, ran.all());
+      REQUIRE(ran.exitCode == int(ExitCode::cannotWrite));
+      REQUIRE_THAT(ran.err, Contains(name));
+      REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+    }
+  }
+  REQUIRE(readText(folder.path() / "config.xml") == config);
+  // An older state gives way.
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --state s.h5").exitCode == 0);
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --state s.h5").exitCode == 0);
 }
 
 TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {

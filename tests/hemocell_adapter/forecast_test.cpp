@@ -39,9 +39,11 @@ TEST_CASE("a periodic box is as hard as it is full; walls and clearances make it
   CHECK(box.cells == 316);
   CHECK(box.fraction == Approx(0.4005).margin(1e-4));
   CHECK(box.effectiveFraction == Approx(box.fraction));
-  const Forecast apart = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--clearance", "0.2"});
+  const Forecast apart =
+      forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--clearance", "0.2"});
   CHECK(apart.effectiveFraction > box.effectiveFraction + 0.04);
-  const Forecast walls = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--walls", "xyz"});
+  const Forecast walls =
+      forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--walls", "xyz"});
   // The layer takes 1 - (1 - 2 · 0.55 / 40)³ = 8.0 % of the box.
   CHECK(walls.effectiveFraction == Approx(box.fraction / 0.92).epsilon(0.01));
   CHECK(walls.seconds > box.seconds);
@@ -79,12 +81,14 @@ TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]
   Planned p = planned({"200", "200", "200", "--hematocrit", "0.55", "--max-time", "90"});
   const ProgressLog log(p.job, p.scene, 1);
   const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
-  CHECK_THAT(relaxing, Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
-                                "90 s at most, about "));
+  CHECK_THAT(relaxing,
+             Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
+                      "90 s at most, about "));
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 1e6), !Contains("left"));
   p.job.method = Method::cat;
-  CHECK_THAT(ProgressLog(p.job, p.scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
-             Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
+  CHECK_THAT(
+      ProgressLog(p.job, p.scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
+      Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
 }
 
 TEST_CASE("a dry run and a validation write nothing", "[executable]") {
@@ -116,8 +120,8 @@ TEST_CASE("the manual page and the completion know every option", "[executable]"
   writeText(folder.path() / "other.txt", "");
   const auto completed = [&](const std::string& words, int position) {
     const std::string out = (folder.path() / "out").string();
-    const std::string script = "cd '" + folder.path().string() + "' && . ./completion && COMP_WORDS=(" + words +
-                               ") && COMP_CWORD=" + std::to_string(position) +
+    const std::string script = "cd '" + folder.path().string() + "' && . ./completion && COMP_WORDS=(" +
+                               words + ") && COMP_CWORD=" + std::to_string(position) +
                                " && _packMesh && echo \"${COMPREPLY[@]}\" > '" + out + "'";
     writeText(folder.path() / "script", script);
     CHECK(std::system(("bash '" + (folder.path() / "script").string() + "'").c_str()) == 0);

@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string preInletTag = "<preInlet><parameters><lengthN> 40 </lengthN><Re> 0.5 </Re></parameters></preInlet>";
+const std::string preInletTag =
+    "<preInlet><parameters><lengthN> 40 </lengthN><Re> 0.5 </Re></parameters></preInlet>";
 
 /// The sample case with a pre-inlet.
 class PreInletCase : public SampleCase {
@@ -45,11 +46,13 @@ TEST_CASE("a pre-inlet is a slice, with a node around it, lengthN + 3 planes lon
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j) {
       inSlice += tube.lattice.fluid(n[0] - 1, j, k);
-      for (const int i : {0, 20, 42}) REQUIRE(inlet.lattice.fluid(i, j, k) == tube.lattice.fluid(n[0] - 1, j, k));
+      for (const int i : {0, 20, 42})
+        REQUIRE(inlet.lattice.fluid(i, j, k) == tube.lattice.fluid(n[0] - 1, j, k));
     }
   CHECK(inlet.lattice.fluidNodes() == 43 * inSlice);
   // The true lumen: the regular polygon of 48 corners, as long as the lattice.
-  CHECK(signedVolume(inlet.surface) == Approx(43 * 0.5 * 24.0 * 7.5 * 7.5 * std::sin(std::acos(-1.0) / 24.0)));
+  CHECK(signedVolume(inlet.surface) ==
+        Approx(43 * 0.5 * 24.0 * 7.5 * 7.5 * std::sin(std::acos(-1.0) / 24.0)));
   const Box box = boundingBox(inlet.surface);
   CHECK(box.lo.x() == -0.25);
   CHECK(box.hi.x() == 21.25);

@@ -76,8 +76,10 @@ TEST_CASE("boxes and tubes give the same files and words on 1, 2, 3, 4 and 8 ran
 TEST_CASE("method cat gives the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
   requireSameOnRanks("12 12 12 --rbc 4 --plt 2 --method cat --builder tetgen --state state.h5");
-  requireSameOnRanks(
-      "10 10 10 --rbc 7 --method cat --escape --max-iterations 60 --best-effort --state state.h5");
+}
+
+TEST_CASE("escapes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks("--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5");
 }
 
 TEST_CASE("CAT faces give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
@@ -109,6 +111,27 @@ TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[
     CHECK(count(ran.err, "(Error)") == 1);
     CHECK(filesOf(folder.path()).empty());
   }
+}
+
+TEST_CASE("a rank that finds other files than the first one ends all", "[ranks]") {
+  const SampleCase folder;
+  fs::create_directory(folder.path() / "other");
+  for (const auto& entry : fs::directory_iterator(folder.path()))
+    if (entry.is_regular_file()) fs::copy(entry.path(), folder.path() / "other");
+  writeText(folder.path() / "elsewhere", "[ \"$OMPI_COMM_WORLD_RANK\" = 1 ] && cd other\nexec \"$@\"\n");
+  const std::string prefix = onRanks(3) + " bash '" + (folder.path() / "elsewhere").string() + "'";
+  const std::string arguments = "config.xml --hematocrit 0.2 --output-dir .";
+  const Ran same = run(folder.path(), arguments, "packMesh", prefix);
+  INFO(same.all());
+  REQUIRE(same.exitCode == 0);
+  fs::remove(folder.path() / "RBC.pos");
+  writeText(folder.path() / "other/tube.stl", tubeStl(2.6, 0.75, 48));
+  const Ran other = run(folder.path(), arguments, "packMesh", prefix);
+  INFO(other.all());
+  REQUIRE(other.exitCode == 2);
+  REQUIRE_THAT(other.err, Contains("rank 1 has another problem than rank 0"));
+  REQUIRE(count(other.err, "(Error)") == 1);
+  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
 }
 
 TEST_CASE("ranks without a block are idle, which is said", "[ranks]") {

@@ -2,6 +2,7 @@
 #include "packMesh/io/state_file.h"
 
 #include <hdf5.h>
+#include <sys/stat.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -86,13 +87,16 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
     fs::remove(file);
     REQUIRE_THAT(refusal(), Contains("no such file"));
   }
-  SECTION("empty, text, a folder") {
+  SECTION("empty, text, a folder, a pipe") {
     writeBytes(file, "");
     REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
     writeBytes(file, "12\n1 2 3\n");
     REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
     fs::remove(file);
     fs::create_directory(file);
+    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    fs::remove(file);
+    REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
     REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
   }
   SECTION("truncated") {
@@ -165,4 +169,8 @@ TEST_CASE("What cannot be written leaves the older state") {
   fs::create_directory(folder.path() / ".state.h5.new");  // in the way
   REQUIRE_THROWS_AS(writeState(file, problem, {}, state), InputError);
   REQUIRE(readBytes(file) == bytes);
+  fs::create_directory(folder.path() / "folder.h5");
+  REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
+                      Contains("folder.h5: the state cannot be put in place"));
+  REQUIRE_FALSE(fs::exists(folder.path() / ".folder.h5.new"));
 }

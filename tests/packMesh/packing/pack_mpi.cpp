@@ -154,11 +154,14 @@ TEST_CASE("Method cat packs the same on any number of ranks", "[mpi]") {
       requireSameOnAllRanks(problem);
     }
   SECTION("escaping") {
-    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 7.0), 0.35, 5);
+    std::int64_t changed = 0;
+    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 5.5), 0.59, 1);
     problem.method = Method::cat;
-    problem.limits.maxSweeps = 60;
     problem.escape.emplace();
-    requireSameOnAllRanks(problem);
+    requireSameOnAllRanks(problem, [&](const PackingResult& result) {
+      for (const EscapePhase& phase : result.statistics.escape) changed += phase.changed;
+    });
+    REQUIRE(changed > 0);
   }
 }
 
