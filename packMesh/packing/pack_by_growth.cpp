@@ -157,8 +157,14 @@ class GrowthRun {
     const auto observe = [this](const GrowthState& now) {
       if (problem_.observe) problem_.observe(placed(now));
     };
-    result_.statistics.escape = escape(
-        scene, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
+    // All ranks poll equally often; that they agree takes longer than what is done between two polls.
+    const auto stop = [this, polls = std::int64_t{0}, ended = false]() mutable {
+      constexpr std::int64_t pollsPerAgreement = 64;
+      ended = ended || (polls++ % pollsPerAgreement == 0 && stopped());
+      return ended;
+    };
+    result_.statistics.escape =
+        escape(scene, problem_.growth, *problem_.escape, factory, stop, observe, state);
     std::stable_sort(state.begin(), state.end(),
                      [](const GrowingCell& a, const GrowingCell& b) { return a.species < b.species; });
     if (fullVolume(state) < fullVolume(before)) state = before;

@@ -170,7 +170,7 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
   REQUIRE(check.exitCode == int(ExitCode::usage));
 }
 
-TEST_CASE("a state is written where a link leads; without one the run fails, though not its cells") {
+TEST_CASE("a state is written where a link leads, and where it cannot be the run fails after its cells") {
   const SampleCase folder;
   fs::create_directory(folder.path() / "elsewhere");
   REQUIRE(run(folder.path(), "config.xml --rbc 3 --state elsewhere/state.h5").exitCode == 0);

@@ -34,7 +34,7 @@ Forecast forecast(const std::vector<std::string>& words) {
 
 }  // namespace
 
-TEST_CASE("a periodic box is as hard as it is full; walls and clearances make it harder", "[forecast]") {
+TEST_CASE("a periodic box is as hard as it is full, with walls and clearances harder", "[forecast]") {
   const Forecast box = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0"});
   CHECK(box.cells == 316);
   CHECK(box.fraction == Approx(0.4005).margin(1e-4));

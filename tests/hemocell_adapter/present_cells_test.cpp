@@ -178,6 +178,32 @@ TEST_CASE("constraints that make no sense are refused", "[executable]") {
              Contains("is for periodic boxes"));
 }
 
+TEST_CASE("options of constraints are checked", "[executable]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "RBC.pos", "1\n5 5 5 0 0\n");
+  struct Row {
+    const char* options;
+    int exitCode;
+    const char* message;
+  };
+  for (const Row& row :
+       {Row{"--cell-free-layer -1", 1, "'--cell-free-layer': expected a number in [0, 100]"},
+        Row{"--cell-free-layer 10", 2, "larger than the lumen"},
+        Row{"--orient RBC 0 0 0 10", 2, "is no direction"},
+        Row{"--orient RBC 0 0 1", 1, "the angle is missing"}, Row{"--orient RBC 0 0 1 100", 1, "[0, 90]"},
+        Row{"--orient WBC 0 0 1 10", 1, "no such cells to pack"}, Row{"--start RBC.pos", 2, "RBC.pos:2"},
+        Row{"--start none.pos", 2, "none.pos"}, Row{"--export vtk", 1, "csv, lammps or mirheo"},
+        Row{"--stock RBC -1", 1, "expected a whole number"},
+        Row{"--realisations 2 --restart x.h5", 1, "excludes --realisations"},
+        Row{"--pre-inlet Xpos", 2, "lengthN"}, Row{"--tile 2 2", 1, "the nz is missing"}}) {
+    CAPTURE(row.options);
+    const Ran ran = run(folder.path(), std::string("16 16 16 --walls xyz --rbc 2 ") + row.options);
+    INFO(ran.all());
+    CHECK(ran.exitCode == row.exitCode);
+    CHECK_THAT(ran.err, Contains(row.message));
+  }
+}
+
 TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = ok(folder, "16 18 20 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv");
