@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/cell_files.h"
 
-#include <exception>
 #include <functional>
 #include <string>
 
 #include "hemocell_adapter/exports.h"
 #include "hemocell_adapter/pos_file.h"
-#include "hemocell_adapter/ranks.h"
-#include "packMesh/error.h"
+#include "hemocell_adapter/shared_files.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -30,31 +28,20 @@ class CellFiles {
  public:
   CellFiles(const Job& job, const Scene& scene, const PackingResult& result,
             const std::vector<std::int64_t>& counts, const Communicator& ranks)
-      : job_(job), scene_(scene), result_(result), counts_(counts), ranks_(ranks) {}
+      : job_(job), scene_(scene), result_(result), counts_(counts), ranks_(ranks), shared_(ranks) {}
 
   std::vector<fs::path> operator()() {
+    shared_.makeFolder(job_.outputDirectory);
     addPosFiles();
     for (const std::string& format : job_.exports) addExport(format);
     for (const File& file : files_) write(file);
-    onFirst([&] { atomic_.commit(); });
+    shared_.commit();
     std::vector<fs::path> paths;
     for (const File& file : files_) paths.push_back(file.path);
     return paths;
   }
 
  private:
-  /// What goes wrong is the output's fault.
-  template <class Work>
-  void onFirst(Work&& work) const {
-    onFirstRank(ranks_, [&] {
-      try {
-        work();
-      } catch (const InputError& error) {
-        throw OutputError(error.what());
-      }
-    });
-  }
-
   void addPosFiles() {
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
       if (scene_.species[s].mostCells() == 0) continue;
@@ -102,23 +89,12 @@ class CellFiles {
   }
 
   void write(const File& file) {
-    onFirst([&] { atomic_.begin(file.path); });
+    shared_.begin(file.path);
     for (const Section& section : file.sections) {
-      onFirst([&] { atomic_.append(section.head); });
-      const std::string text = section.lines();
-      std::exception_ptr error;
-      ranks_.visitInOrder(std::vector<char>(text.begin(), text.end()), [&](const std::vector<char>& part) {
-        try {
-          if (!error) atomic_.append(std::string(part.begin(), part.end()));
-        } catch (...) {
-          error = std::current_exception();
-        }
-      });
-      onFirst([&] {
-        if (error) std::rethrow_exception(error);
-      });
+      shared_.append([&] { return section.head; });
+      shared_.appendParts(section.lines());
     }
-    onFirst([&] { atomic_.end(); });
+    shared_.end();
   }
 
   const Job& job_;
@@ -128,7 +104,7 @@ class CellFiles {
   const Communicator& ranks_;
   ExportedPacking packing_;
   std::vector<File> files_;
-  AtomicFiles atomic_;
+  SharedFiles shared_;
 };
 
 }  // namespace

@@ -66,6 +66,9 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.validate, s.validate);
   take(job.outputDirectory, s.outputDirectory);
   take(job.povScene, s.povScene);
+  take(job.vtp, s.vtp);
+  take(job.vtpMeshes, s.vtpMeshes);
+  job.reportFile = s.reportFile;
   take(job.checkpointEvery, s.checkpointEvery);
   job.regions = s.regions;
   take(job.tiles, s.tiles);
@@ -95,11 +98,20 @@ void checkApplicability(const Job& job, const Settings& options) {
   if (job.command == Command::check)
     for (const auto& [option, isGiven] : {std::pair{"state", options.stateFile.has_value()},
                                           {"restart", options.restart.has_value()},
+                                          {"report", options.reportFile.has_value()},
+                                          {"vtp", options.vtp.has_value()},
+                                          {"vtp-meshes", options.vtpMeshes.has_value()},
                                           {"checkpoint-every", options.checkpointEvery.has_value()}})
       if (isGiven) throw UsageError(fmt::format("option '--{}' is for packing, not for check", option));
   if (job.escape && job.method != Method::cat) {
     if (options.escape) throw UsageError("option '--escape' is for --method cat");
     throw InputError(job.config->file.string() + ": <escape>: it is for <method> cat");
+  }
+  if (job.reportFile && job.reportFile->extension() != ".json" && job.reportFile->extension() != ".html") {
+    const std::string reason =
+        fmt::format("expected a file that ends in .json or .html, found '{}'", job.reportFile->string());
+    if (options.reportFile) throw UsageError("option '--report': " + reason);
+    throw InputError(job.config->file.string() + ": <report>: " + reason);
   }
   const bool ownBody = job.container && job.container->lumen;
   const bool boxLumen = ownBody ? job.container->lumen->kind == SolidRequest::Kind::box

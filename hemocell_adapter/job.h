@@ -72,6 +72,8 @@ struct Job {
   std::vector<std::string> exports;
   std::filesystem::path outputDirectory;
   bool povScene = false;
+  bool vtp = false, vtpMeshes = false;
+  std::optional<std::filesystem::path> reportFile;  ///< .json, or .html with a .json beside it
   std::optional<std::filesystem::path> stateFile, restart;
   double checkpointEvery = 0.0;           ///< [s]; 0: only at signals and in the end
   std::vector<std::string> commandWords;  ///< program and arguments, but for --restart

@@ -19,6 +19,7 @@ ExitCode runRealisations(const Job& job, const std::function<ExitCode(const Job&
     one.seed = job.seed + std::uint64_t(i - 1);
     one.outputDirectory = job.outputDirectory / folder;
     if (job.stateFile) one.stateFile = one.outputDirectory / job.stateFile->filename();
+    if (job.reportFile) one.reportFile = one.outputDirectory / job.reportFile->filename();
     for (const std::string& word :
          {std::string("--realisations"), std::string("1"), std::string("--seed"), std::to_string(one.seed),
           std::string("--output-dir"), one.outputDirectory.string()})

@@ -2,11 +2,9 @@
 #include "hemocell_adapter/run.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <ctime>
-#include <exception>
 #include <optional>
 #include <sstream>
 
@@ -15,14 +13,14 @@
 #include "hemocell_adapter/forecast.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
-#include "hemocell_adapter/pos_file.h"
+#include "hemocell_adapter/outputs.h"
 #include "hemocell_adapter/progress_log.h"
 #include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/realisations.h"
 #include "hemocell_adapter/scene.h"
+#include "hemocell_adapter/shared_files.h"
 #include "hemocell_adapter/summary.h"
 #include "hemocell_adapter/tiling.h"
-#include "packMesh/io/pov_scene.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"
 
@@ -41,55 +39,6 @@ class Stopwatch {
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
-
-/// Fails before hours of packing rather than after them.
-void requireWritable(const fs::path& folder) {
-  std::error_code ignored;
-  fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder);
-  while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
-  if (!fs::is_directory(existing, ignored)) {
-    throw OutputError(
-        fmt::format("{}: is not a folder; the .pos files cannot be written there", existing.string()));
-  }
-  if (access(existing.c_str(), W_OK | X_OK) != 0) {
-    throw OutputError(fmt::format("{}: the folder is not writable", existing.string()));
-  }
-}
-
-void makeFolder(const fs::path& folder) {
-  std::error_code error;
-  if (!folder.empty()) fs::create_directories(folder, error);
-  if (error)
-    throw OutputError(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
-}
-
-void requireReplaceableFiles(const Job& job, const Scene& scene) {
-  for (const SceneSpecies& species : scene.species) {
-    if (species.mostCells() == 0) continue;
-    try {
-      requireReplaceable(job.outputDirectory / (species.job.name + ".pos"));
-    } catch (const InputError& error) {
-      throw OutputError(error.what());
-    }
-  }
-}
-
-/// Leftovers that HemoCell would load together with the new files.
-void warnOfStaleFiles(const Job& job, const Scene& scene) {
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(job.outputDirectory, ignored)) {
-    if (entry.path().extension() != ".pos") continue;
-    const std::string name = entry.path().stem().string();
-    bool ours = false;
-    for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.mostCells() > 0);
-    if (!ours) {
-      log::warning(fmt::format(
-          "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
-          "is meant",
-          entry.path().string()));
-    }
-  }
-}
 
 /// Of the cells of all ranks.
 Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
@@ -115,41 +64,6 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
   while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
     countReason(kept, reason, count);
   return kept;
-}
-
-void writePicture(const Job& job, const Scene& scene, const PackingResult& result,
-                  const Communicator& ranks) {
-  struct Cell {
-    double linear[9], translation[3];
-    int species;
-  };
-  std::vector<Cell> own;
-  for (const PlacedCell& cell : result.cells) {
-    Cell plain{};
-    Eigen::Map<Mat3>(plain.linear) = cell.placement.linear;
-    Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
-    plain.species = cell.species;
-    own.push_back(plain);
-  }
-  std::vector<PlacedCell> cells;
-  ranks.visitInOrder(own, [&](const std::vector<Cell>& part) {
-    for (const Cell& c : part)
-      cells.push_back({c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}});
-  });
-  std::vector<const Shape*> shapes;
-  std::vector<std::string> names;
-  for (const SceneSpecies& species : scene.species) {
-    shapes.push_back(species.shape.get());
-    names.push_back(species.job.name);
-  }
-  onFirstRank(ranks, [&] {
-    try {
-      writePovScene(job.outputDirectory / "cells.pov", shapes, names, cells, *scene.lumen.container);
-    } catch (const InputError& error) {
-      throw OutputError(error.what());
-    }
-  });
-  log::info(fmt::format("Wrote {}", (job.outputDirectory / "cells.pov").string()));
 }
 
 /// Ranks of other nodes can find other files under the same names.
@@ -222,7 +136,7 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
   ranks.sum(countsOfParts);
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
   ranks.sum(counts);
-  const Tally tally = tallyOf(scene, counts);
+  const Tally tally = tallyOf(scene, std::move(counts));
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result, tally);
     if (!job.bestEffort || result.cellCount == 0) {
@@ -246,14 +160,14 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
         result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
     return ExitCode::internal;
   }
-  onFirstRank(ranks, [&] { makeFolder(job.outputDirectory); });
-  const std::vector<fs::path> files = writeCellFiles(job, scene, result, counts, ranks);
-  for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, stopwatch.elapsed()))
+  const RunTimes times = stopwatch.elapsed();
+  const std::vector<fs::path> files = writeCellFiles(job, scene, result, tally.counts, ranks);
+  for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, times))
     log::info(line);
   for (const std::string& line : regionLines(job, scene, countsOfParts)) log::info(line);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(job, scene);
-  if (job.povScene) writePicture(job, scene, result, ranks);
+  writeViews({job, scene, result, tally, kept, ranks}, times);
   return ExitCode::ok;
 }
 
@@ -281,6 +195,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
   onFirstRank(ranks, [&] {
     requireWritable(job.outputDirectory);
+    if (job.reportFile) requireWritable(job.reportFile->parent_path());
     if (!job.stateFile) return;
     requireWritable(job.stateFile->parent_path());
     requireReplaceableState(job);
@@ -288,7 +203,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   for (const std::string& warning : job.warnings) log::warning(warning);
   const Scene scene = builtScene(job, ranks);
   if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
-  onFirstRank(ranks, [&] { requireReplaceableFiles(job, scene); });
+  onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
   if (job.validate) {
     log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
     return ExitCode::ok;
@@ -306,7 +221,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
   requireSameOnAllRanks(problem);
-  if (job.stateFile) onFirstRank(ranks, [&] { makeFolder(job.stateFile->parent_path()); });
+  if (job.stateFile) SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
   StateFiles states(job, problem);
   if (job.stateFile) problem.checkpoints = states.checkpoints();
   if (job.restart) problem.resume = stateToContinue(job, problem);

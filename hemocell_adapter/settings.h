@@ -96,7 +96,8 @@ struct Settings {
   std::optional<std::filesystem::path> outputDirectory;
   std::optional<std::filesystem::path> stateFile, restart;
   std::optional<double> checkpointEvery;  ///< [s]
-  std::optional<bool> povScene, quiet, verbose;
+  std::optional<bool> povScene, vtp, vtpMeshes, quiet, verbose;
+  std::optional<std::filesystem::path> reportFile;
   std::optional<bool> dryRun, validate;  ///< say what would be done; only check the input
   std::optional<double> ignoredScale;    ///< packCells' --scale was given
   std::optional<bool> checkBox;          ///< `check --box`

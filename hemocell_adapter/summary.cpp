@@ -10,12 +10,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-std::string request(const JobSpecies& species) {
-  if (species.count) return fmt::format("{} asked for", *species.count);
-  if (species.ratio) return fmt::format("{:.15g} per red cell", *species.ratio);
-  return "by hematocrit";
-}
-
 const char* builderText(Builder builder) {
   switch (builder) {
     case Builder::tetgen:
@@ -29,6 +23,12 @@ const char* builderText(Builder builder) {
 }
 
 }  // namespace
+
+std::string requestText(const JobSpecies& species) {
+  if (species.count) return fmt::format("{} asked for", *species.count);
+  if (species.ratio) return fmt::format("{:.15g} per red cell", *species.ratio);
+  return "by hematocrit";
+}
 
 std::string gapText(double gap) {
   if (std::isinf(gap)) return fmt::format("more than {:g} µm", gapOfInterest);
@@ -120,7 +120,7 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
     const Vec3 size = boundingBox(species.shape->mesh()).size();
     lines.push_back(fmt::format(
         "{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³{}", species.job.name,
-        species.count, request(species.job), species.job.origin, species.shape->mesh().vertices.size(),
+        species.count, requestText(species.job), species.job.origin, species.shape->mesh().vertices.size(),
         size[0], size[1], size[2], species.shape->volume(),
         species.acceptance
             ? fmt::format(", minimum distance from solid {} µm{}", species.job.minimumDistanceFromSolid,
@@ -140,22 +140,25 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
   return lines;
 }
 
+std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally) {
+  std::vector<HematocritConvention> all = {{"mesh", "mesh volume (what is simulated)", tally.redMesh}};
+  if (tally.redCells > 0 && tally.hemocellKnown)
+    all.push_back({"hemocell", "<Volume> of the XML (what HemoCell prints)", tally.redHemocell});
+  all.push_back({"packCells", "97 µm³ a cell (packCells)", packCellsRedCellVolume * double(tally.redCells)});
+  if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume)
+    all.push_back({"asked", fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume),
+                   *job.redCellVolume * double(tally.redCells)});
+  return all;
+}
+
 std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally) {
   const double lumen = scene.lumen.container->volume(), fluid = scene.lumen.fluidVolume();
   std::vector<std::string> lines;
-  const auto line = [&](const char* convention, double volume) {
+  for (const HematocritConvention& one : hematocritConventions(job, tally))
     lines.push_back(fmt::format(
-        "Hematocrit {:.4f} of the lumen{} by {}", volume / lumen,
-        scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", volume / fluid) : "", convention));
-  };
-  line("mesh volume (what is simulated)", tally.redMesh);
-  if (tally.redCells > 0 && tally.hemocellKnown)
-    line("<Volume> of the XML (what HemoCell prints)", tally.redHemocell);
-  line("97 µm³ a cell (packCells)", packCellsRedCellVolume * double(tally.redCells));
-  if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume) {
-    line(fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume).c_str(),
-         *job.redCellVolume * double(tally.redCells));
-  }
+        "Hematocrit {:.4f} of the lumen{} by {}", one.volume / lumen,
+        scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", one.volume / fluid) : "",
+        one.text));
   return lines;
 }
 

@@ -36,8 +36,19 @@ std::vector<std::string> regionLines(const Job& job, const Scene& scene,
 /// What packing took: sweeps or iterations, repairs or steps taken back, CPU time of the stages.
 std::vector<std::string> effortLines(const Statistics& statistics);
 
+/// A volume that a red cell can be said to have.
+struct HematocritConvention {
+  const char* key;      ///< for programs
+  std::string text;     ///< for people
+  double volume = 0.0;  ///< of all red cells [µm³]
+};
+std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally);
+
 /// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
 std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
+
+/// "by hematocrit", "12 asked for", "0.07 per red cell": how the number of cells was decided.
+std::string requestText(const JobSpecies& species);
 
 /// "packMesh 0.1.0 (0123456789), 1 rank".
 std::string versionLine(int ranks);

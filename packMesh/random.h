@@ -13,7 +13,14 @@
 namespace packmesh {
 
 /// What random numbers are drawn for; each purpose has a stream of its own.
-enum class RandomStream : std::uint32_t { position = 1, orientation = 2, kick = 3, turn = 4, draw = 5 };
+enum class RandomStream : std::uint32_t {
+  position = 1,
+  orientation = 2,
+  kick = 3,
+  turn = 4,
+  draw = 5,
+  sample = 6
+};
 
 /// Four independent numbers, uniform in [0, 1), for this seed, stream, global cell id and iteration
 /// (Philox-4x32-10: Salmon et al., SC 2011).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/pov_meshes.h"
 
+#include "packMesh/io/pov_camera.h"
 #include "packMesh/io/pov_text.h"
 
 namespace packmesh {
@@ -20,7 +21,7 @@ void writePovMeshes(const std::filesystem::path& file, const std::vector<Picture
   const Vec3 size = boundingBox(container).size();
   std::vector<Extent> extents;
   for (const Vec3& v : container.vertices) extents.push_back({v, 0.0});
-  writeCamera(out, extents, size);
+  writeCamera(out, extents, size, true);
   for (const PictureMesh& one : meshes) {
     out << "\n";
     writeMesh2(out, *one.mesh, one.edges ? samePlane : crease);

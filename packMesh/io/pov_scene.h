@@ -12,6 +12,12 @@
 
 namespace packmesh {
 
+/// A cell and what it can be coloured by.
+struct PicturedCell {
+  PlacedCell cell;
+  double gap = 0.0;  ///< to the nearest other one [µm]
+};
+
 /// Writes a POV-Ray scene: one mesh per species, instanced for every cell, coloured by the name of the
 /// species (RBC* red, PLT* yellow, WBC* white), the lumen translucent around them (a lumen without walls as
 /// the edges of its box), and a camera that frames all of it at any aspect ratio. Units are µm; the scene
@@ -21,7 +27,7 @@ namespace packmesh {
 /// @param cells PlacedCell::species indexes shapes and names
 /// @throws InputError when the file cannot be written; then an older file of that name is unchanged
 void writePovScene(const std::filesystem::path& file, const std::vector<const Shape*>& shapes,
-                   const std::vector<std::string>& names, const std::vector<PlacedCell>& cells,
+                   const std::vector<std::string>& names, const std::vector<PicturedCell>& cells,
                    const Container& container);
 
 }  // namespace packmesh

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <limits>
 #include <map>
 #include <system_error>
 
@@ -13,9 +12,6 @@ namespace packmesh::pov {
 namespace {
 
 constexpr int digits = 7;               ///< significant digits: far below a pixel
-constexpr double aspect = 1.5;          ///< width / height of the frame that is guaranteed to hold everything
-constexpr double halfHeight = 0.19;     ///< tangent of half the vertical view angle: a long lens
-constexpr double frame = 0.95;          ///< part of the picture that is used
 constexpr std::size_t chunk = 1 << 20;  ///< bytes collected before they are written
 
 std::vector<Vec3> faceNormals(const TriangleMesh& mesh) {
@@ -78,10 +74,15 @@ void SceneFile::flush() {
   text_.clear();
 }
 
+std::string defaultOf(const std::string& name, const std::string& value, const std::string& comment) {
+  return "#ifndef (" + name + ") #declare " + name + " = " + value + "; #end" +
+         (comment.empty() ? "" : "  // " + comment) + "\n";
+}
+
 void writeHead(SceneFile& out, const std::string& what) {
   out << "// " + what +
              " by packMesh; lengths in micrometres, z up.\n"
-             "// Render: povray +I<this file> +Ocells.png +W1200 +H800 +A -D\n"
+             "// Render: scripts/render_packing, or povray +I<this file> +Ocells.png +W1200 +H800 +A -D\n"
              "#version 3.7;\n"
              "global_settings {\n  assumed_gamma 1.0\n  max_trace_level 16\n}\n"
              "background { rgb 1 }\n"
@@ -160,45 +161,7 @@ void writeBars(SceneFile& out, const std::vector<Segment>& edges, const std::str
                  " } no_shadow }\n";
 }
 
-void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size) {
-  // From in front and above, with the longer horizontal axis running across the picture.
-  const Vec3 toCamera = (size.y() > size.x() ? Vec3(1.0, 0.42, 0.40) : Vec3(0.42, -1.0, 0.40)).normalized();
-  const Vec3 right = Vec3::UnitZ().cross(toCamera).normalized(), up = toCamera.cross(right);
-  const double tall = frame * halfHeight, wide = frame * halfHeight * aspect;
-
-  // |a - x| + r <= wide (z - c) for every extent at (a, b, c) in the camera's frame, and the same for b.
-  std::array<double, 4> most;
-  most.fill(-std::numeric_limits<double>::infinity());
-  for (const Extent& e : extents) {
-    const double a = e.center.dot(right), b = e.center.dot(up), c = e.center.dot(toCamera);
-    most[0] = std::max(most[0], a + e.radius + wide * c);
-    most[1] = std::max(most[1], -a + e.radius + wide * c);
-    most[2] = std::max(most[2], b + e.radius + tall * c);
-    most[3] = std::max(most[3], -b + e.radius + tall * c);
-  }
-  const double distance = std::max((most[0] + most[1]) / (2.0 * wide), (most[2] + most[3]) / (2.0 * tall));
-  const Vec3 eye = 0.5 * (most[0] - most[1]) * right + 0.5 * (most[2] - most[3]) * up + distance * toCamera;
-  const double far = size.norm();
-
-  out << "\n#declare Aspect = image_width / image_height;\n"
-         "#declare Tall = " +
-             number(2.0 * halfHeight) + " * max(1, " + number(aspect) +
-             " / Aspect);\n"
-             "camera {\n  location " +
-             vector(eye) + "\n  direction " + vector(Vec3(-toCamera)) + "\n  up Tall * " + vector(up) +
-             "\n  right Tall * Aspect * " + vector(right) + "\n}\n";
-
-  // A soft key light over the left shoulder, a weak fill from the right that throws no shadow.
-  const Vec3 key = eye + far * (-1.1 * right + 1.5 * up + 0.3 * toCamera);
-  const Vec3 fill = eye + far * (1.6 * right + 0.2 * up);
-  out << "light_source {\n  " + vector(key) + " rgb <1.0, 0.97, 0.93> * 1.05\n  area_light " +
-             vector(Vec3(0.9 * far * right)) + ", " + vector(Vec3(0.9 * far * up)) +
-             ", 4, 4 adaptive 0 jitter circular orient\n}\n"
-             "light_source { " +
-             vector(fill) + " rgb <0.80, 0.88, 1.0> * 0.40 shadowless }\n";
-}
-
-void writeGlass(SceneFile& out, const TriangleMesh& surface) {
+void writeGlass(SceneFile& out, const TriangleMesh& surface, const std::string& more) {
   out << "\n// The lumen: nearly clear where it is seen face on, denser towards its outline.\n"
          "#declare Glass = texture {\n"
          "  pigment { aoi pigment_map {\n"
@@ -207,7 +170,7 @@ void writeGlass(SceneFile& out, const TriangleMesh& surface) {
          "    [0.70 rgbt <0.75, 0.84, 0.94, 0.92>] [1.00 rgbt <0.85, 0.91, 0.97, 0.97>] } }\n"
          "  finish { diffuse 0.7 specular 0.25 roughness 0.002 }\n}\n";
   writeMesh2(out, surface, crease);
-  out << "  texture { Glass }\n  no_shadow\n}\n";
+  out << "  texture { Glass }\n  no_shadow\n" + more + "}\n";
 }
 
 void declareRim(SceneFile& out) {

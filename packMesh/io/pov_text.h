@@ -46,6 +46,9 @@ class SceneFile {
   bool done_ = false;
 };
 
+/// A name that `povray Declare=name=value` sets, and what it is otherwise.
+std::string defaultOf(const std::string& name, const std::string& value, const std::string& comment = "");
+
 /// What every scene begins with. @param what it shows
 void writeHead(SceneFile& out, const std::string& what);
 
@@ -62,18 +65,9 @@ std::vector<Segment> sharpEdges(const TriangleMesh& mesh, double cosine);
 void writeBars(SceneFile& out, const std::vector<Segment>& edges, const std::string& texture, double radius,
                double size);
 
-/// What the camera must see.
-struct Extent {
-  Vec3 center;
-  double radius;
-};
-
-/// A camera that sees every extent at any aspect ratio, and its lights.
-/// @param size of the box around all [µm]
-void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size);
-
 /// The lumen's surface: nearly clear where it is seen face on, denser towards its outline.
-void writeGlass(SceneFile& out, const TriangleMesh& surface);
+/// @param more modifiers of the object
+void writeGlass(SceneFile& out, const TriangleMesh& surface, const std::string& more = "");
 
 /// The texture of edges, "Rim".
 void declareRim(SceneFile& out);

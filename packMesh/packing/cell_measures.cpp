@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "packMesh/shape/inner_points.h"
 #include "packMesh/shape/surface_distance.h"
 #include "packMesh/stages/certificate/certified_cells.h"
 
@@ -21,28 +22,6 @@ constexpr int pointsOfCell = 64;
 
 /// Volumes are summed in whole numbers of this [µm³], so that the sum does not depend on who adds what.
 constexpr double volumeStep = 0x1p-20;
-
-/// Element n of the van der Corput sequence in a base [fraction].
-double vanDerCorput(int n, int base) {
-  double value = 0.0, digit = 1.0;
-  for (; n > 0; n /= base) value += (n % base) * (digit /= base);
-  return value;
-}
-
-/// Points spread evenly in a shape (Halton's), in its body frame [µm].
-std::vector<Vec3> pointsIn(const Shape& shape, const SurfaceDistance& surface) {
-  Box box;
-  for (const Vec3& v : shape.mesh().vertices) box.add(v);
-  std::vector<Vec3> points;
-  constexpr int patience = 1000;  // a shape may fill little of its box
-  for (int n = 1; static_cast<int>(points.size()) < pointsOfCell && n < patience * pointsOfCell; ++n) {
-    const Vec3 at(vanDerCorput(n, 2), vanDerCorput(n, 3), vanDerCorput(n, 5));
-    const Vec3 p = box.lo + at.cwiseProduct(box.size());
-    if (surface.sample(p).distance < 0.0) points.push_back(p);
-  }
-  if (points.empty()) points.push_back(Vec3::Zero());
-  return points;
-}
 
 /// The lumen's bounding box, cut into boxes.
 class Boxes {
@@ -123,10 +102,17 @@ class Measuring {
     const Vec3 offset = back * (sampled.placement.translation - other.placement.translation - shift);
     const SurfaceDistance& surface = surfaces_[other.species];
     const SamplePoints& samples = problem_.species[sampled.species].shape->samples();
-    for (std::size_t i = 0; i < samples.x.size(); ++i) {
-      const Vec3 p = linear * Vec3(samples.x[i], samples.y[i], samples.z[i]) + offset;
-      if (scale * surface.lowerBound(p) >= least) continue;
-      least = std::min(least, scale * surface.sample(p).distance);
+    constexpr double rounding = 1e-3;  // of the floats that bound clusters [µm]
+    const double sampledScale = std::cbrt(std::abs(sampled.placement.linear.determinant()));
+    for (int c = 0; c < samples.clusters; ++c) {
+      const Vec3 center(samples.centerX[c], samples.centerY[c], samples.centerZ[c]);
+      const double apart = scale * surface.lowerBound(linear * center + offset);
+      if (apart - sampledScale * samples.radius[c] - rounding >= least) continue;
+      for (int i = c * SamplePoints::width; i < (c + 1) * SamplePoints::width; ++i) {
+        const Vec3 p = linear * Vec3(samples.x[i], samples.y[i], samples.z[i]) + offset;
+        if (scale * surface.lowerBound(p) >= least) continue;
+        least = std::min(least, scale * surface.sample(p).distance);
+      }
     }
   }
 
@@ -150,7 +136,7 @@ class Measuring {
   std::vector<double> localHematocrits() const {
     std::vector<std::vector<Vec3>> points;
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
-      points.push_back(pointsIn(*problem_.species[s].shape, surfaces_[s]));
+      points.push_back(innerPoints(*problem_.species[s].shape, pointsOfCell));
     const Boxes boxes(*problem_.container);
     std::vector<std::int64_t> red(boxes.count(), 0);  // [steps]
     for (std::int64_t i = 0; i < cells_.count(); ++i) {

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/io/pov_camera.h"
+
+#include <cmath>
+#include <limits>
+
+namespace packmesh::pov {
+namespace {
+
+/// Directions in which the farthest point of all that is shown is kept; what they miss is below a hundredth
+/// of its size, which the frame leaves free.
+constexpr int directions = 240;
+
+/// Points that a camera sees all of when it sees these.
+std::vector<Vec3> outlineOf(const std::vector<Extent>& extents) {
+  constexpr double goldenAngle = 2.399963229728653;
+  std::vector<Vec3> outline;
+  for (int i = 0; i < directions; ++i) {
+    const double z = 1.0 - (2 * i + 1.0) / directions, r = std::sqrt(1.0 - z * z);
+    const Vec3 d(r * std::cos(goldenAngle * i), r * std::sin(goldenAngle * i), z);
+    double most = -std::numeric_limits<double>::infinity();
+    Vec3 farthest = Vec3::Zero();
+    for (const Extent& e : extents)
+      if (const double reach = e.center.dot(d) + e.radius; reach > most) {
+        most = reach;
+        farthest = e.center + e.radius * d;
+      }
+    outline.push_back(farthest);
+  }
+  return outline;
+}
+
+constexpr const char* camera = R"(
+#declare Aspect = image_width / image_height;
+#declare Tall = 0.19;                 // tangent of half the vertical view angle: a long lens
+#declare Wide = Tall * Aspect;
+#declare Frame = 0.95;                // part of the picture that is used
+#macro Look(A)                        // sets the directions of a camera at this azimuth
+  #declare ToCamera = <cos(radians(Elevation)) * cos(radians(A)), cos(radians(Elevation)) * sin(radians(A)),
+                       sin(radians(Elevation))>;
+  #declare Right = vnormalize(vcross(z, ToCamera));
+  #declare Up = vcross(ToCamera, Right);
+#end
+#ifdef (Turn)                         // from a distance at which every turn shows all
+  #declare Middle = 0;
+  #for (I, 0, Points - 1) #declare Middle = Middle + Outline[I] / Points; #end
+  #declare Away = 0;
+  #for (K, 0, 35)
+    Look(10 * K)
+    #for (I, 0, Points - 1)
+      #local P = Outline[I] - Middle;
+      #declare Away = max(Away, vdot(P, ToCamera) + abs(vdot(P, Right)) / (Frame * Wide),
+                          vdot(P, ToCamera) + abs(vdot(P, Up)) / (Frame * Tall));
+    #end
+  #end
+  Look(Azimuth + Turn)
+  #declare Eye = Middle + Away * ToCamera;
+#else
+  Look(Azimuth)
+  #declare M = array[4] { -1e9, -1e9, -1e9, -1e9 }
+  #for (I, 0, Points - 1)
+    #local A = vdot(Outline[I], Right);
+    #local B = vdot(Outline[I], Up);
+    #local C = vdot(Outline[I], ToCamera);
+    #declare M[0] = max(M[0], A + Frame * Wide * C);
+    #declare M[1] = max(M[1], -A + Frame * Wide * C);
+    #declare M[2] = max(M[2], B + Frame * Tall * C);
+    #declare M[3] = max(M[3], -B + Frame * Tall * C);
+  #end
+  #declare Eye = (M[0] - M[1]) / 2 * Right + (M[2] - M[3]) / 2 * Up
+    + max((M[0] + M[1]) / (2 * Frame * Wide), (M[2] + M[3]) / (2 * Frame * Tall)) * ToCamera;
+#end
+camera {
+  location Eye
+  direction -ToCamera
+  up 2 * Tall * Up
+  right 2 * Wide * Right
+}
+// A soft key light over the left shoulder, a weak fill from the right that throws no shadow.
+light_source {
+  Eye + Far * (-1.1 * Right + 1.5 * Up + 0.3 * ToCamera) rgb <1.0, 0.97, 0.93> * 1.05
+  #if (Fine) area_light 0.9 * Far * Right, 0.9 * Far * Up, 4, 4 adaptive 0 jitter circular orient #end
+}
+light_source { Eye + Far * (1.6 * Right + 0.2 * Up) rgb <0.80, 0.88, 1.0> * 0.40 shadowless }
+)";
+
+}  // namespace
+
+void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, bool fine) {
+  // From in front and above, with the longer horizontal axis running across the picture.
+  const bool alongY = size.y() > size.x();
+  out << "\n// Where the camera stands [degrees]: azimuth 0 is +x, 90 is +y.\n" +
+             defaultOf("Azimuth", alongY ? "22.8" : "-67.2") + defaultOf("Elevation", "20.2") +
+             defaultOf("Fine", fine ? "1" : "0", "1: soft shadows");
+  const std::vector<Vec3> outline = outlineOf(extents);
+  out << "#declare Far = " + number(size.norm()) + ";\n#declare Points = " + std::to_string(outline.size()) +
+             ";\n#declare Outline = array[Points] {";
+  for (std::size_t i = 0; i < outline.size(); ++i)
+    out << (i ? "," : "") + std::string(i % 4 ? " " : "\n  ") + vector(outline[i]);
+  out << std::string("\n}\n") + camera;
+}
+
+}  // namespace packmesh::pov

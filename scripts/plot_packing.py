@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""Plots what a report says of a packing (packMesh --report report.json; docs/report.md):
+
+    scripts/plot_packing.py report.json [plots.png] [--csv folder]
+
+draws the volume fraction over the distance to the wall (where there is one) and along x, y and z, the gaps, and the
+direction of the thin axes; plots.pdf is as good. --csv writes the same numbers as tables, one file each.
+"""
+import argparse
+import csv
+import json
+import os
+import sys
+
+COLOURS = {"RBC": "#b3261e", "vRBC": "#b3261e", "PLT": "#d69e00", "WBC": "#64748b"}
+
+
+def colour(name, number):
+    for prefix, value in COLOURS.items():
+        if name.startswith(prefix):
+            return value
+    return f"C{number}"
+
+
+def middles(profile, count):
+    return [profile.get("begin", 0.0) + (i + 0.5) * profile["width"] for i in range(count)]
+
+
+def profile_table(profile):
+    """Head and rows of one profile."""
+    head = ["position_um", "lumen_um3", "hematocrit"]
+    columns = [middles(profile, len(profile["lumen"])), profile["lumen"], profile["red"]]
+    for species in profile["species"]:
+        head += [species["name"] + "_fraction", species["name"] + "_error"]
+        columns += [species["fraction"], species["error"]]
+    return head, list(zip(*columns))
+
+
+def tables(measures):
+    """Every table by the name of its file."""
+    found = {}
+    if measures["wall"]:
+        found["wall"] = profile_table(measures["wall"])
+    for axis, profile in measures["axial"].items():
+        found["axis_" + axis] = profile_table(profile)
+    gaps = measures["gaps"]
+    positions = middles(gaps[0], len(gaps[0]["counts"]))
+    found["gaps"] = (["gap_um"] + [species["name"] + "_cells" for species in gaps],
+                     [(x, *counts) for x, *counts in zip(positions, *(s["counts"] for s in gaps))])
+    head = ["name", "cells", "S"] + [f"eigenvalue_{i}" for i in (1, 2, 3)] + ["director_" + k for k in "xyz"]
+    found["orientation"] = (head, [(s["name"], s["cells"], s["nematic"], *(s["eigenvalues"] or [None] * 3),
+                                    *(s["director"] or [None] * 3)) for s in measures["orientation"]])
+    return found
+
+
+def write_csv(measures, folder):
+    os.makedirs(folder, exist_ok=True)
+    for name, (head, rows) in tables(measures).items():
+        path = os.path.join(folder, name + ".csv")
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(head)
+            writer.writerows(rows)
+        print(f"(packMesh) Wrote {path}")
+
+
+def draw_wall(axis, wall):
+    for number, species in enumerate(wall["species"]):
+        x, y, error = middles(wall, len(species["fraction"])), species["fraction"], species["error"]
+        if not any(y):
+            continue
+        tint = colour(species["name"], number)
+        axis.plot(x, y, color=tint, label=species["name"])
+        axis.fill_between(x, [a - b for a, b in zip(y, error)], [a + b for a, b in zip(y, error)], color=tint,
+                          alpha=0.2, linewidth=0)
+    thickness = wall["cellFreeLayer"][0]["thickness"]
+    if thickness is not None:
+        axis.axvline(thickness, color="black", linestyle="--", linewidth=0.8,
+                     label=f"cell-free layer {thickness:.2f} µm")
+    axis.set(xlabel="distance to the wall [µm]", ylabel="volume fraction", ylim=(0, None), xlim=(0, None))
+    axis.legend(fontsize=8)
+
+
+def draw_axial(axis, axial):
+    for name, profile in axial.items():
+        axis.plot(middles(profile, len(profile["red"])), profile["red"], label=name)
+    axis.set(xlabel="position [µm]", ylabel="hematocrit of the slice", ylim=(0, None))
+    axis.legend(fontsize=8)
+
+
+def draw_gaps(axis, gaps):
+    for number, species in enumerate(gaps):
+        cells = sum(species["counts"]) + species["beyond"]
+        if cells:
+            axis.bar(middles(species, len(species["counts"])), [n / cells for n in species["counts"]],
+                     width=species["width"], color=colour(species["name"], number), alpha=0.5, label=species["name"])
+    axis.set(xlabel="gap to the nearest other cell [µm]", ylabel="share of the cells")
+    axis.legend(fontsize=8)
+
+
+def draw_orientation(axis, orientation):
+    most = max(orientation, key=lambda species: species["cells"])
+    for name, counts in zip("xyz", most["cosines"]):
+        axis.plot([(i + 0.5) / 10 for i in range(10)], [10 * n / max(1, most["cells"]) for n in counts], "o-",
+                  markersize=3, label=name)
+    axis.axhline(1, color="grey", linewidth=0.8)
+    axis.set(xlabel=f"|cosine| between the thin axis of {most['name']} and an axis", ylabel="density", ylim=(0, None))
+    axis.legend(fontsize=8)
+
+
+def draw(measures, path):
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    panels = [(draw_axial, measures["axial"]), (draw_gaps, measures["gaps"]),
+              (draw_orientation, measures["orientation"])]
+    if measures["wall"]:
+        panels.insert(0, (draw_wall, measures["wall"]))
+    rows = (len(panels) + 1) // 2
+    figure, axes = plt.subplots(rows, 2, figsize=(10, 3.4 * rows))
+    for axis, (function, data) in zip(axes.flat, panels):
+        function(axis, data)
+        axis.grid(alpha=0.3)
+    for axis in list(axes.flat)[len(panels):]:
+        axis.remove()
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    print(f"(packMesh) Wrote {path}")
+
+
+def fail(message):
+    sys.exit(f"(packMesh) (Error) {message}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("report", help="report.json")
+    parser.add_argument("picture", nargs="?", help="PNG, PDF or SVG (default: the report's name with .png)")
+    parser.add_argument("--csv", metavar="folder", help="write tables there")
+    words = parser.parse_args()
+    try:
+        with open(words.report, encoding="utf-8") as file:
+            report = json.load(file)
+    except (OSError, ValueError) as error:
+        fail(f"{words.report}: {error}")
+    if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
+        fail(f"{words.report}: is not a report of packMesh")
+    if report["schemaVersion"] != 1:
+        fail(f"{words.report}: has version {report['schemaVersion']} of the schema, this script reads version 1")
+    picture = words.picture or os.path.splitext(words.report)[0] + ".png"
+    try:
+        if words.csv:
+            write_csv(report["measures"], words.csv)
+        draw(report["measures"], picture)
+    except (OSError, ValueError) as error:
+        fail(error)
+
+
+main()
