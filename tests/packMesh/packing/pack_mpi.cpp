@@ -158,6 +158,8 @@ TEST_CASE("Method cat packs the same on any number of ranks", "[mpi]") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 5.5), 0.59, 1);
     problem.method = Method::cat;
     problem.escape.emplace();
+    problem.growth.maxIterations = 12;
+    problem.growth.attempts = 1;
     requireSameOnAllRanks(problem, [&](const PackingResult& result) {
       for (const EscapePhase& phase : result.statistics.escape) changed += phase.changed;
     });
