@@ -2,8 +2,8 @@
 # Sets up, builds and packs the pipe example. The result is left in build/examples/pipe.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-scripts/setup.sh
-cmake --preset release
+scripts/setup.sh --without-tests
+cmake --preset release -DBUILD_TESTING=OFF
 cmake --build --preset release --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" --target packMesh_executable
 
 case_folder=build/examples/pipe

@@ -1,11 +1,14 @@
 #!/usr/bin/env bash
 # Installs the packages of scripts/apt-packages.txt that are missing. Does nothing when none is.
 #   scripts/setup.sh          install
+#   scripts/setup.sh --without-tests   install what the programs need, and pictures
 #   scripts/setup.sh --list   print the packages, one a line
 # PACKMESH_SKIP_SETUP=1 skips it (libraries installed in another way).
 set -euo pipefail
 list="$(dirname "${BASH_SOURCE[0]}")/apt-packages.txt"
-mapfile -t packages < <(sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d' "$list")
+last='$'
+[[ ${1:-} == --without-tests ]] && last='/^# only for tests/'
+mapfile -t packages < <(sed -n "1,${last}p" "$list" | sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d')
 
 if [[ ${1:-} == --list ]]; then
   printf '%s\n' "${packages[@]}"

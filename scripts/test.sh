@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 preset=release
 [[ $# -gt 0 && $1 != -* ]] && preset=$1
 scripts/setup.sh
-scripts/build.sh "$@"
+scripts/build.sh "$@" -DBUILD_TESTING=ON  # an example may have been built without
 
 # Containers run tests as root, where mpirun refuses to start without these.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
