@@ -6,11 +6,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <functional>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <stdexcept>
 #include <string>
@@ -18,7 +21,9 @@
 
 #include "hemocell_adapter/cell_model.h"
 #include "packMesh/container/primitives.h"
+#include "packMesh/geometry/mesh_repair.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/version.h"
 
 using namespace packmesh;
 
@@ -26,12 +31,13 @@ namespace {
 
 void usage() {
   std::puts(
-      "packing_benchmark [pattern ...] [--list] [--seeds n] [--max-seconds s]\n"
+      "packing_benchmark [pattern ...] [--list] [--seeds n] [--max-seconds s] [--json file]\n"
       "  pattern          runs the cases whose name contains a match of one of these regular expressions;\n"
       "                   without any, those marked quick\n"
       "  --list           names the cases\n"
       "  --seeds n        runs every case with seeds 1 to n; times are means, the outcome a rate of success\n"
-      "  --max-seconds s  wall time after which a packing gives up [s]");
+      "  --max-seconds s  wall time after which a packing gives up [s]\n"
+      "  --json file      writes the same figures for scripts");
 }
 
 /// One packing, described so that a child process can build it.
@@ -83,6 +89,52 @@ PackingProblem apart() {
   return problem;
 }
 
+/// A cell without a closed form: an oval biconcave disc with a thick end, 1502 vertices.
+TriangleMesh ovalCell() {
+  constexpr int rings = 30, segments = 50;
+  constexpr double radius = 3.6, pi = 3.14159265358979323846;
+  TriangleMesh mesh;
+  const auto add = [&](double theta, double phi) {
+    const double r = std::sin(theta), r2 = r * r;
+    const double thickness = 0.12 + 1.0 * r2 - 0.55 * r2 * r2;
+    Vec3 p(r * std::cos(phi), std::cos(theta) * thickness, r * std::sin(phi));
+    p.y() *= 1.0 + 0.15 * p.x();
+    p.x() *= 1.15;
+    mesh.vertices.push_back(radius * p);
+  };
+  add(0.0, 0.0);
+  for (int i = 1; i <= rings; ++i)
+    for (int j = 0; j < segments; ++j) add(pi * i / (rings + 1), 2.0 * pi * j / segments);
+  add(pi, 0.0);
+  const auto at = [](int ring, int segment) { return 1 + ring * segments + segment % segments; };
+  const int last = static_cast<int>(mesh.vertices.size()) - 1;
+  for (int j = 0; j < segments; ++j) {
+    mesh.triangles.push_back({0, at(0, j + 1), at(0, j)});
+    for (int i = 0; i + 1 < rings; ++i) {
+      mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
+    }
+    mesh.triangles.push_back({last, at(rings - 1, j), at(rings - 1, j + 1)});
+  }
+  repairClosed(mesh, "oval cell");
+  return mesh;
+}
+
+PackingProblem ovalCells(double fraction) {
+  PackingProblem problem = cube(50.0, fraction);
+  const auto shape = std::make_shared<Shape>(ovalCell());
+  problem.species = {{"oval", shape,
+                      static_cast<std::int64_t>(fraction * problem.container->volume() / shape->volume()),
+                      nullptr}};
+  return problem;
+}
+
+PackingProblem grown(double edge, double fraction) {
+  PackingProblem problem = cube(edge, fraction);
+  problem.method = Method::cat;
+  return problem;
+}
+
 std::vector<Case> allCases() {
   std::vector<Case> cases;
   for (const double edge : {50.0, 100.0})
@@ -94,6 +146,11 @@ std::vector<Case> allCases() {
         {fmt::format("box50-{:.2f}", fraction), [=] { return cube(50.0, fraction); }, false, 1, 300.0});
   for (const double fraction : {0.50, 0.55})
     cases.push_back({fmt::format("cylinder-{:.2f}", fraction), [=] { return cylinder(fraction); }, true});
+  for (const double fraction : {0.40, 0.50})
+    cases.push_back({fmt::format("sphere-{:.2f}", fraction),
+                     [=] { return redCells(makeSphere(Vec3::Zero(), 20.0), fraction); }, true});
+  cases.push_back({"oval50-0.45", [] { return ovalCells(0.45); }, true});
+  cases.push_back({"cat20-0.35", [] { return grown(20.0, 0.35); }, true});
   cases.push_back({"blood49-0.40", wholeBlood, true});
   cases.push_back({"apart50-0.40", apart, true});
   cases.push_back({"memory200-0.45", [] { return cube(200.0, 0.45); }});
@@ -106,7 +163,7 @@ std::vector<Case> allCases() {
 
 /// What one packing took; goes through a pipe as it is.
 struct Figures {
-  std::int64_t wanted, cells, sweeps, repairs;
+  std::int64_t wanted, cells, sweeps, repairs;                      ///< sweeps, or iterations of growth
   double fraction, gap, placement, relaxation, certificate, total;  ///< CPU time [s]
   int outcome;
   double peakBytes;  ///< filled in by the parent
@@ -133,7 +190,8 @@ Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyO
   f.fraction = result.certificate.cellVolume / problem.container->volume();
   f.gap = result.certificate.minimumGap;
   f.placement = result.statistics.placementSeconds;
-  f.relaxation = result.statistics.relaxationSeconds;
+  f.relaxation = result.statistics.relaxationSeconds + result.statistics.growthSeconds;
+  if (result.statistics.growth) f.sweeps = result.statistics.growth->iterations;
   f.certificate = result.statistics.certificateSeconds;
   f.outcome = static_cast<int>(result.outcome);
   return f;
@@ -176,7 +234,8 @@ void printHead() {
       "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |");
 }
 
-void printRow(const Case& c, const std::vector<Figures>& runs, double baseBytes) {
+/// Prints the means and gives them back for scripts.
+nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs, double baseBytes) {
   Figures mean{};
   double sweeps = 0.0, repairs = 0.0, gap = runs[0].gap;
   int certified = 0;
@@ -205,6 +264,22 @@ void printRow(const Case& c, const std::vector<Figures>& runs, double baseBytes)
       perCell(mean.relaxation), perCell(mean.certificate), perCell(mean.total), mean.total / n,
       mean.peakBytes / 1e6, (mean.peakBytes - baseBytes) * n / cells, gap, outcome);
   std::fflush(stdout);
+  return {{"case", c.name},
+          {"seeds", runs.size()},
+          {"certified", certified},
+          {"cells", mean.cells / n},
+          {"fraction", mean.fraction / n},
+          {"sweeps", sweeps / n},
+          {"repairs", repairs / n},
+          {"msPerCell",
+           {{"placement", perCell(mean.placement)},
+            {"relaxation", perCell(mean.relaxation)},
+            {"certificate", perCell(mean.certificate)},
+            {"total", perCell(mean.total)}}},
+          {"cpuSeconds", mean.total / n},
+          {"peakBytes", mean.peakBytes},
+          {"bytesPerCell", (mean.peakBytes - baseBytes) * n / cells},
+          {"smallestGap", std::isfinite(gap) ? nlohmann::ordered_json(gap) : nlohmann::ordered_json()}};
 }
 
 }  // namespace
@@ -214,6 +289,8 @@ int main(int argc, char** argv) {
   bool list = false;
   int seeds = 0;
   double maxSeconds = 0.0;
+  std::string jsonFile;
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   try {
     for (int i = 1; i < argc; ++i) {
       const std::string argument = argv[i];
@@ -225,6 +302,8 @@ int main(int argc, char** argv) {
       } else if ((argument == "--seeds" || argument == "--max-seconds") && i + 1 < argc) {
         (argument == "--seeds" ? seeds = std::stoi(argv[i + 1]) : maxSeconds = std::stod(argv[i + 1]));
         ++i;
+      } else if (argument == "--json" && i + 1 < argc) {
+        jsonFile = argv[++i];
       } else if (argument.rfind("--", 0) == 0) {
         usage();
         return 2;
@@ -244,7 +323,12 @@ int main(int argc, char** argv) {
       std::vector<Figures> runs;
       for (int seed = 1; seed <= (seeds > 0 ? seeds : c.seeds); ++seed)
         runs.push_back(measureInChild(c, seed, limit));
-      printRow(c, runs, baseBytes);
+      rows.push_back(printRow(c, runs, baseBytes));
+    }
+    if (!jsonFile.empty()) {
+      std::ofstream out(jsonFile);
+      out << nlohmann::ordered_json{{"packMesh", version()}, {"cases", rows}}.dump(2) << "\n";
+      if (!out) throw std::runtime_error(jsonFile + " cannot be written");
     }
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
