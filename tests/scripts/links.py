@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Every relative link of every Markdown file must lead to a file that is there, and to a heading where it names one.
+"""Every relative link of every Markdown file must lead to a file that is there, and to a heading where it names one; so must
+every `file.h`, `file.cpp`, `script.py` that it names.
 
     links.py <source tree>
 """
@@ -14,8 +15,11 @@ def anchors(text):
     return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in headings}
 
 
-def faults_of(file):
+def faults_of(file, names):
     text = file.read_text(encoding="utf-8")
+    for name in re.findall(r"`([\w/]+\.(?:h|cpp|py|sh))`", text):
+        if not any(known.endswith("/" + name) for known in names):
+            yield f"{file}: there is no {name}"
     prose = re.sub(r"`[^`\n]*`", "", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S))
     for target in re.findall(r"\]\(([^)\s]+)\)", prose):
         if re.match(r"[a-z]+:", target):
@@ -29,14 +33,16 @@ def faults_of(file):
 
 
 def main():
-    # The check itself: a wrong link and a wrong heading are found, right ones are not.
-    sample = Path(sys.argv[0]).parent / "links_sample.md"
-    if len(list(faults_of(sample))) != 2:
-        sys.exit(f"{sample}: two faults expected, found {list(faults_of(sample))}")
     root = Path(sys.argv[1])
-    files = [f for f in root.rglob("*.md")
-             if f.name != sample.name and not any(p.startswith("build") or p.startswith(".") for p in f.relative_to(root).parts)]
-    faults = [fault for file in sorted(files) for fault in faults_of(file)]
+    own = [f for f in root.rglob("*") if not any(re.match(r"build|bin$|\.", p) for p in f.relative_to(root).parent.parts)]
+    names = [str(f) for f in own]
+    # The check itself: wrong links, headings and names are found, right ones are not.
+    sample = Path(sys.argv[0]).parent / "links_sample.md"
+    found = list(faults_of(sample, names))
+    if len(found) != 3:
+        sys.exit(f"{sample}: three faults expected, found {found}")
+    files = [f for f in own if f.suffix == ".md" and f.name != sample.name]
+    faults = [fault for file in sorted(files) for fault in faults_of(file, names)]
     print("\n".join(faults) or f"{len(files)} files, all links lead somewhere")
     sys.exit(1 if faults or len(files) < 10 else 0)
 
