@@ -21,6 +21,14 @@ inside sh -euc '
   packMesh check config.xml | tail -n 1
   packCells 30 30 30 --hematocrit 0.3 --quiet && head -n 1 RBC.pos
   test -s /usr/share/man/man1/packMesh.1*'
+# With the recommended openmpi-bin, on two ranks: the same bytes.
+inside apt-get -qq install -y --no-install-recommends openmpi-bin > "$system/root/install.log" 2>&1
+inside sh -euc '
+  cd /root/pipe && mkdir -p ranks
+  export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+  packMesh config.xml --quiet
+  mpirun --oversubscribe -n 2 packMesh config.xml --output-dir ranks | head -n 1
+  cmp RBC.pos ranks/RBC.pos'
 inside apt-get -qq purge -y packmesh > /dev/null 2>&1
 inside sh -c '! command -v packMesh'
 echo "(packMesh) The package installs, runs and goes away on $(cat "$system/etc/debian_version")"
