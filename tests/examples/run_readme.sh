@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
-# Runs the first ```sh block of an example's README in a copy of its folder, with the built packMesh first on PATH.
+# Runs the first ```sh block of an example's README in a copy of its folder, with the built packMesh first on PATH, and
+# stand-ins for Slurm and for large pictures.
 #   run_readme.sh <example folder> <folder of packMesh> <scratch folder> <folder of scripts>
 set -euo pipefail
 example=$1 bin=$2 scratch=$3 scripts=$4
+stand_ins=$(cd "$(dirname "${BASH_SOURCE[0]}")/stand_ins" && pwd)
 rm -rf "$scratch"
 mkdir -p "$(dirname "$scratch")"
 cp -r "$example" "$scratch"
 cd "$scratch"
 sed -n '/^```sh$/,/^```$/p' README.md | sed -n '2,/^```$/{/^```/!p}' > block.sh
 test -s block.sh || { echo "README.md has no sh block"; exit 1; }
-PATH="$bin:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
+PACKMESH_SCRIPTS=$scripts PATH="$bin:$stand_ins:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
 
 # What the README says it prints; numbers may change with the method.
 masked() { sed -E 's/[0-9]+(\.[0-9]+)?/N/g'; }
@@ -21,8 +23,8 @@ while IFS= read -r line; do
 done < promised.txt
 
 # The files it says are written.
-for cell in RBC PLT; do
-  grep -q "writes .*$cell\.pos" README.md || continue
+for cell in RBC PLT WBC SickleRBC; do
+  grep -q "writes .*\b$cell\.pos" README.md || continue
   test "$(head -n 1 $cell.pos)" -gt 0
   test "$(wc -l < $cell.pos)" -eq $(($(head -n 1 $cell.pos) + 1))
 done

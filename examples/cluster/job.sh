@@ -1,0 +1,34 @@
+#!/bin/bash
+# A packing as a Slurm job that goes on after its time limit:   sbatch job.sh
+#SBATCH --job-name=packMesh
+#SBATCH --ntasks=64
+#SBATCH --time=04:00:00
+#SBATCH --signal=B:USR1@120    # two minutes before the limit: time to save the state
+#SBATCH --requeue
+#SBATCH --open-mode=append
+set -u
+
+if [[ -f state.h5 ]]; then
+  srun packMesh --restart state.h5 &
+else
+  srun packMesh config.xml --checkpoint-every 600 &
+fi
+step=$!
+
+# SIGTERM makes packMesh save state.h5 and end with exit code 130; srun passes it on to all ranks.
+limit_is_near=0
+trap 'limit_is_near=1; kill -TERM "$step"' USR1
+wait "$step"
+status=$?
+while [[ $limit_is_near -eq 1 ]] && kill -0 "$step" 2> /dev/null; do
+  wait "$step"  # the first wait ended with the signal
+  status=$?
+done
+
+if [[ $status -eq 0 ]]; then
+  rm -f state.h5 state.xdmf
+elif [[ $limit_is_near -eq 1 && -f state.h5 ]]; then
+  echo "The time limit is near: job $SLURM_JOB_ID goes on from state.h5"
+  scontrol requeue "$SLURM_JOB_ID"
+fi
+exit "$status"

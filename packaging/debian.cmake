@@ -1,0 +1,19 @@
+# A Debian package: cpack -G DEB --config <build tree>/CPackConfig.cmake. What the programs are linked to it depends on by
+# what dpkg-shlibdeps finds.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME packmesh)
+set(CPACK_PACKAGE_VENDOR "The packMesh developers")
+set(CPACK_PACKAGE_CONTACT "The packMesh developers <maintainers@packmesh.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS openmpi-bin)  # mpirun
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, libeigen3-dev, libtet1.5-dev")  # pictures; the library
+set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Fills vessels with the surface meshes of blood cells that HemoCell will simulate,
+to the hematocrit asked for, and proves that no two of them meet and that HemoCell
+keeps every one. Replaces HemoCell's packCells.")
+include(CPack)

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+# From a clone of packMesh:   spack repo add packaging/spack && spack dev-build packmesh@main
+from spack.package import *
+
+
+class Packmesh(CMakePackage):
+    """Packs the surface meshes of blood cells into vessels for HemoCell: to the hematocrit asked for, with a proof that
+    no two meet and that HemoCell keeps every one. Replaces HemoCell's packCells."""
+
+    homepage = "https://www.hemocell.eu"
+
+    license("AGPL-3.0-or-later")
+
+    version("main", branch="main")
+
+    variant("tests", default=False, description="Build the tests")
+
+    depends_on("c", type="build")
+    depends_on("cxx", type="build")
+    depends_on("cmake@3.25:", type="build")
+    depends_on("pkgconfig", type="build")
+    depends_on("mpi")
+    depends_on("hdf5@1.10:+mpi")
+    depends_on("eigen@3.4:3")
+    depends_on("openmesh@9:")
+    depends_on("tetgen@1.5:1.5+pic")
+    depends_on("tinyxml2@8:")
+    depends_on("fmt@9:")
+    depends_on("spdlog@1.10:")
+    depends_on("random123", type="build")
+    depends_on("xxhash@0.8:", type="build")
+    depends_on("catch2@2.13:2", type="build", when="+tests")
+    depends_on("glpk", type="build", when="+tests")
+    depends_on("google-benchmark", type="build", when="+tests")
+    depends_on("povray", type=("build", "run"), when="+tests")
+
+    def cmake_args(self):
+        return [self.define_from_variant("BUILD_TESTING", "tests")]
+
+    @run_after("install")
+    @on_package_attributes(run_tests=True)
+    def packs_a_box(self):
+        """A small periodic box is packed, and checked by the program installed."""
+        with working_dir("packed", create=True):
+            Executable(self.prefix.bin.packMesh)("30", "30", "30", "--hematocrit", "0.3")
+            Executable(self.prefix.bin.packMesh)("check", "--box", "30", "30", "30")

@@ -1,0 +1,122 @@
+#!/usr/bin/env python3
+"""Makes the closed surface of a cell (binary STL, µm), centred at the origin.
+
+    make_cell.py sickle sickle.stl --length 12 --volume 75
+
+  sickle       a crescent with pointed ends: an irreversibly sickled red cell
+  discocyte    a biconcave red cell (Evans and Fung 1972), thin axis z
+  spherocyte   a sphere
+
+`--length` is the largest extent, measured along the x axis; `--volume` sets the width of a sickle and the thickness of a
+discocyte. A sphere is subdivided (`--triangles` at least) and mapped, so the mesh is a closed 2-manifold. Without numpy.
+"""
+import argparse
+import math
+import struct
+import sys
+
+
+def sphere(least):
+    """Vertices and triangles of a subdivided icosahedron with at least so many triangles, on the unit sphere."""
+    g = (1 + math.sqrt(5)) / 2
+    n = math.hypot(1, g)
+    corners = [(s * a / n, t * b / n) for a, b in ((1, g),) for s in (1, -1) for t in (1, -1)]
+    vertices = [p for u, v in corners for p in ((0.0, u, v), (u, v, 0.0), (v, 0.0, u))]
+    near = 2.1 / n  # the edge is 2 / n
+    triangles = []
+    for a in range(12):
+        for b in range(a + 1, 12):
+            for c in range(b + 1, 12):
+                p, q, r = vertices[a], vertices[b], vertices[c]
+                if max(math.dist(p, q), math.dist(q, r), math.dist(r, p)) < near:
+                    triangles.append((a, b, c) if determinant(p, q, r) > 0 else (a, c, b))
+    while len(triangles) < least:
+        middle, finer = {}, []
+
+        def between(a, b):
+            key = (min(a, b), max(a, b))
+            if key not in middle:
+                m = [vertices[a][k] + vertices[b][k] for k in range(3)]
+                norm = math.hypot(*m)
+                middle[key] = len(vertices)
+                vertices.append(tuple(x / norm for x in m))
+            return middle[key]
+        for a, b, c in triangles:
+            d, e, f = between(a, b), between(b, c), between(c, a)
+            finer += [(a, d, f), (d, b, e), (f, e, c), (d, e, f)]
+        triangles = finer
+    return vertices, triangles
+
+
+def determinant(p, q, r):
+    return (p[0] * (q[1] * r[2] - q[2] * r[1]) - p[1] * (q[0] * r[2] - q[2] * r[0]) + p[2] * (q[0] * r[1] - q[1] * r[0]))
+
+
+def sickle(p, length, width):
+    """The axis is a parabola, the section an ellipse that ends in points."""
+    x = p[0]
+    taper = (1 - min(x * x, 1.0)) ** 0.25
+    return 0.5 * length * x, width * (0.5 * p[1] * taper) - 0.22 * length * x * x, width * 0.36 * p[2] * taper
+
+
+def discocyte(p, length, width):
+    r2 = min(p[0] * p[0] + p[1] * p[1], 1.0)
+    z = math.copysign(math.sqrt(1 - r2), p[2]) * (0.207 + 2.003 * r2 - 1.123 * r2 * r2)
+    return 0.5 * length * p[0], 0.5 * length * p[1], 0.5 * width * z
+
+
+def spherocyte(p, length, width):
+    return tuple(0.5 * length * x for x in p)
+
+
+def volume(vertices, triangles):
+    return sum(determinant(*(vertices[i] for i in t)) for t in triangles) / 6
+
+
+def main():
+    kinds = {"sickle": (sickle, 12.0, 75.0), "discocyte": (discocyte, 7.82, 81.0), "spherocyte": (spherocyte, 5.4, None)}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", choices=kinds)
+    parser.add_argument("file", help="the STL to write")
+    parser.add_argument("--length", type=float, help="largest extent, µm (12; 7.82; 5.4)")
+    parser.add_argument("--volume", type=float, help="volume, µm³ (75; 81)")
+    parser.add_argument("--triangles", type=int, default=600, help="at least so many, as HemoCell's minNumTriangles (600)")
+    options = parser.parse_args()
+    shape, length, wanted = kinds[options.kind]
+    length = options.length or length
+    if options.kind == "spherocyte" and options.volume:
+        parser.error("the volume of a spherocyte follows from its --length")
+    wanted = options.volume or wanted
+    if length <= 0 or (wanted or 1) <= 0 or not 20 <= options.triangles <= 200000:
+        parser.error("--length and --volume must be positive, --triangles between 20 and 200000")
+
+    points, triangles = sphere(options.triangles)
+    width = 1.0
+    for _ in range(60):  # the volume is a power of the width
+        mapped = [shape(p, length, width) for p in points]
+        if wanted is None:
+            break
+        here = volume(mapped, triangles)
+        if abs(here / wanted - 1) < 1e-9:
+            break
+        width *= (wanted / here) ** (0.5 if options.kind == "sickle" else 1.0)
+    if options.kind == "sickle" and width > 0.6 * length or options.kind == "discocyte" and width > 1.2 * length:
+        parser.error("so large a --volume does not fit in that --length")
+    middle = [(min(v[k] for v in mapped) + max(v[k] for v in mapped)) / 2 for k in range(3)]
+    mapped = [tuple(v[k] - middle[k] for k in range(3)) for v in mapped]
+
+    with open(options.file, "wb") as out:
+        out.write(b"cell made by make_cell.py".ljust(80, b" ") + struct.pack("<I", len(triangles)))
+        for t in triangles:
+            a, b, c = (mapped[i] for i in t)
+            u, v = ([q[k] - a[k] for k in range(3)] for q in (b, c))
+            n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+            norm = math.hypot(*n)
+            out.write(struct.pack("<12fH", *(x / norm for x in n), *a, *b, *c, 0))
+    extent = [max(v[k] for v in mapped) - min(v[k] for v in mapped) for k in range(3)]
+    print(f"{options.file}: {options.kind}, {len(triangles)} triangles, {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} µm, "
+          f"{volume(mapped, triangles):.3f} µm³")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,113 @@
+#!/usr/bin/env bash
+# Asks a built HemoCell case how many cells of our .pos files it keeps, and compares with packMesh check.
+#   scripts/verify_with_hemocell.sh PATH [config.xml]
+# PATH is the program of the case (examples/pipeflow/pipeflow) or its folder; without config.xml, the one of the working
+# directory or else of PATH. The case runs in a copy of its folder, for zero iterations; one that only tells its numbers in
+# the loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
+# writes, or else read from its line "# of cells: 129 | # of RBC: 121, PLT: 8".
+#   PACKMESH       packMesh to use (default: on PATH, or of this tree's build)
+#   HEMOCELL_RUN   what starts the case (default: mpirun -n 1); "" for nothing
+# Exit code: 0 the numbers are the same, 1 command line, 2 something is missing or failed, 3 HemoCell tells no
+# numbers, 4 the numbers differ.
+set -euo pipefail
+export LC_ALL=C
+say() { echo "(packMesh) $*"; }
+fail() {
+  local code=$1
+  shift
+  echo "(packMesh) (Error) $*" >&2
+  exit "$code"
+}
+
+if [[ $# -lt 1 || $# -gt 2 || $1 == -h || $1 == --help ]]; then
+  sed -n '2,/^set /s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+  exit 1
+fi
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+program=$1
+[[ -d $program ]] && program=$program/$(basename "$(realpath "$program")")
+[[ -f $program && -x $program ]] || fail 2 "'$program' is no program; build the case first (cmake --build . --target pipeflow)"
+program=$(realpath "$program")
+if [[ $# -eq 2 ]]; then config=$2
+elif [[ -f config.xml ]]; then config=config.xml
+else config=$(dirname "$program")/config.xml; fi
+[[ -r $config ]] || fail 2 "there is no '$config'; name the config.xml of the case as the second argument"
+config=$(realpath "$config")
+folder=$(dirname "$config")
+
+packmesh=${PACKMESH:-$(command -v packMesh || echo "$here/../build/bin/packMesh")}
+[[ -x $packmesh ]] || fail 2 "no packMesh on PATH, nor '$packmesh'; set PACKMESH"
+compgen -G "$folder/*.pos" > /dev/null || fail 2 "there are no .pos files in $folder; run packMesh $(basename "$config") there"
+grep -q '<tmax>' "$config" || fail 2 "$config has no <tmax>, so the case cannot be run for zero iterations"
+
+# What we expect: lines "HemoCell keeps 121 of 121 RBC".
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+status=0
+"$packmesh" check "$config" > "$work/check.txt" 2>&1 || status=$?
+if [[ $status -ne 0 && $status -ne 4 ]]; then
+  cat "$work/check.txt" >&2
+  fail 2 "packMesh check failed (exit code $status)"
+fi
+sed -nE 's/^\(packMesh\) HemoCell keeps ([0-9]+) of ([0-9]+) ([^ ;]+).*/\3 \2 \1/p' "$work/check.txt" > "$work/ours.txt"
+[[ -s $work/ours.txt ]] || fail 2 "packMesh check does not tell what HemoCell keeps of this case: $(tail -n 1 "$work/check.txt")"
+
+# The case, in a copy of its folder: $1 iterations.
+run_case() {
+  rm -rf "$work/case"
+  mkdir "$work/case"
+  find "$folder" -maxdepth 1 -type f ! -perm -u+x -exec cp {} "$work/case" \;
+  sed -E -e "s|(<tmax>)[^<]*<|\1 $1 <|; s|(<tmeas>)[^<]*<|\1 1 <|; s|(<warmup>)[^<]*<|\1 0 <|" "$config" > "$work/case/$(basename "$config")"
+  say "Runs $program for $1 iterations"
+  local run
+  read -ra run <<< "${HEMOCELL_RUN-mpirun -n 1}"
+  if ! (cd "$work/case" && "${run[@]}" "$program" "$(basename "$config")") > "$work/log.txt" 2>&1; then
+    tail -n 20 "$work/log.txt" >&2
+    fail 2 "HemoCell failed; its last lines are above"
+  fi
+  find "$work/case" -path '*/log/*' -type f -exec cat {} + >> "$work/log.txt"
+}
+
+# Kept cells of type $1, or nothing when HemoCell does not tell. A program may shorten the name: "# of RBC" for RBC_HO.
+kept_cells() {
+  local csv
+  csv=$(find "$work/case" -path '*/csv/*' -name "$1.000000000000.csv" | head -n 1)
+  if [[ -n $csv ]]; then
+    awk 'NR > 1 && NF' "$csv" | wc -l
+    return
+  fi
+  { grep -a '# of cells:' "$work/log.txt" || true; } | head -n 1 | sed -E 's/.*# of cells: *[0-9]+//; s/# of//g' | tr '|,' '\n\n' |
+    awk -F: -v name="$1" '{ gsub(/[ \t]/, "") } $1 == name { exact = $2 } $1 != "" && index(name, $1 "_") == 1 { short = $2 }
+                          END { print exact != "" ? exact : short }'
+}
+
+# Did HemoCell see the files that we saw?
+compare_read() {
+  while read -r name cells _; do
+    read_cells=$(sed -nE "s/.*\(readPositionsBloodCell?s\) Particle count( in file)? \($name\): *(-?[0-9]+).*/\2/p" "$work/log.txt" | head -n 1)
+    [[ -z $read_cells || $read_cells == "$cells" ]] ||
+      fail 4 "$name.pos holds $cells cells, HemoCell read $read_cells: another folder, or another file?"
+  done < "$work/ours.txt"
+}
+
+for iterations in 0 1; do
+  run_case "$iterations"
+  compare_read
+  missing="" differs=0
+  : > "$work/table.txt"
+  while read -r name cells ours; do
+    theirs=$(kept_cells "$name")
+    [[ -n $theirs ]] || missing+="$name "
+    [[ -z $theirs || $theirs == "$ours" ]] || differs=1
+    printf '%s: %s cells, packMesh says HemoCell keeps %s, HemoCell kept %s%s\n' "$name" "$cells" "$ours" "${theirs:-?}" \
+      "$([[ -z $theirs || $theirs == "$ours" ]] || echo "  <- differs")" >> "$work/table.txt"
+  done < "$work/ours.txt"
+  [[ -z $missing ]] && break
+done
+while IFS= read -r line; do say "$line"; done < "$work/table.txt"
+[[ -z $missing ]] || fail 3 "HemoCell's log and csv files do not tell how many cells it kept of: ${missing% }"
+if [[ $differs -eq 1 ]]; then
+  fail 4 "HemoCell keeps other numbers than packMesh says. Does the case call setInitialMinimumDistanceFromSolid?" \
+    "Then say so: <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/>. Else please report it with the case."
+fi
+say "Verdict: HemoCell keeps what packMesh says"

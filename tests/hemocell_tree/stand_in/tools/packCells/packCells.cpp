@@ -1,0 +1,1 @@
+// HemoCell has packCells here; packMesh knows the tree by it.

@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# examples/cluster/job.sh is interrupted once, goes on, and writes the bytes of a run that never was.
+#   cluster_job.sh <examples> <folder of packMesh> <scratch folder>
+set -euo pipefail
+examples=$1 bin=$2 scratch=$3
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+rm -rf "$scratch"
+mkdir -p "$scratch"
+cp -r "$examples/cluster" "$scratch/interrupted"
+cp -r "$examples/cluster" "$scratch/whole"
+cd "$scratch/interrupted"
+PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
+grep -q "job 1 goes on from state.h5" slurm-1.out
+grep -qF "to go on: packMesh --restart" slurm-1.out
+test ! -e state.h5
+cd "$scratch/whole"
+"$bin/packMesh" config.xml > /dev/null
+cmp RBC.pos "$scratch/interrupted/RBC.pos"
+cmp PLT.pos "$scratch/interrupted/PLT.pos"

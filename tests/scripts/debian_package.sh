@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# The Debian package: what it depends on, and that what it holds runs (packaging/test_deb.sh installs it on a bare system).
+#   debian_package.sh <cpack> <build tree> <scratch folder>
+set -euo pipefail
+cpack=$1 build=$2 scratch=$3
+rm -rf "$scratch"
+mkdir -p "$scratch"
+"$cpack" -G DEB --config "$build/CPackConfig.cmake" -B "$scratch" > "$scratch/cpack.log"
+package=$(echo "$scratch"/packmesh_*.deb)
+dpkg-deb --info "$package" | tee "$scratch/info.txt"
+for library in libc6 libhdf5-openmpi libopenmpi3 libtinyxml2 libtet1.5 libfmt; do
+  grep -q "^ Depends:.*$library" "$scratch/info.txt" || { echo "does not depend on $library"; exit 1; }
+done
+grep -q '^ Description: ' "$scratch/info.txt"
+dpkg-deb --extract "$package" "$scratch/root"
+cd "$scratch"
+PATH="$scratch/root/usr/bin:$PATH" packCells 30 30 30 --hematocrit 0.3 > packed.txt
+test "$(head -n 1 RBC.pos)" = 84
+root/usr/bin/packMesh check --box 30 30 30 > /dev/null
+for file in bin/catCells share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
+  share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
+  share/packMesh/scripts/render_packing include/packMesh/packing/pack.h; do
+  test -s "root/usr/$file" || { echo "the package lacks $file"; exit 1; }
+done

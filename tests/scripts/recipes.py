@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""The recipes of packaging/ are well-formed and agree with the build: the Spack recipe is executed against a stand-in of Spack,
+the Dockerfile is read instruction by instruction, with the rules of hadolint that matter here.
+
+    recipes.py <source tree>
+"""
+import json
+import re
+import shutil
+import subprocess
+import sys
+import types
+from pathlib import Path
+
+root = Path(sys.argv[1])
+faults = []
+
+
+def check(right, text):
+    if not right:
+        faults.append(text)
+
+
+def directives_of(recipe):
+    """What the recipe declares, by a stand-in for the module that Spack offers."""
+    called = []
+    stand_in = types.ModuleType("spack.package")
+
+    def directive(name):
+        return lambda *arguments, **options: called.append((name, arguments, options))
+    for name in ("version", "variant", "depends_on", "license", "conflicts"):
+        setattr(stand_in, name, directive(name))
+    stand_in.CMakePackage = type("CMakePackage", (), {"define_from_variant": lambda self, name, variant: f"-D{name}={variant}"})
+    stand_in.run_after = lambda *arguments, **options: lambda function: function
+    stand_in.on_package_attributes = lambda **options: lambda function: function
+    sys.modules["spack"], sys.modules["spack.package"] = types.ModuleType("spack"), stand_in
+    names = {}
+    exec(compile(recipe.read_text(encoding="utf-8"), str(recipe), "exec"), names)
+    return names["Packmesh"], called
+
+
+def check_spack():
+    recipe = root / "packaging/spack/packages/packmesh/package.py"
+    package, called = directives_of(recipe)
+    check(package.__doc__ and package.homepage, "Spack: no description or homepage")
+    check(package().cmake_args() == ["-DBUILD_TESTING=tests"], "Spack: BUILD_TESTING does not follow the variant")
+    check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
+    variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
+    needed = {}
+    for name, arguments, options in called:
+        if name != "depends_on":
+            continue
+        spec = arguments[0]
+        check(re.fullmatch(r"[a-z0-9-]+(@[\d.]*:?[\d.]*)?([+~][a-z]+)*", spec), f"Spack: '{spec}' is no spec")
+        when = options.get("when", "")
+        check(not when or when.lstrip("+~") in variants, f"Spack: '{when}' names no variant")
+        kinds = options.get("type", "link")
+        check(set([kinds] if isinstance(kinds, str) else kinds) <= {"build", "link", "run"}, f"Spack: type of '{spec}'")
+        needed[re.match(r"[a-z0-9-]+", spec).group()] = spec
+    # What Debian's list calls otherwise.
+    spack_name = {
+        "libeigen3-dev": "eigen", "libfmt-dev": "fmt", "libhdf5-openmpi-dev": "hdf5", "libopenmesh-dev": "openmesh",
+        "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libspdlog-dev": "spdlog", "libtet1.5-dev": "tetgen",
+        "libtinyxml2-dev": "tinyxml2", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk",
+        "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig"}
+    listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
+    for debian, spack in spack_name.items():
+        check(debian in listed, f"scripts/apt-packages.txt does not list {debian} any more, the Spack recipe does ({spack})")
+        check(spack in needed, f"Spack: {spack} ({debian}) is missing")
+    unknown = {p for p in listed if p.startswith("lib") and p not in spack_name}
+    check(not unknown, f"Spack: nothing corresponds to {sorted(unknown)}")
+    least = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)\)", (root / "CMakeLists.txt").read_text()).group(1)
+    check(needed.get("cmake") == f"cmake@{least}:", f"Spack: CMake {least} is needed, not {needed.get('cmake')}")
+
+
+def check_dockerfile():
+    text = re.sub(r"^#.*\n", "", (root / "packaging/Dockerfile").read_text(encoding="utf-8"), flags=re.M)
+    instructions = [line.split(None, 1) for line in re.sub(r"\\\n", " ", text).splitlines() if line.strip()]
+    known = {"FROM", "RUN", "COPY", "WORKDIR", "ENTRYPOINT", "CMD", "USER", "SHELL", "LABEL", "ENV", "ARG"}
+    stages = []
+    for instruction, value in instructions:
+        check(instruction in known, f"Dockerfile: unknown instruction {instruction}")
+        if instruction == "FROM":
+            image, *name = value.split()
+            check(":" in image and not image.endswith(":latest"), f"Dockerfile: {image} has no tag (DL3006, DL3007)")
+            stages.append(name[1] if name else "")
+        elif instruction in ("ENTRYPOINT", "CMD", "SHELL"):
+            check(isinstance(json.loads(value), list), f"Dockerfile: {instruction} must be a list (DL3025)")
+        elif instruction == "WORKDIR":
+            check(value.startswith("/"), "Dockerfile: WORKDIR must be absolute (DL3000)")
+        elif instruction == "COPY" and "--from=" in value:
+            check(re.search(r"--from=(\w+)", value).group(1) in stages, f"Dockerfile: COPY {value} names no stage (DL3022)")
+        elif instruction == "RUN":
+            check("sudo" not in value and not re.search(r"\bcd\b", value), "Dockerfile: sudo or cd (DL3004, DL3003)")
+            if "apt-get install" in value:
+                check("--no-install-recommends" in value and " -y" in value, "Dockerfile: apt-get install (DL3014, DL3015)")
+                check("rm -rf /var/lib/apt/lists" in value, "Dockerfile: package lists stay (DL3009)")
+            for script in re.findall(r"\bscripts/\S+", value):
+                check((root / script).exists(), f"Dockerfile: there is no {script}")
+            if shutil.which("shellcheck"):
+                found = subprocess.run(["shellcheck", "-s", "bash", "-"], input=value, text=True, capture_output=True)
+                check(found.returncode == 0, f"Dockerfile: {found.stdout}")
+    check([v for i, v in instructions if i == "USER"][-1:] not in ([], ["root"]), "Dockerfile: the last user is root (DL3002)")
+    check(instructions[0][0] == "FROM" and len(stages) == 2, "Dockerfile: a stage that builds and one that runs")
+
+
+check_spack()
+check_dockerfile()
+print("\n".join(faults) or "The recipes are well-formed")
+sys.exit(1 if faults else 0)

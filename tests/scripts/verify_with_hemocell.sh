@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# scripts/verify_with_hemocell.sh against a stand-in of HemoCell.
+#   verify_with_hemocell.sh <scripts> <examples> <packMesh> <scratch folder>
+set -euo pipefail
+scripts=$1 examples=$2 packmesh=$3 scratch=$4
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+rm -rf "$scratch"
+mkdir -p "$scratch"
+cp -r "$examples/pipe" "$scratch/pipe"
+cd "$scratch/pipe"
+sed -i 's|</hemocell>|<parameters><warmup> 10 </warmup></parameters><sim><tmax> 100000 </tmax><tmeas> 1000 </tmeas></sim></hemocell>|' config.xml
+export PACKMESH=$packmesh HEMOCELL_RUN=""
+
+# expect <exit code> <text> <arguments>: the exit code, and a line that holds the text
+expect() {
+  local code=$1 text=$2 status=0
+  shift 2
+  "$scripts/verify_with_hemocell.sh" "$@" > "$scratch/said.txt" 2>&1 || status=$?
+  [[ $status -eq $code ]] || { cat "$scratch/said.txt"; echo "exit code $status instead of $code"; exit 1; }
+  grep -qF -e "$text" "$scratch/said.txt" || { cat "$scratch/said.txt"; echo "missing: $text"; exit 1; }
+}
+case=$here/stand_in_hemocell
+expect 1 "scripts/verify_with_hemocell.sh PATH"
+expect 2 "is no program" ./nothing
+expect 2 "there are no .pos files" "$case"
+"$packmesh" config.xml > /dev/null
+before=$(cksum ./*)
+expect 2 "there is no 'other.xml'" "$case" other.xml
+TELLS=csv expect 0 "RBC: 121 cells, packMesh says HemoCell keeps 121, HemoCell kept 121" "$case"
+grep -q "for 0 iterations" "$scratch/said.txt"
+if grep -q "for 1 iterations" "$scratch/said.txt"; then echo "ran for an iteration without need"; exit 1; fi
+TELLS=loop expect 0 "PLT: 8 cells, packMesh says HemoCell keeps 8, HemoCell kept 8" "$case" config.xml
+grep -q "for 1 iterations" "$scratch/said.txt"
+TELLS=csv DROPS=3 expect 4 "HemoCell kept 118  <- differs" "$case"
+TELLS=loop DROPS=3 expect 4 "setInitialMinimumDistanceFromSolid" "$case"
+TELLS=csv READS=5 expect 4 "PLT.pos holds 8 cells, HemoCell read 5" "$case"
+TELLS=nowhere expect 3 "do not tell how many cells it kept of: PLT RBC" "$case"
+TELLS=crash expect 2 "HemoCell failed" "$case"
+# Cells that packMesh knows HemoCell deletes are no difference: those of a box, in the pipe.
+mkdir "$scratch/box"
+cp ./*.xml ./*.stl "$scratch/box"
+cd "$scratch/box"
+"$packmesh" 51 25 25 --hematocrit 0.3 > /dev/null
+echo 0 > PLT.pos  # the stand-in loses red cells alone
+"$packmesh" check config.xml > check.txt || true  # exit code 4: it deletes some
+kept=$(sed -nE 's/.*HemoCell keeps ([0-9]+) of [0-9]+ RBC.*/\1/p' check.txt) count=$(head -n 1 RBC.pos)
+[[ $kept -lt $count ]] || { echo "the pipe keeps the whole box: nothing is tested"; exit 1; }
+DROPS=$((count - kept)) expect 0 "Verdict: HemoCell keeps what packMesh says" "$case"
+cd "$scratch/pipe"
+[[ $(cksum ./*) == "$before" ]] || { echo "the case folder was changed"; exit 1; }
