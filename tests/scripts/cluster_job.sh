@@ -8,6 +8,9 @@ rm -rf "$scratch"
 mkdir -p "$scratch"
 cp -r "$examples/cluster" "$scratch/interrupted"
 cp -r "$examples/cluster" "$scratch/whole"
+for run in interrupted whole; do
+  "$here/../../scripts/make_tube.sh" 20 10 > "$scratch/$run/tube.stl"
+done
 cd "$scratch/interrupted"
 PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
 grep -q "job 1 goes on from state.h5" slurm-1.out

@@ -11,6 +11,7 @@ for fragment in "$config/packing.xml" "$config"/packing/*.xml; do
   [[ $name == walls ]] && example=planes || example=white_cells
   cp -r "$examples/$example" "$case"
   cd "$case"
+  "$config/../scripts/make_tube.sh" 24 5 > tube.stl
   { sed '/<packing>/,$d' "$examples/$example/config.xml"; cat "$fragment"; echo '</hemocell>'; } > config.xml
   if [[ $name == keep ]]; then
     sed '/<packing>/,$d' "$examples/$example/config.xml" > first.xml
