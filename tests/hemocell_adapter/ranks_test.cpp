@@ -90,8 +90,11 @@ TEST_CASE("CAT faces give the same files and words on 1, 2, 3, 4 and 8 ranks", "
   requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
 }
 
-TEST_CASE("cells that are there, tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("25 25 25 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
+}
+
+TEST_CASE("layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
       "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
 }
