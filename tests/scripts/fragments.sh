@@ -8,7 +8,9 @@ mkdir -p "$scratch"
 for fragment in "$config/packing.xml" "$config"/packing/*.xml; do
   name=$(basename "$fragment" .xml)
   case=$scratch/$name
-  [[ $name == walls ]] && example=planes || example=white_cells
+  example=white_cells more=()
+  [[ $name == walls ]] && example=planes
+  [[ $name == regions ]] && example=planes more=(--walls z)  # in a vessel they take seconds to measure
   cp -r "$examples/$example" "$case"
   cd "$case"
   "$config/../scripts/make_tube.sh" 24 5 > tube.stl
@@ -21,12 +23,12 @@ for fragment in "$config/packing.xml" "$config"/packing/*.xml; do
     cp WBC.pos "$scratch/kept.pos"
   fi
   echo "== $name"
-  "$packmesh" config.xml --validate
+  "$packmesh" config.xml "${more[@]}" --validate
   test ! -e RBC.pos
-  "$packmesh" config.xml | grep -E 'keeps|Certificate'
+  "$packmesh" config.xml "${more[@]}" | grep -E 'keeps|Certificate'
   [[ $name == ensemble ]] && cd realisation_3
   test -s RBC.pos
-  "$packmesh" check "$case/config.xml" --output-dir . | grep -qx '(packMesh) Verdict: clean'
+  "$packmesh" check "$case/config.xml" "${more[@]}" --output-dir . | grep -qx '(packMesh) Verdict: clean'
 done
 cmp "$scratch/kept.pos" "$scratch/keep/WBC.pos"
 test -s "$scratch/ensemble/realisation_1/cells.csv"
