@@ -144,22 +144,19 @@ std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen) {
   std::vector<std::shared_ptr<const Container>> earlier;
   std::vector<std::string> notices;
   double rest = 1.0;
-  const auto add = [&](std::string name, std::shared_ptr<const Container> body, double hematocrit) {
-    SceneRegion region{std::move(name), std::make_shared<Region>(std::move(body), earlier, bounds, period),
-                       0.0, hematocrit};
-    region.share = shareOfLumen(*region.region, *lumen.container);
-    rest -= region.share;
-    regions.push_back(std::move(region));
-  };
   for (const RegionRequest& request : job.regions) {
     std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, notices);
-    add(fmt::format("region {}", regions.size() + 1), body, request.hematocrit);
-    if (!(regions.back().share > 0.0))
+    const auto region = std::make_shared<Region>(body, earlier, bounds, period);
+    const double share = volumeInLumen(*region, *lumen.container) / lumen.container->volume();
+    if (!(share > 0.0))
       throw InputError(
           fmt::format("{}: this region lies outside the lumen or in earlier ones", request.body.where));
+    regions.push_back({fmt::format("region {}", regions.size() + 1), region, share, request.hematocrit});
+    rest = std::max(0.0, rest - share);
     earlier.push_back(std::move(body));
   }
-  add("the rest", nullptr, job.hematocrit.value_or(0.0));
+  regions.push_back({"the rest", std::make_shared<Region>(nullptr, earlier, bounds, period), rest,
+                     job.hematocrit.value_or(0.0)});
   return regions;
 }
 

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double endless = std::numeric_limits<double>::infinity();
 
-/// Cubes are halved so often at most.
-constexpr int deepest = 8;
+/// Cubes are halved so often at most; less often where distances take long.
+constexpr int deepestInClosedForm = 8, deepestElsewhere = 7;
 
 WallDistance inLumen(const Container& lumen, const Vec3& p) {
   const Wall* wall = lumen.wall();
@@ -31,28 +31,21 @@ double shareInside(const WallDistance& plane, const Vec3& size) {
   return std::clamp(0.5 + plane.distance / thickness, 0.0, 1.0);
 }
 
-/// Volumes of the lumen, and of its part in the region.
-struct Volumes {
-  double lumen = 0.0, region = 0.0;
-};
-
-void add(const Region& region, const Container& lumen, const Box& box, int depth, Volumes& sums) {
+/// Of the part in a box that may be halved so often.
+double volumeIn(const Region& region, const Container& lumen, const Box& box, int depth) {
   const Vec3 center = 0.5 * (box.lo + box.hi), size = box.size();
   const double reach = 0.5 * size.norm() + (lumen.wall() ? lumen.wall()->slack() : 0.0);
   const WallDistance toWall = inLumen(lumen, center), toSurface = region.distance(center);
-  if (toWall.distance < -reach) return;
-  const bool mixed =
-      std::abs(toWall.distance) <= reach || (toWall.distance > 0.0 && std::abs(toSurface.distance) <= reach);
-  if (!mixed || depth == deepest) {
-    sums.lumen += box.volume() * shareInside(toWall, size);
-    sums.region += box.volume() * shareInside(nearer(toWall, toSurface), size);
-    return;
-  }
+  const WallDistance& nearest = nearer(toWall, toSurface);
+  if (nearest.distance < -reach) return 0.0;
+  if (nearest.distance > reach || depth == 0) return box.volume() * shareInside(nearest, size);
+  double volume = 0.0;
   for (int octant = 0; octant < 8; ++octant) {
     Box part = box;
     for (int k = 0; k < 3; ++k) ((octant >> k & 1) ? part.lo : part.hi)[k] = center[k];
-    add(region, lumen, part, depth + 1, sums);
+    volume += volumeIn(region, lumen, part, depth - 1);
   }
+  return volume;
 }
 
 }  // namespace
@@ -96,10 +89,9 @@ WallDistance Region::distance(const Vec3& p) const {
   return nearest;
 }
 
-double shareOfLumen(const Region& region, const Container& lumen) {
-  Volumes sums;
-  add(region, lumen, lumen.bounds(), 0, sums);
-  return sums.lumen > 0.0 ? sums.region / sums.lumen : 0.0;
+double volumeInLumen(const Region& region, const Container& lumen) {
+  const bool closedForm = !lumen.wall() || lumen.wall()->closedForm();
+  return volumeIn(region, lumen, lumen.bounds(), closedForm ? deepestInClosedForm : deepestElsewhere);
 }
 
 }  // namespace packmesh

@@ -34,8 +34,9 @@ class Region {
   Box bounds_;
 };
 
-/// Share of the lumen's volume that lies in the region: by cubes that are halved where the surface of either
-/// runs, to within about 1e-4 of the lumen.
-double shareOfLumen(const Region& region, const Container& lumen);
+/// Volume of the part of the region that lies in the lumen [µm³], continued ends of a vessel included: by
+/// cubes that are halved where the surface of either runs, to within about 1e-4 of the lumen (4e-4 without a
+/// closed form).
+double volumeInLumen(const Region& region, const Container& lumen);
 
 }  // namespace packmesh
