@@ -109,7 +109,10 @@ def draw_orientation(axis, orientation):
 
 
 def draw(measures, path):
-    import matplotlib
+    try:
+        import matplotlib
+    except ImportError:
+        fail("the plots need Python's matplotlib (Debian: python3-matplotlib); --csv writes tables without it")
 
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
