@@ -113,6 +113,8 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
                     f.effectiveFraction - Forecast::possible, Forecast::possible));
   if (job.method == Method::cat)
     lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
+  else if (f.effectiveFraction > Forecast::possible)
+    lines.push_back("Time: cannot be told; --max-time bounds it");
   else
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
@@ -121,6 +123,17 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
                   : ""));
   lines.push_back(
       fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
+  const double tiles = double(job.tiles[0]) * job.tiles[1] * job.tiles[2];
+  if (tiles > 1.0)
+    lines.push_back(
+        fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
+                    "of the larger "
+                    "box comes on top of the time",
+                    job.tiles[0], job.tiles[1], job.tiles[2], tiles * double(f.cells),
+                    ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
+  if (job.realisations > 1)
+    lines.push_back(
+        fmt::format("{} realisations, one after the other: each takes this time", job.realisations));
   return lines;
 }
 

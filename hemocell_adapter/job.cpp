@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <limits>
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job_species.h"
@@ -101,7 +102,12 @@ void checkApplicability(const Job& job, const Settings& options) {
                                           {"report", options.reportFile.has_value()},
                                           {"vtp", options.vtp.has_value()},
                                           {"vtp-meshes", options.vtpMeshes.has_value()},
-                                          {"checkpoint-every", options.checkpointEvery.has_value()}})
+                                          {"checkpoint-every", options.checkpointEvery.has_value()},
+                                          {"pov", options.povScene.has_value()},
+                                          {"export", !options.exports.empty()},
+                                          {"dry-run", options.dryRun.has_value()},
+                                          {"validate", options.validate.has_value()},
+                                          {"realisations", options.realisations.has_value()}})
       if (isGiven) throw UsageError(fmt::format("option '--{}' is for packing, not for check", option));
   if (job.escape && job.method != Method::cat) {
     if (options.escape) throw UsageError("option '--escape' is for --method cat");
@@ -123,6 +129,11 @@ void checkApplicability(const Job& job, const Settings& options) {
   }
   if (options.tiles && (!job.boxSize || job.container || job.keepAll))
     throw UsageError("option '--tile' is for periodic boxes: sX sY sZ");
+  if (options.tiles && job.method == Method::cat)
+    throw UsageError("option '--tile' is for the default method, not for --method cat");
+  if (job.seed + std::uint64_t(job.realisations - 1) >
+      std::uint64_t(std::numeric_limits<std::int64_t>::max()))
+    throw UsageError("option '--realisations': the last of the seeds would be larger than a seed may be");
   if (job.realisations > 1 && job.restart)
     throw UsageError(
         "option '--restart' excludes --realisations: continue one of them by its own state file");
@@ -210,9 +221,14 @@ Job makeJob(const CommandLine& commandLine) {
     job.cellFreeLayer = settings.cellFreeLayer.value_or(0.0);
     choosePackedSpecies(job, std::move(settings), options);
     checkMethod(job);
-    for (const JobSpecies& species : job.species)
+    for (const JobSpecies& species : job.species) {
+      if (species.cone && !job.rotate)
+        throw InputError(fmt::format(
+            "cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",
+            species.name));
       if (species.stock > 0 && !job.escape)
         throw InputError(fmt::format("cell '{}' has a stock, which only --escape uses", species.name));
+    }
   }
   return job;
 }

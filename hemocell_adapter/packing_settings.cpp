@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/exports.h"
 #include "hemocell_adapter/value_specs.h"
@@ -253,7 +255,10 @@ std::vector<Setting> packingSettings() {
        "write the cells for other programs, too: cells.csv, cells.lammps, <Cell>.com_q.txt",
        Topic::output,
        false,
-       [](Settings& s, const Values& v) { s.exports.push_back(text(v[0])); },
+       [](Settings& s, const Values& v) {
+         if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
+           s.exports.push_back(text(v[0]));
+       },
        true},
       {"checkpoint-every",
        0,

@@ -24,6 +24,9 @@ ExitCode runRealisations(const Job& job, const std::function<ExitCode(const Job&
          {std::string("--realisations"), std::string("1"), std::string("--seed"), std::to_string(one.seed),
           std::string("--output-dir"), one.outputDirectory.string()})
       one.commandWords.push_back(word);
+    if (job.stateFile) one.commandWords.insert(one.commandWords.end(), {"--state", one.stateFile->string()});
+    if (job.reportFile)
+      one.commandWords.insert(one.commandWords.end(), {"--report", one.reportFile->string()});
     log::info(
         fmt::format("Realisation {} of {}: seed {}, {}", i, last, one.seed, one.outputDirectory.string()));
     const ExitCode code = run(one);

@@ -113,6 +113,8 @@ Scene buildScene(const Job& job) {
   if (!job.regions.empty() && !job.hematocrit)
     throw InputError(job.regions.front().body.where +
                      ": a region needs a hematocrit of the rest, if only 0.001");
+  if (job.cellFreeLayer > 0.0 && !scene.lumen.container->wall())
+    throw InputError("a cell-free layer is kept at walls, and this lumen has none (--walls makes some)");
   scene.regions = makeRegions(job, scene.lumen);
   resolveCounts(job, scene);
   scene.parts = makeParts(job, scene);

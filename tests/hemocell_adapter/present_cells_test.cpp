@@ -195,6 +195,10 @@ TEST_CASE("options of constraints are checked", "[executable]") {
         Row{"--start none.pos", 2, "none.pos"}, Row{"--export vtk", 1, "csv, lammps or mirheo"},
         Row{"--stock RBC -1", 1, "expected a whole number"},
         Row{"--realisations 2 --restart x.h5", 1, "excludes --realisations"},
+        Row{"--realisations 2 --seed 9223372036854775807", 1, "larger than a seed may be"},
+        Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
+        Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
+        Row{"--walls none --tile 2 1 1 --method cat", 1, "not for --method cat"},
         Row{"--pre-inlet Xpos", 2, "lengthN"}, Row{"--tile 2 2", 1, "the nz is missing"}}) {
     CAPTURE(row.options);
     const Ran ran = run(folder.path(), std::string("16 16 16 --walls xyz --rbc 2 ") + row.options);
@@ -236,9 +240,44 @@ TEST_CASE("realisations differ by their seeds, each in its folder", "[executable
   CHECK(run(folder.path(), "15 15 15 --rbc 2 --realisations 0").exitCode == 1);
 }
 
+TEST_CASE("a realisation goes on with the files of its own folder", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "15 15 15 --rbc 3 --realisations 2 --state s.h5 --report r.json");
+  const fs::path one = folder.path() / "realisation_2";
+  const std::string before = readText(one / "RBC.pos");
+  fs::remove(one / "RBC.pos");
+  fs::remove(one / "r.json");
+  ok(folder, "--restart realisation_2/s.h5");
+  CHECK(readText(one / "RBC.pos") == before);
+  CHECK(fs::exists(one / "r.json"));
+  CHECK_FALSE(fs::exists(folder.path() / "r.json"));
+  CHECK_FALSE(fs::exists(folder.path() / "s.h5"));
+}
+
+TEST_CASE("a dry run tells of realisations and repetition, and no time where there is no end",
+          "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = ok(folder, "16 16 16 --rbc 5 --tile 2 3 4 --realisations 7 --dry-run");
+  CHECK_THAT(ran.out, Contains("2 x 3 x 4 times: 120 cells"));
+  CHECK_THAT(ran.out, Contains("7 realisations"));
+  CHECK_THAT(ok(folder, "16 16 16 --hematocrit 0.7 --dry-run").out, Contains("Time: cannot be told"));
+}
+
+TEST_CASE("options of packing are refused by check", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "16 16 16 --rbc 2");
+  for (const char* option : {"--dry-run", "--validate", "--pov", "--export csv", "--realisations 2"}) {
+    CAPTURE(option);
+    const Ran ran = run(folder.path(), std::string("check --box 16 16 16 ") + option);
+    CHECK(ran.exitCode == 1);
+    CHECK_THAT(ran.err, Contains("is for packing, not for check"));
+  }
+}
+
 TEST_CASE("exports hold the cells of the .pos files", "[executable]") {
   const TemporaryFolder folder;
-  ok(folder, "16 16 16 --rbc 5 --plt 3 --export csv --export lammps --export mirheo");
+  // A format that is asked for twice is written once.
+  ok(folder, "16 16 16 --rbc 5 --plt 3 --export csv --export csv --export lammps --export mirheo");
   const auto red = readPos(folder.path() / "RBC.pos"), platelets = readPos(folder.path() / "PLT.pos");
   std::istringstream rows(readText(folder.path() / "cells.csv"));
   std::string row;
