@@ -5,7 +5,7 @@
 set -euo pipefail
 package=$(realpath "$1")
 system=${2:-$(mktemp -d)/bookworm}
-[[ -d $system/etc ]] || debootstrap --variant=minbase bookworm "$system" http://deb.debian.org/debian > /dev/null
+[[ -d $system/etc ]] || debootstrap --variant=minbase bookworm "$system" > /dev/null
 inside() { chroot "$system" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEBIAN_FRONTEND=noninteractive "$@"; }
 mountpoint -q "$system/proc" || { mount -t proc proc "$system/proc"; trap 'umount "$system/proc"' EXIT; }
 
