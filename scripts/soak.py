@@ -126,6 +126,8 @@ def examine_numbers(problem, folder, told):
 
 def attempt(name, problem, options):
     start = time.monotonic()
+    if start > options.begun + options.seconds:
+        return name, "not begun", None, 0.0
     folder = pathlib.Path(tempfile.mkdtemp(prefix="packMesh_soak_"))
     try:
         return name, examine(problem, options.bin, folder, options.timeout), None, time.monotonic() - start
@@ -142,11 +144,13 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first problem")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--seconds", type=float, default=math.inf, help="begin no problem after so long [s]")
     parser.add_argument("--timeout", type=float, default=120, help="[s] of one program, which has --max-time 0.5")
     parser.add_argument("--bin", type=lambda p: pathlib.Path(p).resolve(), default=ROOT / "build" / "bin")
     parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("soak_findings"))
     parser.add_argument("--no-corpus", action="store_true")
     options = parser.parse_args()
+    options.begun = time.monotonic()
 
     files = options.files
     if not files and not options.no_corpus:
@@ -160,6 +164,8 @@ def main():
         futures = [pool.submit(attempt, name, problem, options) for name, problem in work]
         for (name, problem), future in zip(work, futures):
             _, outcome, what, seconds = future.result()
+            if outcome == "not begun":
+                continue
             tally[outcome] += 1
             kinds[problem["kind"], outcome] += 1
             slowest = max(slowest, (seconds, name))

@@ -129,9 +129,11 @@ def lumen(problem, rng, oracle):
         walls = rng.choice(["x", "y", "z", "xy", "yz", "xz", "xyz"]) if kind == "walled box" else ""
         if walls:
             args += ["--walls", walls]
-        keep = rng.random() < 0.15
-        if keep:
+        if not walls and rng.random() < 0.15:  # what HemoCell keeps of the nodes at 0.5 µm
             args.append("--keep-all")
+            high = [0.5 * math.floor(2 * x + 1e-9) - 0.25 for x in size]
+            oracle.append(f"inside box -0.25 -0.25 -0.25 {' '.join(map(repr, high))}")
+            return math.prod(x + 0.25 for x in high), [x / 2 for x in size]
         oracle.append("period " + " ".join("0" if axis in walls else number(x) for axis, x in zip("xyz", size)))
         if walls:
             lo = ["0" if axis in walls else "-1e18" for axis in "xyz"]
