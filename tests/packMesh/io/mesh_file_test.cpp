@@ -2,6 +2,7 @@
 #include "packMesh/io/mesh_file.h"
 
 #include <catch2/catch.hpp>
+#include <algorithm>
 #include <clocale>
 #include <cstdint>
 #include <cstring>
