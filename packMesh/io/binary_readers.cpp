@@ -22,10 +22,12 @@ enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 std::optional<Type> typeOf(const std::string& name) {
   static const std::pair<const char*, Type> names[] = {
-      {"char", Type::int8},     {"int8", Type::int8},       {"uchar", Type::uint8},   {"uint8", Type::uint8},
-      {"short", Type::int16},   {"int16", Type::int16},     {"ushort", Type::uint16}, {"uint16", Type::uint16},
-      {"int", Type::int32},     {"int32", Type::int32},     {"uint", Type::uint32},   {"uint32", Type::uint32},
-      {"float", Type::float32}, {"float32", Type::float32}, {"double", Type::float64}, {"float64", Type::float64}};
+      {"char", Type::int8},      {"int8", Type::int8},       {"uchar", Type::uint8},
+      {"uint8", Type::uint8},    {"short", Type::int16},     {"int16", Type::int16},
+      {"ushort", Type::uint16},  {"uint16", Type::uint16},   {"int", Type::int32},
+      {"int32", Type::int32},    {"uint", Type::uint32},     {"uint32", Type::uint32},
+      {"float", Type::float32},  {"float32", Type::float32}, {"double", Type::float64},
+      {"float64", Type::float64}};
   for (const auto& [known, type] : names)
     if (name == known) return type;
   return {};
@@ -92,8 +94,8 @@ int cornerOf(double index, const std::filesystem::path& file) {
 void requireCorners(const PolygonSoup& soup, const std::filesystem::path& file) {
   for (const int corner : soup.corners)
     if (corner >= static_cast<int>(soup.vertices.size()))
-      throw InputError(file.string() + ": a face names vertex " + std::to_string(corner) + ", but there are " +
-                       std::to_string(soup.vertices.size()) + ", counted from 0");
+      throw InputError(file.string() + ": a face names vertex " + std::to_string(corner) +
+                       ", but there are " + std::to_string(soup.vertices.size()) + ", counted from 0");
 }
 
 struct Property {
@@ -138,8 +140,9 @@ void readElement(const Element& element, Bytes& bytes, PolygonSoup& soup, const 
 void requireProperties(const std::vector<Element>& elements, const std::filesystem::path& file) {
   for (const Element& element : elements) {
     const auto has = [&](const char* name, bool list) {
-      return std::any_of(element.properties.begin(), element.properties.end(),
-                         [&](const Property& p) { return p.name == name && p.countType.has_value() == list; });
+      return std::any_of(element.properties.begin(), element.properties.end(), [&](const Property& p) {
+        return p.name == name && p.countType.has_value() == list;
+      });
     };
     if (element.name == "vertex" && !(has("x", false) && has("y", false) && has("z", false)))
       throw InputError(file.string() +
@@ -160,7 +163,8 @@ PolygonSoup readOffBody(const std::string& content, std::size_t at, bool geomvie
   for (long v = 0; v < vertices; ++v) {
     Vec3 point;
     for (int k = 0; k < 3; ++k) point[k] = bytes.number(Type::float32);
-    if (!point.allFinite()) throw InputError(file.string() + ": expected coordinates that are finite numbers");
+    if (!point.allFinite())
+      throw InputError(file.string() + ": expected coordinates that are finite numbers");
     soup.vertices.push_back(point);
   }
   std::vector<int> polygon;
@@ -213,8 +217,9 @@ PolygonSoup readBinaryPly(const std::string& content, const std::filesystem::pat
   try {
     for (const Element& element : elements) readElement(element, bytes, soup, file);
   } catch (const Truncated&) {
-    throw InputError(file.string() + ": expected a complete binary PLY file; it ends before what its header "
-                                     "and lists announce");
+    throw InputError(file.string() +
+                     ": expected a complete binary PLY file; it ends before what its header "
+                     "and lists announce");
   }
   requireCorners(soup, file);
   return soup;
@@ -231,9 +236,10 @@ PolygonSoup readBinaryOff(const std::string& content, const std::filesystem::pat
     } catch (const InputError&) {
     }
   }
-  throw InputError(file.string() +
-                   ": expected a complete binary OFF file: numbers of vertices, faces and edges, three finite "
-                   "coordinates of each vertex, corners of each face, and nothing after them");
+  throw InputError(
+      file.string() +
+      ": expected a complete binary OFF file: numbers of vertices, faces and edges, three finite "
+      "coordinates of each vertex, corners of each face, and nothing after them");
 }
 
 }  // namespace packmesh

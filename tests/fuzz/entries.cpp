@@ -73,7 +73,8 @@ void readPosFile(const std::string& bytes) {
   refusable([&] {
     std::vector<std::string> warnings;
     const std::vector<PosLine> lines = readPos(file, &warnings);
-    const fs::path again = fileOf("again.pos", formatPosHead(std::int64_t(lines.size())) + formatPosLines(lines));
+    const fs::path again =
+        fileOf("again.pos", formatPosHead(std::int64_t(lines.size())) + formatPosLines(lines));
     if (readPos(again).size() != lines.size()) throw std::logic_error("reads back differently");
   });
 }
@@ -104,12 +105,21 @@ void readCommand(const std::string& bytes) {
 
 const std::vector<FuzzEntry>& fuzzEntries() {
   static const std::vector<FuzzEntry> entries = {
-      {"config_xml", readConfig, {"<packing>", "</packing>", "<container>", "<species name=\"RBC\"/>", "&a;", "<!ENTITY", "nan", "1e999", "-1"}},
+      {"config_xml",
+       readConfig,
+       {"<packing>", "</packing>", "<container>", "<species name=\"RBC\"/>", "&a;", "<!ENTITY", "nan",
+        "1e999", "-1"}},
       {"cell_xml", readCell, {"<radius>", "</radius>", "1e-300", "nan", "2147483648", "<StlFile>", "&#0;"}},
-      {"mesh", readMeshFile, {"OFF", "ply\nformat ascii 1.0\n", "vertex", "element face", "1000000000", "nan", "inf", "1e308", "solid", "f -1/2/3"}},
+      {"mesh",
+       readMeshFile,
+       {"OFF", "ply\nformat ascii 1.0\n", "vertex", "element face", "1000000000", "nan", "inf", "1e308",
+        "solid", "f -1/2/3"}},
       {"pos", readPosFile, {"1000000000", "nan", "\r\n", "1e308", "-0", "#", "9223372036854775807"}},
       {"state", readState, {"\x89HDF\r\n\x1a\n", "TREE", "HEAP", "SNOD", "OHDR"}},
-      {"command_line", readCommand, {"--hematocrit\n", "--rbc\n", "config.xml\n", "--cell\n", "=", "--fixed\n", "1e308\n", "nan\n", "check\n", "--\n"}},
+      {"command_line",
+       readCommand,
+       {"--hematocrit\n", "--rbc\n", "config.xml\n", "--cell\n", "=", "--fixed\n", "1e308\n", "nan\n",
+        "check\n", "--\n"}},
   };
   return entries;
 }

@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
     }
     std::mt19937 random(1);
     for (int i = std::atoi(argv[3]); i > 0; --i) {
-      const std::string input = mutated(texts[random() % texts.size()], texts[random() % texts.size()], entry.words, random);
+      const std::string input =
+          mutated(texts[random() % texts.size()], texts[random() % texts.size()], entry.words, random);
       std::ofstream("fuzz_replay_" + entry.name + ".last", std::ios::binary) << input;
       entry.read(input);
     }

@@ -5,13 +5,11 @@
 //
 //   period x y z                         [µm], 0: none
 //   clearance c                          between membranes [µm]
-//   inside|outside box lo hi             a body that cells are inside or outside of, `lo hi` six numbers [µm];
-//   inside|outside cylinder axis center radius length      beyond 1e17: no wall there
-//   inside|outside sphere center radius
-//   inside|outside mesh file.off
-//   species pos model name dx wall       the cells of a .pos file: of HemoCell's template,
-//   species pos ellipsoid e1 e2 e3 wall  of an ellipsoid,
-//   species pos mesh file.off scale wall of a mesh; each `wall` µm from bodies
+//   inside|outside box lo hi             a body that cells are inside or outside of, `lo hi` six numbers
+//   [µm]; inside|outside cylinder axis center radius length      beyond 1e17: no wall there inside|outside
+//   sphere center radius inside|outside mesh file.off species pos model name dx wall       the cells of a
+//   .pos file: of HemoCell's template, species pos ellipsoid e1 e2 e3 wall  of an ellipsoid, species pos mesh
+//   file.off scale wall of a mesh; each `wall` µm from bodies
 //
 // Prints the number and the mesh volume of each species, then faults; exit code 4 if there are any.
 #include <array>
@@ -114,8 +112,8 @@ Real pointToSegment(const Point& p, const Point& a, const Point& b) {
 }
 
 Real segmentToSegment(const Point& a, const Point& b, const Point& c, const Point& d) {
-  Real least = std::min({pointToSegment(a, c, d), pointToSegment(b, c, d), pointToSegment(c, a, b),
-                         pointToSegment(d, a, b)});
+  Real least = std::min(
+      {pointToSegment(a, c, d), pointToSegment(b, c, d), pointToSegment(c, a, b), pointToSegment(d, a, b)});
   const Point u = b - a, v = d - c, n = cross(u, v), w = c - a;
   const Real size = dot(n, n);
   if (size > 0) {
@@ -131,7 +129,8 @@ Real pointToTriangle(const Point& p, const std::array<Point, 3>& t) {
   bool over = size > 0;
   for (int k = 0; over && k < 3; ++k) over = dot(cross(t[(k + 1) % 3] - t[k], p - t[k]), n) >= 0;
   if (over) return std::abs(dot(p - t[0], n)) / std::sqrt(size);
-  return std::min({pointToSegment(p, t[0], t[1]), pointToSegment(p, t[1], t[2]), pointToSegment(p, t[2], t[0])});
+  return std::min(
+      {pointToSegment(p, t[0], t[1]), pointToSegment(p, t[1], t[2]), pointToSegment(p, t[2], t[0])});
 }
 
 /// Of triangles that do not meet.
@@ -236,7 +235,8 @@ Mesh readOff(const std::string& file) {
   std::ifstream in(file);
   std::string word;
   std::size_t points = 0, triangles = 0, edges = 0;
-  if (!(in >> word >> points >> triangles >> edges) || word != "OFF") throw std::runtime_error(file + ": no OFF");
+  if (!(in >> word >> points >> triangles >> edges) || word != "OFF")
+    throw std::runtime_error(file + ": no OFF");
   Mesh mesh;
   mesh.points.resize(points);
   for (Point& p : mesh.points) {
@@ -337,7 +337,8 @@ void examinePair(const Cell& a, const Cell& b, Real clearance, const Point& peri
   }
   Point home{};  // brings b next to a
   for (int k = 0; k < 3; ++k)
-    if (period[k] > 0) home[k] = period[k] * std::round((a.body.range.lo[k] - b.body.range.lo[k]) / period[k]);
+    if (period[k] > 0)
+      home[k] = period[k] * std::round((a.body.range.lo[k] - b.body.range.lo[k]) / period[k]);
   for (int i = -reach[0]; i <= reach[0]; ++i)
     for (int j = -reach[1]; j <= reach[1]; ++j)
       for (int k = -reach[2]; k <= reach[2]; ++k) {
@@ -351,8 +352,8 @@ void examinePair(const Cell& a, const Cell& b, Real clearance, const Point& peri
         if (found == Fault::meet) fault(a.name + " and " + b.name + " meet");
         if (found == Fault::near)
           fault(a.name + " and " + b.name + " are " + std::to_string(double(gap)) + " µm apart");
-        if (found == Fault::none &&
-            (inside(a.body.mesh.points.front(), image.mesh) || inside(image.mesh.points.front(), a.body.mesh)))
+        if (found == Fault::none && (inside(a.body.mesh.points.front(), image.mesh) ||
+                                     inside(image.mesh.points.front(), a.body.mesh)))
           fault("one of " + a.name + " and " + b.name + " is inside the other");
       }
 }
@@ -415,8 +416,8 @@ int main() try {
       std::ifstream pos(file);
       long announced = 0, count = 0;  // no file: none of these cells
       pos >> announced;
-      for (std::array<double, 6> line;
-           pos >> line[0] >> line[1] >> line[2] >> line[3] >> line[4] >> line[5]; ++count)
+      for (std::array<double, 6> line; pos >> line[0] >> line[1] >> line[2] >> line[3] >> line[4] >> line[5];
+           ++count)
         cells.push_back({file + ":" + std::to_string(count + 2), Body(placed(mesh, line)), wall});
       if (announced != count) fault(file + " announces " + std::to_string(announced) + " cells");
       std::cout << file << ' ' << count << ' ' << double(mesh.sixVolumes() / 6) << '\n';
@@ -425,8 +426,7 @@ int main() try {
   }
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (const Obstacle& o : obstacles) examineWall(cells[i], o, period);
-    for (std::size_t j = i; j < cells.size(); ++j)
-      examinePair(cells[i], cells[j], clearance, period, i == j);
+    for (std::size_t j = i; j < cells.size(); ++j) examinePair(cells[i], cells[j], clearance, period, i == j);
   }
   return faults > 0 ? 4 : 0;
 } catch (const std::exception& error) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/mesh_file.h"
 
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <clocale>
 #include <cstdint>
 #include <cstring>
@@ -169,7 +169,8 @@ TEST_CASE("readMesh reads binary OFF as Geomview and as OpenMesh write it", "[io
   CHECK(same(readMesh(folder.write("a.off", geomview)), mesh));
   CHECK(same(readMesh(folder.write("b.off", openMesh)), mesh));
   for (const std::string& text : {geomview, openMesh}) {
-    CHECK_THAT(messageOf(folder.write("c.off", text.substr(0, text.size() - 1))), Contains("complete binary OFF"));
+    CHECK_THAT(messageOf(folder.write("c.off", text.substr(0, text.size() - 1))),
+               Contains("complete binary OFF"));
     CHECK_THAT(messageOf(folder.write("c.off", text + "more")), Contains("complete binary OFF"));
   }
 }
