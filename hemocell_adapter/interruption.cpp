@@ -59,6 +59,7 @@ void catchSignals() {
   handle(SIGINT, onSignal);
   handle(SIGTERM, onSignal);
   handle(SIGUSR1, onCheckpointSignal);
+  signal(SIGXFSZ, SIG_IGN);  // beyond a limit on the size of files, write() fails and says so
 }
 
 void ignoreInterruption() {

@@ -86,6 +86,7 @@ class Parting {
     if (!fixed.empty()) {
       ScenePart part{s, species.job.name + ", fixed", std::int64_t(fixed.size()), fixed, {}, -1};
       part.freedom.fixed = true;
+      part.freedom.extraWallClearance = species.job.wallClearance - job_.wallClearance;
       parts_.push_back(std::move(part));
     }
     const bool filler = !species.job.count && !species.job.ratio;

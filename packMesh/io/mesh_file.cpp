@@ -74,11 +74,11 @@ PolygonSoup readSoup(const std::filesystem::path& file) {
     if (headerEnd == content.size())
       throw InputError(file.string() + ": expected 'end_header' in the PLY file");
     const bool binary = content.find("format binary") < headerEnd;
-    return binary ? readByOpenMesh(content, kind, file) : readTextPly(content, file);
+    return binary ? readBinaryPly(content, file) : readTextPly(content, file);
   }
   const std::string firstLine = content.substr(0, content.find('\n'));
   const bool binary = firstLine.find("BINARY") != std::string::npos;
-  return binary ? readByOpenMesh(content, kind, file) : readTextOff(content, file);
+  return binary ? readBinaryOff(content, file) : readTextOff(content, file);
 }
 
 /// Cuts a polygon into a fan of triangles from the first corner from which all of them face the polygon's

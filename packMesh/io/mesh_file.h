@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file Reading and writing mesh files: STL, OFF, PLY (each as text and binary) and OBJ.
 ///
-/// Text and STL are read by strict readers of our own, in double precision; binary PLY and OFF by OpenMesh,
-/// in single precision (see polygon_soup.h for why).
+/// Read by strict readers of our own, in double precision (see polygon_soup.h for why).
 #pragma once
 
 #include <filesystem>

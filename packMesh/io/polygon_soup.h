@@ -35,9 +35,9 @@ PolygonSoup readObj(const std::string& content, const std::filesystem::path& fil
 /// Binary STL; `content` has the size its header announces.
 PolygonSoup readBinaryStl(const std::string& content);
 
-/// Binary PLY (either byte order, any properties) and binary OFF, by OpenMesh; single precision.
-/// @param kind "ply" or "off"
-PolygonSoup readByOpenMesh(const std::string& content, const std::string& kind,
-                           const std::filesystem::path& file);
+/// Binary PLY (either byte order, any properties) and binary OFF (Geomview's and OpenMesh's). Strict, too:
+/// OpenMesh's reader goes through 10^9 vertices that a header announces and no file holds.
+PolygonSoup readBinaryPly(const std::string& content, const std::filesystem::path& file);
+PolygonSoup readBinaryOff(const std::string& content, const std::filesystem::path& file);
 
 }  // namespace packmesh

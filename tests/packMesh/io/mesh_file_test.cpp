@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/mesh_file.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <clocale>
 #include <cstdint>
@@ -53,6 +54,26 @@ std::string binaryStl(const TriangleMesh& mesh, std::string header = "made by a 
     put(header, std::uint16_t(0));
   }
   return header;
+}
+
+std::string binaryOffBody(const TriangleMesh& mesh, bool geomview) {
+  std::string out;
+  const auto add = [&](auto value) {
+    char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    if (geomview) std::reverse(bytes, bytes + sizeof value);
+    out.append(bytes, sizeof value);
+  };
+  for (const std::size_t count : {mesh.vertices.size(), mesh.triangles.size(), std::size_t(0)})
+    add(static_cast<std::int32_t>(count));
+  for (const Vec3& v : mesh.vertices)
+    for (int k = 0; k < 3; ++k) add(static_cast<float>(v[k]));
+  for (const Triangle& t : mesh.triangles) {
+    add(std::int32_t(3));
+    for (const int corner : t) add(std::int32_t(corner));
+    if (geomview) add(std::int32_t(0));
+  }
+  return out;
 }
 
 std::string binaryPly(const TriangleMesh& mesh, bool bigEndian) {
@@ -138,6 +159,32 @@ TEST_CASE("readMesh reads binary STL and binary PLY of both byte orders", "[io]"
       same(readMesh(folder.write("b.stl", binaryStl(mesh, "solid but binary"))), byFirstAppearance(mesh)));
   REQUIRE(same(readMesh(folder.write("a.ply", binaryPly(mesh, false))), mesh));
   REQUIRE(same(readMesh(folder.write("b.ply", binaryPly(mesh, true))), mesh));
+}
+
+TEST_CASE("readMesh reads binary OFF as Geomview and as OpenMesh write it", "[io]") {
+  const Folder folder;
+  const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3(1.0, 2.0, 4.0));
+  const std::string head = "OFF BINARY\n", geomview = head + binaryOffBody(mesh, true),
+                    openMesh = head + binaryOffBody(mesh, false);
+  CHECK(same(readMesh(folder.write("a.off", geomview)), mesh));
+  CHECK(same(readMesh(folder.write("b.off", openMesh)), mesh));
+  for (const std::string& text : {geomview, openMesh}) {
+    CHECK_THAT(messageOf(folder.write("c.off", text.substr(0, text.size() - 1))),
+               Contains("complete binary OFF"));
+    CHECK_THAT(messageOf(folder.write("c.off", text + "more")), Contains("complete binary OFF"));
+  }
+}
+
+TEST_CASE("readMesh believes no count that the file cannot hold", "[io]") {
+  const Folder folder;
+  const std::string ply = binaryPly(sample::box(Vec3::Zero(), Vec3::Ones()), false);
+  for (const std::string element : {"vertex 8", "face 12"}) {
+    std::string text = ply;
+    const std::size_t at = text.find("element " + element);
+    REQUIRE(at != text.npos);
+    text.replace(at, 8 + element.size(), "element " + element.substr(0, element.find(' ')) + " 200000000");
+    CHECK_THAT(messageOf(folder.write("a.ply", text)), Contains("complete binary PLY"));
+  }
 }
 
 TEST_CASE("readMesh loses no face, be it collapsed, repeated or not manifold", "[io]") {

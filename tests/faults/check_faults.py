@@ -1,0 +1,180 @@
+#!/usr/bin/env python3
+"""check_faults.py packMesh: what machines do to a run. Each time the exit code and the message have to be right, what was
+there before has to be there still, and nothing half-written may stay."""
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
+OLD = "1\n4 4 4 0 0 0\n"
+os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+                  OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
+LONG = ["30", "30", "30", "--hematocrit", "0.62", "--plt_ratio", "0", "--max-time", "60"]
+failures = []
+
+
+class Folder:
+    """With results of before."""
+
+    def __init__(self, path=None):
+        self.path = pathlib.Path(path or tempfile.mkdtemp(prefix="packMesh_faults_"))
+        self.mounted = False
+
+    def __enter__(self):
+        (self.path / "RBC.pos").write_text(OLD)
+        self.before = self.listing()
+        return self
+
+    def __exit__(self, *_):
+        if self.mounted:
+            subprocess.run(["umount", self.path], check=True)
+        shutil.rmtree(self.path, ignore_errors=True)
+
+    def mount(self, options):
+        self.mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", self.path],
+                                      capture_output=True).returncode == 0
+        return self.mounted
+
+    def listing(self):
+        return sorted(str(p.relative_to(self.path)) for p in self.path.rglob("*"))
+
+
+def run(folder, arguments, limit=None, launch=(), **more):
+    setter = (lambda: resource.setrlimit(limit[0], (limit[1], limit[1]))) if limit else None
+    done = subprocess.run([*launch, PROGRAM, *arguments], cwd=folder.path, capture_output=True, preexec_fn=setter,
+                          timeout=200, **more)
+    return done.returncode, done.stderr.decode(errors="replace")
+
+
+def expect(name, folder, result, codes, words="", kept=True, by="(packMesh) (Error) "):
+    code, err = result
+    wrong = []
+    if code not in codes:
+        wrong.append(f"exit code {code}, expected {codes}")
+    if code != 0 and not (by in err and words in err):
+        wrong.append(f"no message with '{words}'")
+    if kept and code != 0 and (folder.path / "RBC.pos").read_text() != OLD:
+        wrong.append("the file of before has changed")
+    if kept and code != 0 and folder.listing() != folder.before:
+        wrong.append(f"files: {folder.listing()} instead of {folder.before}")
+    said = next((line for line in err.splitlines() if by.strip() in line), "")
+    print(f"{'FAILED' if wrong else 'ok':7}{name}: exit code {code} {said[:140]}", flush=True)
+    if wrong:
+        failures.append(name)
+        print("       " + "; ".join(wrong) + "\n" + err[-500:])
+
+
+def disk_full():
+    with Folder() as folder:
+        if not folder.mount("size=64k"):
+            print("skipped disk full: no tmpfs may be mounted")
+            return
+        (folder.path / "RBC.pos").write_text(OLD)
+        (folder.path / "filler").write_bytes(b"x" * (14 * 4096))
+        folder.before = folder.listing()
+        expect("disk full", folder, run(folder, ["40", "40", "40", "--rbc", "150"]), [5], "RBC.pos")
+        expect("disk full, state", folder, run(folder, ["20", "20", "20", "--rbc", "1", "--state", "s.h5"]), [5],
+               "state could not be saved", kept=False)  # the cells are
+
+
+def read_only():
+    with Folder() as folder:
+        if not folder.mount("size=64k"):
+            print("skipped read-only folder: no tmpfs may be mounted")
+            return
+        (folder.path / "RBC.pos").write_text(OLD)
+        folder.before = folder.listing()
+        subprocess.run(["mount", "-o", "remount,ro", folder.path], check=True)
+        expect("read-only folder", folder, run(folder, ["20", "20", "20", "--rbc", "5"]), [5])
+
+
+def file_size():
+    with Folder() as folder:
+        expect("file size limit", folder,
+               run(folder, ["40", "40", "40", "--rbc", "150"], (resource.RLIMIT_FSIZE, 1024)), [5], "RBC.pos")
+
+
+def memory():
+    for megabytes in (24, 28, 32, 36, 40, 50, 60, 80):
+        with Folder() as folder:
+            result = run(folder, ["120", "120", "120", "--hematocrit", "0.2", "--plt_ratio", "0"],
+                         (resource.RLIMIT_AS, megabytes << 20))
+            if result[0] == 127 or "error while loading shared libraries" in result[1]:
+                continue  # the loader's own message
+            expect(f"{megabytes} MB of address space", folder, result, [0, 2], "memory")
+
+
+def signals():
+    for number, delays in ((signal.SIGTERM, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2)), (signal.SIGINT, (0.1, 1))):
+        for delay in delays:
+            with Folder() as folder:
+                process = subprocess.Popen([PROGRAM, *LONG], cwd=folder.path, stdout=subprocess.DEVNULL,
+                                           stderr=subprocess.PIPE)
+                time.sleep(delay)
+                process.send_signal(number)
+                err = process.communicate(timeout=100)[1].decode()
+                code = process.returncode
+                if code == -number and delay <= 0.1:
+                    continue  # before main() began
+                expect(f"{number.name} after {delay} s", folder, (code, err), [130], "interrupted")
+
+
+def killed_rank():
+    for delay in (0.7, 1.5, 3):
+        with Folder() as folder:
+            process = subprocess.Popen(["mpirun", "-n", "2", PROGRAM, *LONG], cwd=folder.path,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+            time.sleep(delay)
+            ranks = subprocess.run(["pgrep", "-P", str(process.pid), "packMesh"], capture_output=True, text=True)
+            for rank in ranks.stdout.split()[-1:]:
+                os.kill(int(rank), signal.SIGKILL)
+            err = process.communicate(timeout=100)[1].decode()
+            if ranks.stdout.split():
+                expect(f"rank killed after {delay} s", folder, (process.returncode, err), [137, 1, 255],
+                       "exited on signal 9", by="mpirun")
+
+
+def states():
+    with Folder() as folder:
+        command = ["20", "20", "20", "--rbc", "9", "--state", "s.h5"]
+        assert run(folder, command)[0] == 0
+        whole = (folder.path / "s.h5").read_bytes()
+        (folder.path / "RBC.pos").write_text(OLD)
+        folder.before = folder.listing()
+        for part in range(0, 10):
+            (folder.path / "s.h5").write_bytes(whole[:len(whole) * part // 10])
+            expect(f"state cut to {part}0 %", folder, run(folder, ["--restart", "s.h5"]), [2], "s.h5")
+        with Folder() as other:
+            for name in ("config.xml", "huge.stl", "huge.pos", "huge.h5", "huge.ply"):
+                with open(other.path / name, "wb") as file:
+                    file.truncate(2 << 30)
+            other.before = other.listing()
+            for name, words in (("config.xml", ["config.xml", "--rbc", "1"]), ("huge.h5", ["--restart", "huge.h5"]),
+                                ("huge.stl", ["9", "9", "9", "--cell-mesh", "a", "1", "huge.stl"]),
+                                ("huge.ply", ["9", "9", "9", "--cell-mesh", "a", "1", "huge.ply"]),
+                                ("huge.pos", ["9", "9", "9", "--cell", "huge", "2", "1", "1", "1", "--fixed", "huge.pos"])):
+                expect(f"2 GB of nothing as {name}", other, run(other, words), [2], name)
+
+
+def names():
+    with tempfile.TemporaryDirectory(prefix="pack Mesh 'ü\" ") as parent:
+        for language in ("C", "de_DE.UTF-8"):  # the second where it is installed
+            with Folder(parent) as folder:
+                result = run(folder, ["12.5", "12.5", "12.5", "--rbc", "3", "--output-dir",
+                                      "é 血"], env=dict(os.environ, LC_ALL=language))
+                expect(f"blanks and other letters in paths, LC_ALL={language}", folder, result, [0])
+                if not (folder.path / "é 血" / "RBC.pos").read_text().startswith("3\n"):
+                    failures.append("names")
+            os.makedirs(parent, exist_ok=True)
+
+
+for check in (disk_full, read_only, file_size, memory, signals, killed_rank, states, names):
+    check()
+print(f"{len(failures)} failed: {failures}")
+sys.exit(1 if failures else 0)
