@@ -247,6 +247,10 @@ void checkCombination(const CommandLine& c) {
       }
     }
   }
+  if (c.command == Command::check)
+    for (const Assignment& a : c.assignments)
+      if (a.setting->packingOnly)
+        throw UsageError(fmt::format("option '--{}' is for packing, not for check", a.setting->option));
   if (given(c, "quiet") && given(c, "verbose")) throw UsageError("--quiet excludes --verbose");
   const char* lumen = nullptr;
   for (const char* option : {"cylinder", "sphere", "vessel"}) {

@@ -65,6 +65,21 @@ std::string duration(double seconds) {
   return fmt::format("about {:.0f} days", seconds / 86400.0);
 }
 
+/// What makes a packing harder in a way that nothing is known about.
+std::string leftOut(const Job& job, const Scene& scene) {
+  std::int64_t fixed = 0;
+  bool cones = !job.rotate;
+  for (const SceneSpecies& species : scene.species) {
+    fixed += std::int64_t(species.job.fixed.size());
+    cones = cones || species.job.cone;
+  }
+  std::vector<std::string> reasons;
+  if (fixed > 0) reasons.push_back(fmt::format("that {} cell{} must stay", fixed, fixed == 1 ? "" : "s"));
+  if (cones) reasons.push_back("that orientations are bound");
+  if (!job.regions.empty()) reasons.push_back("regions denser than the mean");
+  return fmt::format("{}", fmt::join(reasons, ", "));
+}
+
 }  // namespace
 
 Forecast forecastOf(const Job& job, const Scene& scene) {
@@ -131,6 +146,8 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
                     "box comes on top of the time",
                     job.tiles[0], job.tiles[1], job.tiles[2], tiles * double(f.cells),
                     ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
+  if (const std::string left = leftOut(job, scene); !left.empty())
+    lines.push_back(fmt::format("Not in these figures: {}; with them it is harder and takes longer", left));
   if (job.realisations > 1)
     lines.push_back(
         fmt::format("{} realisations, one after the other: each takes this time", job.realisations));

@@ -94,10 +94,11 @@ std::string helpText(bool asPackCells) {
       "  {0} sX sY sZ [options]              a periodic box [0,sX] x [0,sY] x [0,sZ] µm\n"
       "  {0} check config.xml [options]      proves or disproves the .pos files of a case\n"
       "  {0} check --box sX sY sZ [options]  the same for a box\n"
-      "  {0} --help | --version | --reference | --man | --completion\n\n"
+      "  {0} --help | --version | --print-config-reference | --man | --completion\n\n"
       "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
       "Writes <Cell>.pos for each kind of cell. One or two dashes, '=' or a blank, any order and unique\n"
-      "prefixes will do. --reference prints the <packing> section of config.xml, which options override.\n",
+      "prefixes will do. --print-config-reference (or --reference) prints what the <packing> section of\n"
+      "config.xml knows; options override it.\n",
       program);
   for (const Topic topic : topics) {
     out += fmt::format("\n{}:\n", title(topic));
@@ -163,10 +164,11 @@ std::string manText() {
 }
 
 std::string completionText() {
-  std::string words = "--help --version --reference --man --completion", cases;
+  std::string words = "--help --version --print-config-reference --man --completion", checkWords, cases;
   for (const Setting& setting : settingsTable()) {
     if (!*setting.option || setting.topic == Topic::ignored) continue;
     words += fmt::format(" --{}", setting.option);
+    if (!setting.packingOnly) checkWords += fmt::format(" --{}", setting.option);
     if (setting.flag) continue;
     const ValueSpec& value = setting.values.front();
     if (value.kind == Kind::choice)
@@ -184,7 +186,8 @@ std::string completionText() {
          "  case $prev in\n" +
          cases +
          "  esac\n"
-         "  if [[ $cur == -* ]]; then\n    COMPREPLY=($(compgen -W \"" +
+         "  if [[ $cur == -* && ${COMP_WORDS[1]} == check ]]; then\n    COMPREPLY=($(compgen -W \"" +
+         checkWords + "\" -- \"$cur\"))\n  elif [[ $cur == -* ]]; then\n    COMPREPLY=($(compgen -W \"" +
          words +
          "\" -- \"$cur\"))\n  else\n"
          "    COMPREPLY=($(compgen -f -X '!*.xml' -- \"$cur\") $(compgen -d -- \"$cur\"))\n"

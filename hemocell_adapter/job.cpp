@@ -96,19 +96,6 @@ void checkApplicability(const Job& job, const Settings& options) {
     throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
   }
   if (options.growth && job.method != Method::cat) throw UsageError("option '--growth' is for --method cat");
-  if (job.command == Command::check)
-    for (const auto& [option, isGiven] : {std::pair{"state", options.stateFile.has_value()},
-                                          {"restart", options.restart.has_value()},
-                                          {"report", options.reportFile.has_value()},
-                                          {"vtp", options.vtp.has_value()},
-                                          {"vtp-meshes", options.vtpMeshes.has_value()},
-                                          {"checkpoint-every", options.checkpointEvery.has_value()},
-                                          {"pov", options.povScene.has_value()},
-                                          {"export", !options.exports.empty()},
-                                          {"dry-run", options.dryRun.has_value()},
-                                          {"validate", options.validate.has_value()},
-                                          {"realisations", options.realisations.has_value()}})
-      if (isGiven) throw UsageError(fmt::format("option '--{}' is for packing, not for check", option));
   if (job.escape && job.method != Method::cat) {
     if (options.escape) throw UsageError("option '--escape' is for --method cat");
     throw InputError(job.config->file.string() + ": <escape>: it is for <method> cat");

@@ -50,6 +50,10 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
 
 /// Reads the cells that are there.
 void readPresent(const SpeciesRequest& request, JobSpecies& species) {
+  std::error_code ignored;
+  if (request.fixed && request.start && fs::equivalent(*request.fixed, *request.start, ignored))
+    throw InputError(fmt::format("cell '{}': the cells of {} cannot both stay (fixed) and move (start)",
+                                 request.name, request.fixed->string()));
   const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
     if (!file) return;
     lines = readPos(*file);

@@ -181,6 +181,11 @@ Lumen vesselLumen(const Job& job) {
         located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
     note = fmt::format("the pre-inlet: plane {} of nodes along {}, repeated; frame of its own", inlet.slice,
                        "xyz"[ends.axis]);
+    if (inlet.reachesBorder)
+      lumen.notices.push_back(
+          fmt::format("the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "
+                      "hardly a cross-section of the vessel; are direction and slice those of the case?",
+                      inlet.slice, "xyz"[ends.axis]));
     vessel.surface = std::move(inlet.surface);
     vessel.lattice = std::move(inlet.lattice);
   }

@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/exit_codes.h"
@@ -97,9 +100,14 @@ void requireWritable(const fs::path& folder) {
     throw OutputError(
         fmt::format("{}: is not a folder; the output cannot be written there", existing.string()));
   }
-  if (access(existing.c_str(), W_OK | X_OK) != 0) {
-    throw OutputError(fmt::format("{}: the folder is not writable", existing.string()));
-  }
+  // Permissions do not tell everything (read-only file systems, folders of the system): try.
+  std::string probe = (existing / ".packMesh_XXXXXX").string();
+  const int file = mkstemp(probe.data());
+  if (file < 0)
+    throw OutputError(
+        fmt::format("{}: the folder is not writable ({})", existing.string(), std::strerror(errno)));
+  close(file);
+  unlink(probe.c_str());
 }
 
 void requireWritableOutputs(const Job& job, const Scene& scene) {

@@ -12,6 +12,12 @@
 
 namespace packmesh::hemocell {
 
+/// A packing that was made and then repeated in a larger box.
+struct Repeated {
+  const Job& job;
+  const PackingResult& result;
+};
+
 /// A packing that is done, certified and counted. References what it is made of.
 struct Finished {
   const Job& job;
@@ -20,6 +26,7 @@ struct Finished {
   const Tally& tally;
   const Kept& kept;
   const Communicator& ranks;
+  const Repeated* repeated = nullptr;  ///< what it consists of
 };
 
 /// Fails before hours of packing rather than after them. One rank calls it.

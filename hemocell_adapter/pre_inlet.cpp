@@ -87,6 +87,8 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   }
   nodes[axis] = lengthN + 1 + 2 * border;
   PreInlet inlet{{}, Lattice(nodes, all.dx()), slice};
+  for (const int k : {(axis + 1) % 3, (axis + 2) % 3})
+    inlet.reachesBorder = inlet.reachesBorder || section.lo[k] == 0 || section.hi[k] == all.nodes()[k] - 1;
   for (int k = 0; k < nodes[2]; ++k)
     for (int j = 0; j < nodes[1]; ++j)
       for (int i = 0; i < nodes[0]; ++i) {

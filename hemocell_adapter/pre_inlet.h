@@ -25,6 +25,9 @@ struct PreInlet {
       surface;  ///< the cross-section of the vessel in the slice, repeated along the whole lattice [µm]
   Lattice lattice;
   int slice = 0;
+  /// Whether fluid nodes of the slice lie at the border of the case's lattice: vessels end there only at
+  /// their openings, so that the slice is hardly a cross-section.
+  bool reachesBorder = false;
 };
 
 /// The fluid nodes of one plane of the vessel's lattice, with a node around them as far as the lattice

@@ -175,6 +175,18 @@ Report statisticsOf(const Statistics& s) {
   return all;
 }
 
+/// The packing that was repeated, if one was: what `statistics` tells of a packing that was not.
+Report repeatedOf(const Repeated* repeated) {
+  if (!repeated) return nullptr;
+  const Job& job = repeated->job;
+  return {{"times", job.tiles},
+          {"boxSize", vectorOf(*job.boxSize)},
+          {"cells", repeated->result.cellCount},
+          {"hematocrit", job.hematocrit ? Report(*job.hematocrit) : Report(nullptr)},
+          {"certificate", certificateOf(repeated->result.certificate)},
+          {"statistics", statisticsOf(repeated->result.statistics)}};
+}
+
 Report timesOf(const Finished& done, const RunTimes& times) {
   const Statistics& s = done.result.statistics;
   return {{"ranks", done.ranks.size()},
@@ -203,6 +215,7 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["hemocell"] = keptOf(done);
   all["measures"] = measuresOf(measures, done.scene);
   all["statistics"] = statisticsOf(done.result.statistics);
+  all["repeated"] = repeatedOf(done.repeated);
   all["times"] = timesOf(done, times);
   return all;
 }

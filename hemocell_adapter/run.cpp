@@ -131,7 +131,7 @@ Scene builtScene(const Job& job, const Communicator& ranks) {
 
 /// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
 ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
-                 const Communicator& ranks) {
+                 const Communicator& ranks, const Repeated* repeated = nullptr) {
   std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
   ranks.sum(countsOfParts);
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
@@ -167,7 +167,7 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
   for (const std::string& line : regionLines(job, scene, countsOfParts)) log::info(line);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(job, scene);
-  writeViews({job, scene, result, tally, kept, ranks}, times);
+  writeViews({job, scene, result, tally, kept, ranks, repeated}, times);
   return ExitCode::ok;
 }
 
@@ -188,7 +188,8 @@ ExitCode deliverTiled(const Job& job, const Scene& scene, PackingResult& result,
     log::error("interrupted: nothing was written");
     return ExitCode::interrupted;
   }
-  return deliver(big, bigScene, bigResult, stopwatch, ranks);
+  const Repeated repeated{job, result};
+  return deliver(big, bigScene, bigResult, stopwatch, ranks, &repeated);
 }
 
 ExitCode packOnce(const Job& job, const Communicator& ranks) {
@@ -213,6 +214,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
 
   if (job.dryRun) {
     for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
+    log::info("A dry run: nothing was packed or written");
     log::detail(fmt::format("Expected CPU time: {:.4g} s", forecastOf(job, scene).seconds));
     return ExitCode::ok;
   }

@@ -335,11 +335,21 @@ const SpeciesRequest* findSpecies(const Settings& settings, const std::string& n
   return found == settings.species.end() ? nullptr : &*found;
 }
 
+/// Options that say how to pack what check would find packed are let be, so that a command can be repeated
+/// with `check`; these ask for something that check does not do.
+constexpr const char* packingOnly[] = {"state", "restart", "checkpoint-every", "report",
+                                       "vtp",   "pov",     "vtp-meshes",       "export",
+                                       "tile",  "dry-run", "validate",         "realisations"};
+
 const std::vector<Setting>& settingsTable() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> all;
     for (auto part : {cellSettings(), lumenSettings(), packingSettings()})
       all.insert(all.end(), part.begin(), part.end());
+    for (const char* option : packingOnly)
+      std::find_if(all.begin(), all.end(), [&](const Setting& s) {
+        return std::string(option) == s.option;
+      })->packingOnly = true;
     return all;
   }();
   return table;

@@ -26,7 +26,8 @@ struct Setting {
   Topic topic;
   bool packCells;  ///< packCells has it too: its prefixes come first
   std::function<void(Settings&, const std::vector<Value>&)> apply;
-  bool repeats = false;  ///< the tag may stand there several times
+  bool repeats = false;      ///< the tag may stand there several times
+  bool packingOnly = false;  ///< `check` refuses the option
 };
 
 /// All settings, in the order of the help text.

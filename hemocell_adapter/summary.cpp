@@ -197,9 +197,10 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
     }
     lines.push_back(text);
   }
-  lines.push_back(fmt::format("Certificate: {} ({} cells, {} pairs proved apart); minimum gap {}",
+  lines.push_back(fmt::format("Certificate: {} ({} cell{}, {} pair{} proved apart); minimum gap {}",
                               certificate.clean() ? "clean, no overlap" : "NOT CLEAN", certificate.cells,
-                              certificate.pairsTested, gapText(certificate.minimumGap)));
+                              certificate.cells == 1 ? "" : "s", certificate.pairsTested,
+                              certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
   if (scene.lumen.container->wall()) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall; seed {}; packMesh {} ({})", times.cpu,
                               times.wall, job.seed, version(), gitHash()));

@@ -30,7 +30,7 @@ std::vector<Vec3> outlineOf(const std::vector<Extent>& extents) {
   return outline;
 }
 
-constexpr const char* camera = R"(
+constexpr const char* look = R"(
 #declare Aspect = image_width / image_height;
 #declare Tall = 0.19;                 // tangent of half the vertical view angle: a long lens
 #declare Wide = Tall * Aspect;
@@ -40,7 +40,21 @@ constexpr const char* camera = R"(
                        sin(radians(Elevation))>;
   #declare Right = vnormalize(vcross(z, ToCamera));
   #declare Up = vcross(ToCamera, Right);
-#end
+#end)";
+
+/// The half towards the camera is cut off; what is left of the outline lies behind the plane.
+constexpr const char* clip = R"(
+#if (ClipAxis > 0)
+  #declare ClipAlong = (ClipAxis = 1 ? x : ClipAxis = 2 ? y : z);
+  Look(Azimuth)
+  #declare ClipNormal = ClipAlong * (vdot(ToCamera, ClipAlong) < 0 ? -1 : 1);
+  #declare ClipOffset = vdot(ClipNormal, Low + ClipAt * (High - Low));
+  #for (I, 0, Points - 1)
+    #declare Outline[I] = Outline[I] - max(0, vdot(ClipNormal, Outline[I]) - ClipOffset) * ClipNormal;
+  #end
+#end)";
+
+constexpr const char* camera = R"(
 #ifdef (Turn)                         // from a distance at which every turn shows all
   #declare Middle = 0;
   #for (I, 0, Points - 1) #declare Middle = Middle + Outline[I] / Points; #end
@@ -86,18 +100,22 @@ light_source { Eye + Far * (1.6 * Right + 0.2 * Up) rgb <0.80, 0.88, 1.0> * 0.40
 
 }  // namespace
 
-void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, bool fine) {
+void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, const Box* clipped) {
   // From in front and above, with the longer horizontal axis running across the picture.
   const bool alongY = size.y() > size.x();
   out << "\n// Where the camera stands [degrees]: azimuth 0 is +x, 90 is +y.\n" +
              defaultOf("Azimuth", alongY ? "22.8" : "-67.2") + defaultOf("Elevation", "20.2") +
-             defaultOf("Fine", fine ? "1" : "0", "1: soft shadows");
+             defaultOf("Fine", "0", "1: soft shadows");
   const std::vector<Vec3> outline = outlineOf(extents);
   out << "#declare Far = " + number(size.norm()) + ";\n#declare Points = " + std::to_string(outline.size()) +
              ";\n#declare Outline = array[Points] {";
   for (std::size_t i = 0; i < outline.size(); ++i)
     out << (i ? "," : "") + std::string(i % 4 ? " " : "\n  ") + vector(outline[i]);
-  out << std::string("\n}\n") + camera;
+  out << std::string("\n}\n") + look;
+  if (clipped)
+    out << "\n#declare Low = " + vector(clipped->lo) + ";\n#declare High = " + vector(clipped->hi) + ";" +
+               clip;
+  out << camera;
 }
 
 }  // namespace packmesh::pov

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "packMesh/geometry/box.h"
 #include "packMesh/io/pov_text.h"
 
 namespace packmesh::pov {
@@ -16,9 +17,11 @@ struct Extent {
 
 /// Camera and lights. The camera sees every extent at any aspect ratio, from where the declared Azimuth and
 /// Elevation [degrees] say; Turn turns it further about the vertical, and then all turns show everything from
-/// the same distance. Declares ToCamera and ClipSide's default, see writePovScene().
+/// the same distance. Declares ToCamera.
 /// @param size of the box around all [µm]
-/// @param fine whether shadows are soft unless somebody says otherwise
-void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, bool fine);
+/// @param clipped box that the plane of ClipAxis and ClipAt cuts, see writePovScene(): then what is in front
+/// of
+///   the plane needs no room. Declares ClipNormal and ClipOffset. nullptr: nothing is cut
+void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, const Box* clipped);
 
 }  // namespace packmesh::pov

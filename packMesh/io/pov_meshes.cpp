@@ -21,7 +21,7 @@ void writePovMeshes(const std::filesystem::path& file, const std::vector<Picture
   const Vec3 size = boundingBox(container).size();
   std::vector<Extent> extents;
   for (const Vec3& v : container.vertices) extents.push_back({v, 0.0});
-  writeCamera(out, extents, size, true);
+  writeCamera(out, extents, size, nullptr);
   for (const PictureMesh& one : meshes) {
     out << "\n";
     writeMesh2(out, *one.mesh, one.edges ? samePlane : crease);

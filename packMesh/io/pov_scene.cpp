@@ -42,18 +42,8 @@ std::vector<Segment> boxEdges(const Box& box) {
   return edges;
 }
 
-/// With more cells than this, shadows are hard unless asked for: soft ones take four times as long.
-constexpr std::size_t manyCells = 5000;
-
 /// What can be set from outside, and what every cell is drawn with.
 constexpr const char* settings = R"(
-#if (ClipAxis > 0)
-  #declare ClipAlong = (ClipAxis = 1 ? x : ClipAxis = 2 ? y : z);
-  Look(Azimuth)
-  #declare ClipNormal = ClipAlong * (vdot(ToCamera, ClipAlong) < 0 ? -1 : 1);
-  #declare ClipOffset = vdot(ClipNormal, Low + ClipAt * (High - Low));
-  #ifdef (Turn) Look(Azimuth + Turn) #end
-#end
 #macro Clip() #if (ClipAxis > 0) clipped_by { plane { ClipNormal, ClipOffset } } #end #end
 #declare Shine = finish { specular 0.30 roughness 0.025 }
 #declare Chance = seed(1);
@@ -167,8 +157,8 @@ void writePovScene(const std::filesystem::path& file, const std::vector<const Sh
   }
   for (const PicturedCell& one : cells)
     extents.push_back({one.cell.placement.translation, shapes.at(one.cell.species)->radius()});
-  writeCamera(out, extents, bounds.size(), cells.size() <= manyCells);
-  out << "\n#declare Low = " + vector(bounds.lo) + ";\n#declare High = " + vector(bounds.hi) + ";" + settings;
+  writeCamera(out, extents, bounds.size(), &bounds);
+  out << settings;
 
   for (std::size_t s = 0; s < shapes.size(); ++s) {
     std::vector<const PicturedCell*> ofSpecies;

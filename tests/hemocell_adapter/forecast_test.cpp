@@ -96,7 +96,17 @@ TEST_CASE("a dry run and a validation write nothing", "[executable]") {
   Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Within reach") && Contains("Memory: about"));
+  CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Within reach") && Contains("Memory: about") &&
+                          Contains("nothing was packed or written") && !Contains("Not in these figures"));
+  fs::create_directory(folder.path() / "there");
+  writeText(folder.path() / "there/RBC.pos", "1\n6 8 8 0 0 0\n");
+  ran = run(folder.path(),
+            "config.xml --rbc 5 --fixed there/RBC.pos --orient RBC 1 0 0 30 --dry-run --report r.json");
+  INFO(ran.all());
+  CHECK_THAT(
+      ran.out,
+      Contains("Not in these figures: that 1 cell must stay, that orientations are bound; with them "));
+  CHECK_FALSE(fs::exists(folder.path() / "r.json"));
   ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
   CHECK(ran.exitCode == 0);
   CHECK_THAT(ran.out, Contains("config.xml is valid"));
@@ -122,12 +132,16 @@ TEST_CASE("the manual page and the completion know every option", "[executable]"
     const std::string out = (folder.path() / "out").string();
     const std::string script = "cd '" + folder.path().string() + "' && . ./completion && COMP_WORDS=(" +
                                words + ") && COMP_CWORD=" + std::to_string(position) +
-                               " && _packMesh && echo \"${COMPREPLY[@]}\" > '" + out + "'";
+                               " && { _packMesh || true; } && echo \"${COMPREPLY[@]}\" > '" + out + "'";
     writeText(folder.path() / "script", script);
     CHECK(std::system(("bash '" + (folder.path() / "script").string() + "'").c_str()) == 0);
     return readText(out);
   };
   CHECK(completed("packMesh --hema", 1) == "--hematocrit\n");
+  CHECK(completed("packMesh --dry", 1) == "--dry-run\n");
+  CHECK(completed("packMesh check --dry", 2) == "\n");
+  CHECK(completed("packMesh check --hema", 2) == "--hematocrit\n");
+  CHECK(completed("packMesh --print", 1) == "--print-config-reference\n");
   CHECK(completed("packMesh --method c", 2) == "cat\n");
   CHECK(completed("packMesh c", 1) == "config.xml check\n");
   CHECK(completed("packMesh x.xml --open-axis ''", 3) == "x y z\n");

@@ -39,6 +39,7 @@ TEST_CASE("a pre-inlet is a slice, with a node around it, lengthN + 3 planes lon
   const auto n = tube.lattice.nodes();
   const PreInlet inlet = makePreInlet(tube, PreInletPlace::named("Xpos"), 40);
   CHECK(inlet.slice == n[0] - 1);
+  CHECK_FALSE(inlet.reachesBorder);
   CHECK(inlet.lattice.nodes()[0] == 43);
   // Fluid nodes of the tube's cross-section: 1 to n - 2; with the border all of the lattice.
   CHECK(inlet.lattice.nodes()[1] == n[1]);
@@ -69,6 +70,7 @@ TEST_CASE("a slice across the vessel has the frame of its own box", "[pre_inlet]
   CHECK(inlet.lattice.nodes()[1] == 43);
   CHECK(inlet.lattice.nodes()[0] == tube.lattice.nodes()[0]);
   CHECK(inlet.lattice.nodes()[2] < tube.lattice.nodes()[2]);
+  CHECK(inlet.reachesBorder);
   // Fluid begins one node above the low corner.
   int lowest = 1000;
   for (int k = 0; k < inlet.lattice.nodes()[2]; ++k)

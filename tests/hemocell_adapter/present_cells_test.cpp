@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "hemocell_adapter/exports.h"
@@ -196,6 +197,7 @@ TEST_CASE("options of constraints are checked", "[executable]") {
         Row{"--stock RBC -1", 1, "expected a whole number"},
         Row{"--realisations 2 --restart x.h5", 1, "excludes --realisations"},
         Row{"--realisations 2 --seed 9223372036854775807", 1, "larger than a seed may be"},
+        Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot both stay (fixed) and move (start)"},
         Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
         Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
         Row{"--walls none --tile 2 1 1 --method cat", 1, "not for --method cat"},
@@ -210,7 +212,8 @@ TEST_CASE("options of constraints are checked", "[executable]") {
 
 TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = ok(folder, "16 18 20 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv");
+  const Ran ran =
+      ok(folder, "16 18 20 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv --report report.json");
   const int cells = 6 * 21;  // 0.3 · 16 · 18 · 20 / 81.1163 = 21.3
   CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
   CHECK(run(folder.path(), "check --box 32 18 60").exitCode == 0);
@@ -219,6 +222,17 @@ TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
   const auto lines = readPos(folder.path() / "RBC.pos");
   CHECK(lines[1].position == lines[0].position + Vec3(0, 0, 20));
   CHECK(lines[1].angles == lines[0].angles);
+  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  CHECK(report["species"][0]["placed"] == cells);
+  const auto& repeated = report["repeated"];
+  CHECK(repeated["times"] == nlohmann::json({2, 1, 3}));
+  CHECK(repeated["boxSize"] == nlohmann::json({16.0, 18.0, 20.0}));
+  CHECK(repeated["cells"] == 23);
+  CHECK(repeated["hematocrit"] == 0.3);
+  CHECK(repeated["certificate"]["clean"] == true);
+  CHECK(repeated["certificate"]["minimumGap"].get<double>() ==
+        Approx(report["certificate"]["minimumGap"].get<double>()));
+  CHECK(repeated["statistics"]["sweeps"] > 0);
   CHECK(run(folder.path(), "16 18 20 --rbc 3 --walls x --tile 2 1 1").exitCode == 2);
   CHECK(run(folder.path(), "16 18 20 --rbc 3 --walls x --tile 1 2 1").exitCode == 0);
   CHECK(run(folder.path(), "16 18 20 --rbc 3 --tile 0 2 1").exitCode == 1);
@@ -266,7 +280,9 @@ TEST_CASE("a dry run tells of realisations and repetition, and no time where the
 TEST_CASE("options of packing are refused by check", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "16 16 16 --rbc 2");
-  for (const char* option : {"--dry-run", "--validate", "--pov", "--export csv", "--realisations 2"}) {
+  for (const char* option : {"--dry-run", "--validate", "--pov", "--export csv", "--realisations 2",
+                             "--tile 1 2 1", "--report r.json", "--vtp", "--vtp-meshes", "--state s.h5",
+                             "--restart s.h5", "--checkpoint-every 3"}) {
     CAPTURE(option);
     const Ran ran = run(folder.path(), std::string("check --box 16 16 16 ") + option);
     CHECK(ran.exitCode == 1);

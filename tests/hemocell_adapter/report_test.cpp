@@ -174,11 +174,7 @@ TEST_CASE("what is wrong with an output is said before packing", "[executable]")
              Contains("option '--report': expected a file that ends in .json or .html, found 'report.txt'"));
   CHECK_THAT(refused(box + "--report", 1), Contains("--report"));
   CHECK_THAT(refused(box + "--report config.xml/report.json", 5), Contains("is not a folder"));
-  CHECK_THAT(refused("check --box 25 25 25 --report report.json", 1),
-             Contains("option '--report' is for packing, not for check"));
-  CHECK_THAT(refused("check --box 25 25 25 --vtp", 1), Contains("option '--vtp' is for packing"));
-  CHECK_THAT(refused("check --box 25 25 25 --vtp-meshes", 1),
-             Contains("option '--vtp-meshes' is for packing"));
+  CHECK_THAT(refused(box + "--report /proc/report.json", 5), Contains("/proc: the folder is not writable"));
   for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "cells.pov"}) {
     fs::create_directory(folder.path() / taken);
     CHECK_THAT(refused(box + "--report report.html --vtp --vtp-meshes --pov", 5),
