@@ -29,7 +29,7 @@ LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
 MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
 WRITING = 5e8  # [byte/s]: .pos files go through the first rank
 LINE = 115  # [byte] of a .pos file
-REDUCTIONS = 3  # per sweep, over all ranks
+REDUCTIONS = 2  # per sweep, over all ranks
 
 
 class Run:

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -37,6 +38,24 @@ int count(std::size_t bytes) {
   return static_cast<int>(bytes);
 }
 
+/// Operation of sumAndMax(): the first word tells how many sums follow; the others are maxima.
+void addAndCompare(void* in, void* inOut, int* length, MPI_Datatype* type) {
+  int bytes = 0;
+  MPI_Type_size(*type, &bytes);
+  const int words = bytes / static_cast<int>(sizeof(std::int64_t));
+  const auto* from = static_cast<const std::int64_t*>(in);
+  auto* to = static_cast<std::int64_t*>(inOut);
+  for (int i = 0; i < *length; ++i, from += words, to += words) {
+    for (int k = 1; k <= from[0]; ++k) to[k] += from[k];
+    for (int k = static_cast<int>(from[0]) + 1; k < words; ++k) {
+      double a, b;
+      std::memcpy(&a, from + k, sizeof a);
+      std::memcpy(&b, to + k, sizeof b);
+      if (a > b) to[k] = from[k];
+    }
+  }
+}
+
 }  // namespace
 
 Communicator Communicator::world() {
@@ -65,15 +84,30 @@ void Communicator::sum(std::vector<std::int64_t>& values) const {
 double Communicator::max(double value) const {
   return impl_ ? impl_->reduced(value, MPI_DOUBLE, MPI_MAX) : value;
 }
-void Communicator::max(std::vector<double>& values) const {
-  if (impl_)
-    MPI_Allreduce(MPI_IN_PLACE, values.data(), count(values.size()), MPI_DOUBLE, MPI_MAX, impl_->comm);
-}
 double Communicator::min(double value) const {
   return impl_ ? impl_->reduced(value, MPI_DOUBLE, MPI_MIN) : value;
 }
 std::int64_t Communicator::min(std::int64_t value) const {
   return impl_ ? impl_->reduced(value, MPI_INT64_T, MPI_MIN) : value;
+}
+
+void Communicator::sumAndMax(std::vector<std::int64_t>& sums, std::vector<double>& maxima) const {
+  if (!impl_) return;
+  static_assert(sizeof(double) == sizeof(std::int64_t));
+  std::vector<std::int64_t> words(1 + sums.size() + maxima.size());
+  words[0] = static_cast<std::int64_t>(sums.size());
+  std::copy(sums.begin(), sums.end(), words.begin() + 1);
+  std::memcpy(words.data() + 1 + sums.size(), maxima.data(), maxima.size() * sizeof(double));
+  MPI_Datatype type;
+  MPI_Op operation;
+  MPI_Type_contiguous(count(words.size()), MPI_INT64_T, &type);
+  MPI_Type_commit(&type);
+  MPI_Op_create(addAndCompare, 1, &operation);
+  MPI_Allreduce(MPI_IN_PLACE, words.data(), 1, type, operation, impl_->comm);
+  MPI_Op_free(&operation);
+  MPI_Type_free(&type);
+  std::copy_n(words.begin() + 1, sums.size(), sums.begin());
+  std::memcpy(maxima.data(), words.data() + 1 + sums.size(), maxima.size() * sizeof(double));
 }
 
 std::string Communicator::broadcast(const std::string& text, int root) const {

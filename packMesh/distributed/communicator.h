@@ -37,9 +37,10 @@ class Communicator {
   std::int64_t sum(std::int64_t value) const;
   void sum(std::vector<std::int64_t>& values) const;
   double max(double value) const;
-  void max(std::vector<double>& values) const;
   double min(double value) const;
   std::int64_t min(std::int64_t value) const;
+  /// The sums of the one and the maxima of the other, in one message. Pre: as many of each on all ranks
+  void sumAndMax(std::vector<std::int64_t>& sums, std::vector<double>& maxima) const;
   bool any(bool value) const { return !alone() ? max(value ? 1.0 : 0.0) > 0.0 : value; }
   /// The text of rank `root`.
   std::string broadcast(const std::string& text, int root) const;

@@ -313,9 +313,8 @@ void Relaxation::resolve(int block, SweepSums& sums) {
 /// Over all ranks: the sums of a sweep, and whether any cell has strayed.
 void Relaxation::addUp(SweepSums& sums) {
   std::vector<std::int64_t> added = {sums.totalSteps, sums.contacts};
-  communicator_.sum(added);
   std::vector<double> largest = {sums.deepest, strayed_ ? 1.0 : 0.0};
-  communicator_.max(largest);
+  communicator_.sumAndMax(added, largest);
   sums.totalSteps = added[0];
   sums.contacts = added[1];
   sums.deepest = largest[0];

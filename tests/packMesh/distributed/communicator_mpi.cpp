@@ -18,6 +18,11 @@ TEST_CASE("Reductions are over all ranks", "[mpi]") {
   std::vector<std::int64_t> sums = {1, r, -r};
   ranks.sum(sums);
   REQUIRE(sums == std::vector<std::int64_t>{n, n * (n - 1) / 2, -n * (n - 1) / 2});
+  sums = {1, r};
+  std::vector<double> maxima = {-1.0 - r, r - 0.5, 1e300};
+  ranks.sumAndMax(sums, maxima);
+  REQUIRE(sums == std::vector<std::int64_t>{n, n * (n - 1) / 2});
+  REQUIRE(maxima == std::vector<double>{-1.0, n - 1.5, 1e300});
   for (int root = 0; root < n; ++root)
     REQUIRE(ranks.broadcast("rank " + std::to_string(r), root) == "rank " + std::to_string(root));
 }

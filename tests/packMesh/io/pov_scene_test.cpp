@@ -207,8 +207,9 @@ TEST_CASE("Scenes are cut, coloured and turned from outside", "[io]") {
   const int all = countPixels(rendered(file, ""), isRed);
   REQUIRE(all > 60);
   const int half = countPixels(rendered(file, "Declare=ClipAxis=1"), isRed);
-  CHECK(half > 0.3 * all);
-  CHECK(half < 0.7 * all);
+  // One cell is left, larger, as the camera comes nearer to what is shown.
+  CHECK(half > 0.5 * all);
+  CHECK(half < 1.2 * all);
   CHECK(countPixels(rendered(file, "Declare=ClipAxis=1 Declare=ClipAt=0.05"), isRed) == 0);
   // A plane through both: flat lids, paler than the cells.
   const auto isLid = [](int r, int g, int) { return r > g + 25 && r < 2 * g; };
