@@ -136,6 +136,7 @@ Report configurationOf(const Job& job) {
   all["wallClearance"] = job.wallClearance;
   all["seed"] = job.seed;
   all["rotate"] = job.rotate;
+  all["order"] = job.inColumns ? "columns" : "random";
   all["cellFreeLayer"] = job.cellFreeLayer;
   all["maxTime"] = job.maxSeconds > 0.0 ? Report(job.maxSeconds) : Report(nullptr);
   all["maxIterations"] = job.maxIterations.value_or(Limits().maxSweeps);

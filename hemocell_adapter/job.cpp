@@ -61,6 +61,7 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.wallClearance, s.wallClearance);
   take(job.seed, s.seed);
   take(job.rotate, s.rotate);
+  take(job.inColumns, s.inColumns);
   take(job.maxSeconds, s.maxSeconds);
   take(job.bestEffort, s.bestEffort);
   take(job.dryRun, s.dryRun);
@@ -124,6 +125,8 @@ void checkApplicability(const Job& job, const Settings& options) {
   if (job.realisations > 1 && job.restart)
     throw UsageError(
         "option '--restart' excludes --realisations: continue one of them by its own state file");
+  if (job.inColumns && job.method == Method::cat)
+    throw UsageError("columns (--order, <order>) are for the default method, not for --method cat");
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
     throw UsageError(

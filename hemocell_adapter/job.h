@@ -62,6 +62,7 @@ struct Job {
   double cellFreeLayer = 0.0;                   ///< of red cells [µm]
   std::uint64_t seed = 1;
   bool rotate = true;
+  bool inColumns = false;                     ///< the cells with most volume start in columns
   double maxSeconds = 0.0;                    ///< 0: no limit
   std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
   bool bestEffort = false;

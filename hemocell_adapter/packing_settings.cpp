@@ -153,6 +153,18 @@ std::vector<Setting> packingSettings() {
        Topic::packing,
        false,
        [](Settings& s, const Values& v) { s.rotate = yes(v[0]); }},
+      {"order",
+       0,
+       "order",
+       false,
+       {choice("kind", {"random", "columns"})},
+       "random",
+       "columns: the cells with most volume stand in columns, like rolls of coins, where no random packing "
+       "is as "
+       "dense; in periodic boxes",
+       Topic::packing,
+       false,
+       [](Settings& s, const Values& v) { s.inColumns = text(v[0]) == "columns"; }},
       {"max-time",
        0,
        "maxTime",

@@ -159,6 +159,13 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   problem.wallClearance = job.wallClearance;
   problem.seed = job.seed;
   problem.rotate = job.rotate;
+  if (job.inColumns) {
+    const auto volume = [](const Species& s) { return double(s.count) * s.shape->volume(); };
+    const auto most =
+        std::max_element(problem.species.begin(), problem.species.end(),
+                         [&](const Species& a, const Species& b) { return volume(a) < volume(b); });
+    if (most != problem.species.end() && most->count > 0) most->inColumns = true;
+  }
   problem.limits.maxSeconds = job.maxSeconds;
   if (job.maxIterations) problem.limits.maxSweeps = *job.maxIterations;
   problem.written = [&scene](const Pose& pose) { return placementOf(scene.read.lineOf(pose)); };

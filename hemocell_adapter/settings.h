@@ -84,6 +84,7 @@ struct Settings {
   std::optional<GrowthSettings> growth;
   std::optional<double> clearance, wallClearance;  ///< [µm]
   std::optional<bool> rotate;
+  std::optional<bool> inColumns;
   std::optional<std::uint64_t> seed;
   std::optional<bool> periodicEnds;
   std::optional<std::string> walls;  ///< sorted letters of the axes that end in walls

@@ -132,6 +132,7 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
   for (const SceneRegion& region : scene.regions)
     lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
                                 region.hematocrit, 100.0 * region.share));
+  if (job.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (job.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
                                 builderText(job.builder.value_or(Builder::chords))));

@@ -19,7 +19,8 @@ enum class RandomStream : std::uint32_t {
   kick = 3,
   turn = 4,
   draw = 5,
-  sample = 6
+  sample = 6,
+  begin = 7
 };
 
 /// Four independent numbers, uniform in [0, 1), for this seed, stream, global cell id and iteration

@@ -19,6 +19,7 @@
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/packing/written_cells.h"
 #include "packMesh/stages/certificate/certifier.h"
+#include "packMesh/stages/placement/columns.h"
 #include "packMesh/stages/placement/placement.h"
 #include "packMesh/stages/relaxation/relaxation.h"
 #include "packMesh/stages/relaxation/schedule.h"
@@ -108,6 +109,12 @@ class Run {
     const std::int64_t atRandom = std::clamp(static_cast<std::int64_t>(species.start.size()), from, to);
     std::vector<Pose> poses(species.start.begin() + std::min(from, atRandom),
                             species.start.begin() + atRandom);
+    if (species.inColumns) {
+      const Columns columns(*species.shape, species.count, problem_.container->bounds(),
+                            problem_.clearance + tolerance::relaxationMargin, problem_.seed);
+      for (std::int64_t cell = from; cell < to; ++cell) poses.push_back(columns.pose(cell));
+      return poses;
+    }
     const PlacementInput random{species.shape.get(), problem_.wallOf(species), firstId + atRandom,
                                 to - atRandom, &species.freedom};
     for (const Pose& pose :

@@ -33,6 +33,9 @@ struct Species {
   /// Where the first cells start, scale 1; the others start at random.
   std::vector<Pose> start = {};
   Freedom freedom = {};  ///< Method::relaxation only; fixed cells all have a start
+  /// Starts in columns (stages/placement/columns.h) instead of at random. Of one species at most, which is
+  /// free and has no start, in boxes that are periodic along all axes; Method::relaxation only.
+  bool inColumns = false;
 };
 
 /// When to give up.

@@ -119,6 +119,7 @@ std::string digestOf(const PackingProblem& problem) {
     digest.add(species.count);
     digest.add(species.shape->mesh());
     if (const Wall* wall = problem.wallOf(species)) addWall(*wall, bounds, digest);
+    if (species.inColumns) digest.add(std::string("in columns"));
     if (!species.start.empty() || !species.freedom.isFree()) addFreedom(species, bounds, digest);
   }
   return digest.text();

@@ -85,6 +85,22 @@ void checkStart(const PackingProblem& problem, const Species& species) {
     refuse("is held back or has a place to start, which growth (method cat) does not know");
 }
 
+void checkColumns(const PackingProblem& problem) {
+  int species = 0;
+  for (const Species& one : problem.species) {
+    if (!one.inColumns) continue;
+    const auto refuse = [&](const char* what) {
+      throw InputError("species '" + one.name + "' cannot start in columns: " + what);
+    };
+    if (++species > 1) refuse("another one does, too");
+    if (!one.start.empty() || !one.freedom.isFree()) refuse("some of its cells are there or held back");
+    if (!problem.rotate) refuse("no cell is to be turned");
+    if (problem.method != Method::relaxation) refuse("the method of packing is growth");
+    if (!(problem.container->period().minCoeff() > 0.0))
+      refuse("that takes a box that is periodic along all axes");
+  }
+}
+
 void checkStock(const EscapeSettings& escape, std::size_t species) {
   if (escape.stock.size() > species) throw InputError("the stock has bodies of more species than there are");
   for (const std::int64_t bodies : escape.stock)
@@ -113,6 +129,7 @@ void validate(const PackingProblem& problem) {
     if (species.count > 0)
       checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
   }
+  checkColumns(problem);
   if (problem.method == Method::cat) {
     validate(problem.growth);
     if (problem.escape) checkStock(*problem.escape, problem.species.size());

@@ -70,6 +70,12 @@ PackingProblem cube(double edge, double fraction) {
   return redCells(periodicCube(edge), fraction);
 }
 
+PackingProblem columns(double edge, double fraction) {
+  PackingProblem problem = cube(edge, fraction);
+  problem.species[0].inColumns = true;
+  return problem;
+}
+
 PackingProblem cylinder(double fraction) {
   return redCells(makeCylinder(Vec3(25.0, 0.0, 0.0), 0, 12.5, 50.0, true), fraction);
 }
@@ -144,6 +150,9 @@ std::vector<Case> allCases() {
   for (const double fraction : {0.60, 0.62})
     cases.push_back(
         {fmt::format("box50-{:.2f}", fraction), [=] { return cube(50.0, fraction); }, false, 1, 300.0});
+  for (const double fraction : {0.55, 0.58, 0.60, 0.62, 0.64, 0.65})
+    cases.push_back(
+        {fmt::format("columns50-{:.2f}", fraction), [=] { return columns(50.0, fraction); }, true});
   for (const double fraction : {0.50, 0.55})
     cases.push_back({fmt::format("cylinder-{:.2f}", fraction), [=] { return cylinder(fraction); }, true});
   for (const double fraction : {0.40, 0.50})

@@ -21,10 +21,10 @@ struct PlacementInput {
   const Freedom* freedom = nullptr;  ///< nullptr: free
 };
 
-/// Random poses of scale 1: centres uniform over the lumen (as far from the wall as the thinnest part of the
-/// shape, where there is room), orientations uniform (or the identity), both as far as the species' freedom
-/// allows. Cells overlap.
-/// Each pose is a function of the seed and the cell's id alone.
+/// Random poses of scale 1: centres uniform over the lumen, and more evenly spread than independent ones (as
+/// far from the wall as the thinnest part of the shape, where there is room), orientations uniform (or the
+/// identity), both as far as the species' freedom allows. Cells overlap. Each pose is a function of the seed
+/// and the cell's id alone.
 std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
                                 bool rotate);
 

@@ -146,6 +146,9 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   mesh = cube;
   for (Vec3& v : mesh.vertices) v.z() = 0.0;
   CHECK_THAT(refusalOf(mesh), Contains("collapsed") || Contains("manifold") || Contains("no area"));
+  mesh = cube;
+  for (Triangle& t : mesh.triangles) t[2] = t[1];
+  CHECK_THAT(refusalOf(mesh), Contains("all its triangles have collapsed"));
 }
 
 TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messages]") {

@@ -31,9 +31,9 @@ struct Crowd {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> part(0.0, 1.0);
     for (int i = 0; i < count; ++i)
-      cells.push_back(
-          {i % 3,
-           {test::randomRotation(random), size.cwiseProduct(Vec3(part(random), part(random), part(random)))}});
+      cells.push_back({i % 3,
+                       {test::randomRotation(random),
+                        size.cwiseProduct(Vec3(part(random), part(random), part(random)))}});
   }
 
   /// @param largestGap gaps above this are not measured [µm]

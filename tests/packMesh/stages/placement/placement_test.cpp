@@ -37,6 +37,23 @@ TEST_CASE("Cells start uniformly over a periodic box", "[placement]") {
   REQUIRE((axis / count).norm() < 0.05);
 }
 
+TEST_CASE("Cells start more evenly spread than independent points", "[placement]") {
+  const auto shape = test::redCellShape();
+  const Box bounds{{0, 0, 0}, {50, 50, 50}};
+  constexpr int perEdge = 5, count = 1000;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    std::vector<int> cells(perEdge * perEdge * perEdge, 0);
+    for (const Pose& pose : placeRandomly({shape.get(), nullptr, 0, count}, bounds, seed, true)) {
+      const Vec3 at = perEdge * pose.position.cwiseQuotient(bounds.size());
+      ++cells[int(at.x()) + perEdge * (int(at.y()) + perEdge * int(at.z()))];
+    }
+    const double mean = double(count) / double(cells.size());
+    double variance = 0.0;
+    for (const int n : cells) variance += (n - mean) * (n - mean) / double(cells.size());
+    CHECK(variance < 0.5 * mean);  // of independent points: the mean
+  }
+}
+
 TEST_CASE("A pose is a function of the seed and the cell's number alone", "[placement]") {
   const auto shape = test::redCellShape();
   const Box bounds{{0, 0, 0}, {20, 20, 20}};
