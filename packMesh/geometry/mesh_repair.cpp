@@ -273,7 +273,8 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
                     counted(faults.crowded, "edge", "edges") + ", the first " +
                     edgeText(mesh, faults.firstCrowded));
 
-  if (mesh.triangles.empty()) throw MeshError(name + ": all its triangles have collapsed, nothing is left");
+  if (mesh.triangles.empty())
+    throw MeshError(name + ": its triangles cancel each other out, nothing is left");
 
   std::vector<int> component;
   const std::optional<std::size_t> turned = orient(mesh, sides, component);

@@ -3,7 +3,6 @@
 
 #include <mpi.h>
 #include <algorithm>
-#include <fstream>
 #include <system_error>
 
 #include "packMesh/error.h"
@@ -16,7 +15,6 @@ hid_t openToWrite(const std::filesystem::path& file, const Communicator& communi
   if (!communicator.alone() &&
       H5Pset_fapl_mpio(access, *static_cast<const MPI_Comm*>(communicator.mpi()), MPI_INFO_NULL) < 0)
     return -1;
-  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18);  // formats with checksums
   const Hdf5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);
   return H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access);
@@ -44,16 +42,6 @@ bool selectRows(hid_t space, std::int64_t first, std::int64_t count, int columns
 bool isRegular(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(file, ignored);
-}
-
-/// HDF5 trusts what its old formats say: a damaged file makes it read beyond its buffers. The formats that
-/// are written here (superblock 2 and later) have checksums, which are looked at first.
-bool hasChecksums(const std::filesystem::path& file) {
-  constexpr std::size_t signature = 8;
-  constexpr char firstWith = 2;
-  char head[signature + 1] = {};
-  std::ifstream(file, std::ios::binary).read(head, sizeof head);
-  return head[signature] >= firstWith;
 }
 
 }  // namespace
@@ -135,15 +123,13 @@ void writeMesh(Hdf5Writer& out, const std::string& group, const TriangleMesh& me
 
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& file)
     : name_(file.string()),
-      file_(isRegular(file) && hasChecksums(file) ? H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)
-                                                  : H5I_INVALID_HID,
+      file_(isRegular(file) ? H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT) : H5I_INVALID_HID,
             H5Fclose) {
   if (file_.good()) return;
   const bool isHdf5 = isRegular(file) && H5Fis_hdf5(file.c_str()) > 0;
-  fail(!std::filesystem::exists(file)  ? "no such file"
-       : isHdf5 && !hasChecksums(file) ? "is an HDF5 file without checksums, none of packMesh's"
-       : isHdf5                        ? "is truncated or damaged, or another program writes it"
-                                       : "is not an HDF5 file, or cannot be read");
+  fail(!std::filesystem::exists(file) ? "no such file"
+       : isHdf5                       ? "is truncated or damaged, or another program writes it"
+                                      : "is not an HDF5 file, or cannot be read");
 }
 
 void Hdf5Reader::fail(const std::string& what) const {

@@ -191,9 +191,12 @@ TEST_CASE("options of constraints are checked", "[executable]") {
        {Row{"--cell-free-layer -1", 1, "'--cell-free-layer': expected a number in [0, 100]"},
         Row{"--cell-free-layer 10", 2, "larger than the lumen"},
         Row{"--orient RBC 0 0 0 10", 2, "is no direction"},
-        Row{"--orient RBC 0 0 1", 1, "the angle is missing"}, Row{"--orient RBC 0 0 1 100", 1, "[0, 90]"},
-        Row{"--orient WBC 0 0 1 10", 1, "no such cells to pack"}, Row{"--start RBC.pos", 2, "RBC.pos:2"},
-        Row{"--start none.pos", 2, "none.pos"}, Row{"--export vtk", 1, "csv, lammps or mirheo"},
+        Row{"--orient RBC 0 0 1", 1, "the angle is missing"},
+        Row{"--orient RBC 0 0 1 100", 1, "[0, 90]"},
+        Row{"--orient WBC 0 0 1 10", 1, "no such cells to pack"},
+        Row{"--start RBC.pos", 2, "RBC.pos:2"},
+        Row{"--start none.pos", 2, "none.pos"},
+        Row{"--export vtk", 1, "csv, lammps or mirheo"},
         Row{"--stock RBC -1", 1, "expected a whole number"},
         Row{"--realisations 2 --restart x.h5", 1, "excludes --realisations"},
         Row{"--realisations 2 --seed 9223372036854775807", 1, "larger than a seed may be"},
@@ -201,13 +204,29 @@ TEST_CASE("options of constraints are checked", "[executable]") {
         Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
         Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
         Row{"--walls none --tile 2 1 1 --method cat", 1, "not for --method cat"},
-        Row{"--pre-inlet Xpos", 2, "lengthN"}, Row{"--tile 2 2", 1, "the nz is missing"}}) {
+        Row{"--order columns", 2, "periodic along all axes"},
+        Row{"--order rows", 1, "random or columns"},
+        Row{"--order columns --walls none --method cat", 1, "not for --method cat"},
+        Row{"--order columns --walls none --noRotate", 2, "no cell is to be turned"},
+        Row{"--pre-inlet Xpos", 2, "lengthN"},
+        Row{"--tile 2 2", 1, "the nz is missing"}}) {
     CAPTURE(row.options);
     const Ran ran = run(folder.path(), std::string("16 16 16 --walls xyz --rbc 2 ") + row.options);
     INFO(ran.all());
     CHECK(ran.exitCode == row.exitCode);
     CHECK_THAT(ran.err, Contains(row.message));
   }
+}
+
+TEST_CASE("cells in columns are denser than at random", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = ok(folder, "40 40 40 --hematocrit 0.63 --plt_ratio 0 --order columns --report report.json");
+  CHECK_THAT(ran.out, Contains("in columns"));
+  CHECK(run(folder.path(), "check --box 40 40 40").exitCode == 0);
+  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  CHECK(report["configuration"]["order"] == "columns");
+  CHECK(report["measures"]["orientation"][0]["nematic"] > 0.99);
+  CHECK_THAT(ok(folder, "40 40 40 --hematocrit 0.63 --order columns --dry-run").out, Contains("In columns"));
 }
 
 TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {

@@ -94,6 +94,12 @@ TEST_CASE("tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]")
   requireSameOnRanks("25 25 25 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
 }
 
+TEST_CASE("columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks(
+      "60 60 60 --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 --best-effort "
+      "--max-iterations 40");
+}
+
 TEST_CASE("layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
       "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");

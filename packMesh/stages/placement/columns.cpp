@@ -178,8 +178,8 @@ Pose Columns::pose(std::int64_t cell) const {
   pose.orientation = (Quaternion::FromTwoVectors(axis_, u[0] < 0.5 ? along_ : Vec3(-along_)) *
                       Quaternion(Eigen::AngleAxisd(twoPi * u[1], axis_)))
                          .normalized();
-  pose.position = wrapped(box_.lo + feet_[column] + height * along_ - pose.orientation * middle_, box_,
-                          box_.size());
+  pose.position =
+      wrapped(box_.lo + feet_[column] + height * along_ - pose.orientation * middle_, box_, box_.size());
   return pose;
 }
 

@@ -29,8 +29,8 @@ class Columns {
   double room() const { return room_; }
   std::int64_t columnCount() const { return static_cast<std::int64_t>(feet_.size()); }
 
-  /// Of cell `cell` of 0 to count - 1. Where columns begin, and how cells are turned about them, depends on the
-  /// seed.
+  /// Of cell `cell` of 0 to count - 1. Where columns begin, and how cells are turned about them, depends on
+  /// the seed.
   Pose pose(std::int64_t cell) const;
 
  private:

@@ -148,7 +148,7 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   CHECK_THAT(refusalOf(mesh), Contains("collapsed") || Contains("manifold") || Contains("no area"));
   mesh = cube;
   for (Triangle& t : mesh.triangles) t[2] = t[1];
-  CHECK_THAT(refusalOf(mesh), Contains("all its triangles have collapsed"));
+  CHECK_THAT(refusalOf(mesh), Contains("all triangles of the mesh are collapsed"));
 }
 
 TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messages]") {

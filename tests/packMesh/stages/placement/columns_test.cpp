@@ -40,7 +40,8 @@ TEST_CASE("Columns that have room do not meet, in boxes of any shape", "[placeme
   const test::ShapePointer shape = test::redCellShape();
   constexpr double gap = 0.02;
   int roomy = 0;
-  for (const Vec3& size : {Vec3(30, 30, 30), Vec3(50, 50, 50), Vec3(25, 40, 33), Vec3(20, 20, 90), Vec3(61, 17, 43)})
+  for (const Vec3& size :
+       {Vec3(30, 30, 30), Vec3(50, 50, 50), Vec3(25, 40, 33), Vec3(20, 20, 90), Vec3(61, 17, 43)})
     for (const double fraction : {0.2, 0.45, 0.6}) {
       CAPTURE(size.transpose(), fraction);
       const Box box{Vec3(3, -4, 5), Vec3(3, -4, 5) + size};
@@ -72,8 +73,8 @@ TEST_CASE("Cells of any shape stand in columns by the cylinder around them", "[p
 
 TEST_CASE("Columns depend on the seed, cells on nothing but it", "[placement]") {
   const Box box{Vec3::Zero(), Vec3::Constant(30)};
-  const Columns first(*test::redCellShape(), 150, box, 0.02, 1), same(*test::redCellShape(), 150, box, 0.02, 1),
-      other(*test::redCellShape(), 150, box, 0.02, 2);
+  const Columns first(*test::redCellShape(), 150, box, 0.02, 1),
+      same(*test::redCellShape(), 150, box, 0.02, 1), other(*test::redCellShape(), 150, box, 0.02, 2);
   std::set<double> seen;
   for (std::int64_t i = 149; i >= 0; --i) {
     CHECK(first.pose(i).position == same.pose(i).position);
