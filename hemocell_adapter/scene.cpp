@@ -86,7 +86,7 @@ void resolveCounts(const Job& job, Scene& scene) {
                                  volume, lumen));
   }
   constexpr double limit = 0.6;  // of cells packed at random
-  if (volume > limit * lumen) {
+  if (volume > limit * lumen && !job.inColumns) {
     scene.warnings.push_back(
         fmt::format("the cells asked for fill {:.4f} of the lumen: above 0.60 packing takes minutes to "
                     "forever; --max-time and --best-effort bound it",
