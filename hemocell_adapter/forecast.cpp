@@ -115,9 +115,8 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
                   f.cells, f.fraction, f.effectiveFraction));
   if (job.inColumns)
     lines.push_back(
-        "In columns: the box decides what there is room for; most have some for 0.64 to 0.65. The figures "
-        "below are "
-        "those of random packings");
+        "In columns: the box decides what there is room for, up to 0.65 at 50 µm, less in small ones. The "
+        "figures below are those of random packings");
   if (f.effectiveFraction <= Forecast::easy)
     lines.push_back(fmt::format("Within reach: {:.3f} below {:.2f}, where packing begins to take long",
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
