@@ -39,11 +39,14 @@ class SphereGrid {
       for (int z = lo[2]; z <= hi[2]; ++z)
         for (int y = lo[1]; y <= hi[1]; ++y) {
           const std::int64_t row = (std::int64_t(z) * level.cells[1] + y) * level.cells[0];
-          for (int e = level.start[row + lo[0]]; e < level.start[row + hi[0] + 1]; ++e) {
-            const Entry& entry = level.entries[e];
-            const double touch = query.radius + margin + entry.sphere.radius;
-            if ((entry.sphere.center - query.center).squaredNorm() < touch * touch) visit(entry.index);
-          }
+          const int end = level.start[row + hi[0] + 1];
+          for (int begin = level.start[row + lo[0]]; begin < end; begin += chunk)
+            for (std::uint64_t near = mayBeNear(level, begin, end, query, margin); near != 0;
+                 near &= near - 1) {
+              const Entry& entry = level.entries[begin + __builtin_ctzll(near)];
+              const double touch = query.radius + margin + entry.sphere.radius;
+              if ((entry.sphere.center - query.center).squaredNorm() < touch * touch) visit(entry.index);
+            }
         }
     }
   }
@@ -60,7 +63,18 @@ class SphereGrid {
     int cells[3];
     std::vector<int> start;  ///< first entry of each cell, x fastest; one past the last at the end
     std::vector<Entry> entries;
+    /// The entries once more, centres relative to `origin`, some more entries at the end.
+    std::vector<float> x, y, z, radius;
+    Vec3 origin;
+    float rounding;  ///< bounds the error of distances between these [µm]
   };
+
+  /// So many entries are looked at together.
+  static constexpr int chunk = 64;
+
+  /// Which of the entries from `begin` on, up to `end` but no more than a chunk, may come nearer than
+  /// `margin` to the query: bit k stands for entry begin + k. No entry that does is left out.
+  static std::uint64_t mayBeNear(const Level& level, int begin, int end, const Sphere& query, double margin);
 
   static int cellIndex(const Level& level, int axis, double coordinate) {
     const double cell = std::floor((coordinate - level.bounds.lo[axis]) * level.cellsPerLength[axis]);

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char format[] = "packMesh state";
-constexpr std::int64_t schemaVersion = 1;
+constexpr std::int64_t schemaVersion = 2;
 
 const char* textOf(const RunPosition& position) {
   switch (position.stage) {
@@ -136,7 +136,8 @@ class Checksum {
 
 /// All numbers that are not of a cell, as arrays with a name.
 struct RunTables {
-  std::vector<std::int64_t> position, counters, counts, clearedPairs, failedPairs, failures, wallCells;
+  std::vector<std::int64_t> position, counters, counts, clearedPairs, disturbed, failedPairs, failures,
+      wallCells;
   std::vector<std::int64_t> growth;
   std::vector<double> lengths, wallDemands, growthNumbers, growthTaken;
   std::vector<float> clearances;
@@ -150,6 +151,7 @@ void forEachRunTable(Tables& tables, Visit&& visit) {
   visit("/relaxation/counts", 1, tables.counts);
   visit("/relaxation/extra_clearance_pairs", 2, tables.clearedPairs);
   visit("/relaxation/extra_clearance", 1, tables.clearances);
+  visit("/relaxation/disturbed", 1, tables.disturbed);
   visit("/run/failed_pairs", 2, tables.failedPairs);
   visit("/run/failures", 1, tables.failures);
   visit("/run/misplaced_cells", 1, tables.wallCells);
@@ -179,6 +181,7 @@ RunTables runTablesOf(const PackingState& state) {
     t.clearedPairs.insert(t.clearedPairs.end(), {pair.first, pair.second});
     t.clearances.push_back(extra);
   }
+  t.disturbed.assign(r.disturbed.begin(), r.disturbed.end());
   for (const auto& [pair, times] : state.failures) {
     t.failedPairs.insert(t.failedPairs.end(), {pair.first, pair.second});
     t.failures.push_back(times);
@@ -215,6 +218,7 @@ PackingState stateOf(const RunTables& t) {
   r.counts = t.counts;
   for (std::size_t i = 0; i < t.clearances.size(); ++i)
     r.extraClearance[{t.clearedPairs[2 * i], t.clearedPairs[2 * i + 1]}] = t.clearances[i];
+  r.disturbed.insert(t.disturbed.begin(), t.disturbed.end());
   for (std::size_t i = 0; i < t.failures.size(); ++i)
     state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
   for (std::size_t i = 0; i < t.wallCells.size(); ++i)

@@ -24,6 +24,7 @@
 #include "packMesh/geometry/mesh_repair.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/version.h"
+#include "tests/benchmark/kernels.h"
 
 using namespace packmesh;
 
@@ -33,7 +34,7 @@ void usage() {
   std::puts(
       "packing_benchmark [pattern ...] [--list] [--seeds n] [--max-seconds s] [--json file]\n"
       "  pattern          runs the cases whose name contains a match of one of these regular expressions;\n"
-      "                   without any, those marked quick\n"
+      "                   without any, those marked quick. \"kernels\" are the kernels by themselves\n"
       "  --list           names the cases\n"
       "  --seeds n        runs every case with seeds 1 to n; times are means, the outcome a rate of success\n"
       "  --max-seconds s  wall time after which a packing gives up [s]\n"
@@ -293,6 +294,23 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
 
 }  // namespace
 
+/// Runs the kernels, or only lists them, when they are asked for.
+nlohmann::ordered_json kernelRows(const std::vector<std::regex>& patterns, bool list) {
+  if (list) std::puts("kernels (quick)");
+  const bool wanted =
+      patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [](const std::regex& pattern) {
+        return std::regex_search("kernels", pattern);
+      });
+  if (list || !wanted) return nlohmann::ordered_json::array();
+  std::puts("");
+#ifdef PACKMESH_KERNEL_BENCHMARKS
+  return benchmark::runKernels();
+#else
+  std::puts("Kernels by themselves: google-benchmark was not installed when this was built.");
+  return nlohmann::ordered_json::array();
+#endif
+}
+
 int main(int argc, char** argv) {
   std::vector<std::regex> patterns;
   bool list = false;
@@ -334,9 +352,11 @@ int main(int argc, char** argv) {
         runs.push_back(measureInChild(c, seed, limit));
       rows.push_back(printRow(c, runs, baseBytes));
     }
+    const auto kernels = kernelRows(patterns, list);
     if (!jsonFile.empty()) {
       std::ofstream out(jsonFile);
-      out << nlohmann::ordered_json{{"packMesh", version()}, {"cases", rows}}.dump(2) << "\n";
+      out << nlohmann::ordered_json{{"packMesh", version()}, {"cases", rows}, {"kernels", kernels}}.dump(2)
+          << "\n";
       if (!out) throw std::runtime_error(jsonFile + " cannot be written");
     }
   } catch (const std::exception& error) {

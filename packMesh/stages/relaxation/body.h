@@ -18,28 +18,23 @@ struct Body {
   int block = 0;
   std::int64_t id = 0;  ///< global, over all species
 
-  /// Where the cell was at the beginning of the epoch: what is found out about its surroundings holds for as
-  /// far as it has not moved from there.
-  Vec3 referencePosition = Vec3::Zero();
-  Quaternion referenceOrientation = Quaternion::Identity();
-  double moved = 0.0;  ///< no point of the cell is further than this from where it was then [µm]
-  /// The wall need not be looked at while `moved` is less than this.
-  double awayFromWallWhile = -1.0;
-  /// While `moved` is less than wallMaskWhile, only these clusters of samples can touch the wall.
+  /// How long the way is that any of its points has come since pairs were listed, at most [µm]. What is found
+  /// out about its surroundings holds for some way.
+  double moved = 0.0;
+  double awayFromWallUntil = -1.0;  ///< the wall need not be looked at until `moved` is this
+  /// Until `moved` is wallMaskUntil, only these clusters of samples can touch the wall.
   ClusterMask wallMask = allClusters;
-  double wallMaskWhile = -1.0;
+  double wallMaskUntil = -1.0;
   bool deepInWall = true;           ///< was deep in the wall when last looked at, so coarse samples will do
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   bool changed = false;             ///< moved since other ranks were told
   bool touched = false;             ///< moved since Relaxation::forgetTouched()
   double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
 
-  /// Begins an epoch: here and now is the reference.
-  void setReference() {
-    referencePosition = position;
-    referenceOrientation = orientation;
+  /// Nothing is known of its surroundings.
+  void forgetSurroundings() {
     moved = 0.0;
-    awayFromWallWhile = wallMaskWhile = -1.0;
+    awayFromWallUntil = wallMaskUntil = -1.0;
   }
 
   Pose pose() const { return {scale, orientation, position}; }

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 #include <variant>
+
+#include "packMesh/tolerances.h"
 
 namespace packmesh {
 namespace {
@@ -67,8 +70,9 @@ SampleView viewOf(const SamplePoints& s) {
 /// So many times in a row a pair that touches is looked at only where it touched last.
 constexpr int mostQuickLooks = 1;
 
-/// Contacts deeper than this are found with coarse samples [µm].
-constexpr double deepContact = 0.3;
+/// Contacts no deeper than this are left alone [µm]: cells that were pushed apart then rest, where rounding
+/// would have them touch again and again.
+constexpr double negligible = 0.1 * tolerance::relaxationTolerance;
 
 }  // namespace
 
@@ -115,22 +119,44 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region
   }
 }
 
-bool ContactSolver::findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface,
-                                double clearance, bool coarsely, double margin, ClusterMask& mask,
-                                Contact& contact, double& nearest, ClusterMask& touched) const {
-  RelativeFrame frame;
-  const double ratio = sampled.scale / surface.scale;
-  const Mat3 m = ratio * (surface.rotation.transpose() * sampled.rotation);
-  const Vec3 t = surface.rotation.transpose() * fromSurface / surface.scale;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) frame.m[3 * r + c] = static_cast<float>(m(r, c));
-    frame.t[r] = static_cast<float>(t[r]);
-  }
-  frame.scale = static_cast<float>(ratio);
+/// How two bodies lie to each other: what the looks from either side share.
+struct ContactSolver::Meeting {
+  const Body &a, &b;
+  Vec3 fromB;  ///< from the centre of b to that of a [µm]
+  Mat3 turn;   ///< from a's frame to b's
+  double clearance;
 
+  Meeting(const Body& first, const Body& second, const Vec3& fromSecond, double wanted)
+      : a(first),
+        b(second),
+        fromB(fromSecond),
+        turn(second.rotation.transpose() * first.rotation),
+        clearance(wanted) {}
+
+  /// Map from the frame of a to that of b, or, from the other side, from b's to a's.
+  RelativeFrame frame(int side) const {
+    const Body &sampled = side == 0 ? a : b, &surface = side == 0 ? b : a;
+    const double ratio = sampled.scale / surface.scale;
+    const Vec3 t = surface.rotation.transpose() * fromB / (side == 0 ? surface.scale : -surface.scale);
+    RelativeFrame frame;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c)
+        frame.m[3 * r + c] = static_cast<float>(ratio * (side == 0 ? turn(r, c) : turn(c, r)));
+      frame.t[r] = static_cast<float>(t[r]);
+    }
+    frame.scale = static_cast<float>(ratio);
+    return frame;
+  }
+};
+
+bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely, double margin,
+                                ClusterMask& mask, Contact& contact, double& nearest,
+                                ClusterMask& touched) const {
+  const Body &sampled = side == 0 ? meeting.a : meeting.b, &surface = side == 0 ? meeting.b : meeting.a;
+  const double clearance = meeting.clearance;
   ContactSums sums;
   const SpeciesModel& model = models_[sampled.species];
-  kernel_(coarsely ? model.coarseSamples : model.samples, frame, models_[surface.species].field,
+  kernel_(coarsely ? model.coarseSamples : model.samples, meeting.frame(side), models_[surface.species].field,
           static_cast<float>(clearance / surface.scale), static_cast<float>(margin / surface.scale), mask,
           sums);
   nearest = surface.scale * sums.nearest;
@@ -142,7 +168,9 @@ bool ContactSolver::findContact(const Body& sampled, const Body& surface, const 
       surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
   Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perGradient);
   contact.depth = surface.scale * sums.deepest;
+  if (contact.depth <= negligible) return false;
   const double coherence = normal.norm();
+  const Vec3 fromSurface = side == 0 ? meeting.fromB : Vec3(-meeting.fromB);
   if (coherence < lockedNormal &&
       (contact.depth > models_[surface.species].lockedDepth || clearance > clearance_)) {
     const double distance = fromSurface.norm();
@@ -180,20 +208,13 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
     const Quaternion& q = body.orientation;
     const Vec3 v = q.vec() + q.w() * half + half.cross(q.vec());
     body.orientation = Quaternion(q.w() - half.dot(q.vec()), v.x(), v.y(), v.z()).normalized();
-    if (freedom.cone) body.orientation = freedom.cone->nearest(body.orientation);
+    if (freedom.cone) {
+      body.orientation = freedom.cone->nearest(body.orientation);
+      angle *= 2.0;  // back into the cone, from where it came, is no further than out of it
+    }
     body.rotation = body.orientation.toRotationMatrix();
   }
-  updateMoved(body);
-}
-
-void ContactSolver::updateMoved(Body& body) const {
-  const auto& q = body.orientation.coeffs();
-  const auto& r = body.referenceOrientation.coeffs();
-  // Quaternions a chord c apart are rotations 4 asin(c/2) <= 2.1 c apart for c <= 1; no point moves further
-  // than twice the radius.
-  const double turned = std::min(2.0, 2.1 * std::min((q - r).norm(), (q + r).norm()));
-  body.moved =
-      (body.position - body.referencePosition).norm() + turned * models_[body.species].radius * body.scale;
+  body.moved += length + reach * angle;
 }
 
 void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
@@ -213,39 +234,37 @@ void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepS
   Body &a = bodies[pair.first], &b = bodies[pair.second];
   if (models_[a.species].freedom.fixed && models_[b.species].freedom.fixed) return;
   const double moved = a.moved + b.moved;
-  if (pair.epoch != epoch_) {
-    pair.epoch = epoch_;
-    pair.apartWhile = pair.masksWhile = -1.0f;
-  }
-  if (moved < pair.apartWhile) return;
-
+  if (moved <= pair.apartUntil) return;
   const double clearance = clearance_ + pair.extraClearance - slack_;
   const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
-  Contact contacts[2];
-  bool touching[2];
-  if (findKnownContacts(pair, a, b, fromB, clearance, contacts, touching)) {
-    resolve(contacts, touching, a, b, sums);
-    return;
-  }
-
-  const double distance = fromB.norm();
-  if (distance > 1e-12) {
-    const Vec3 direction = fromB / distance;
-    const double apart = distance -
-                         a.scale * models_[a.species].bound.support(a.rotation.transpose() * direction) -
-                         b.scale * models_[b.species].bound.support(b.rotation.transpose() * direction);
+  const bool quick = mayLookQuickly(pair);
+  if (!quick) {
+    const double apart = boundedGap(a, b, fromB);
     if (apart > clearance) {
-      pair.apartWhile = static_cast<float>(apart - clearance - moved);
+      pair.apartUntil = static_cast<float>(moved + apart - clearance + negligible);
       return;
     }
   }
 
+  const Meeting meeting(a, b, fromB, clearance);
+  Contact contacts[2];
+  bool touching[2];
   double nearest;
-  if (!findContacts(pair, a, b, fromB, clearance, contacts, touching, nearest)) {
-    pair.apartWhile = static_cast<float>(nearest - clearance - moved);
-    return;
-  }
-  resolve(contacts, touching, a, b, sums);
+  if ((quick && findKnownContacts(pair, meeting, contacts, touching)) ||
+      findContacts(pair, meeting, contacts, touching, nearest))
+    resolve(contacts, touching, a, b, sums);
+  else
+    pair.apartUntil = static_cast<float>(moved + nearest - clearance + negligible);
+}
+
+double ContactSolver::boundedGap(const Body& a, const Body& b, const Vec3& fromB) const {
+  const SpeciesModel &modelA = models_[a.species], &modelB = models_[b.species];
+  const double distance = fromB.norm();
+  const double bySpheres = distance - a.scale * modelA.radius - b.scale * modelB.radius;
+  if (bySpheres > clearance_ || !(distance > 1e-12)) return bySpheres;
+  const Vec3 direction = fromB / distance;
+  return distance - a.scale * modelA.bound.support(a.rotation.transpose() * direction) -
+         b.scale * modelB.bound.support(b.rotation.transpose() * direction);
 }
 
 void ContactSolver::resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
@@ -260,32 +279,31 @@ void ContactSolver::resolve(const Contact (&contacts)[2], const bool (&touching)
   }
 }
 
-bool ContactSolver::findKnownContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB,
-                                      double clearance, Contact (&contacts)[2], bool (&touching)[2]) const {
-  if (thoroughly_ || pair.quickLooks >= mostQuickLooks) return false;
+bool ContactSolver::mayLookQuickly(const ContactPair& pair) const {
+  return !thoroughly_ && pair.quickLooks < mostQuickLooks && (pair.touched[0] | pair.touched[1]) != 0;
+}
+
+bool ContactSolver::findKnownContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
+                                      bool (&touching)[2]) const {
   ++pair.quickLooks;
-  const auto lookAt = [&](int side, const Body& sampled, const Body& surface, const Vec3& fromSurface) {
+  for (int side = 0; side < 2; ++side) {
     ClusterMask clusters = pair.touched[side], touched;
     double nearest;
-    touching[side] = clusters != 0 && findContact(sampled, surface, fromSurface, clearance, pair.coarse, 0.0,
-                                                  clusters, contacts[side], nearest, touched);
-  };
-  lookAt(0, a, b, fromB);
-  lookAt(1, b, a, -fromB);
+    touching[side] = clusters != 0 &&
+                     findContact(meeting, side, pair.coarse, 0.0, clusters, contacts[side], nearest, touched);
+  }
   return touching[0] || touching[1];
 }
 
-bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB,
-                                 double clearance, Contact (&contacts)[2], bool (&touching)[2],
-                                 double& nearest) const {
-  const double moved = a.moved + b.moved;
+bool ContactSolver::findContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
+                                 bool (&touching)[2], double& nearest) const {
+  const double moved = meeting.a.moved + meeting.b.moved, clearance = meeting.clearance;
   const auto lookAt = [&](bool coarsely, double margin, ClusterMask(&masks)[2]) {
-    double nearestA, nearestB;
-    touching[0] = findContact(a, b, fromB, clearance, coarsely, margin, masks[0], contacts[0], nearestA,
-                              pair.touched[0]);
-    touching[1] = findContact(b, a, -fromB, clearance, coarsely, margin, masks[1], contacts[1], nearestB,
-                              pair.touched[1]);
-    nearest = std::min(nearestA, nearestB);
+    double nearestOf[2];
+    for (int side = 0; side < 2; ++side)
+      touching[side] = findContact(meeting, side, coarsely, margin, masks[side], contacts[side],
+                                   nearestOf[side], pair.touched[side]);
+    nearest = std::min(nearestOf[0], nearestOf[1]);
     pair.quickLooks = 0;
     pair.coarse = coarsely;
     pair.deep =
@@ -299,19 +317,19 @@ bool ContactSolver::findContacts(ContactPair& pair, const Body& a, const Body& b
     if (found && pair.deep) return true;
     if (coarsely_) {
       pair.deep = true;
-      nearest = clearance;  // coarse samples say nothing of the gap
+      nearest = -std::numeric_limits<double>::infinity();  // coarse samples say nothing of the gap
       return found;
     }
   }
-  if (moved < pair.masksWhile) {
+  if (moved < pair.masksUntil) {
     ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin
     const bool found = lookAt(false, 0.0, masks);
-    nearest = std::min(nearest, clearance + (pair.masksWhile - moved));
+    nearest = std::min(nearest, clearance + (pair.masksUntil - moved));
     return found;
   }
-  pair.masksWhile = static_cast<float>(std::max(expectedMotion_, 1.5 * moved));
+  pair.masksUntil = static_cast<float>(moved + expectedMotion_);
   pair.masks[0] = pair.masks[1] = allClusters;
-  return lookAt(false, moved + pair.masksWhile, pair.masks);
+  return lookAt(false, expectedMotion_, pair.masks);
 }
 
 }  // namespace packmesh

@@ -15,6 +15,10 @@
 
 namespace packmesh {
 
+/// Contacts deeper than this are found with coarse samples [µm]: sooner resolved than with fine ones, in
+/// which cells lock.
+constexpr double deepContact = 0.4;
+
 /// What relaxation needs to know of a species.
 struct SpeciesModel {
   SampleView samples, coarseSamples;
@@ -68,14 +72,8 @@ class ContactSolver {
     omega_ = omega;
     slack_ = slack;
   }
-  /// Begins an epoch: what pairs know of earlier ones is void.
-  /// @param expectedMotion how far two cells may together be expected to move in it [µm]
-  void beginEpoch(double expectedMotion) {
-    ++epoch_;
-    expectedMotion_ = expectedMotion;
-  }
-  /// Bound of how far any point of `body` is from where it was at the beginning of the epoch [µm].
-  void updateMoved(Body& body) const;
+  /// @param motion how far two cells may together be expected to move in some sweeps [µm]
+  void setExpectedMotion(double motion) { expectedMotion_ = motion; }
 
   /// Look at every pair all over, also where it did not touch last.
   void setThoroughly(bool thoroughly) { thoroughly_ = thoroughly; }
@@ -93,15 +91,19 @@ class ContactSolver {
 
  private:
   struct Contact;
-  /// Samples of one body in the surface of the other; see ContactKernel for `margin` and `mask`.
-  bool findContact(const Body& sampled, const Body& surface, const Vec3& fromSurface, double clearance,
-                   bool coarsely, double margin, ClusterMask& mask, Contact& contact, double& nearest,
-                   ClusterMask& touched) const;
-  /// Looks only at the clusters that touched when last looked at all over; false when that will not do.
-  bool findKnownContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB, double clearance,
-                         Contact (&contacts)[2], bool (&touching)[2]) const;
-  bool findContacts(ContactPair& pair, const Body& a, const Body& b, const Vec3& fromB, double clearance,
-                    Contact (&contacts)[2], bool (&touching)[2], double& nearest) const;
+  struct Meeting;
+  /// A distance that the surfaces of two bodies certainly have, by bounds around them [µm]; may be negative.
+  double boundedGap(const Body& a, const Body& b, const Vec3& fromB) const;
+  /// Samples of one body (side 0: of the first) in the surface of the other; see ContactKernel for `margin`
+  /// and `mask`.
+  bool findContact(const Meeting& meeting, int side, bool coarsely, double margin, ClusterMask& mask,
+                   Contact& contact, double& nearest, ClusterMask& touched) const;
+  /// Whether it will do to look at the clusters that touched when last looked at all over.
+  bool mayLookQuickly(const ContactPair& pair) const;
+  bool findKnownContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
+                         bool (&touching)[2]) const;
+  bool findContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2], bool (&touching)[2],
+                    double& nearest) const;
   void resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
                SweepSums& sums) const;
   void resolveWall(Body& body, SweepSums& sums) const;
@@ -114,7 +116,6 @@ class ContactSolver {
   double clearance_, wallClearance_;
   double omega_ = 1.0, slack_ = 0.0;
   bool rotate_ = true, coarsely_ = false, thoroughly_ = true;
-  int epoch_ = 0;
   double expectedMotion_ = 0.1;
   ContactKernel kernel_;
   WallKernel wallKernel_;

@@ -22,11 +22,10 @@ struct ContactPair {
   bool coarse = false;          ///< `touched` are clusters of the coarse samples
   std::uint8_t quickLooks = 0;  ///< since the pair was looked at all over
   float extraClearance = 0.0f;  ///< on top of the problem's clearance [µm]
-  std::int32_t epoch = -1;      ///< what follows is about this epoch (see Body)
-  /// The two need not be looked at while `moved`, the sum over both cells, is less than this [µm].
-  float apartWhile = -1.0f;
-  /// While moved is less than this, only the clusters in the masks can touch the other cell [µm].
-  float masksWhile = -1.0f;
+  /// The two need not be looked at until `moved`, the sum over both cells, is this [µm].
+  float apartUntil = -1.0f;
+  /// Until moved is this, only the clusters in the masks can touch the other cell [µm].
+  float masksUntil = -1.0f;
   ClusterMask masks[2] = {allClusters, allClusters};
   /// The clusters that touched when the pair was last looked at all over.
   ClusterMask touched[2] = {0, 0};

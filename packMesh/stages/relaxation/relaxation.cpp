@@ -19,15 +19,21 @@ constexpr double thinnestSkin = 0.05, widestSkin = 0.2;
 /// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
 constexpr std::int64_t shortLived = 4, longLived = 30;
 
-/// Sweeps after which everything known of a cell's surroundings is found out anew, and how far cells are then
-/// expected to move: this times what they moved in the last epoch, within bounds [µm].
-constexpr std::int64_t epochSweeps = 10;
-constexpr double motionReserve = 1.5;
+/// Every so many sweeps it is found out anew how far cells move, and how much further than they touch pairs
+/// are looked at: what they move in some sweeps, within bounds [µm].
+constexpr std::int64_t foreseenFor = 10;
+constexpr double foreseenSweeps = 5.0;
 constexpr double smallestMotion = 0.01, largestMotion = 0.25;
 
 /// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
 /// [fraction of the largest radius].
 constexpr double coarseDepth = 0.015;
+/// How far cells may stray before pairs are listed anew, as long as not all of those that touch have to be
+/// known: until coarse samples no longer do [fraction of the largest radius], and after that [fraction of the
+/// skin].
+constexpr double coarseStray = 0.8, fineStray = 1.0;
+/// When all have to be known: no two cells come nearer than the list allows for.
+constexpr double completeStray = 0.5;
 
 /// When the deepest contact of a sweep was less than this, the next one looks at all pairs thoroughly [µm].
 constexpr double nearlyResolved = 3.0 * tolerance::relaxationTolerance;
@@ -150,11 +156,31 @@ void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
     if (shared_.owns(b)) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
 }
 
-bool Relaxation::strayed() const {
-  const double allowed = 0.5 * state_.skin;
+double Relaxation::largestStray() const {
+  double square = 0.0;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if ((bodies_[i].position - listedAt_[i]).squaredNorm() > allowed * allowed) return true;
-  return false;
+    square = std::max(square, (bodies_[i].position - listedAt_[i]).squaredNorm());
+  return std::sqrt(square);
+}
+
+/// Whether the next sweep is to look at all pairs thoroughly.
+bool Relaxation::nearlyResolvedBefore() const {
+  return state_.sweeps == 0 || state_.last.deepest < nearlyResolved;
+}
+
+/// Whether coarse samples are enough for the next sweep.
+bool Relaxation::coarseWillDo() const {
+  return state_.coarsely &&
+         (state_.sweeps == 0 || state_.last.total() > coarseDepth * largestRadius_ * state_.last.contacts);
+}
+
+double Relaxation::allowedStray() const {
+  if (coarseWillDo()) return coarseStray * largestRadius_;
+  return (nearlyResolvedBefore() ? completeStray : fineStray) * state_.skin;
+}
+
+bool Relaxation::beginsAnew() const {
+  return !listed_ || state_.sweeps - state_.listedInSweep >= longestLived || stray_ > allowedStray();
 }
 
 /// Within this range of a rank's blocks its sweeps and its certificate need to know all cells [µm].
@@ -173,13 +199,16 @@ void Relaxation::distribute() {
   shared_.distribute(bodies_, range());
 }
 
-void Relaxation::refreshLists() {
+void Relaxation::refreshLists(bool atRest) {
   const std::int64_t lasted = state_.sweeps - state_.listedInSweep;
   if (state_.sweeps > 0 && lasted < shortLived) state_.skin *= 1.5;
   if (lasted > longLived) state_.skin *= 0.7;
   state_.skin = std::clamp(state_.skin, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
+  movedBefore_ = 0.0;
+  foreseenInSweep_ = state_.listedInSweep;
+  expectMotion();
+  movedBefore_ = 0.0;
   state_.listedInSweep = state_.sweeps;
-  const double motion = expectedMotion();
   list_ = PairList();  // never two lists at a time in memory
 
   bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
@@ -190,18 +219,23 @@ void Relaxation::refreshLists() {
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
-  listPairsOfOwn();
+  listPairsOfOwn(atRest);
   listedAt_.resize(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
   listed_ = true;
-  strayed_ = false;
-  stirAll();
-  beginEpoch(motion);
+  stray_ = 0.0;
+  for (Body& body : bodies_) body.forgetSurroundings();
 }
 
-void Relaxation::listPairsOfOwn() {
+void Relaxation::listPairsOfOwn(bool atRest) {
   list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + state_.skin, input_.bounds,
                     input_.period, blocks_.count(), [&](int block) { return shared_.owns(block); });
+  const bool mayBeDeep = coarseWillDo() || state_.last.deepest > deepContact;
+  const auto rests = [&](int body) { return atRest && state_.disturbed.count(bodies_[body].id) == 0; };
+  for (ContactPair& p : list_.pairs) {
+    p.deep = mayBeDeep;
+    if (rests(p.first) && rests(p.second)) p.apartUntil = 0.0f;
+  }
   if (!state_.extraClearance.empty())
     for (ContactPair& p : list_.pairs) {
       const auto extra = state_.extraClearance.find({bodies_[p.first].id, bodies_[p.second].id});
@@ -238,19 +272,38 @@ bool Relaxation::isUneven() const {
   return most > tolerableImbalance * static_cast<double>(communicator_.sum(own)) / communicator_.size();
 }
 
-/// How far two cells are together expected to move in the coming epoch [µm].
-double Relaxation::expectedMotion() const {
+/// Tells the solver how far two cells are together expected to move in some sweeps, by what they moved
+/// lately.
+void Relaxation::expectMotion() {
   constexpr double stepsPerMicrometre = 0x1p20;
   std::int64_t steps = 0;
   for (const Body& body : bodies_)
     if (owns(body)) steps += static_cast<std::int64_t>(body.moved * stepsPerMicrometre);
   const double all = static_cast<double>(communicator_.sum(steps)) / stepsPerMicrometre;
-  const double mean = cellCount_ == 0 ? 0.0 : all / static_cast<double>(cellCount_);
-  return std::clamp(motionReserve * 2.0 * mean, smallestMotion, largestMotion);
+  const auto since = static_cast<double>(std::max<std::int64_t>(1, state_.sweeps - foreseenInSweep_));
+  const double perSweep =
+      (all - movedBefore_) / (since * static_cast<double>(std::max<std::int64_t>(1, cellCount_)));
+  solver_.setExpectedMotion(std::clamp(foreseenSweeps * 2.0 * perSweep, smallestMotion, largestMotion));
+  movedBefore_ = all;
+  foreseenInSweep_ = state_.sweeps;
 }
 
 void Relaxation::stirAll() {
   stirred_.assign(blocks_.count(), true);
+}
+
+/// Whether the next sweep, with this slack, has nothing to do but where something was demanded since the last
+/// one, which resolved everything.
+bool Relaxation::restsAlready(double slack) const {
+  return state_.sweeps > 0 && state_.last.thorough && slack >= state_.slack &&
+         state_.last.deepest <= tolerance::relaxationTolerance - state_.slack;
+}
+
+void Relaxation::stirDisturbed() {
+  if (state_.disturbed.empty()) return;
+  for (const Body& body : bodies_)
+    if (state_.disturbed.count(body.id)) stir(body.block);
+  state_.disturbed.clear();
 }
 
 /// A cell of this block, or one near it, has moved.
@@ -258,26 +311,23 @@ void Relaxation::stir(int block) {
   for (const int b : blocks_.around(block)) stirred_[b] = true;
 }
 
-void Relaxation::beginEpoch(double expectedMotion) {
-  for (Body& body : bodies_) body.setReference();
-  solver_.beginEpoch(expectedMotion);
-  epochBegan_ = state_.sweeps;
-}
-
 SweepSums Relaxation::sweep(double omega, double slack) {
-  if (beginsAnew())
-    refreshLists();
-  else if (state_.sweeps - epochBegan_ >= epochSweeps)
-    beginEpoch(expectedMotion());
+  const bool atRest = restsAlready(slack);
+  if (slack < state_.slack) listed_ = false;  // what was apart may touch
+  if (beginsAnew()) {
+    refreshLists(atRest);
+    stirred_.assign(blocks_.count(), !atRest);
+  } else if (state_.sweeps - foreseenInSweep_ >= foreseenFor) {
+    expectMotion();
+  }
+  stirDisturbed();
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
-  sums.thorough = state_.sweeps == 0 || state_.last.deepest < nearlyResolved;
+  sums.thorough = nearlyResolvedBefore();
   solver_.setThoroughly(sums.thorough);
-  const bool coarsely =
-      state_.coarsely &&
-      (state_.sweeps == 0 || state_.last.total() > coarseDepth * largestRadius_ * state_.last.contacts);
-  if (slack != state_.slack || coarsely != state_.coarsely) stirAll();
+  const bool coarsely = coarseWillDo();
+  if (slack < state_.slack || coarsely != state_.coarsely) stirAll();
   state_.slack = slack;
   state_.coarsely = coarsely;
   solver_.setCoarsely(state_.coarsely);
@@ -292,7 +342,7 @@ SweepSums Relaxation::sweep(double omega, double slack) {
     for (const int block : shared_.hear(bodies_)) stir(block);
   }
   shared_.endTelling();
-  strayed_ = strayed();
+  stray_ = largestStray();
   if (!communicator_.alone()) addUp(sums);
   ++state_.sweeps;
   state_.last = sums;
@@ -310,15 +360,15 @@ void Relaxation::resolve(int block, SweepSums& sums) {
   if (sums.contacts > before) stir(block);
 }
 
-/// Over all ranks: the sums of a sweep, and whether any cell has strayed.
+/// Over all ranks: the sums of a sweep, and how far cells have strayed.
 void Relaxation::addUp(SweepSums& sums) {
   std::vector<std::int64_t> added = {sums.totalSteps, sums.contacts};
-  std::vector<double> largest = {sums.deepest, strayed_ ? 1.0 : 0.0};
+  std::vector<double> largest = {sums.deepest, stray_};
   communicator_.sumAndMax(added, largest);
   sums.totalSteps = added[0];
   sums.contacts = added[1];
   sums.deepest = largest[0];
-  strayed_ = largest[1] > 0.0;
+  stray_ = largest[1];
 }
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
@@ -328,15 +378,17 @@ void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double
   demanded = static_cast<float>(std::min(demanded + extra, most));
   largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
   listed_ = false;
+  state_.disturbed.insert(first);
+  state_.disturbed.insert(second);
 }
 
 void Relaxation::demandWallClearance(std::int64_t id, double extra) {
   for (Body& body : bodies_)
     if (body.id == id) {
       body.extraWallClearance += extra;
-      body.awayFromWallWhile = -1.0;
+      body.awayFromWallUntil = -1.0;
     }
-  stirAll();
+  state_.disturbed.insert(id);
 }
 
 void Relaxation::setPose(std::int64_t id, const Pose& pose) {
@@ -347,6 +399,7 @@ void Relaxation::setPose(std::int64_t id, const Pose& pose) {
       body.rotation = pose.orientation.toRotationMatrix();
       body.touched = true;
       listed_ = false;
+      state_.disturbed.insert(id);
     }
 }
 

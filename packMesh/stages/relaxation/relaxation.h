@@ -60,7 +60,7 @@ class Relaxation {
 
   /// Whether the next sweep begins by finding out everything anew. Then the bodies and state() are all that
   /// the future depends on.
-  bool beginsAnew() const { return !listed_ || strayed_ || sweeps() - state_.listedInSweep >= longestLived; }
+  bool beginsAnew() const;
   const RelaxationState& state() const { return state_; }
 
   /// Frees what can be found out anew, to leave its memory to others between sweeps.
@@ -89,19 +89,23 @@ class Relaxation {
   /// A list of pairs lasts for so many sweeps at most, so that the course of long runs can be kept.
   static constexpr std::int64_t longestLived = 50;
 
-  void refreshLists();
+  void refreshLists(bool atRest);
   void addUp(SweepSums& sums);
   void resolve(int block, SweepSums& sums);
   void findBorder();
   bool atBorder(int block) const { return !atBorder_.empty() && atBorder_[block]; }
   void stir(int block);
   void stirAll();
-  void listPairsOfOwn();
+  void stirDisturbed();
+  bool restsAlready(double slack) const;
+  void listPairsOfOwn(bool atRest);
   void shareOut(std::vector<std::int64_t> workOfBlock);
   bool isUneven() const;
-  double expectedMotion() const;
-  void beginEpoch(double expectedMotion);
-  bool strayed() const;
+  void expectMotion();
+  double largestStray() const;
+  double allowedStray() const;
+  bool nearlyResolvedBefore() const;
+  bool coarseWillDo() const;
   double range() const;
   std::vector<Body> cellsThat(const std::function<bool(const Body&)>& fit) const;
   void distribute();
@@ -125,9 +129,11 @@ class Relaxation {
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions when the lists were made
   PairList list_;
-  std::int64_t epochBegan_ = 0;
+  double movedBefore_ = 0.0;  ///< sum over all cells when motion was last foreseen [µm]
+  std::int64_t foreseenInSweep_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
-  bool listed_ = false, strayed_ = false;
+  bool listed_ = false;
+  double stray_ = 0.0;         ///< no cell is further than this from where it was when listed [µm]
   double largestExtra_ = 0.0;  ///< clearance of a pair [µm]
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct RelaxationState {
   bool coarsely = true;  ///< whether coarse samples have been enough so far
   SweepSums last;        ///< of the last sweep
   ExtraClearances extraClearance;
+  std::set<std::int64_t> disturbed;  ///< cells that something was demanded of since the last sweep
 };
 
 }  // namespace packmesh

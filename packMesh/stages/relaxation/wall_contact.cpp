@@ -7,13 +7,6 @@
 namespace packmesh {
 namespace {
 
-/// Cells deeper in the wall than this are pushed back by coarse samples [µm].
-constexpr double deepContact = 0.3;
-
-/// Which clusters may touch the wall is only remembered for motions smaller than this [µm]: for larger ones
-/// it would be most of them.
-constexpr double widestMargin = 0.15;
-
 /// A pair has a contact for either direction, each of which takes omega times the penetration away; a wall
 /// has one, so it takes that much more.
 constexpr double wallPush = 1.9;
@@ -48,14 +41,14 @@ void ContactSolver::resolveHome(Body& body, SweepSums& sums) const {
 
 void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   const SpeciesModel& model = models_[body.species];
-  if (model.wallField == nullptr || body.moved < body.awayFromWallWhile) return;
+  if (model.wallField == nullptr || body.moved < body.awayFromWallUntil) return;
   const WallField& wall = *model.wallField;
   const double clearance =
       wallClearance_ + model.freedom.extraWallClearance + body.extraWallClearance - slack_;
   const double reach = model.radius * body.scale;
   const double atCenter = wall.distance(body.position) - wall.slack();
   if (atCenter > reach + clearance) {
-    body.awayFromWallWhile = atCenter - reach - clearance - body.moved;
+    body.awayFromWallUntil = body.moved + atCenter - reach - clearance;
     return;
   }
 
@@ -72,22 +65,21 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
     found = lookAt(model.coarseSamples, true, 0.0, all);
   }
   if (!body.deepInWall && !coarsely_) {
-    if (body.moved < body.wallMaskWhile) {
+    if (body.moved < body.wallMaskUntil) {
       ClusterMask mask = body.wallMask;  // a full mask would be narrowed to no margin
       found = lookAt(model.samples, false, 0.0, mask);
       found.nearest =
-          std::min(found.nearest, static_cast<float>(clearance + body.wallMaskWhile - body.moved));
+          std::min(found.nearest, static_cast<float>(clearance + body.wallMaskUntil - body.moved));
     } else {
-      const double expected = std::max(0.5 * expectedMotion_, 1.5 * body.moved);
-      const bool still = body.moved + expected < widestMargin;
+      const double expected = 0.5 * expectedMotion_;
       body.wallMask = allClusters;
-      body.wallMaskWhile = still ? expected : -1.0;
-      found = lookAt(model.samples, false, still ? body.moved + expected : 0.0, body.wallMask);
+      body.wallMaskUntil = body.moved + expected;
+      found = lookAt(model.samples, false, expected, body.wallMask);
     }
   }
   if (found.contacts == 0) {
     if (coarsely_) return;  // coarse samples say nothing of the gap
-    body.awayFromWallWhile = found.nearest - clearance - body.moved;
+    body.awayFromWallUntil = body.moved + found.nearest - clearance;
     return;
   }
 

@@ -29,6 +29,7 @@ PackingState sampleState(PackingProblem problem) {
   pack(problem);
   state.failures[{1, 5}] = 3;
   state.demandedOfWall[7] = 0.25;
+  state.relaxation.disturbed = {2, 9};
   return state;
 }
 
@@ -59,6 +60,7 @@ TEST_CASE("A state reads back as it was written, and its bytes are the same ever
   REQUIRE(found.failures == state.failures);
   REQUIRE(found.demandedOfWall == state.demandedOfWall);
   REQUIRE(found.relaxation.extraClearance == state.relaxation.extraClearance);
+  REQUIRE(found.relaxation.disturbed == state.relaxation.disturbed);
   REQUIRE(found.relaxation.counts == state.relaxation.counts);
   REQUIRE(found.relaxation.blocks == state.relaxation.blocks);
   writeState(again, problem, head.command, found);

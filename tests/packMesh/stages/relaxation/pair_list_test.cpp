@@ -119,7 +119,7 @@ TEST_CASE("Pairs stand with the block of the smaller id, in the order of ids and
         const ContactPair& pair = pairs.pairs[p];
         REQUIRE(s.bodies[pair.first].id <= s.bodies[pair.second].id);
         REQUIRE(s.bodies[pair.first].block == b);
-        REQUIRE(pair.apartWhile < 0.0);
+        REQUIRE(pair.apartUntil < 0.0);
         REQUIRE(pair.extraClearance == 0.0f);
         if (p == pairs.start[b]) continue;
         const ContactPair& before = pairs.pairs[p - 1];
