@@ -130,7 +130,7 @@ class AcceptedWall final : public Wall {
     WallVerdict verdict;
     if (wall_) verdict = wall_->examine(cell, gapOfInterest);
     if (verdict.objection) return verdict;
-    verdict.objection = acceptance_.objection(placed(cell.hierarchy.mesh(), cell.placement).vertices);
+    verdict.objection = acceptance_.objection(placedVertices(cell.hierarchy.mesh(), cell.placement));
     return verdict;
   }
 

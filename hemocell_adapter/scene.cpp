@@ -189,10 +189,10 @@ bool knowsAcceptance(const Scene& scene) {
 
 std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell) {
   const SceneSpecies& species = scene.species[cell.species];
-  const TriangleMesh mesh = placed(species.shape->mesh(), cell.placement);
-  if (species.acceptance) return species.acceptance->objection(mesh.vertices);
+  const std::vector<Vec3> vertices = placedVertices(species.shape->mesh(), cell.placement);
+  if (species.acceptance) return species.acceptance->objection(vertices);
   if (scene.lumen.keptBox) {
-    for (const Vec3& p : mesh.vertices) {
+    for (const Vec3& p : vertices) {
       const bool kept = (p.array() > scene.lumen.keptBox->lo.array()).all() &&
                         (p.array() <= scene.lumen.keptBox->hi.array()).all();
       if (!kept) return "a vertex lies outside the lattice";

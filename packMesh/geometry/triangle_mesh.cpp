@@ -33,9 +33,17 @@ Box boundingBox(const TriangleMesh& mesh) {
   return box;
 }
 
+std::vector<Vec3> placedVertices(const TriangleMesh& mesh, const Placement& placement) {
+  std::vector<Vec3> out;
+  out.reserve(mesh.vertices.size());
+  for (const Vec3& v : mesh.vertices) out.push_back(placement(v));
+  return out;
+}
+
 TriangleMesh placed(const TriangleMesh& mesh, const Placement& placement) {
-  TriangleMesh out = mesh;
-  for (Vec3& v : out.vertices) v = placement(v);
+  TriangleMesh out;
+  out.vertices = placedVertices(mesh, placement);
+  out.triangles = mesh.triangles;
   return out;
 }
 

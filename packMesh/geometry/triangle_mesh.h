@@ -29,8 +29,9 @@ double surfaceArea(const TriangleMesh& mesh);
 /// Bounding box of all vertices [µm].
 Box boundingBox(const TriangleMesh& mesh);
 
-/// The mesh with every vertex mapped by `placement`.
+/// The mesh, or its vertices alone, with every vertex mapped by `placement`.
 TriangleMesh placed(const TriangleMesh& mesh, const Placement& placement);
+std::vector<Vec3> placedVertices(const TriangleMesh& mesh, const Placement& placement);
 
 /// The mesh with the orientation of every triangle turned round.
 void flip(TriangleMesh& mesh);

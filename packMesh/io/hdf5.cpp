@@ -10,13 +10,15 @@
 namespace packmesh {
 namespace {
 
-hid_t openToWrite(const std::filesystem::path& file, const Communicator& communicator) {
+hid_t openToWrite(const std::filesystem::path& file, const Communicator& communicator,
+                  std::uint64_t userBlock) {
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (!communicator.alone() &&
       H5Pset_fapl_mpio(access, *static_cast<const MPI_Comm*>(communicator.mpi()), MPI_INFO_NULL) < 0)
     return -1;
   const Hdf5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);
+  if (H5Pset_userblock(creation, userBlock) < 0) return -1;
   return H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access);
 }
 
@@ -55,10 +57,11 @@ QuietHdf5::~QuietHdf5() {
   H5Eset_auto2(H5E_DEFAULT, function_, data_);
 }
 
-Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator)
+Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator,
+                       std::uint64_t userBlock)
     : first_(communicator.rank() == 0),
       alone_(communicator.alone()),
-      file_(openToWrite(file, communicator), H5Fclose),
+      file_(openToWrite(file, communicator, userBlock), H5Fclose),
       transfer_(collectiveTransfer(communicator), H5Pclose) {
   note(file_.good());
 }

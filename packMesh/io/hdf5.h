@@ -72,7 +72,9 @@ inline Hdf5Type hdf5Type(const std::int32_t*) {
 /// waiting: ask good() in the end.
 class Hdf5Writer {
  public:
-  Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator);
+  /// @param userBlock first bytes that are left to others: 0, 512 or another power of two above
+  Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator,
+             std::uint64_t userBlock = 0);
 
   void group(const std::string& path);
   void attribute(const std::string& path, const char* name, const std::string& text);

@@ -4,9 +4,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -14,6 +11,7 @@
 
 #include "packMesh/error.h"
 #include "packMesh/io/hdf5.h"
+#include "packMesh/io/seal.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/version.h"
@@ -23,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char format[] = "packMesh state";
+constexpr char kind[] = "state";
 constexpr std::int64_t schemaVersion = 2;
 
 const char* textOf(const RunPosition& position) {
@@ -115,24 +113,6 @@ void forEachMeasure(Measures& measures, Visit&& visit) {
   visit("gap", measures.gap);
   visit("local_hematocrit", measures.localHematocrit);
 }
-
-/// Of rows of tables, wherever they are: the sum over all ranks tells whether any number has changed.
-class Checksum {
- public:
-  template <class T>
-  void add(const std::string& table, std::int64_t first, int columns, const std::vector<T>& rows) {
-    const XXH64_hash_t seed = XXH3_64bits(table.data(), table.size());
-    for (std::size_t i = 0; i < rows.size() / columns; ++i)
-      sum_ += XXH3_64bits_withSeed(&rows[i * columns], columns * sizeof(T),
-                                   seed + static_cast<std::uint64_t>(first) + i);
-  }
-  std::int64_t sum(const Communicator& communicator) const {
-    return communicator.sum(static_cast<std::int64_t>(sum_));
-  }
-
- private:
-  std::uint64_t sum_ = 0;
-};
 
 /// All numbers that are not of a cell, as arrays with a name.
 struct RunTables {
@@ -239,6 +219,10 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          t.growthNumbers.size() == 2;
 }
 
+std::string writer() {
+  return std::string("packMesh ") + version() + " (" + gitHash() + ")";
+}
+
 void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
               const PackingState& state) {
   const Communicator& ranks = problem.communicator;
@@ -247,9 +231,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   const std::vector<std::int64_t> counts = ranks.gatherAll(std::vector<std::int64_t>{mine});
   for (int rank = 0; rank < ranks.rank(); ++rank) first += counts[rank];
 
-  out.attribute("/", "format", std::string(format));
-  out.attribute("/", "version", schemaVersion);
-  out.attribute("/", "packMesh", std::string(version()) + " (" + gitHash() + ")");
+  out.attribute("/", "packMesh", writer());
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
   out.attribute("/", "lumen", problem.container->describe());
@@ -273,29 +255,22 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   out.group("/growth");
   out.group("/growth/best");
   out.group("/cells");
-  Checksum checksum;
   const RunTables run = runTablesOf(state);
-  forEachRunTable(run, [&](const char* path, int columns, const auto& table) {
-    out.table(path, columns, table);
-    if (ranks.rank() == 0) checksum.add(path, 0, columns, table);
-  });
+  forEachRunTable(run,
+                  [&](const char* path, int columns, const auto& table) { out.table(path, columns, table); });
   const CellTables cells = tablesOf(state.cells);
   forEachTable(cells, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/cells/") + name, state.cellCount, columns, first, table);
-    checksum.add(name, first, columns, table);
   });
   forEachMeasure(state.measures, [&](const char* name, const std::vector<double>& known) {
     std::vector<double> table = known;
     table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
     out.table(std::string("/cells/") + name, state.cellCount, 1, first, table);
-    checksum.add(name, first, 1, table);
   });
   const CellTables best = tablesOf(state.growth.best);
   forEachTable(best, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/growth/best/") + name, columns, table);
-    if (ranks.rank() == 0) checksum.add(std::string("best ") + name, 0, columns, table);
   });
-  out.attribute("/", "checksum", checksum.sum(ranks));
 }
 
 /// Flushes to the disk and gives the file its name. @return what went wrong, or nothing
@@ -308,15 +283,6 @@ std::string putInPlace(const fs::path& written, const fs::path& file) {
   return "";
 }
 
-std::string headText(const Hdf5Reader& in) {
-  if (in.text("/", "format") != format) in.fail("is an HDF5 file, but not a state of packMesh");
-  const std::int64_t found = in.integer("/", "version");
-  if (found != schemaVersion)
-    in.fail("is a state file of version " + std::to_string(found) + "; this packMesh reads version " +
-            std::to_string(schemaVersion) + " (it was written by packMesh " + in.text("/", "packMesh") + ")");
-  return in.text("/", "stage");
-}
-
 }  // namespace
 
 void writeState(const fs::path& name, const PackingProblem& problem, const std::vector<std::string>& command,
@@ -327,12 +293,13 @@ void writeState(const fs::path& name, const PackingProblem& problem, const std::
   const fs::path written = file.parent_path() / ("." + file.filename().string() + ".new");
   std::string error;
   {
-    Hdf5Writer out(written, ranks);
+    Hdf5Writer out(written, ranks, sealSize);
     writeAll(out, problem, command, state);
     if (!out.close()) error = "cannot be written (is the folder writable, the disk full?)";
   }
   if (!ranks.any(!error.empty())) {
-    if (ranks.rank() == 0) error = putInPlace(written, file);
+    if (ranks.rank() == 0) error = seal(written, {kind, schemaVersion, writer()});
+    if (ranks.rank() == 0 && error.empty()) error = putInPlace(written, file);
   }
   if (!ranks.any(!error.empty())) return;
   if (ranks.rank() == 0) ::unlink(written.c_str());
@@ -340,9 +307,10 @@ void writeState(const fs::path& name, const PackingProblem& problem, const std::
 }
 
 StateHead readStateHead(const fs::path& file) {
+  requireSealed(file, kind, schemaVersion);
   const Hdf5Reader in(file);
   StateHead head;
-  head.stage = headText(in);
+  head.stage = in.text("/", "stage");
   head.digest = in.text("/", "problem");
   head.cells = in.size("/cells/id")[0];
   const std::int64_t words = in.integer("/command", "words");
@@ -353,18 +321,15 @@ StateHead readStateHead(const fs::path& file) {
 
 namespace {
 
-/// This rank's part, and what the sum of all ranks' checksums has to be.
-PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem, Checksum& checksum,
-                       std::int64_t& expected) {
+/// This rank's part.
+PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   const Communicator& ranks = problem.communicator;
-  headText(in);
   if (in.text("/", "problem") != digestOf(problem))
     in.fail("is the state of another problem (lumen, cells, numbers, clearances or seed differ)");
   RunTables run;
   forEachRunTable(run, [&](const char* path, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(path, columns);
-    if (ranks.rank() == 0) checksum.add(path, 0, columns, table);
   });
   if (!ofTheRightSizes(run, problem.species.size())) in.fail("is damaged: its tables do not fit each other");
   PackingState state = stateOf(run);
@@ -373,21 +338,17 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem, Chec
   forEachTable(cells, [&, from = first, count = end - first](const char* name, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
-    checksum.add(name, from, columns, table);
   });
   forEachMeasure(state.measures, [&, from = first, count = end - first](const char* name, auto& table) {
     table = in.table<double>(std::string("/cells/") + name, 1, from, count);
-    checksum.add(name, from, 1, table);
   });
   CellTables best;
   forEachTable(best, [&](const char* name, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(std::string("/growth/best/") + name, columns);
-    if (ranks.rank() == 0) checksum.add(std::string("best ") + name, 0, columns, table);
   });
   if (!alike(best)) in.fail("is damaged: its tables do not fit each other");
   state.growth.best = cellsOf(best);
-  expected = in.integer("/", "checksum");
   state.cells = cellsOf(cells);
   std::int64_t all = state.cellCount;
   if (state.position.stage != Stage::growth)
@@ -404,18 +365,21 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem, Chec
 PackingState readState(const fs::path& file, const PackingProblem& problem) {
   const Communicator& ranks = problem.communicator;
   PackingState state;
-  Checksum checksum;
-  std::int64_t expected = 0;
   std::string error;
-  try {
-    state = readShare(Hdf5Reader(file), problem, checksum, expected);
-  } catch (const InputError& found) {
-    error = found.what();
-  }
-  if (ranks.any(!error.empty()))
-    throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
-  if (checksum.sum(ranks) != expected)
-    throw InputError(file.string() + ": is damaged: its numbers are not those that were written");
+  const auto attempt = [&](const auto& work) {
+    try {
+      work();
+    } catch (const InputError& found) {
+      error = found.what();
+    }
+    if (ranks.any(!error.empty()))
+      throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
+  };
+  // No rank reads what may be damaged.
+  attempt([&] {
+    if (ranks.rank() == 0) requireSealed(file, kind, schemaVersion);
+  });
+  attempt([&] { state = readShare(Hdf5Reader(file), problem); });
   return state;
 }
 

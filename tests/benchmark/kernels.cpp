@@ -100,8 +100,8 @@ std::vector<std::array<Vec3, 6>> trianglePairs() {
   for (int i = 0; i < examples; ++i) {
     const int t = static_cast<int>(random() % mesh.triangles.size());
     const Placement turned{test::randomRotation(random), Vec3::Zero()};
-    const Vec3 to = mesh.corner(t, 0) + Vec3(offset(random), offset(random), offset(random)) -
-                    turned(mesh.corner(t, 1));
+    const Vec3 to =
+        mesh.corner(t, 0) + Vec3(offset(random), offset(random), offset(random)) - turned(mesh.corner(t, 1));
     pairs.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), turned(mesh.corner(t, 0)) + to,
                      turned(mesh.corner(t, 1)) + to, turned(mesh.corner(t, 2)) + to});
   }

@@ -58,7 +58,8 @@ int requireSameAfterKills(const Undisturbed& expected, int wanted, const std::ve
     for (int again = 0; again < 6; ++again) {
       const bool begun = fs::exists(folder.path() / "state.h5");
       saved += begun;
-      if (begun) REQUIRE(readStateHead(folder.path() / "state.h5").cells > 0);
+      if (begun)
+        REQUIRE_NOTHROW(readStateHead(folder.path() / "state.h5"));  // without cells: not begun to grow
       const std::string arguments = begun ? "--restart state.h5" : expected.problem + oftenSaved;
       const std::string limit = std::to_string(share(random) * expected.seconds);
       const bool last = again == 5;
@@ -165,7 +166,7 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
   writeText(file, "not HDF5");
   const Ran garbage = run(folder.path(), "--restart state.h5");
   REQUIRE(garbage.exitCode == int(ExitCode::badInput));
-  REQUIRE_THAT(garbage.err, Contains("not an HDF5 file"));
+  REQUIRE_THAT(garbage.err, Contains("not a state of packMesh"));
   const Ran check = run(folder.path(), "check config.xml --restart state.h5");
   REQUIRE(check.exitCode == int(ExitCode::usage));
 }
@@ -225,7 +226,7 @@ TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too",
     const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
     CAPTURE(arguments, ran.all());
     REQUIRE(ran.exitCode == int(ExitCode::badInput));
-    REQUIRE_THAT(ran.all(), Contains("HDF5 file") || Contains("no such file"));
+    REQUIRE_THAT(ran.all(), Contains("not a state of packMesh") || Contains("no such file"));
   }
   REQUIRE(run(folder.path(), "30 30 30 --checkpoint-every 0").exitCode == int(ExitCode::usage));
   REQUIRE(run(folder.path(), "--restart").exitCode == int(ExitCode::usage));

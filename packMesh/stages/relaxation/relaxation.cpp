@@ -295,7 +295,7 @@ void Relaxation::stirAll() {
 /// Whether the next sweep, with this slack, has nothing to do but where something was demanded since the last
 /// one, which resolved everything.
 bool Relaxation::restsAlready(double slack) const {
-  return state_.sweeps > 0 && state_.last.thorough && slack >= state_.slack &&
+  return state_.sweeps > 0 && state_.last.thorough && !state_.coarsely && slack >= state_.slack &&
          state_.last.deepest <= tolerance::relaxationTolerance - state_.slack;
 }
 

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "packMesh/error.h"
+#include "packMesh/io/seal.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
@@ -91,34 +92,32 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
   }
   SECTION("empty, text, a folder, a pipe") {
     writeBytes(file, "");
-    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
     writeBytes(file, "12\n1 2 3\n");
-    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
     fs::remove(file);
     fs::create_directory(file);
-    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
     fs::remove(file);
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
-    REQUIRE_THAT(refusal(), Contains("not an HDF5 file"));
+    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
   }
   SECTION("truncated") {
     for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
       writeBytes(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
-      REQUIRE_THAT(refusal(), Contains("truncated") || Contains("not an HDF5 file"));
+      REQUIRE_THAT(refusal(), Contains("truncated"));
     }
   }
   SECTION("another program's HDF5 file") {
     H5Fclose(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
-    REQUIRE_THAT(refusal(), Contains("format"));
+    REQUIRE_THAT(refusal(), Contains("is an HDF5 file, but not a state of packMesh"));
   }
   SECTION("another version") {
-    const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-    const hid_t attribute = H5Aopen(opened, "version", H5P_DEFAULT);
-    const std::int64_t version = 99;
-    H5Awrite(attribute, H5T_NATIVE_INT64, &version);
-    H5Aclose(attribute);
-    H5Fclose(opened);
-    REQUIRE_THAT(refusal(), Contains("version 99"));
+    std::string other = bytes;
+    const std::string version = ", version 2\n";
+    other.replace(other.find(version), version.size(), ", version 99");
+    writeBytes(file, other);
+    REQUIRE_THAT(refusal(), Contains("version 99") && Contains("this packMesh reads version 2"));
   }
   SECTION("a number changed") {
     const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
@@ -130,28 +129,15 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
     H5Fclose(opened);
     REQUIRE_THAT(refusal(), Contains("damaged"));
   }
-  SECTION("bytes changed anywhere: refused, or the same state") {
+  SECTION("bits changed anywhere") {
     std::mt19937 random(1);
-    const PackingState whole = readState(file, problem);
-    int refused = 0;
     for (int n = 0; n < 300; ++n) {
       std::string damaged = bytes;
-      for (int k = 0; k < 1 + n % 3; ++k)
-        damaged[random() % damaged.size()] ^= static_cast<char>(1u << random() % 8);
+      const std::size_t at = random() % (n % 3 == 0 ? sealSize : damaged.size());
+      damaged[at] ^= static_cast<char>(1u << random() % 8);
       writeBytes(file, damaged);
-      try {
-        const PackingState found = readState(file, problem);
-        REQUIRE(found.cells.size() == whole.cells.size());
-        for (std::size_t i = 0; i < whole.cells.size(); ++i) {
-          REQUIRE(found.cells[i].id == whole.cells[i].id);
-          REQUIRE(std::equal(whole.cells[i].pose.position, whole.cells[i].pose.position + 3,
-                             found.cells[i].pose.position));
-        }
-      } catch (const InputError&) {
-        ++refused;
-      }
+      REQUIRE(refusal() != "none");
     }
-    REQUIRE(refused > 50);  // the others changed nothing that is read
   }
   SECTION("of another problem") {
     problem.seed = 4;

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/io/seal.h"
+
+#include <fmt/format.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include "packMesh/error.h"
+
+namespace packmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string headOf(const std::string& kind) {
+  return "packMesh " + kind + ", version ";
+}
+
+/// The first bytes of a file.
+std::string blockOf(const Seal& seal, const XXH128_hash_t& hash) {
+  std::string block = fmt::format("{}{}\nwritten by {}\nXXH3 {:016x}{:016x}\n", headOf(seal.kind),
+                                  seal.version, seal.writer, hash.high64, hash.low64);
+  block.resize(sealSize, '\0');
+  return block;
+}
+
+/// Of the writer, and all bytes after the seal; nothing when they cannot be read.
+std::optional<XXH128_hash_t> hashOf(const std::string& writer, std::istream& in) {
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  XXH3_128bits_update(&state, writer.data(), writer.size());
+  std::vector<char> chunk(std::size_t{1} << 20);
+  in.seekg(sealSize);
+  while (in.read(chunk.data(), static_cast<std::streamsize>(chunk.size())) || in.gcount() > 0)
+    XXH3_128bits_update(&state, chunk.data(), static_cast<std::size_t>(in.gcount()));
+  if (!in.eof()) return {};
+  return XXH3_128bits_digest(&state);
+}
+
+/// The line that begins at `at`.
+std::string_view lineAt(std::string_view text, std::size_t at) {
+  return at < text.size() ? text.substr(at, text.find('\n', at) - at) : std::string_view();
+}
+
+}  // namespace
+
+std::string seal(const fs::path& file, const Seal& seal) {
+  std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
+  const auto hash = hashOf(seal.writer, out);
+  out.clear();
+  if (!hash) return "cannot be read again";
+  const std::string block = blockOf(seal, *hash);
+  errno = 0;
+  if (out.seekp(0) && out.write(block.data(), sealSize) && out.flush()) return "";
+  return std::string("cannot be written: ") + std::strerror(errno);
+}
+
+void requireSealed(const fs::path& file, const std::string& kind, std::int64_t version) {
+  const auto fail = [&](const std::string& what) { throw InputError(file.string() + ": " + what); };
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) fail("no such file");
+  std::ifstream in;
+  if (fs::is_regular_file(file, ignored)) in.open(file, std::ios::binary);  // a pipe would never end
+  std::string block(sealSize, '\0');
+  in.read(block.data(), sealSize);
+  block.resize(static_cast<std::size_t>(in.gcount()));
+  in.clear();
+
+  const std::string head = headOf(kind);
+  if (block.compare(0, 4, "\x89HDF") == 0)
+    fail("is an HDF5 file, but not a " + kind + " of packMesh (or one of version 1)");
+  if (block.compare(0, head.size(), head) != 0) fail("is not a " + kind + " of packMesh, or cannot be read");
+  const std::string_view number = lineAt(block, head.size());
+  std::int64_t found = 0;
+  std::from_chars(number.data(), number.data() + number.size(), found);
+  const std::string_view writtenBy = lineAt(block, head.size() + number.size() + 1);
+  constexpr std::string_view by = "written by ";
+  const std::string writer(writtenBy.substr(std::min(by.size(), writtenBy.size())));
+  if (found > 0 && found != version)
+    fail(fmt::format("is a {} of version {}; this packMesh reads version {} (it was written by {})", kind, found,
+                     version, writer));
+  const auto hash = hashOf(writer, in);
+  if (!hash || block != blockOf({kind, version, writer}, *hash)) fail("is truncated or damaged");
+}
+
+}  // namespace packmesh
