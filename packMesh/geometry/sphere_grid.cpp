@@ -28,7 +28,7 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
       for (int k = 0; k < 3; ++k) product *= std::floor(size[k] / w) + 1.0;
       return product;
     };
-    while (count(width) > 4.0 * members.size() + 64.0) width *= 1.25;
+    while (count(width) > static_cast<double>(members.size()) + 64.0) width *= 1.25;
     for (int k = 0; k < 3; ++k) {
       level.cells[k] = static_cast<int>(std::floor(size[k] / width)) + 1;
       level.cellsPerLength[k] = 1.0 / width;
