@@ -192,6 +192,7 @@ class Run {
 
   /// Measures the cells of the state that is kept.
   void measure(Relaxation& relaxation) {
+    relaxation.dropLists();
     written_.take(relaxation);
     const CertificateInput input = written_.certificateInput();
     const CellMeasures measured = measureCells(problem_, input);
@@ -391,6 +392,7 @@ class Run {
   void leaveOutFailing(Relaxation& relaxation) {
     Stopwatch watch(result_.statistics.certificateSeconds);
     while (!interruptedOnAnyRank()) {
+      relaxation.dropLists();
       written_.take(relaxation);
       result_.certificate =
           ofAllRanks(certify(written_.certificateInput()), written_.ids(), problem_.communicator);

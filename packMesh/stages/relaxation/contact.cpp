@@ -205,12 +205,14 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
       angle = largestTurn;
     }
     const Vec3 half = 0.5 * turn;
-    const Quaternion& q = body.orientation;
+    const Quaternion q = body.orientation;
     const Vec3 v = q.vec() + q.w() * half + half.cross(q.vec());
     body.orientation = Quaternion(q.w() - half.dot(q.vec()), v.x(), v.y(), v.z()).normalized();
     if (freedom.cone) {
+      // Rotations whose quaternions are a chord c apart are 4 asin(c/2) <= 2.1 c apart for c <= 1.
       body.orientation = freedom.cone->nearest(body.orientation);
-      angle *= 2.0;  // back into the cone, from where it came, is no further than out of it
+      const auto &now = body.orientation.coeffs(), &before = q.coeffs();
+      angle = std::min(2.0, 2.1 * std::min((now - before).norm(), (now + before).norm()));
     }
     body.rotation = body.orientation.toRotationMatrix();
   }

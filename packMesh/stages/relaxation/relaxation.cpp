@@ -94,7 +94,7 @@ ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::in
   double reach = 0.0;
   for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
   // Between two makings of lists no point of a cell gets further out of the bounds than this.
-  ContactSolver solver(std::move(models), input.bounds.grownBy(2.0 * reach), input.period, input.clearance,
+  ContactSolver solver(std::move(models), input.bounds.grownBy(3.0 * reach), input.period, input.clearance,
                        input.wallClearance);
   solver.setMobile(input.rotate);
   return solver;
@@ -163,7 +163,7 @@ double Relaxation::largestStray() const {
   return std::sqrt(square);
 }
 
-/// Whether the next sweep is to look at all pairs thoroughly.
+/// Whether the next sweep is to look at all pairs thoroughly, unless coarse samples do.
 bool Relaxation::nearlyResolvedBefore() const {
   return state_.sweeps == 0 || state_.last.deepest < nearlyResolved;
 }
@@ -211,30 +211,31 @@ void Relaxation::refreshLists(bool atRest) {
   state_.listedInSweep = state_.sweeps;
   list_ = PairList();  // never two lists at a time in memory
 
-  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
-                bodies_.end());
+  dropCopies();
   if (isUneven()) shareOut(workOfBlock_);
   distribute();
   bodyStart_.assign(blocks_.count() + 1, 0);
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
-  listPairsOfOwn(atRest);
+  for (Body& body : bodies_) {
+    body.forgetSurroundings();
+    body.rests = atRest && state_.disturbed.count(body.id) == 0;
+  }
+  listPairsOfOwn();
   listedAt_.resize(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
   listed_ = true;
   stray_ = 0.0;
-  for (Body& body : bodies_) body.forgetSurroundings();
 }
 
-void Relaxation::listPairsOfOwn(bool atRest) {
+void Relaxation::listPairsOfOwn() {
   list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + state_.skin, input_.bounds,
                     input_.period, blocks_.count(), [&](int block) { return shared_.owns(block); });
   const bool mayBeDeep = coarseWillDo() || state_.last.deepest > deepContact;
-  const auto rests = [&](int body) { return atRest && state_.disturbed.count(bodies_[body].id) == 0; };
   for (ContactPair& p : list_.pairs) {
     p.deep = mayBeDeep;
-    if (rests(p.first) && rests(p.second)) p.apartUntil = 0.0f;
+    if (bodies_[p.first].rests && bodies_[p.second].rests) p.apartUntil = 0.0f;
   }
   if (!state_.extraClearance.empty())
     for (ContactPair& p : list_.pairs) {
@@ -295,7 +296,7 @@ void Relaxation::stirAll() {
 /// Whether the next sweep, with this slack, has nothing to do but where something was demanded since the last
 /// one, which resolved everything.
 bool Relaxation::restsAlready(double slack) const {
-  return state_.sweeps > 0 && state_.last.thorough && !state_.coarsely && slack >= state_.slack &&
+  return state_.sweeps > 0 && state_.last.thorough && slack >= state_.slack &&
          state_.last.deepest <= tolerance::relaxationTolerance - state_.slack;
 }
 
@@ -324,9 +325,9 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
-  sums.thorough = nearlyResolvedBefore();
-  solver_.setThoroughly(sums.thorough);
   const bool coarsely = coarseWillDo();
+  sums.thorough = nearlyResolvedBefore() && !coarsely;
+  solver_.setThoroughly(sums.thorough);
   if (slack < state_.slack || coarsely != state_.coarsely) stirAll();
   state_.slack = slack;
   state_.coarsely = coarsely;
@@ -386,7 +387,8 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
   for (Body& body : bodies_)
     if (body.id == id) {
       body.extraWallClearance += extra;
-      body.awayFromWallUntil = -1.0;
+      body.awayFromWallUntil = body.wallMaskUntil = -1.0;
+      body.rests = false;
     }
   state_.disturbed.insert(id);
 }
@@ -398,9 +400,9 @@ void Relaxation::setPose(std::int64_t id, const Pose& pose) {
       body.orientation = pose.orientation;
       body.rotation = pose.orientation.toRotationMatrix();
       body.touched = true;
-      listed_ = false;
-      state_.disturbed.insert(id);
     }
+  listed_ = false;
+  state_.disturbed.insert(id);
 }
 
 void Relaxation::remove(const std::vector<std::int64_t>& ids) {
@@ -414,6 +416,13 @@ void Relaxation::remove(const std::vector<std::int64_t>& ids) {
 void Relaxation::dropLists() {
   list_ = PairList();
   listed_ = false;
+  dropCopies();
+  distribute();
+}
+
+void Relaxation::dropCopies() {
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
+                bodies_.end());
 }
 
 std::vector<Body> Relaxation::cells() const {

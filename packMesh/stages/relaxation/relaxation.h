@@ -63,7 +63,8 @@ class Relaxation {
   bool beginsAnew() const;
   const RelaxationState& state() const { return state_; }
 
-  /// Frees what can be found out anew, to leave its memory to others between sweeps.
+  /// Frees what can be found out anew, to leave its memory to others between sweeps, and lets every rank know
+  /// the cells near its own. All ranks must call.
   void dropLists();
 
   /// Cells are known to all ranks with a cell from which they can be examined: whose mesh comes nearer than
@@ -98,7 +99,7 @@ class Relaxation {
   void stirAll();
   void stirDisturbed();
   bool restsAlready(double slack) const;
-  void listPairsOfOwn(bool atRest);
+  void listPairsOfOwn();
   void shareOut(std::vector<std::int64_t> workOfBlock);
   bool isUneven() const;
   void expectMotion();
@@ -109,6 +110,7 @@ class Relaxation {
   double range() const;
   std::vector<Body> cellsThat(const std::function<bool(const Body&)>& fit) const;
   void distribute();
+  void dropCopies();
 
   RelaxationInput input_;
   Communicator communicator_;

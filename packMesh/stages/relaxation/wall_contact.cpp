@@ -25,7 +25,7 @@ double deepestOf(const WallSums& sums) {
 
 void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
   const Freedom& freedom = models_[body.species].freedom;
-  if (freedom.fixed) return;
+  if (freedom.fixed || (body.rests && body.moved == 0.0)) return;
   resolveWall(body, sums);
   if (freedom.home) resolveHome(body, sums);
 }

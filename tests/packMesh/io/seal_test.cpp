@@ -28,17 +28,20 @@ void write(const fs::path& file, const std::string& bytes) {
 TEST_CASE("A seal tells what a file is, and any change of it") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "sealed";
-  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{1} << 20, (std::size_t{3} << 20) + 7}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{1}, std::size_t{1} << 20, (std::size_t{3} << 20) + 7}) {
     write(file, std::string(sealSize, '?') + std::string(size, 'x'));
     REQUIRE(seal(file, {"thing", 3, "me"}).empty());
     const std::string sealed = bytesOf(file);
     REQUIRE(sealed.size() == sealSize + size);
     REQUIRE_THAT(sealed, Catch::Matchers::StartsWith("packMesh thing, version 3\nwritten by me\nXXH3 "));
     REQUIRE_NOTHROW(requireSealed(file, "thing", 3));
-    REQUIRE_THROWS_WITH(requireSealed(file, "thing", 4),
-                        Contains("sealed: is a thing of version 3; this packMesh reads version 4") && Contains("me"));
+    REQUIRE_THROWS_WITH(
+        requireSealed(file, "thing", 4),
+        Contains("sealed: is a thing of version 3; this packMesh reads version 4") && Contains("me"));
     REQUIRE_THROWS_WITH(requireSealed(file, "something", 3), Contains("is not a something of packMesh"));
-    for (const std::size_t at : {std::size_t{16}, std::size_t{40}, std::size_t{60}, sealSize - 1, sealed.size() - 1}) {
+    for (const std::size_t at :
+         {std::size_t{16}, std::size_t{40}, std::size_t{60}, sealSize - 1, sealed.size() - 1}) {
       std::string changed = sealed;
       changed[at] ^= 1;
       write(file, changed);
