@@ -15,8 +15,8 @@ namespace {
 struct Measured {
   double fraction, milliseconds;
 };
-constexpr Measured measured[] = {{0.10, 0.02}, {0.20, 0.03}, {0.30, 0.045}, {0.35, 0.064}, {0.45, 0.12},
-                                 {0.50, 0.18}, {0.55, 0.38}, {0.58, 1.0},   {0.60, 14.0},  {0.62, 400.0}};
+constexpr Measured measured[] = {{0.10, 0.02}, {0.20, 0.025}, {0.30, 0.037}, {0.35, 0.047}, {0.45, 0.085},
+                                 {0.50, 0.14}, {0.55, 0.28},  {0.58, 0.75},  {0.60, 11.0},  {0.62, 400.0}};
 
 /// Per tenfold number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double growthPerDecade = 0.15;

@@ -19,13 +19,13 @@ namespace packmesh {
 /// A cell counts as the cylinder about the shortest edge of its bounding box that holds it.
 class Columns {
  public:
-  /// The arrangement of `count` cells that leaves most room between them.
+  /// Of the arrangements of `count` cells that are tried the one that leaves most room between them.
   /// @param gap wanted between cells [µm]
   /// Pre: count > 0; the box is periodic along all axes
   Columns(const Shape& shape, std::int64_t count, const Box& box, double gap, std::uint64_t seed);
 
   /// Distances between cells as multiples of those wanted, the smaller one of those along and across the
-  /// columns: at least 1 when no cells are nearer to each other than the gap.
+  /// columns: when at least 1, no cells are nearer to each other than the gap.
   double room() const { return room_; }
   std::int64_t columnCount() const { return static_cast<std::int64_t>(feet_.size()); }
 
