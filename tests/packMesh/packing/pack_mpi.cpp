@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <set>
 
 #include "packMesh/container/primitives.h"
 #include "tests/support/packings.h"
@@ -120,6 +121,25 @@ TEST_CASE("Cells that fail grow again alike on any number of ranks", "[mpi]") {
     problem.regrowAfter = 0;
     requireSameOnAllRanks(problem,
                           [&](const PackingResult& result) { rounds += result.statistics.regrowth.rounds; });
+  }
+  REQUIRE(rounds > 0);
+}
+
+TEST_CASE("All ranks save the same state of cells that grew again", "[mpi]") {
+  const Communicator world = Communicator::world();
+  std::int64_t rounds = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    PackingProblem problem =
+        mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.55, seed);
+    problem.regrowAfter = 0;
+    problem.communicator = world;
+    PackingState last;
+    problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
+    rounds += pack(problem).statistics.regrowth.rounds;
+    const std::set<std::int64_t>& own = last.relaxation.disturbed;
+    const auto all = world.gatherAll(std::vector<std::int64_t>(own.begin(), own.end()));
+    REQUIRE(all.size() == own.size() * static_cast<std::size_t>(world.size()));
+    for (std::size_t i = 0; i < all.size(); ++i) REQUIRE(own.count(all[i]) == 1);
   }
   REQUIRE(rounds > 0);
 }
