@@ -231,7 +231,6 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   const std::vector<std::int64_t> counts = ranks.gatherAll(std::vector<std::int64_t>{mine});
   for (int rank = 0; rank < ranks.rank(); ++rank) first += counts[rank];
 
-  out.attribute("/", "packMesh", writer());
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
   out.attribute("/", "lumen", problem.container->describe());

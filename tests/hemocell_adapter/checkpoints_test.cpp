@@ -4,8 +4,10 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <map>
 #include <random>
 
 #include "executable.h"
@@ -116,6 +118,44 @@ wait $pid
     INFO(second.all());
     REQUIRE(second.exitCode == 0);
     REQUIRE(positions(folder.path()) == expected);
+  }
+}
+
+TEST_CASE("SIGTERM in each stage leaves the files of before, and a state of that stage") {
+  struct Case {
+    std::string arguments;
+    std::vector<std::string> stages;  ///< which it passes through
+  };
+  const std::string before = "1\n4 4 4 0 0 0\n";
+  for (const Case& wanted : {
+           Case{"70 70 70 --hematocrit 0.3 --plt_ratio 0", {"relaxation", "certificate"}},
+           Case{"60 60 60 --hematocrit 0.57 --plt_ratio 0 --seed 2", {"repair"}},
+           Case{"25 25 25 --hematocrit 0.63 --plt_ratio 0 --max-time 1 --best-effort", {"thinning out"}},
+           Case{"18 18 18 --hematocrit 0.35 --plt_ratio 0 --method cat", {"growth"}},
+       }) {
+    const double seconds = undisturbed(wanted.arguments).seconds;
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    std::map<std::string, int> seen;  // runs stopped in each stage
+    const auto allSeen = [&] {
+      return std::all_of(wanted.stages.begin(), wanted.stages.end(),
+                         [&](auto& stage) { return seen[stage] > 0; });
+    };
+    for (int runs = 0; !allSeen(); ++runs) {
+      CAPTURE(wanted.arguments, runs, seen);
+      REQUIRE(runs < 200);
+      const TemporaryFolder folder;
+      writeText(folder.path() / "RBC.pos", before);
+      const Ran ran =
+          run(folder.path(), wanted.arguments + " --state s.h5", "packMesh",
+              "timeout --foreground --preserve-status -s TERM " + std::to_string(share(random) * seconds));
+      CAPTURE(ran.exitCode, ran.all());
+      if (ran.exitCode == 0) continue;  // it had ended
+      REQUIRE(readText(folder.path() / "RBC.pos") == before);
+      const bool state = fs::exists(folder.path() / "s.h5");
+      if (state) ++seen[readStateHead(folder.path() / "s.h5").stage];
+      REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == (state ? 2 : 1));
+    }
   }
 }
 
