@@ -135,6 +135,39 @@ TEST_CASE("An interrupted run leaves the state it was last kept in") {
   }
 }
 
+// But for the certificate, which is brought to its end.
+TEST_CASE("A run can be interrupted in any stage, and leaves a state of that stage") {
+  // False when the run had no such stage.
+  const auto interruptedIn = [](PackingProblem problem, Stage wanted) {
+    PackingState last;
+    bool reached = false;
+    problem.checkpoints = Checkpoints{[&] { return !reached; },
+                                      [&](const PackingState& state) {
+                                        last = state;
+                                        reached = reached || state.position.stage == wanted;
+                                      }};
+    problem.interrupted = [&] { return reached; };
+    const PackingResult result = pack(problem);
+    if (!reached) return false;
+    CAPTURE(static_cast<int>(wanted));
+    REQUIRE(result.outcome == Outcome::interrupted);
+    REQUIRE(result.cells.empty());
+    REQUIRE(last.position.stage == wanted);
+    return true;
+  };
+  CHECK(interruptedIn(mixtureIn(longBox(), 0.55, 1), Stage::relaxation));
+  int repaired = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed)
+    repaired += interruptedIn(mixtureIn(longBox(), 0.55, seed), Stage::repair);
+  CHECK(repaired > 0);
+  PackingProblem tooMany = mixtureIn(test::periodicCube(25.0), 0.63, 6);
+  tooMany.limits.maxSweeps = 330;
+  CHECK(interruptedIn(tooMany, Stage::thinning));
+  PackingProblem grown = mixtureIn(test::periodicCube(18.0), 0.5, 3);
+  grown.method = Method::cat;
+  CHECK(interruptedIn(grown, Stage::growth));
+}
+
 TEST_CASE("Problems are told apart by what decides the packing, and by nothing else") {
   const auto sample = [] { return mixtureIn(longBox(), 0.3, 1); };
   const std::string digest = digestOf(sample());
