@@ -123,13 +123,13 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
   else if (f.effectiveFraction <= Forecast::possible)
     lines.push_back(
         fmt::format("At the limit: between {:.2f} and {:.2f} packing takes minutes to hours, or fails; "
-                    "--max-time and --best-effort bound it",
-                    Forecast::easy, Forecast::possible));
+                    "--max-time and --best-effort bound it{}",
+                    Forecast::easy, Forecast::possible, columnsInstead(job, scene)));
   else
-    lines.push_back(
-        fmt::format("Probably out of reach: {:.3f} above {:.2f}, the densest that was reached; "
-                    "--max-time and --best-effort give the densest there is",
-                    f.effectiveFraction - Forecast::possible, Forecast::possible));
+    lines.push_back(fmt::format(
+        "Probably out of reach: {:.3f} above {:.2f}, the densest that was reached; "
+        "--max-time and --best-effort give the densest there is{}",
+        f.effectiveFraction - Forecast::possible, Forecast::possible, columnsInstead(job, scene)));
   if (job.method == Method::cat)
     lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
   else if (f.effectiveFraction > Forecast::possible)

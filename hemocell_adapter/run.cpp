@@ -140,8 +140,10 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(job, scene, result, tally);
     if (!job.bestEffort || result.cellCount == 0) {
-      log::error(reached + (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
-                                                  : "; nothing was written (--best-effort writes that one)"));
+      log::error(reached +
+                 (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
+                                        : "; nothing was written (--best-effort writes that one)") +
+                 columnsInstead(job, scene));
       return ExitCode::outOfReach;
     }
     log::warning(reached + "; writing that one (--best-effort)");

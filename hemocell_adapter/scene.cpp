@@ -89,12 +89,21 @@ void resolveCounts(const Job& job, Scene& scene) {
   if (volume > limit * lumen && !job.inColumns) {
     scene.warnings.push_back(
         fmt::format("the cells asked for fill {:.4f} of the lumen: above 0.60 packing takes minutes to "
-                    "forever; --max-time and --best-effort bound it",
-                    volume / lumen));
+                    "forever; --max-time and --best-effort bound it{}",
+                    volume / lumen, columnsInstead(job, scene)));
   }
 }
 
 }  // namespace
+
+std::string columnsInstead(const Job& job, const Scene& scene) {
+  const bool bound = std::any_of(scene.species.begin(), scene.species.end(), [](const SceneSpecies& s) {
+    return s.job.cone || !s.job.fixed.empty() || !s.job.start.empty();
+  });
+  const bool possible = !job.inColumns && scene.regions.empty() && job.method == Method::relaxation &&
+                        job.rotate && !bound && scene.lumen.container->period().minCoeff() > 0.0;
+  return possible ? "; --order columns packs red cells up to 0.65, not at random" : "";
+}
 
 Scene buildScene(const Job& job) {
   Scene scene;

@@ -45,6 +45,10 @@ struct Scene {
 /// @throws InputError, MeshError
 Scene buildScene(const Job& job);
 
+/// What people may be told who ask for more than packs at random: "; --order columns ...", or nothing where
+/// columns (see Columns) are not for that scene.
+std::string columnsInstead(const Job& job, const Scene& scene);
+
 /// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the
 /// numbers that formatPos writes.
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,

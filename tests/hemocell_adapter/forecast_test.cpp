@@ -73,6 +73,17 @@ TEST_CASE("verdicts of a dry run", "[forecast]") {
   CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.45"}), Contains("Within reach: 0.129 below 0.58"));
   CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.59"}), Contains("At the limit"));
   CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.65"}), Contains("Probably out of reach: 0.04"));
+  for (const char* fraction : {"0.59", "0.65"}) {
+    const auto ofBox = [&](const std::vector<std::string>& more) {
+      std::vector<std::string> words = {"50", "50", "50", "--hematocrit", fraction};
+      words.insert(words.end(), more.begin(), more.end());
+      return said(words);
+    };
+    CHECK_THAT(ofBox({}), Contains("--order columns"));
+    for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
+             {"--order", "columns"}, {"--walls", "z"}, {"--method", "cat"}, {"--noRotate"}})
+      CHECK_THAT(ofBox(more), !Contains("--order columns"));
+  }
   CHECK_THAT(said({"500", "500", "500", "--hematocrit", "0.45"}, 8), Contains("on 8 ranks"));
   CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.3", "--method", "cat"}), Contains("not known"));
 }
