@@ -67,11 +67,8 @@ void ignoreInterruption() {
   signal(SIGTERM, SIG_IGN);
 }
 
-PolledInterruption::PolledInterruption() {
+void pollInterruption() {
   polled = 1;
-}
-PolledInterruption::~PolledInterruption() {
-  polled = 0;
 }
 
 bool interrupted() {

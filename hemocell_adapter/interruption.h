@@ -8,20 +8,13 @@ namespace packmesh::hemocell {
 /// for a checkpoint.
 void catchSignals();
 
-/// From now on these signals do nothing: for the end of the program, when launchers send them to the ranks
-/// that are a little later than the first.
+/// From now on these signals do nothing: for the end of the program, when all is done or told, and launchers
+/// send them to the ranks that are a little later than the first.
 void ignoreInterruption();
 
-/// While it lives, the first signal only sets a flag. For packing, which asks for the flag, and for writing,
-/// which is not to be cut short. A second signal, two seconds later or
-/// more, ends the program all the same.
-class PolledInterruption {
- public:
-  PolledInterruption();
-  PolledInterruption(const PolledInterruption&) = delete;
-  PolledInterruption& operator=(const PolledInterruption&) = delete;
-  ~PolledInterruption();
-};
+/// From now on the first signal only sets a flag. For packing, which asks for the flag, and for writing,
+/// which is not to be cut short. A second signal, two seconds later or more, ends the program all the same.
+void pollInterruption();
 
 /// Whether the flag is set.
 bool interrupted();

@@ -103,6 +103,6 @@ int main(int argc, char** argv) {
     if (ranks.rank() > 0) log::setLevel(log::Level::silent);
   }
   const ExitCode code = runAndTell(argc > 0 ? argv[0] : "packMesh", arguments, ranks);
-  if (!ranks.alone()) ignoreInterruption();
+  ignoreInterruption();
   return int(code);
 }

@@ -30,7 +30,10 @@ ExitCode runRealisations(const Job& job, const std::function<ExitCode(const Job&
     log::info(
         fmt::format("Realisation {} of {}: seed {}, {}", i, last, one.seed, one.outputDirectory.string()));
     const ExitCode code = run(one);
-    if (code == ExitCode::interrupted) return code;
+    if (code == ExitCode::interrupted) {
+      log::info(fmt::format("Realisations: {} of {} written", good, last));
+      return code;
+    }
     good += code == ExitCode::ok;
     if (code == ExitCode::ok) continue;
     failed += fmt::format("{}{}", failed.empty() ? "" : ", ", i);

@@ -220,7 +220,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
     log::detail(fmt::format("Expected CPU time: {:.4g} s", forecastOf(job, scene).seconds));
     return ExitCode::ok;
   }
-  const PolledInterruption whilePackingAndWriting;
+  pollInterruption();
   ProgressLog progress(job, scene, ranks.size());
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
   problem.communicator = ranks;
