@@ -29,6 +29,7 @@ std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) 
   for (int k = 0; k < 3; ++k) {
     const double u = p[k] / lattice.dx();
     if (!(u > -0.5 && u <= nodes[k] - 0.5)) return {};
+    // As HemoCell rounds. NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative here
     node[k] = std::min(static_cast<int>(u + 0.5), nodes[k] - 1);
   }
   return node;

@@ -59,7 +59,10 @@ class Report {
     for (const SceneSpecies& species : scene.species) {
       input.shapes.push_back(species.shape.get());
       input.walls.push_back(scene.lumen.container->wall());
+      input.extraWallGap.push_back(species.job.wallClearance - job.wallClearance);
     }
+    input.requiredGap = job.clearance;
+    input.requiredWallGap = job.wallClearance;
     certificate_ = certify(input);
     for (std::size_t i = 0; i < found.cells.size(); ++i) {
       objections_[i] = hemocellObjection(scene, found.cells[i]);
@@ -75,11 +78,10 @@ class Report {
     printHematocrit("In the files", nullptr);
     if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size())
       printHematocrit("Of what HemoCell keeps", &kept_);
-    log::info(fmt::format("Minimum gap: {}", certificate_.overlapping.empty()
-                                                 ? gapText(certificate_.minimumGap)
-                                                 : "none, cells overlap"));
+    log::info(fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0 ? gapText(certificate_.minimumGap)
+                                                                           : "none, cells overlap"));
     if (scene_.lumen.container->wall())
-      log::info(fmt::format("Minimum gap to the wall: {}", certificate_.misplaced.empty()
+      log::info(fmt::format("Minimum gap to the wall: {}", certificate_.minimumWallGap > 0.0
                                                                ? gapText(certificate_.minimumWallGap)
                                                                : "none, cells are not inside"));
     const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
@@ -126,7 +128,9 @@ class Report {
     for (const OverlappingPair& pair : certificate_.overlapping) {
       amongKept += !objections_[pair.first] && !objections_[pair.second];
     }
-    log::info(fmt::format("Overlapping pairs: {}{}", certificate_.overlapping.size(),
+    const std::string nearer =
+        job_.clearance > 0.0 ? fmt::format(" or nearer than {:.6g} µm", job_.clearance) : "";
+    log::info(fmt::format("Overlapping pairs{}: {}{}", nearer, certificate_.overlapping.size(),
                           knowsAcceptance(scene_) && !certificate_.overlapping.empty()
                               ? fmt::format(", {} of them among cells HemoCell keeps", amongKept)
                               : ""));
@@ -135,13 +139,18 @@ class Report {
       const std::string second = pair.first == pair.second ? "its own periodic image" : nameOf(pair.second);
       const bool image = !pair.shift.isZero() && pair.first != pair.second;
       list.add(fmt::format("{} and {}{}: {}", nameOf(pair.first), second, image ? " (periodic image)" : "",
-                           pair.contained ? "one lies inside the other" : "the meshes meet"));
+                           pair.contained   ? "one lies inside the other"
+                           : pair.gap > 0.0 ? fmt::format("{:.6g} µm apart", pair.gap)
+                                            : "the meshes meet"));
     }
   }
 
   void printMisplaced() const {
     if (!scene_.lumen.container->wall()) return;
-    log::info(fmt::format("Cells not wholly inside the lumen: {}", certificate_.misplaced.size()));
+    const bool layer = std::any_of(scene_.species.begin(), scene_.species.end(),
+                                   [](const SceneSpecies& s) { return s.job.wallClearance > 0.0; });
+    log::info(fmt::format("Cells not wholly inside the lumen{}: {}", layer ? ", or too near to the wall" : "",
+                          certificate_.misplaced.size()));
     FaultList list;
     for (const MisplacedCell& cell : certificate_.misplaced)
       list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));

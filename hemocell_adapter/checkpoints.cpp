@@ -31,6 +31,10 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   return parseCommandLine(begunBy, words);
 }
 
+std::filesystem::path companionOf(const std::filesystem::path& stateFile) {
+  return std::filesystem::path(stateFile).replace_extension(".xdmf");
+}
+
 void requireReplaceableState(const Job& job) {
   const std::filesystem::path& file = *job.stateFile;
   for (const char* kind : {".pos", ".pov"})
@@ -55,6 +59,7 @@ Checkpoints StateFiles::checkpoints() {
     return checkpointAsked() || (job_.checkpointEvery > 0.0 && since.count() >= job_.checkpointEvery);
   };
   checkpoints.save = [this](const PackingState& state) { save(state); };
+  checkpoints.endsWithFewer = job_.bestEffort;
   return checkpoints;
 }
 
@@ -63,7 +68,7 @@ void StateFiles::save(const PackingState& state) {
   try {
     writeState(*job_.stateFile, problem_, job_.commandWords, state);
     saved_ = true;
-    const std::filesystem::path companion = std::filesystem::path(*job_.stateFile).replace_extension(".xdmf");
+    const std::filesystem::path companion = companionOf(*job_.stateFile);
     if (problem_.communicator.rank() == 0 && companion != *job_.stateFile)
       writeXdmf(companion, *job_.stateFile, state.cellCount, problem_.species);
   } catch (const InputError& error) {

@@ -22,6 +22,9 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
 /// replaced, or has the name of another output
 void requireReplaceableState(const Job& job);
 
+/// What ParaView opens to show the state; not written when the state itself has that name.
+std::filesystem::path companionOf(const std::filesystem::path& stateFile);
+
 /// Writes the state of a run to the job's state file.
 class StateFiles {
  public:

@@ -28,7 +28,8 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::badInput, "a file, or a value in it, is at fault"},
     {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
-     "check found overlap, cells outside the lumen, or cells HemoCell deletes (not counted where cells may "
+     "check found overlap, cells outside the lumen, gaps below those asked for, or cells HemoCell deletes "
+     "(not counted where cells may "
      "cross periodic faces, nor in a box without --keep-all)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::internal, "a fault of packMesh itself"},

@@ -12,6 +12,9 @@
 namespace packmesh::hemocell {
 namespace {
 
+/// Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
+constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
+
 volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
 volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
 
@@ -48,6 +51,8 @@ extern "C" void onCheckpointSignal(int) {
 
 void handle(int number, void (*handler)(int)) {
   struct sigaction action = {};
+  if (number == SIGHUP && sigaction(number, nullptr, &action) == 0 && action.sa_handler == SIG_IGN)
+    return;  // nohup
   action.sa_handler = handler;
   sigemptyset(&action.sa_mask);
   sigaction(number, &action, nullptr);
@@ -56,15 +61,13 @@ void handle(int number, void (*handler)(int)) {
 }  // namespace
 
 void catchSignals() {
-  handle(SIGINT, onSignal);
-  handle(SIGTERM, onSignal);
+  for (const int number : endingSignals) handle(number, onSignal);
   handle(SIGUSR1, onCheckpointSignal);
   signal(SIGXFSZ, SIG_IGN);  // beyond a limit on the size of files, write() fails and says so
 }
 
 void ignoreInterruption() {
-  signal(SIGINT, SIG_IGN);
-  signal(SIGTERM, SIG_IGN);
+  for (const int number : endingSignals) signal(number, SIG_IGN);
 }
 
 void pollInterruption() {

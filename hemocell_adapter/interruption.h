@@ -4,8 +4,8 @@
 
 namespace packmesh::hemocell {
 
-/// From now on SIGINT and SIGTERM end the program at once, with a message and exit code 130, and SIGUSR1 asks
-/// for a checkpoint.
+/// From now on SIGINT, SIGTERM, SIGHUP and SIGXCPU end the program at once, with a message and exit code 130,
+/// and SIGUSR1 asks for a checkpoint. A SIGHUP that is ignored stays so (nohup).
 void catchSignals();
 
 /// From now on these signals do nothing: for the end of the program, when all is done or told, and launchers

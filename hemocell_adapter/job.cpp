@@ -59,6 +59,7 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.growth, s.growth);
   take(job.clearance, s.clearance);
   take(job.wallClearance, s.wallClearance);
+  take(job.cellFreeLayer, s.cellFreeLayer);
   take(job.seed, s.seed);
   take(job.rotate, s.rotate);
   take(job.inColumns, s.inColumns);
@@ -83,7 +84,7 @@ void takeSettings(Job& job, const Settings& s) {
 }
 
 /// Settings that have no effect where they were given are refused, not ignored.
-void checkApplicability(const Job& job, const Settings& options) {
+void checkApplicability(const Job& job, const Settings& settings, const Settings& options) {
   const bool meshLumen =
       job.container && job.container->lumen && job.container->lumen->kind == SolidRequest::Kind::mesh;
   if (job.container && job.container->lumen && job.container->lumen->openAxis && !meshLumen) {
@@ -96,7 +97,10 @@ void checkApplicability(const Job& job, const Settings& options) {
     if (options.builder) throw UsageError("option '--builder' is for --method cat");
     throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
   }
-  if (options.growth && job.method != Method::cat) throw UsageError("option '--growth' is for --method cat");
+  if (settings.growth && job.method != Method::cat) {
+    if (options.growth) throw UsageError("option '--growth' is for --method cat");
+    throw InputError(job.config->file.string() + ": <growth>: it is for <method> cat");
+  }
   if (job.escape && job.method != Method::cat) {
     if (options.escape) throw UsageError("option '--escape' is for --method cat");
     throw InputError(job.config->file.string() + ": <escape>: it is for <method> cat");
@@ -200,7 +204,7 @@ Job makeJob(const CommandLine& commandLine) {
   takeSettings(job, settings);
   if (job.config) job.dx = job.config->domain.dx;
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
-  checkApplicability(job, options);
+  checkApplicability(job, settings, options);
   choosePreInlet(job, settings);
   if (settings.ignoredScale) {
     job.warnings.push_back("--scale is ignored: there is no neighbour grid to tune");
@@ -208,7 +212,6 @@ Job makeJob(const CommandLine& commandLine) {
   if (job.command == Command::check) {
     chooseCheckedSpecies(job, settings);
   } else {
-    job.cellFreeLayer = settings.cellFreeLayer.value_or(0.0);
     choosePackedSpecies(job, std::move(settings), options);
     checkMethod(job);
     for (const JobSpecies& species : job.species) {

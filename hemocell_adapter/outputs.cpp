@@ -8,8 +8,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "hemocell_adapter/checkpoints.h"
 #include "hemocell_adapter/exit_codes.h"
+#include "hemocell_adapter/exports.h"
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/report.h"
 #include "hemocell_adapter/report_html.h"
@@ -111,13 +114,27 @@ void requireWritable(const fs::path& folder) {
 }
 
 void requireWritableOutputs(const Job& job, const Scene& scene) {
+  std::vector<fs::path> files = viewFiles(job, scene);
+  for (const SceneSpecies& species : scene.species)
+    if (species.mostCells() > 0) files.push_back(positionsOf(job, species));
   try {
-    for (const SceneSpecies& species : scene.species)
-      if (species.mostCells() > 0) requireReplaceable(positionsOf(job, species));
-    for (const fs::path& file : viewFiles(job, scene)) requireReplaceable(file);
+    for (const fs::path& file : files) requireReplaceable(file);
   } catch (const InputError& error) {
     throw OutputError(error.what());
   }
+  ExportedPacking names;
+  for (const SceneSpecies& species : scene.species) names.species.push_back({species.job.name});
+  for (const std::string& format : job.exports)
+    for (const ExportedFile& exported : exportedFiles(format, names))
+      files.push_back(job.outputDirectory / exported.name);
+  if (job.stateFile) files.push_back(*job.stateFile);
+  if (job.stateFile && companionOf(*job.stateFile) != *job.stateFile)
+    files.push_back(companionOf(*job.stateFile));
+  std::set<fs::path> known;
+  for (const fs::path& file : files)
+    if (!known.insert(fs::weakly_canonical(fs::absolute(file))).second)
+      throw OutputError(fmt::format(
+          "{}: two outputs have this name (report, state with its .xdmf, pictures, cells)", file.string()));
 }
 
 void warnOfStaleFiles(const Job& job, const Scene& scene) {

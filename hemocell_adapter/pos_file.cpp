@@ -12,6 +12,7 @@
 
 #include "hemocell_adapter/value_specs.h"
 #include "packMesh/error.h"
+#include "packMesh/io/input_file.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -79,20 +80,10 @@ struct Oddity {
   }
 };
 
-std::string contentOf(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) throw InputError(file.string() + ": there is no such file");
-  if (std::filesystem::is_directory(file, ignored))
-    throw InputError(file.string() + ": is a folder, expected a .pos file");
-  std::ifstream in(file, std::ios::binary);
-  std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!in.is_open() || in.bad()) throw InputError(file.string() + ": cannot be read");
-  return content;
-}
-
 class PosReader {
  public:
-  explicit PosReader(const std::filesystem::path& file) : file_(file), content_(contentOf(file)) {}
+  explicit PosReader(const std::filesystem::path& file)
+      : file_(file), content_(contentOf(file, "a .pos file")) {}
 
   std::vector<PosLine> read() {
     if (content_.find_first_not_of(" \t\r\v\f\n") == content_.npos)

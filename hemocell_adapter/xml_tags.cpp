@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "packMesh/error.h"
+#include "packMesh/io/input_file.h"
 
 namespace packmesh::hemocell {
 
@@ -35,11 +36,7 @@ std::string faultOf(const tinyxml2::XMLDocument& document) {
 }  // namespace
 
 void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
-  std::error_code ignored;
-  if (fs::is_directory(file, ignored)) {
-    throw InputError(fmt::format("{}: is a folder, expected an XML file", file.string()));
-  }
-  if (!fs::exists(file, ignored)) throw InputError(fmt::format("{}: no such file", file.string()));
+  requireFile(file, "an XML file");
   switch (document.LoadFile(file.c_str())) {
     case tinyxml2::XML_SUCCESS:
       return;
@@ -70,6 +67,8 @@ std::string textOf(const XMLElement& element) {
 
 Value valueOf(const XMLElement& element, const ValueSpec& spec, const fs::path& file) {
   try {
+    if (const XMLElement* inside = element.FirstChildElement())
+      throw InputError(fmt::format("expected {}, found the tag <{}>", expectation(spec), inside->Name()));
     return parseValue(spec, textOf(element));
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));

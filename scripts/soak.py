@@ -28,6 +28,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "soak"))
 import problems  # noqa: E402
 
+# Share of random problems that can be packed, at least; some half of them can.
+LEAST_CERTIFIED = 0.25
+
 OUTCOMES = {0: "certified", 1: "refused: command line", 2: "refused: input", 3: "refused: out of reach"}
 
 
@@ -183,6 +186,14 @@ def main():
         print(f"{kind:28} {outcome:24} {count:6}")
     print(f"{sum(tally.values())} problems: " + ", ".join(f"{n} {what}" for what, n in sorted(tally.items())) +
           f"; slowest {slowest[0]:.1f} s ({slowest[1]})")
+    total = sum(tally.values())
+    certified = sum(n for (kind, outcome), n in kinds.items() if outcome == OUTCOMES[0])
+    if total == 0:
+        print("nothing was examined")
+        bad += 1
+    elif not options.files and options.count >= 20 and certified < LEAST_CERTIFIED * total:
+        print(f"only {certified} of {total} problems ended certified: too many are refused")
+        bad += 1
     sys.exit(1 if bad else 0)
 
 

@@ -49,8 +49,10 @@ class Communicator {
   template <class T>
   std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to) const {
     std::vector<Bytes> send;
+    send.reserve(to.size());
     for (const std::vector<T>& items : to) send.push_back(bytesOf(items));
     std::vector<std::vector<T>> received;
+    received.reserve(to.size());
     for (const Bytes& bytes : exchangeBytes(std::move(send))) received.push_back(itemsOf<T>(bytes));
     return received;
   }

@@ -10,6 +10,7 @@
 #include "packMesh/error.h"
 #include "packMesh/geometry/merge_vertices.h"
 #include "packMesh/io/exact_text.h"
+#include "packMesh/io/input_file.h"
 #include "packMesh/io/polygon_soup.h"
 
 namespace packmesh {
@@ -24,15 +25,8 @@ std::string kindOf(const std::filesystem::path& file) {
                    (ending.empty() ? "no ending" : "'" + ending + "'"));
 }
 
-std::string contentOf(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) throw InputError(file.string() + ": no such mesh file");
-  if (std::filesystem::is_directory(file, error))
-    throw InputError(file.string() + ": expected a mesh file, found a directory");
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file.string() + ": the mesh file cannot be opened (is it readable?)");
-  std::string content((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (stream.bad()) throw InputError(file.string() + ": the mesh file cannot be read to its end");
+std::string meshIn(const std::filesystem::path& file) {
+  std::string content = contentOf(file, "a mesh file");
   if (content.find_first_not_of(" \t\r\n") == std::string::npos)
     throw InputError(file.string() + ": expected a mesh, found an empty file");
   return content;
@@ -64,7 +58,7 @@ PolygonSoup readStl(const std::string& content, const std::filesystem::path& fil
 
 PolygonSoup readSoup(const std::filesystem::path& file) {
   const std::string kind = kindOf(file);
-  const std::string content = contentOf(file);
+  const std::string content = meshIn(file);
   if (kind == "stl") return readStl(content, file);
   if (kind == "obj") return readObj(content, file);
   const std::size_t headerEnd = std::min(content.find("end_header"), content.size());

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "packMesh/error.h"
+#include "packMesh/io/input_file.h"
 
 namespace packmesh {
 namespace {
@@ -67,10 +68,10 @@ std::string seal(const fs::path& file, const Seal& seal) {
 
 void requireSealed(const fs::path& file, const std::string& kind, std::int64_t version) {
   const auto fail = [&](const std::string& what) { throw InputError(file.string() + ": " + what); };
+  requireFile(file, "a " + kind + " of packMesh");
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) fail("no such file");
   std::ifstream in;
-  if (fs::is_regular_file(file, ignored)) in.open(file, std::ios::binary);  // a pipe would never end
+  if (fs::is_regular_file(file, ignored)) in.open(file, std::ios::binary);  // a pipe cannot be read twice
   std::string block(sealSize, '\0');
   in.read(block.data(), sealSize);
   block.resize(static_cast<std::size_t>(in.gcount()));

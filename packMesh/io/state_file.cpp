@@ -24,6 +24,9 @@ namespace fs = std::filesystem;
 constexpr char kind[] = "state";
 constexpr std::int64_t schemaVersion = 2;
 
+/// No number of a run is so large, no cell so far outside the lumen's bounds, however small [µm].
+constexpr double mostPossible = 1e15, farthest = 100.0;
+
 const char* textOf(const RunPosition& position) {
   switch (position.stage) {
     case Stage::relaxation:
@@ -219,6 +222,38 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          t.growthNumbers.size() == 2;
 }
 
+/// Whether numbers are ones a run can have: what follows computes with them unseen.
+bool ofPossibleNumbers(const RunTables& run) {
+  const auto atLeastZero = [](const auto& table) {
+    return std::all_of(table.begin(), table.end(),
+                       [](auto x) { return x >= 0 && static_cast<double>(x) < mostPossible; });  // no NaN
+  };
+  return atLeastZero(run.position) && atLeastZero(run.counters) && atLeastZero(run.lengths) &&
+         atLeastZero(run.counts) && atLeastZero(run.failures) && atLeastZero(run.clearances) &&
+         atLeastZero(run.wallDemands) && atLeastZero(run.growth) && atLeastZero(run.growthNumbers) &&
+         atLeastZero(run.growthTaken);
+}
+
+/// The same of cells. Their species are known.
+bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem& problem) {
+  const Box bounds = problem.container->bounds();
+  const Vec3 size = bounds.size();
+  constexpr double rounding = 1e-6;
+  for (const BodyState& cell : cells) {
+    double turned = 0.0;
+    for (const double q : cell.pose.orientation) turned += q * q;
+    bool possible = std::abs(turned - 1.0) < rounding && cell.scale > 0.0 && cell.scale < 1.0 + rounding &&
+                    cell.extraWallClearance >= 0.0 && cell.extraWallClearance < mostPossible &&
+                    cell.overlap >= 0.0 && cell.overlap < mostPossible && cell.moved >= 0.0 &&
+                    cell.moved < mostPossible;
+    for (int k = 0; k < 3; ++k)  // periods are not always taken off at once
+      possible = possible && cell.pose.position[k] > bounds.lo[k] - size[k] - farthest &&
+                 cell.pose.position[k] < bounds.hi[k] + size[k] + farthest;
+    if (!possible) return false;
+  }
+  return true;
+}
+
 std::string writer() {
   return std::string("packMesh ") + version() + " (" + gitHash() + ")";
 }
@@ -331,6 +366,8 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     table = in.table<Number>(path, columns);
   });
   if (!ofTheRightSizes(run, problem.species.size())) in.fail("is damaged: its tables do not fit each other");
+  const char* const impossible = "is damaged: it has numbers that no run has";
+  if (!ofPossibleNumbers(run)) in.fail(impossible);
   PackingState state = stateOf(run);
   const auto [first, end] = IdShares(state.cellCount, ranks).own();
   CellTables cells;
@@ -356,6 +393,10 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     if (cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
         cell.id >= all)
       in.fail("is damaged: it has a cell that the problem has not");
+  const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
+  if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end() ||
+      !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.growth.best, problem))
+    in.fail(impossible);
   return state;
 }
 

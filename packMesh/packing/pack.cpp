@@ -64,10 +64,17 @@ class Run {
     Relaxation relaxation = problem_.resume ? resumed(*problem_.resume) : placed();
     keepState(relaxation);
     bool resolved = startsClean(relaxation);
-    while (!at_.thinning && !resolved && relaxed(relaxation)) resolved = certified(relaxation);
-    if (!resolved && !interrupted_) thinOut(relaxation);
+    while (!at_.thinning && !resolved && !interrupted_ && relaxed(relaxation))
+      resolved = certified(relaxation);
+    PackingState all;
+    if (!resolved && !interrupted_) {
+      if (problem_.checkpoints && !problem_.checkpoints->endsWithFewer) all = kept_;
+      thinOut(relaxation);
+    }
     if (problem_.checkpoints) {
-      if (!interrupted_) {
+      if (!interrupted_ && all.cellCount > 0) {
+        kept_ = std::move(all);
+      } else if (!interrupted_) {
         keepState(relaxation);
         measure(relaxation);
       }
@@ -256,7 +263,7 @@ class Run {
   }
 
   /// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
-  /// Post: when false, the position is at relaxation.
+  /// Post: when false, the position is at relaxation, or the run is interrupted.
   bool certified(Relaxation& relaxation) {
     std::optional<Certifier> certifier;
     written_ = WrittenCells(problem_);
@@ -265,6 +272,7 @@ class Run {
         relaxation.dropLists();
         keepState(relaxation);
         if (certifiedOnce(relaxation, certifier)) return true;
+        if (interrupted_) return false;
         ++result_.statistics.repairs;
         at_.stage = Stage::repair;
         at_.schedule = {};
@@ -299,6 +307,8 @@ class Run {
       deliver(relaxation);
       return true;
     }
+    interrupted_ = interrupted_ || !found.complete;
+    if (interrupted_) return false;
     if (at_.round == problem_.regrowAfter && !problem_.constrained() &&
         regrown(relaxation, certifier, found)) {
       deliver(relaxation);

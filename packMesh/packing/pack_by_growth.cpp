@@ -60,7 +60,7 @@ class GrowthRun {
     if (!ended) best = best_;
     if (!ended && problem_.escape && (!grown || anyStock()) && !stopped()) grown = escapeFrom(best);
     if (problem_.checkpoints) {
-      if (!interrupted_) {
+      if (!interrupted_ && (grown || ended || problem_.checkpoints->endsWithFewer)) {
         keepState(Stage::certificate, best);
         measure(best);
       }

@@ -87,7 +87,7 @@ struct PackingProblem {
   /// How a pose will be written, so that the certificate is about the written numbers; empty:
   /// Pose::placement.
   std::function<Placement(const Pose&)> written;
-  /// Polled between sweeps; true stops the run cleanly.
+  /// Polled between sweeps, and between the cells of a certificate; true stops the run cleanly.
   std::function<bool()> interrupted;
   std::function<void(const Progress&)> progress;
   /// Where to go on, as it was saved; empty: from the beginning. Its way to the end is that of a run that was

@@ -65,6 +65,9 @@ struct Checkpoints {
   std::function<bool()> due;
   /// Called on all ranks together: at once after due(), when the run is interrupted, and when it has ended.
   std::function<void(const PackingState&)> save;
+  /// Which state is the last of a run that is out of reach: the one of the fewer cells it ended with, or the
+  /// one before cells were taken out, from which a run with higher limits goes on.
+  bool endsWithFewer = false;
 };
 
 }  // namespace packmesh

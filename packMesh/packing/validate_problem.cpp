@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "packMesh/error.h"
+#include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh {
 namespace {
@@ -44,6 +45,18 @@ void checkFits(const Species& species, const Container& container, double wallCl
         "a cell of species '" + species.name + "' (" + number(2.0 * species.shape->radius()) + " µm wide, " +
         number(species.shape->volume()) + " µm³) is larger than the lumen (" + container.describe() + ")" +
         (wallClearance > 0.0 ? " less the clearance of " + number(wallClearance) + " µm to the wall" : ""));
+}
+
+/// A cell may be wider than the period, but not so wide that its images cannot be counted.
+void checkPeriods(const Species& species, const PackingProblem& problem) {
+  constexpr double mostPeriods = 32.0;
+  const Vec3& period = problem.container->period();
+  const double width = 2.0 * species.shape->radius(), gap = std::max(gapOfInterest, problem.clearance);
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
+      throw InputError("a lumen that repeats every " + number(period[k]) + " µm along " + "xyz"[k] +
+                       " is too small to be examined: a cell of species '" + species.name + "' is " +
+                       number(width) + " µm wide, and gaps up to " + number(gap) + " µm are looked for");
 }
 
 /// Cells that keep a clearance c stay disjoint when each is grown by c/2, and then lie in the lumen grown by
@@ -126,6 +139,7 @@ void validate(const PackingProblem& problem) {
       throw InputError("species '" + species.name + "' has a negative count, " +
                        std::to_string(species.count));
     checkStart(problem, species);
+    if (species.count > 0) checkPeriods(species, problem);
     if (species.count > 0)
       checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
   }

@@ -75,6 +75,7 @@ CertificateInput WrittenCells::certificateInput() const {
   input.own = &own_;
   input.requiredGap = problem_->clearance;
   input.requiredWallGap = problem_->wallClearance;
+  input.stop = problem_->interrupted;
   return input;
 }
 

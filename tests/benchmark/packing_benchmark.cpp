@@ -353,6 +353,8 @@ int main(int argc, char** argv) {
       rows.push_back(printRow(c, runs, baseBytes));
     }
     const auto kernels = kernelRows(patterns, list);
+    if (!list && rows.empty() && kernels.empty())
+      throw std::runtime_error("no case matches (--list names them)");
     if (!jsonFile.empty()) {
       std::ofstream out(jsonFile);
       out << nlohmann::ordered_json{{"packMesh", version()}, {"cases", rows}, {"kernels", kernels}}.dump(2)

@@ -17,6 +17,7 @@ os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1"
                   OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
 LONG = ["30", "30", "30", "--hematocrit", "0.62", "--plt_ratio", "0", "--max-time", "60"]
 failures = []
+codes_of = {}  # exit codes by the check that saw them
 
 
 class Folder:
@@ -54,6 +55,7 @@ def run(folder, arguments, limit=None, launch=(), **more):
 
 def expect(name, folder, result, codes, words="", kept=True, by="(packMesh) (Error) "):
     code, err = result
+    codes_of.setdefault(sys._getframe(1).f_code.co_name, set()).add(code)
     wrong = []
     if code not in codes:
         wrong.append(f"exit code {code}, expected {codes}")
@@ -74,6 +76,7 @@ def disk_full():
     with Folder() as folder:
         if not folder.mount("size=64k"):
             print("skipped disk full: no tmpfs may be mounted")
+            codes_of["disk_full"] = set()
             return
         (folder.path / "RBC.pos").write_text(OLD)
         (folder.path / "filler").write_bytes(b"x" * (14 * 4096))
@@ -87,6 +90,7 @@ def read_only():
     with Folder() as folder:
         if not folder.mount("size=64k"):
             print("skipped read-only folder: no tmpfs may be mounted")
+            codes_of["read_only"] = set()
             return
         (folder.path / "RBC.pos").write_text(OLD)
         folder.before = folder.listing()
@@ -111,11 +115,13 @@ def memory():
 
 
 def signals():
-    for number, delays in ((signal.SIGTERM, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2)), (signal.SIGINT, (0.1, 1))):
+    for number, delays in ((signal.SIGTERM, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2)), (signal.SIGINT, (0.1, 1)),
+                           (signal.SIGHUP, (1,)), (signal.SIGXCPU, (1,))):
         for delay in delays:
             with Folder() as folder:
                 process = subprocess.Popen([PROGRAM, *LONG], cwd=folder.path, stdout=subprocess.DEVNULL,
-                                           stderr=subprocess.PIPE)
+                                           stderr=subprocess.PIPE,
+                                           preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
                 time.sleep(delay)
                 process.send_signal(number)
                 err = process.communicate(timeout=100)[1].decode()
@@ -174,7 +180,11 @@ def names():
             os.makedirs(parent, exist_ok=True)
 
 
-for check in (disk_full, read_only, file_size, memory, signals, killed_rank, states, names):
+checks = (disk_full, read_only, file_size, memory, signals, killed_rank, states, names)
+for check in checks:
     check()
+failures += [f"{check.__name__}: nothing was examined" for check in checks if check.__name__ not in codes_of]
+if codes_of.get("memory") != {0, 2}:
+    failures.append("memory: not both too little and enough was tried")
 print(f"{len(failures)} failed: {failures}")
 sys.exit(1 if failures else 0)

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/pos_file.h"
 #include "hemocell_adapter/settings_table.h"
 #include "sample_case.h"
@@ -14,6 +15,7 @@ using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
+using packmesh::hemocell::ExitCode;
 namespace fs = std::filesystem;
 
 namespace {
@@ -51,6 +53,25 @@ TEST_CASE("the clearances asked for are kept, between cells and to the wall", "[
   INFO(checked.all());
   CHECK(checked.exitCode == 0);
   CHECK(gapAfter(checked.out, "Minimum gap to the wall: ") == gapAfter(packed.out, "to the wall "));
+}
+
+TEST_CASE("check judges the clearances asked for", "[executable]") {
+  const TemporaryFolder folder;
+  const std::string tube = "--cylinder x 8 30 ";
+  REQUIRE(run(folder.path(), tube + "--rbc 9 --clearance 0.2 --wall-clearance 0.3").exitCode == 0);
+  for (const auto& [asked, exitCode] :
+       std::vector<std::pair<std::string, ExitCode>>{{"", ExitCode::ok},
+                                                     {"--clearance 0.2 --wall-clearance 0.3", ExitCode::ok},
+                                                     {"--clearance 8", ExitCode::faultsFound},
+                                                     {"--wall-clearance 6", ExitCode::faultsFound},
+                                                     {"--cell-free-layer 6", ExitCode::faultsFound}}) {
+    const Ran ran = run(folder.path(), "check " + tube + asked);
+    INFO(asked + "\n" + ran.all());
+    CHECK(ran.exitCode == int(exitCode));
+  }
+  CHECK_THAT(run(folder.path(), "check " + tube + "--clearance 8").out,
+             Contains("Overlapping pairs or nearer than 8 µm: ") && Contains(" µm apart\n") &&
+                 Contains("Minimum gap: ") && !Contains("cells overlap"));
 }
 
 TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executable]") {

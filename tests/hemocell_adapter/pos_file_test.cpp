@@ -158,7 +158,7 @@ TEST_CASE("readPos refuses what HemoCell would silently misread, and says where"
     const fs::path file = folder.write(c.text);
     CHECK_THROWS_WITH(readPos(file), Contains(c.expected) && Contains(file.string()));
   }
-  CHECK_THROWS_WITH(readPos(folder.path() / "none.pos"), Contains("none.pos: there is no such file"));
+  CHECK_THROWS_WITH(readPos(folder.path() / "none.pos"), Contains("none.pos: no such file"));
   CHECK_THROWS_WITH(readPos(folder.path()), Contains("is a folder"));
   CHECK_THROWS_AS(readPos(folder.path() / "none.pos"), InputError);
 }

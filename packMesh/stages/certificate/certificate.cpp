@@ -31,6 +31,7 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
     misplaced.push_back({numbers[m.cell], m.gap, static_cast<int>(m.reason.size())}), reasons += m.reason;
 
   Certificate all;
+  all.complete = !communicator.any(!own.complete);
   all.cells = communicator.sum(own.cells);
   all.pairsTested = communicator.sum(own.pairsTested);
   all.minimumGap = communicator.min(own.minimumGap);

@@ -49,8 +49,9 @@ struct Certificate {
   /// Smallest gap between membrane and wall [µm], likewise; 0 when any cell is not inside the lumen.
   double minimumWallGap = std::numeric_limits<double>::infinity();
   double cellVolume = 0.0;  ///< volume of all meshes [µm³]
+  bool complete = true;     ///< false: it was stopped, and nothing is proven
 
-  bool clean() const { return overlapping.empty() && misplaced.empty(); }
+  bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
 };
 
 /// What is certified. Everything is referenced, nothing is copied.
@@ -69,6 +70,8 @@ struct CertificateInput {
   /// Which cells are to be certified; the others are there for the pairs in which they come second: copies of
   /// cells that another rank answers for. nullptr: all.
   const std::vector<bool>* own = nullptr;
+  /// Polled before each cell; true gives up. Empty: never.
+  std::function<bool()> stop = {};
 };
 
 /// Gaps above this are not measured unless asked for [µm].

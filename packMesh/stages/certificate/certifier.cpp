@@ -75,8 +75,13 @@ void Certifier::forgetChanged() {
                   misplaced.end());
 }
 
+bool Certifier::stopped() {
+  if (input_.stop && input_.stop()) certificate_.complete = false;
+  return !certificate_.complete;
+}
+
 void Certifier::examineChanged() {
-  for (std::int64_t i = 0; i < cells_.count(); ++i)
+  for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i)
     if (changed_[i] && (cells_.isOwn(i) || !allChanged_)) {
       examinePairs(i, allChanged_, true);
       examineWall(i, true);
@@ -135,16 +140,16 @@ void Certifier::examineWall(std::int64_t cell, bool isNew) {
 }
 
 void Certifier::settlePairGap() {
-  while (!pairGap_.settled()) {
+  while (certificate_.complete && !pairGap_.settled()) {
     pairGap_.beginAgain();
-    for (std::int64_t i = 0; i < cells_.count(); ++i) measureLater(i);
+    for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i) measureLater(i);
   }
 }
 
 void Certifier::settleWallGap() {
-  while (!wallGap_.settled()) {
+  while (certificate_.complete && !wallGap_.settled()) {
     wallGap_.beginAgain();
-    for (std::int64_t i = 0; i < cells_.count(); ++i) examineWall(i, false);
+    for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i) examineWall(i, false);
   }
 }
 

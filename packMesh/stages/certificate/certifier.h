@@ -67,6 +67,8 @@ class Certifier {
   void update(const std::vector<std::int64_t>& changed);
 
  private:
+  /// Whether to give up: asks.
+  bool stopped();
   void forgetChanged();
   void examineChanged();
   void examinePairs(std::int64_t cell, bool onlyLater, bool isNew);

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/stages/certificate/neighbors.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <utility>
 
+#include "packMesh/error.h"
+#include "packMesh/geometry/vector_text.h"
 #include "packMesh/tolerances.h"
 
 namespace packmesh {
@@ -12,12 +16,25 @@ namespace {
 
 using Periods = std::array<std::int32_t, 3>;
 
+/// Images along an axis that are looked at, and periods from the origin, at most: a sphere that needs more is
+/// none of a lumen with this period.
+constexpr double mostImages = 100.0, furthest = 1e9;
+
+void requireBelow(double limit, double periods, const Sphere& sphere, double period) {
+  if (periods < limit) return;  // false for NaN
+  throw InputError(
+      fmt::format("a cell {:.4g} µm wide at {} cannot be examined in a lumen that repeats every {:.4g} µm",
+                  2.0 * sphere.radius, toText(sphere.center), period));
+}
+
 std::vector<Periods> wrap(std::vector<Sphere>& spheres, const Vec3& period) {
   std::vector<Periods> moved(spheres.size(), Periods{0, 0, 0});
   for (std::size_t i = 0; i < spheres.size(); ++i)
     for (int k = 0; k < 3; ++k)
       if (period[k] > 0.0) {
-        moved[i][k] = static_cast<std::int32_t>(std::floor(spheres[i].center[k] / period[k]));
+        const double periods = std::floor(spheres[i].center[k] / period[k]);
+        requireBelow(furthest, std::abs(periods), spheres[i], period[k]);
+        moved[i][k] = static_cast<std::int32_t>(periods);
         spheres[i].center[k] -= moved[i][k] * period[k];
       }
   return moved;
@@ -49,8 +66,11 @@ void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onl
   for (int k = 0; k < 3; ++k)
     if (period_[k] > 0.0) {
       const double reach = own.radius + margin + tolerance::culling;
-      lo[k] = static_cast<std::int32_t>(std::ceil((bounds_.lo[k] - reach - own.center[k]) / period_[k]));
-      hi[k] = static_cast<std::int32_t>(std::floor((bounds_.hi[k] + reach - own.center[k]) / period_[k]));
+      const double first = std::ceil((bounds_.lo[k] - reach - own.center[k]) / period_[k]);
+      const double last = std::floor((bounds_.hi[k] + reach - own.center[k]) / period_[k]);
+      requireBelow(mostImages, last - first, own, period_[k]);
+      lo[k] = static_cast<std::int32_t>(first);
+      hi[k] = static_cast<std::int32_t>(last);
     }
   for (int z = lo[2]; z <= hi[2]; ++z)
     for (int y = lo[1]; y <= hi[1]; ++y)

@@ -22,16 +22,18 @@ struct NearPair {
 /// Neighbour search among spheres with periodic images.
 ///
 /// Images are not stored: a sphere is looked for at each of its images that comes near the others (as many as
-/// it takes: a period may be smaller than a sphere), so memory is that of the grid, below 100 bytes per
-/// sphere.
+/// it takes, up to a hundred along an axis: a period may be smaller than a sphere), so memory is that of the
+/// grid, below 100 bytes per sphere.
 class PeriodicNeighbors {
  public:
   /// @param period [µm] along each axis, 0: not periodic; spheres may lie anywhere, also outside the period
+  /// @throws InputError for spheres more than 1e9 periods away, or not finite
   PeriodicNeighbors(std::vector<Sphere> spheres, const Vec3& period);
 
   /// Calls visit(pair) for each pair of `sphere` with another one (or an image of one, or of itself) that
   /// comes nearer than `margin` to it. With `onlyLater` pairs with smaller indices are left out, so that over
   /// all spheres each pair comes up once.
+  /// @throws InputError when the sphere has more than a hundred images along an axis to be looked at
   void forEachNear(std::int64_t sphere, double margin, bool onlyLater,
                    const std::function<void(const NearPair&)>& visit) const;
 

@@ -248,8 +248,8 @@ TEST_CASE("readMesh reads text STL as programs write it", "[io]") {
 TEST_CASE("readMesh says what is wrong with a file", "[io][messages]") {
   const Folder folder;
   std::filesystem::create_directories(folder.path() / "folder.stl");
-  CHECK_THAT(messageOf(folder.path() / "none.stl"), Contains("no such mesh file"));
-  CHECK_THAT(messageOf(folder.path() / "folder.stl"), Contains("found a directory"));
+  CHECK_THAT(messageOf(folder.path() / "none.stl"), Contains("no such file"));
+  CHECK_THAT(messageOf(folder.path() / "folder.stl"), Contains("is a folder, expected a mesh file"));
   CHECK_THAT(messageOf(folder.write("a.vtk", "x")),
              Contains("expected a mesh file ending in .stl, .off, .ply or .obj"));
   CHECK_THAT(messageOf(folder.write("noending", "x")), Contains("no ending"));

@@ -97,7 +97,7 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
     REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
     fs::remove(file);
     fs::create_directory(file);
-    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is a folder, expected a state of packMesh"));
     fs::remove(file);
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
     REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
@@ -161,4 +161,48 @@ TEST_CASE("What cannot be written leaves the older state") {
   REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
                       Contains("folder.h5: the state cannot be put in place"));
   REQUIRE_FALSE(fs::exists(folder.path() / ".folder.h5.new"));
+}
+
+TEST_CASE("States with numbers that no run has are refused, whoever sealed them") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5";
+  const PackingProblem problem = sampleProblem();
+  const PackingState state = sampleState(problem);
+  const auto refused = [&](const auto& change) {
+    PackingState changed = state;
+    change(changed);
+    writeState(file, problem, {}, changed);
+    try {
+      readState(file, problem);
+    } catch (const InputError& error) {
+      return std::string(error.what()).find("is damaged") != std::string::npos;
+    }
+    return false;
+  };
+  REQUIRE_FALSE(refused([](PackingState&) {}));
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinite = std::numeric_limits<double>::infinity();
+  for (const double bad : {nan, infinite, -infinite, -1.0, 1e300}) {
+    CAPTURE(bad);
+    const bool negative = bad == -1.0;
+    CHECK((negative || refused([&](PackingState& s) { s.cells[1].pose.position[2] = bad; })));
+    CHECK(refused([&](PackingState& s) { s.cells[1].pose.orientation[0] = 2.0 * bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].scale = bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].extraWallClearance = bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].overlap = bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].moved = bad; }));
+    CHECK(refused([&](PackingState& s) { s.relaxation.skin = bad; }));
+    CHECK(refused([&](PackingState& s) { s.relaxation.slack = bad; }));
+    CHECK(refused([&](PackingState& s) { s.relaxation.last.deepest = bad; }));
+    CHECK(refused([&](PackingState& s) { s.demandedOfWall[0] = bad; }));
+  }
+  CHECK(refused([](PackingState& s) { s.cells[1].id = s.cells[0].id; }));
+  CHECK(refused([](PackingState& s) { s.cells[1].scale = 0.0; }));
+  CHECK(refused([](PackingState& s) { std::fill_n(s.cells[1].pose.orientation, 4, 0.0); }));
+  CHECK(refused([](PackingState& s) { s.position.round = -1; }));
+  CHECK(refused([](PackingState& s) { s.position.schedule.part = -1; }));
+  CHECK(refused([](PackingState& s) { s.position.schedule.sweep = -1; }));
+  CHECK(refused([](PackingState& s) { s.repairs = -1; }));
+  CHECK(refused([](PackingState& s) { s.relaxation.sweeps = -1; }));
+  CHECK(refused([](PackingState& s) { s.relaxation.blocks = {-1, 1, 1}; }));
 }

@@ -135,7 +135,49 @@ TEST_CASE("An interrupted run leaves the state it was last kept in") {
   }
 }
 
-// But for the certificate, which is brought to its end.
+TEST_CASE("A run that ended out of reach goes on with higher limits") {
+  PackingProblem problem = mixtureIn(longBox(), 0.5, 2);
+  const PackingResult whole = pack(problem);
+  REQUIRE(whole.outcome == Outcome::certified);
+  PackingState last;
+  problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
+  problem.limits.maxSweeps = whole.statistics.sweeps / 2;
+  REQUIRE(pack(problem).outcome == Outcome::outOfReach);
+  REQUIRE(last.cellCount == whole.cellCount);
+  problem.resume = last;
+  SECTION("relaxation: with the same they end the same") {
+    REQUIRE(pack(problem).outcome == Outcome::outOfReach);
+  }
+  SECTION("relaxation: to the same packing") {
+    problem.limits = {};
+    REQUIRE(test::sameBits(pack(problem), whole));
+  }
+  SECTION("unless the fewer cells are what is wanted") {
+    problem.resume.reset();
+    problem.checkpoints->endsWithFewer = true;
+    const PackingResult fewer = pack(problem);
+    REQUIRE(last.cellCount == fewer.cellCount);
+    REQUIRE(last.cellCount < whole.cellCount);
+    problem.resume = last;
+    problem.checkpoints.reset();
+    REQUIRE(test::sameBits(pack(problem), fewer));
+  }
+}
+
+TEST_CASE("Growth that ended out of reach goes on with higher limits") {
+  PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.3, 3);
+  problem.method = Method::cat;
+  const PackingResult whole = pack(problem);
+  REQUIRE(whole.outcome == Outcome::certified);
+  PackingState last;
+  problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
+  problem.limits.maxSweeps = whole.statistics.growth->iterations / 2;
+  REQUIRE(pack(problem).outcome == Outcome::outOfReach);
+  problem.resume = last;
+  problem.limits = {};
+  REQUIRE(test::sameBits(pack(problem), whole));
+}
+
 TEST_CASE("A run can be interrupted in any stage, and leaves a state of that stage") {
   // False when the run had no such stage.
   const auto interruptedIn = [](PackingProblem problem, Stage wanted) {
@@ -156,6 +198,7 @@ TEST_CASE("A run can be interrupted in any stage, and leaves a state of that sta
     return true;
   };
   CHECK(interruptedIn(mixtureIn(longBox(), 0.55, 1), Stage::relaxation));
+  CHECK(interruptedIn(mixtureIn(longBox(), 0.55, 1), Stage::certificate));
   int repaired = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed)
     repaired += interruptedIn(mixtureIn(longBox(), 0.55, seed), Stage::repair);

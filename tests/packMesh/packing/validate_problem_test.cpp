@@ -20,6 +20,10 @@ TEST_CASE("Problems that cannot be posed are refused with a reason", "[packing]"
     problem.container = nullptr;
     REQUIRE_THROWS_WITH(validate(problem), Contains("no container"));
   }
+  SECTION("periods that are much smaller than a cell") {
+    problem = redCellProblem(makeBox({Vec3::Zero(), Vec3(0.2, 100.0, 100.0)}, {true, true, true}), 0.1);
+    REQUIRE_THROWS_WITH(validate(problem), Contains("repeats every 0.2 µm along x is too small"));
+  }
   SECTION("no shape") {
     problem.species[0].shape = nullptr;
     REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has no shape"));

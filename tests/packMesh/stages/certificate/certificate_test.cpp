@@ -8,6 +8,7 @@
 #include <random>
 #include <tuple>
 
+#include "packMesh/error.h"
 #include "tests/packMesh/geometry/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 
@@ -309,4 +310,30 @@ TEST_CASE("Counts and volumes, scaled cells included, no cells at all", "[certif
   REQUIRE(certificate.pairsTested == 1);
   REQUIRE(certificate.minimumGap == 0.25);
   REQUIRE(certify(packing.input(), 0.2).minimumGap == infinite);
+}
+
+TEST_CASE("What is stopped is not clean, and what cannot be examined is refused", "[certificate]") {
+  Packing packing;
+  packing.shapes = {ball(1.0)};
+  packing.container = std::make_shared<PeriodicSpace>(Vec3(10, 10, 10));
+  for (const double x : {1.0, 4.0, 7.0}) packing.cells.push_back({0, {Mat3::Identity(), Vec3(x, 5, 5)}});
+  REQUIRE(certify(packing.input()).clean());
+  for (const int polls : {0, 1, 2}) {
+    CertificateInput input = packing.input();
+    int left = polls;
+    input.stop = [&] { return left-- == 0; };
+    const Certificate stopped = certify(input);
+    CHECK_FALSE(stopped.complete);
+    CHECK_FALSE(stopped.clean());
+  }
+  for (const double period : {0.02, 1e-6, 1e-9, 1e-300}) {
+    CAPTURE(period);
+    packing.container = std::make_shared<PeriodicSpace>(Vec3(10, period, 10));
+    CHECK_THROWS_AS(certify(packing.input()), InputError);
+  }
+  for (const double period : {1.0, 0.2}) {
+    CAPTURE(period);
+    packing.container = std::make_shared<PeriodicSpace>(Vec3(10, period, 10));
+    CHECK_FALSE(certify(packing.input(), 0.1).clean());
+  }
 }
