@@ -119,7 +119,7 @@ std::string helpText(bool asPackCells) {
 }
 
 std::string manText() {
-  const auto escaped = [](std::string text) {
+  const auto escaped = [](const std::string& text) {
     std::string out;
     for (const char c : text)
       out += c == '\\' ? std::string("\\e") : c == '-' ? std::string("\\-") : std::string(1, c);

@@ -2,6 +2,7 @@
 #include "hemocell_adapter/periodic_wall.h"
 
 #include <cmath>
+#include <utility>
 
 namespace packmesh::hemocell {
 namespace {
@@ -46,9 +47,9 @@ std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Conta
                                                      int minimumDistanceFromSolid, double reach,
                                                      double wallClearance) {
   auto walls = std::make_shared<OwnedWalls>();
-  walls->container = container;
-  const Wall* wall = container->wall();
-  const Vec3 period = container->period();
+  walls->container = std::move(container);
+  const Wall* wall = walls->container->wall();
+  const Vec3 period = walls->container->period();
   if (period.isZero()) {
     walls->result = makeAcceptedWall(wall, std::move(lattice), minimumDistanceFromSolid, wallClearance);
     return {walls, walls->result.get()};

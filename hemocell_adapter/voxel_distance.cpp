@@ -235,6 +235,7 @@ void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int cou
       stored = brick(at);
     }
     if (!stored) continue;
+    // NOLINTNEXTLINE(bugprone-signed-char-misuse): codes have a sign
     const int code = stored->code[row + sample - edge * at[0]];
     if (std::abs(code) <= reach) distances[i] = static_cast<float>(dx_) * decoder.distance[codeLimit + code];
   }

@@ -50,12 +50,12 @@ double columnIntegral(const std::vector<Vec3>& polygon, double zero) {
 
 /// One obstacle, ready for questions.
 struct Body {
-  explicit Body(Obstacle obstacle)
+  explicit Body(const Obstacle& obstacle)
       : name(obstacle.name),
         box(boundingBox(obstacle.surface)),
         spacing(std::max(0.25, std::cbrt(box.grownBy(gridMargin).volume() / 1e7))),
         grid(sampleDistance(obstacle.surface, box.grownBy(gridMargin), spacing, gridMargin)),
-        hierarchy(std::move(obstacle.surface)) {}
+        hierarchy(obstacle.surface) {}
 
   WallDistance distance(const Vec3& p) const {
     const double toBox = distanceToBox(p, box);

@@ -189,7 +189,7 @@ class Vessel final : public Container, public Wall {
 
 }  // namespace
 
-std::unique_ptr<Container> makeVessel(TriangleMesh surface, const std::optional<VesselEnds>& ends,
+std::unique_ptr<Container> makeVessel(const TriangleMesh& surface, const std::optional<VesselEnds>& ends,
                                       double detail) {
   if (surface.triangles.empty()) throw MeshError("the mesh of the vessel has no triangles");
   if (!(detail > 0.0) || !std::isfinite(detail))

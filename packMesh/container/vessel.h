@@ -31,7 +31,7 @@ struct VesselEnds {
 /// @param detail spacing at which distances may be sampled [µm]
 /// @throws MeshError when an end has no flat cap, or the two ends of a periodic vessel do not have the same
 ///   outline; InputError when the ends or `detail` make no sense
-std::unique_ptr<Container> makeVessel(TriangleMesh surface, const std::optional<VesselEnds>& ends,
+std::unique_ptr<Container> makeVessel(const TriangleMesh& surface, const std::optional<VesselEnds>& ends,
                                       double detail);
 
 }  // namespace packmesh

@@ -212,7 +212,7 @@ Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
 }  // namespace
 
 MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(source) {
-  TreeBuilder{*this};
+  const TreeBuilder builds(*this);
 
   Box box;
   reach = 0.0;
