@@ -10,6 +10,9 @@ import re
 import subprocess
 import tempfile
 
+# Times below this are lost in the clock's steps [s].
+LEAST = 0.002
+
 PROBLEMS = [
     ("box 40", "40 40 40", (0.2, 0.4, 0.5, 0.55, 0.58)),
     ("box 80", "80 80 80", (0.45, 0.55)),
@@ -60,7 +63,8 @@ def main():
                     print(f"| {name} | {fraction} | {effective} | {cells:.0f} | {expected:.3g} | not reached | |")
                     continue
                 mean = sum(measured) / len(measured)
-                ratios.append(mean / expected)
+                if mean >= LEAST:
+                    ratios.append(mean / expected)
                 print(f"| {name} | {fraction} | {effective} | {cells:.0f} | {expected:.3g} | {mean:.3g} "
                       f"| {mean / expected:.2f} |", flush=True)
     worst = max(max(r, 1 / r) for r in ratios)
