@@ -161,6 +161,34 @@ TEST_CASE("reports of one cell, and of species without any", "[executable]") {
   CHECK(reportIn(folder.path() / "fewer.json")["outcome"] == "bestEffort");
 }
 
+TEST_CASE("reports and scenes of a lumen with obstacles", "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "config.xml",
+            configXml("<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>",
+                      "<packing><walls>yz</walls><container><obstacles>"
+                      "<cylinder axis=\"z\" center=\"10 10 11\" radius=\"3\" length=\"30\"/>"
+                      "<sphere center=\"3 16 16\" radius=\"2\"/>"
+                      "<mesh file=\"tube.stl\" scale=\"0.5\" offset=\"16 4 4\"/>"
+                      "</obstacles></container></packing>"));
+  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report report.json --pov");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const Report container = reportIn(folder.path() / "report.json")["configuration"]["container"];
+  INFO(container.dump(2));
+  CHECK(container["lumen"].is_null());
+  CHECK(container["obstacles"].size() == 3);
+  CHECK(container["obstacles"][0] == Report{{"kind", "cylinder"},
+                                            {"axis", "z"},
+                                            {"radius", 3.0},
+                                            {"length", 30.0},
+                                            {"center", {10.0, 10.0, 11.0}}});
+  CHECK(container["obstacles"][1] ==
+        Report{{"kind", "sphere"}, {"radius", 2.0}, {"center", {3.0, 16.0, 16.0}}});
+  CHECK(container["obstacles"][2]["kind"] == "mesh");
+  CHECK(container["obstacles"][2]["scale"] == 0.5);
+  CHECK(fs::file_size(folder.path() / "cells.pov") > 1000);
+}
+
 TEST_CASE("what is wrong with an output is said before packing", "[executable]") {
   const SampleCase folder;
   const std::string box = "25 25 25 --rbc 3 ";

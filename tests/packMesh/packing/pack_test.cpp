@@ -260,6 +260,40 @@ TEST_CASE("Thinning out keeps to the time limit too", "[packing]") {
   checkPacking(problem, result);
 }
 
+TEST_CASE("Cells that a wall's distances let too near to it are told to keep more", "[packing]") {
+  /// A wall that seems to be further away than it is.
+  class Optimistic : public Wall {
+   public:
+    Optimistic(std::shared_ptr<const Container> of, double error) : of_(std::move(of)), error_(error) {}
+    WallDistance distance(const Vec3& p) const override {
+      WallDistance found = of_->wall()->distance(p);
+      found.distance += error_;
+      return found;
+    }
+    double slack() const override { return error_; }
+    WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
+      return of_->wall()->examine(cell, gapOfInterest);
+    }
+
+   private:
+    std::shared_ptr<const Container> of_;
+    double error_;
+  };
+  for (const double clearance : {0.0, 0.3}) {
+    CAPTURE(clearance);
+    const std::shared_ptr<const Container> cylinder = makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, false);
+    PackingProblem problem = redCellProblem(cylinder, 0.4);
+    problem.wallClearance = clearance;
+    problem.species[0].wall = std::make_shared<Optimistic>(cylinder, 0.05);
+    const PackingResult result = pack(problem);
+    REQUIRE(result.outcome == Outcome::certified);
+    REQUIRE(result.statistics.repairs > 0);
+    REQUIRE(result.certificate.minimumWallGap >= clearance);
+    problem.species[0].wall = nullptr;
+    checkPacking(problem, result);
+  }
+}
+
 TEST_CASE("An interrupted run gives no cells", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(20.0), 0.60);
   int polls = 0;
