@@ -47,8 +47,9 @@ class Boxes {
   }
   Vec3 corner(std::int64_t box) const {
     const Vec3 each = size();
-    return bounds_.lo + Vec3(each[0] * double(box % count_[0]), each[1] * double(box / count_[0] % count_[1]),
-                             each[2] * double(box / (count_[0] * count_[1])));
+    const std::int64_t x = box % count_[0], y = box / count_[0] % count_[1],
+                       z = box / (count_[0] * count_[1]);
+    return bounds_.lo + each.cwiseProduct(Vec3(double(x), double(y), double(z)));
   }
 
  private:

@@ -53,7 +53,7 @@ double Shape::sampleSpacing() const {
                   finestSpacingFraction * radius_);
 }
 
-Shape::Shape(TriangleMesh mesh, std::variant<ProfileSurface, DistanceGrid> field)
+Shape::Shape(const TriangleMesh& mesh, std::variant<ProfileSurface, DistanceGrid> field)
     : hierarchy_(mesh),
       volume_(signedVolume(mesh)),
       radius_(boundingRadius(mesh)),
@@ -62,9 +62,10 @@ Shape::Shape(TriangleMesh mesh, std::variant<ProfileSurface, DistanceGrid> field
       coarseSamples_(sampleCoarsely(mesh)),
       field_(std::move(field)) {}
 
-Shape::Shape(TriangleMesh mesh, const ProfileSurface& surface)
-    : Shape(std::move(mesh), std::variant<ProfileSurface, DistanceGrid>(surface)) {}
+Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
+    : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(surface)) {}
 
-Shape::Shape(TriangleMesh mesh) : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(gridOf(mesh))) {}
+Shape::Shape(const TriangleMesh& mesh)
+    : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(gridOf(mesh))) {}
 
 }  // namespace packmesh

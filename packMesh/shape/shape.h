@@ -33,9 +33,9 @@ ProfileSurface ellipsoidProfile(double rx, double ry, double rz);
 class Shape {
  public:
   /// A mesh that approximates a surface in closed form.
-  Shape(TriangleMesh mesh, const ProfileSurface& surface);
+  Shape(const TriangleMesh& mesh, const ProfileSurface& surface);
   /// Any closed, outward-oriented mesh (see repairClosed): its distance is sampled on a grid.
-  explicit Shape(TriangleMesh mesh);
+  explicit Shape(const TriangleMesh& mesh);
 
   const TriangleMesh& mesh() const { return hierarchy_.mesh(); }
   const MeshHierarchy& hierarchy() const { return hierarchy_; }
@@ -48,7 +48,7 @@ class Shape {
   const std::variant<ProfileSurface, DistanceGrid>& field() const { return field_; }
 
  private:
-  Shape(TriangleMesh mesh, std::variant<ProfileSurface, DistanceGrid> field);
+  Shape(const TriangleMesh& mesh, std::variant<ProfileSurface, DistanceGrid> field);
 
   MeshHierarchy hierarchy_;
   double volume_, radius_;
