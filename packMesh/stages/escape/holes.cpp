@@ -51,8 +51,8 @@ class FreeSpace {
 };
 
 Vec3 circumcentre(const Tetrahedra& t, int index) {
-  const Vec3 o = t.corner(index, 0), a = t.corner(index, 1) - o, b = t.corner(index, 2) - o,
-             c = t.corner(index, 3) - o;
+  const Vec3& o = t.corner(index, 0);
+  const Vec3 a = t.corner(index, 1) - o, b = t.corner(index, 2) - o, c = t.corner(index, 3) - o;
   const Vec3 bc = b.cross(c), ca = c.cross(a), ab = a.cross(b);
   return o + (a.squaredNorm() * bc + b.squaredNorm() * ca + c.squaredNorm() * ab) / (2.0 * a.dot(bc));
 }
