@@ -186,8 +186,7 @@ def main():
         print(f"{kind:28} {outcome:24} {count:6}")
     print(f"{sum(tally.values())} problems: " + ", ".join(f"{n} {what}" for what, n in sorted(tally.items())) +
           f"; slowest {slowest[0]:.1f} s ({slowest[1]})")
-    total = sum(tally.values())
-    certified = sum(n for (kind, outcome), n in kinds.items() if outcome == OUTCOMES[0])
+    total, certified = sum(tally.values()), tally[OUTCOMES[0]]
     if total == 0:
         print("nothing was examined")
         bad += 1

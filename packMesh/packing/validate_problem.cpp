@@ -139,9 +139,9 @@ void validate(const PackingProblem& problem) {
       throw InputError("species '" + species.name + "' has a negative count, " +
                        std::to_string(species.count));
     checkStart(problem, species);
-    if (species.count > 0) checkPeriods(species, problem);
-    if (species.count > 0)
-      checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
+    if (species.count == 0) continue;
+    checkPeriods(species, problem);
+    checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
   }
   checkColumns(problem);
   if (problem.method == Method::cat) {
