@@ -15,8 +15,9 @@ namespace {
 struct Measured {
   double fraction, milliseconds;
 };
-constexpr Measured measured[] = {{0.10, 0.02}, {0.20, 0.025}, {0.30, 0.037}, {0.35, 0.047}, {0.45, 0.085},
-                                 {0.50, 0.14}, {0.55, 0.28},  {0.58, 0.75},  {0.60, 11.0},  {0.62, 400.0}};
+constexpr Measured measured[] = {{0.10, 0.02},  {0.20, 0.025}, {0.30, 0.037}, {0.35, 0.047},
+                                 {0.45, 0.085}, {0.50, 0.14},  {0.55, 0.28},  {0.58, 0.75},
+                                 {0.60, 3.3},   {0.61, 28.0},  {0.62, 400.0}};
 
 /// Per tenfold number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double growthPerDecade = 0.15;
@@ -122,7 +123,7 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
     lines.push_back(
-        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes minutes to hours, or fails; "
+        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes long, or fails; "
                     "--max-time and --best-effort bound it{}",
                     Forecast::easy, Forecast::possible, columnsInstead(job, scene)));
   else

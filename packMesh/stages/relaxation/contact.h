@@ -47,6 +47,8 @@ struct SweepSums {
 
   /// Sum of the penetrations of all contacts [µm].
   double total() const { return static_cast<double>(totalSteps) / stepsPerMicrometre; }
+  /// Of a contact [µm].
+  double meanDepth() const { return contacts == 0 ? 0.0 : total() / static_cast<double>(contacts); }
 
   void add(double depth) {
     deepest = deepest > depth ? deepest : depth;

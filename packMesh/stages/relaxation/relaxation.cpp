@@ -71,23 +71,24 @@ RelaxationState begun(RelaxationState state, const RelaxationInput& input, const
   return state;
 }
 
-double medianVolume(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
-  std::vector<std::pair<double, std::int64_t>> volumes;
-  std::int64_t all = 0;
-  for (std::size_t s = 0; s < counts.size(); ++s) {
-    volumes.emplace_back(input.shapes[s]->volume(), counts[s]);
-    all += counts[s];
-  }
-  std::sort(volumes.begin(), volumes.end());
+/// Of the cell in the middle by volume; nullptr without any cell.
+const Shape* medianShape(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+  std::vector<std::size_t> species(counts.size());
+  std::iota(species.begin(), species.end(), 0);
+  std::stable_sort(species.begin(), species.end(), [&](std::size_t a, std::size_t b) {
+    return input.shapes[a]->volume() < input.shapes[b]->volume();
+  });
+  const std::int64_t all = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
   std::int64_t before = 0;
-  for (const auto& [volume, count] : volumes)
-    if (before += count; before > all / 2) return volume;
-  return 1.0;
+  for (const std::size_t s : species)
+    if (before += counts[s]; before > all / 2) return input.shapes[s];
+  return nullptr;
 }
 
 ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
   std::vector<SpeciesModel> models;
-  const double reference = medianVolume(input, counts);
+  const Shape* median = medianShape(input, counts);
+  const double reference = median != nullptr ? median->volume() : 1.0;
   for (std::size_t s = 0; s < input.shapes.size(); ++s)
     models.emplace_back(*input.shapes[s], input.walls[s], reference,
                         input.freedoms.empty() ? Freedom() : input.freedoms[s]);
@@ -98,6 +99,11 @@ ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::in
                        input.wallClearance);
   solver.setMobile(input.rotate);
   return solver;
+}
+
+double medianHalfThickness(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+  const Shape* median = medianShape(input, counts);
+  return median != nullptr ? median->bound().semiAxes.minCoeff() : 1.0;
 }
 
 double largestRadius(const RelaxationInput& input) {
@@ -129,6 +135,7 @@ Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
       state_(begun(state, input, bodies, communicator)),
       cellCount_(communicator.sum(static_cast<std::int64_t>(bodies.size()))),
       solver_(makeSolver(input, state_.counts)),
+      halfThickness_(medianHalfThickness(input, state_.counts)),
       largestRadius_(largestRadius(input)),
       largestReach_(largestReach(input)),
       blocks_(input.bounds, input.period,

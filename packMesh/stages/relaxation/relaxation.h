@@ -85,6 +85,8 @@ class Relaxation {
 
   std::int64_t sweeps() const { return state_.sweeps; }
   const SweepSums& lastSweep() const { return state_.last; }
+  /// Of the cell in the middle by volume [µm].
+  double halfThickness() const { return halfThickness_; }
 
  private:
   /// A list of pairs lasts for so many sweeps at most, so that the course of long runs can be kept.
@@ -118,6 +120,7 @@ class Relaxation {
   std::int64_t cellCount_;
   ContactSolver solver_;
   std::vector<double> radii_;  ///< per species [µm]
+  double halfThickness_;
   double largestRadius_;
   double largestReach_;  ///< of a cell as the certificate looks for neighbours [µm]
   BlockGrid blocks_;

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/stages/relaxation/schedule.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace packmesh {
 namespace {
 
-/// Above about 1.05 penetrations grow at high fractions; 0.8 needs twenty times the sweeps of 1.0 at 0.58.
+/// Above about 1.05 penetrations grow at high fractions.
 constexpr double hotOmega = 1.0;
-/// Below, cells are only pushed apart and hardly rearrange any more.
-constexpr double coldOmega = 0.8;
+/// The end of an annealing.
+constexpr double coolOmega = 0.96;
 /// The end of repairs, where nothing is to rearrange.
 constexpr double repairOmega = 0.55;
 
@@ -17,9 +18,19 @@ constexpr double repairOmega = 0.55;
 constexpr double settledFraction = 0.2;
 
 constexpr std::int64_t hotSweeps = 300;
-/// At 0.60 the first annealing or the second one resolves everything.
-constexpr std::int64_t firstAnnealing = 1200;
+/// By then all is resolved up to 0.55; before, cells still come from where they were strewn.
+constexpr std::int64_t untemperedSweeps = 60;
+/// At 0.60 everything is resolved half way through the first annealing, at 0.61 in the second one.
+constexpr std::int64_t firstAnnealing = 2000;
 constexpr double annealingGrowth = 2.5;
+
+/// Mean penetrations that are let be, as fractions of half the thickness of a cell: at most and at the end of
+/// an annealing. With 0.26 and more cells stay locked for ever from 0.61 on; with 0.17 twice the sweeps are
+/// needed at 0.60.
+constexpr double hotDepth = 0.23, coolDepth = 0.13;
+/// How much of omega is taken away for what is beyond.
+constexpr double tempering = 2.3;
+constexpr double leastOmega = 0.6;
 
 /// With fewer contacts per cell than this (a jam has 7), those left after the first sweeps are pairs that
 /// swing between two states for ever: thin parts that pierced each other.
@@ -34,41 +45,62 @@ bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
   return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
 }
 
-/// Sweeps with omega going evenly from `from` to `to`.
-bool sweepFrom(double from, double to, std::int64_t sweeps, Relaxation& relaxation, double tolerance,
-               const ScheduleLimits& limits, std::int64_t& at, const char* stage, double slack = 0.0) {
+/// Between two values: at the beginning of a part and at its end.
+double between(double from, double to, double progress) {
+  return from + (to - from) * progress;
+}
+
+/// Lowers omega as far as cells are deeper in each other than they should [of half their thickness].
+double tempered(double omega, double depth, const Relaxation& relaxation) {
+  const double excess = relaxation.lastSweep().meanDepth() / relaxation.halfThickness() - depth;
+  return std::max(leastOmega, omega - tempering * std::max(0.0, excess));
+}
+
+/// Sweeps with what `omega` is after so much of them.
+bool sweepWith(const std::function<double(double progress)>& omega, std::int64_t sweeps,
+               Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, std::int64_t& at,
+               const char* stage, double slack = 0.0) {
   for (; at < sweeps && !spent(relaxation, limits); ++at) {
     if (limits.anew && relaxation.beginsAnew()) limits.anew();
     const double progress = static_cast<double>(at) / static_cast<double>(sweeps);
-    const SweepSums sums = relaxation.sweep(from + (to - from) * progress, slack);
+    const SweepSums sums = relaxation.sweep(omega(progress), slack);
     if (limits.tell) limits.tell(stage);
     if (sums.thorough && sums.deepest <= tolerance) return true;
   }
   return false;
 }
 
+std::int64_t annealingSweeps(std::int64_t part) {
+  return static_cast<std::int64_t>(firstAnnealing * std::pow(annealingGrowth, static_cast<double>(part - 1)));
+}
+
 }  // namespace
 
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at) {
-  for (; !spent(relaxation, limits); at = {at.part + 1, 0}) {
-    if (at.part == 0) {
-      if (sweepFrom(hotOmega, hotOmega, hotSweeps, relaxation, tolerance, limits, at.sweep, "relaxation"))
-        return true;
-      continue;
-    }
-    if (at.sweep == 0 && onlyFewContacts(relaxation)) return true;
-    const double sweeps = firstAnnealing * std::pow(annealingGrowth, static_cast<double>(at.part - 1));
-    if (sweepFrom(hotOmega, coldOmega, static_cast<std::int64_t>(sweeps), relaxation, tolerance, limits,
-                  at.sweep, "annealing"))
+  const auto hot = [&](double) {
+    return at.sweep < untemperedSweeps ? hotOmega : tempered(hotOmega, hotDepth, relaxation);
+  };
+  const auto cooling = [&](double progress) {
+    return tempered(between(hotOmega, coolOmega, progress), between(hotDepth, coolDepth, progress),
+                    relaxation);
+  };
+  while (!spent(relaxation, limits)) {
+    const bool first = at.part == 0;
+    if (!first && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
+    const std::int64_t sweeps = first ? hotSweeps : annealingSweeps(at.part);
+    if (first ? sweepWith(hot, sweeps, relaxation, tolerance, limits, at.sweep, "relaxation")
+              : sweepWith(cooling, sweeps, relaxation, tolerance, limits, at.sweep, "annealing"))
       return true;
+    if (at.sweep >= sweeps) at = {at.part + 1, 0};
   }
   return false;
 }
 
 bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
             SchedulePosition& at) {
-  return sweepFrom(hotOmega, repairOmega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep,
-                   "repair", (1.0 - settledFraction) * tolerance);
+  const auto omega = [](double progress) { return between(hotOmega, repairOmega, progress); };
+  return sweepWith(omega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep, "repair",
+                   (1.0 - settledFraction) * tolerance);
 }
 
 }  // namespace packmesh

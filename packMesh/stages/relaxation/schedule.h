@@ -25,9 +25,11 @@ struct ScheduleLimits {
 
 /// Sweeps until no penetration is deeper than `tolerance` [µm].
 ///
-/// First at full over-relaxation, which resolves everything up to a fraction of about 0.58. Above, full
-/// over-relaxation keeps the cells agitated: it acts as a temperature. So it is lowered slowly from 1.0, as
-/// in simulated annealing, over 1200 sweeps, then, starting hot again, over 2.5 times as many, and so on.
+/// First at full over-relaxation, which resolves everything up to a fraction of about 0.59. Above, full
+/// over-relaxation keeps the cells agitated: it acts as a temperature. Too much of it locks them in each
+/// other, so it is lowered as far as their mean penetration is beyond a limit. Limit and over-relaxation fall
+/// slowly, as in simulated annealing, over 2000 sweeps, then, starting hot again, over 2.5 times as many, and
+/// so on.
 /// @param at where to begin; kept up to date
 /// @return whether it got there within the limits, or left so few contacts that repairing them one by one
 /// will

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <functional>
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/stages/placement/placement.h"
@@ -254,4 +255,43 @@ TEST_CASE("Schedules stop when they are told to", "[relaxation]") {
   limits.stop = nullptr;
   REQUIRE_FALSE(settle(relaxation, 0.01, 7, limits));
   REQUIRE(relaxation.sweeps() == 38);
+}
+
+TEST_CASE("Dense cells do not lock in each other, and those that have come loose again", "[relaxation]") {
+  const auto shape = test::redCellShape();
+  const Box bounds = cube(30.0);
+  const int count = static_cast<int>(0.62 * bounds.volume() / shape->volume());
+  const auto lockedAfter = [&](Relaxation& relaxation, const std::function<void()>& sweep) {
+    double depth = 0.0;  // while agitated it goes up and down
+    for (int k = 0; k < 100; ++k) {
+      sweep();
+      depth += relaxation.lastSweep().meanDepth() / 100.0;
+    }
+    return depth > 0.35 * relaxation.halfThickness();
+  };
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const RelaxationInput input = inputFor({shape.get()}, bounds, bounds.size());
+    Relaxation relaxation(input, randomBodies(*shape, nullptr, count, bounds, seed));
+    REQUIRE(relaxation.halfThickness() == Approx(1.15).margin(0.05));
+    for (int k = 0; k < 200; ++k) relaxation.sweep(1.0);
+    REQUIRE(lockedAfter(relaxation, [&] { relaxation.sweep(1.0); }));
+
+    const auto scheduled = [&](Relaxation& which) {
+      SchedulePosition at{1, 1};  // in the first annealing
+      return [&which, at]() mutable {
+        ScheduleLimits limits;
+        limits.maxSweeps = which.sweeps() + 1;
+        relax(which, 0.01, limits, at);
+      };
+    };
+    const std::function<void()> sweep = scheduled(relaxation);
+    for (int k = 0; k < 200; ++k) sweep();
+    REQUIRE_FALSE(lockedAfter(relaxation, sweep));
+
+    Relaxation scheduledAll(input, randomBodies(*shape, nullptr, count, bounds, seed));
+    ScheduleLimits limits;
+    limits.maxSweeps = 200;
+    relax(scheduledAll, 0.01, limits);
+    REQUIRE_FALSE(lockedAfter(scheduledAll, scheduled(scheduledAll)));
+  }
 }
