@@ -22,6 +22,7 @@ void terminatetetgen(tetgenmesh*, int code) {
 /// What the C library's assert() calls. Distributions compile TetGen with its assertions, some of which fail
 /// on input that is valid but has symmetries, such as concentric objects: there this gives up like
 /// terminatetetgen(); everywhere else it does what the C library does.
+// NOLINTNEXTLINE(bugprone-reserved-identifier,readability-identifier-naming): the name is the C library's
 extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* file, unsigned line,
                                            const char* function) {
   if (inTetgen) throw packmesh::TetgenGaveUp{packmesh::TetgenGaveUp::assertion};

@@ -147,8 +147,8 @@ Columns::Columns(const Shape& shape, std::int64_t count, const Box& box, double 
       // What no lattice can exceed is not worth looking for one.
       const double most = std::sqrt(view.area() / (hexagonalArea * static_cast<double>(columns))) / across;
       if (most <= room_) break;
-      const auto cells = static_cast<double>((count + columns - 1) / columns);
-      const double pitch = view.length / cells / step;
+      const std::int64_t cells = (count + columns - 1) / columns;  // of the highest
+      const double pitch = view.length / static_cast<double>(cells) / step;
       if (pitch <= room_) continue;
       const auto [lattice, distance] = widest(view, columns);
       const double room = std::min(pitch, distance / across);
