@@ -20,13 +20,15 @@ constexpr double settledFraction = 0.2;
 constexpr std::int64_t hotSweeps = 300;
 /// By then all is resolved up to 0.55; before, cells still come from where they were strewn.
 constexpr std::int64_t untemperedSweeps = 60;
-/// At 0.60 everything is resolved half way through the first annealing, at 0.61 in the second one.
-constexpr std::int64_t firstAnnealing = 2000;
+/// At 0.60 everything is resolved early in the first annealing, at 0.61 in the second or third.
+constexpr double firstAnnealing = 2000.0;
 constexpr double annealingGrowth = 2.5;
+/// More than any run has time for.
+constexpr double longestAnnealing = 1e12;
 
 /// Mean penetrations that are let be, as fractions of half the thickness of a cell: at most and at the end of
-/// an annealing. With 0.26 and more cells stay locked for ever from 0.61 on; with 0.17 twice the sweeps are
-/// needed at 0.60.
+/// an annealing. Half as much needs twice the sweeps at 0.60; a little more, and cells may stay locked for
+/// ever from 0.61 on.
 constexpr double hotDepth = 0.23, coolDepth = 0.13;
 /// How much of omega is taken away for what is beyond.
 constexpr double tempering = 2.3;
@@ -70,27 +72,27 @@ bool sweepWith(const std::function<double(double progress)>& omega, std::int64_t
   return false;
 }
 
-std::int64_t annealingSweeps(std::int64_t part) {
-  return static_cast<std::int64_t>(firstAnnealing * std::pow(annealingGrowth, static_cast<double>(part - 1)));
+/// The sweeps of a part of relax().
+std::int64_t sweepsOf(std::int64_t part) {
+  if (part == 0) return hotSweeps;
+  const double sweeps = firstAnnealing * std::pow(annealingGrowth, static_cast<double>(part - 1));
+  return static_cast<std::int64_t>(std::min(sweeps, longestAnnealing));
 }
 
 }  // namespace
 
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at) {
-  const auto hot = [&](double) {
-    return at.sweep < untemperedSweeps ? hotOmega : tempered(hotOmega, hotDepth, relaxation);
-  };
-  const auto cooling = [&](double progress) {
-    return tempered(between(hotOmega, coolOmega, progress), between(hotDepth, coolDepth, progress),
-                    relaxation);
+  const auto omega = [&](double progress) {
+    const bool first = at.part == 0;
+    if (first && at.sweep < untemperedSweeps) return hotOmega;
+    const double cooled = first ? 0.0 : progress;
+    return tempered(between(hotOmega, coolOmega, cooled), between(hotDepth, coolDepth, cooled), relaxation);
   };
   while (!spent(relaxation, limits)) {
-    const bool first = at.part == 0;
-    if (!first && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
-    const std::int64_t sweeps = first ? hotSweeps : annealingSweeps(at.part);
-    if (first ? sweepWith(hot, sweeps, relaxation, tolerance, limits, at.sweep, "relaxation")
-              : sweepWith(cooling, sweeps, relaxation, tolerance, limits, at.sweep, "annealing"))
-      return true;
+    if (at.part > 0 && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
+    const std::int64_t sweeps = sweepsOf(at.part);
+    const char* const stage = at.part == 0 ? "relaxation" : "annealing";
+    if (sweepWith(omega, sweeps, relaxation, tolerance, limits, at.sweep, stage)) return true;
     if (at.sweep >= sweeps) at = {at.part + 1, 0};
   }
   return false;
