@@ -33,11 +33,19 @@ DistanceGrid gridOf(const TriangleMesh& mesh) {
 
 }  // namespace
 
-double ProfileSurface::bendBeyondRim() const {
+double ProfileSurface::slopeAtRim() const {
   double slope = 0.0;
   for (int k = 1; k < 6; ++k) slope += k * p[k];
+  return slope;
+}
+
+double ProfileSurface::bendBeyondRim() const {
   const double rim2 = 1.0 / std::min(a, c);
-  return std::min(0.0, -0.25 * (slope + rim2));
+  return std::min(0.0, -0.25 * (slopeAtRim() + rim2));
+}
+
+double ProfileSurface::curvatureInside() const {
+  return std::max(1.0, -slopeAtRim() * std::max(a, c));
 }
 
 ProfileSurface ellipsoidProfile(double rx, double ry, double rz) {

@@ -21,9 +21,15 @@ struct ProfileSurface {
   std::array<double, 6> p{};  ///< P(s) = p[0] + p[1] s + ... + p[5] s^5 [µm²]
   double a = 1.0, c = 1.0;    ///< [1/µm²]
 
+  double slopeAtRim() const;  ///< P'(1) [µm²]
+
   /// Curvature with which P is continued beyond the rim, P(s) = P'(1) (s - 1) + bend (s - 1)²: y² - P(s) then
   /// has second derivative 2 across the rim, as the formula of the distance assumes, and stays convex [µm²].
   double bendBeyondRim() const;
+
+  /// Half the largest second derivative of y² - P(s) inside, at least 1 (that along y): how fast depth grows
+  /// from the surface of the thinnest axis on.
+  double curvatureInside() const;
 };
 
 /// Ellipsoid with semi-axes [µm] as a ProfileSurface.

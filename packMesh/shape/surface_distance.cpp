@@ -20,7 +20,10 @@ SurfaceDistance::SurfaceDistance(const Shape& shape)
       grid_(std::get_if<DistanceGrid>(&shape.field())),
       ring_(shape.bound().ring),
       thickness_(shape.bound().semiAxes.maxCoeff()) {
-  if (profile_) bend_ = profile_->bendBeyondRim();
+  if (profile_) {
+    bend_ = profile_->bendBeyondRim();
+    curvature_ = profile_->curvatureInside();
+  }
   const Box box = boundingBox(shape.mesh());
   extent_ = box.lo.cwiseAbs().cwiseMax(box.hi.cwiseAbs());
 }
@@ -40,7 +43,8 @@ SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
 SurfaceDistance::Sample SurfaceDistance::closedForm(const Vec3& p) const {
   const Level l = level(p);
   const double steep = l.gradient.norm(), half = 0.5 * steep;
-  const double denominator = half + std::sqrt(std::max(half * half - l.value, 0.0));
+  const double curved = l.value < 0.0 ? curvature_ * l.value : l.value;
+  const double denominator = half + std::sqrt(std::max(half * half - curved, 0.0));
   return {l.value / std::max(denominator, flat), l.gradient / std::max(steep, flat)};
 }
 

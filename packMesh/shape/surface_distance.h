@@ -41,7 +41,8 @@ class SurfaceDistance {
 
   const ProfileSurface* profile_;
   const DistanceGrid* grid_;
-  double bend_ = 0.0;  ///< [µm²]
+  double bend_ = 0.0;       ///< [µm²]
+  double curvature_ = 1.0;  ///< ProfileSurface::curvatureInside()
   double ring_, thickness_;
   Vec3 extent_;  ///< of the mesh, to either side of the body's origin [µm]
 };

@@ -38,6 +38,7 @@ FieldView viewOf(const Shape& shape) {
     view.a = static_cast<float>(profile->a);
     view.c = static_cast<float>(profile->c);
     view.bend = static_cast<float>(profile->bendBeyondRim());
+    view.curvature = static_cast<float>(profile->curvatureInside());
   } else {
     const auto& grid = std::get<DistanceGrid>(shape.field());
     view.onGrid = true;

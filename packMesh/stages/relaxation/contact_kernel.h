@@ -19,7 +19,8 @@ struct FieldView {
   bool onGrid;
   // Closed form y² = P(a x² + c z²) (ProfileSurface).
   float p[6], a, c;
-  float bend;  ///< beyond the rim P(s) = P'(1) (s - 1) + bend (s - 1)² [µm²]
+  float bend;       ///< beyond the rim P(s) = P'(1) (s - 1) + bend (s - 1)² [µm²]
+  float curvature;  ///< half the largest second derivative of y² - P(s) inside
   // Sampled distance (DistanceGrid).
   const float* value;
   float origin[3], nodesPerLength;

@@ -219,13 +219,17 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
 
     // Second look: d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0:
     // exact for spheres, within 0.0006 µm of the distance near the surface of a red cell; between
-    // F / |grad F| and twice that.
+    // F / |grad F| and twice that. Inside, where F curves more than that along an axis thinner than y, by so
+    // much more: else the depth in the middle of a cell were that of another axis, and cells lock in it.
     for (int k = 0; k < touchedCount; ++k) {
       const NearCluster& cluster = kept[touched[k]];
       const Level& level = cluster.level;
       const Lanes half = larger(squareRoot(level.quarter), splat(1e-6f));
       Lanes distance = level.f;
-      if (!onGrid) distance = level.f / (half + squareRoot(larger(level.quarter - level.f, splat(0.0f))));
+      if (!onGrid) {
+        const Lanes curved = larger(level.f, splat(0.0f)) + field.curvature * smaller(level.f, splat(0.0f));
+        distance = level.f / (half + squareRoot(larger(level.quarter - curved, splat(0.0f))));
+      }
       running.add(cluster, larger(clearance - distance, splat(0.0f)), 2.0f * half);
     }
     if (touchedCount > 0) touching = touching || bitsWhereLess(splat(0.0f), running.deepest) != 0;

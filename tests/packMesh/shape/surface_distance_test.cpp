@@ -56,3 +56,25 @@ TEST_CASE("Far away, too, the foot is on the surface") {
     }
   }
 }
+
+TEST_CASE("Inside an ellipsoid the depth is the same whichever axis is called y") {
+  std::mt19937 random(23);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (const Vec3& semiAxes : {Vec3(4.0, 1.5, 4.0), Vec3(1.5, 5.0, 1.5), Vec3(1.75, 3.3, 4.9)}) {
+    const auto turned = [](const Vec3& v) { return Vec3(v.z(), v.x(), v.y()); };
+    const auto shapeOf = [](const Vec3& r) {
+      return hemocell::makeEllipsoid(2 * r.x(), 2 * r.y(), 2 * r.z());
+    };
+    const auto first = shapeOf(semiAxes), second = shapeOf(turned(semiAxes)),
+               third = shapeOf(turned(turned(semiAxes)));
+    const double facets = 0.04 * semiAxes.maxCoeff();  // they are the ellipsoids around meshes
+    CHECK(SurfaceDistance(*first).sample(Vec3::Zero()).distance ==
+          Approx(-semiAxes.minCoeff()).margin(facets));
+    for (int n = 0; n < 200; ++n) {
+      const Vec3 p = 0.97 * unit(random) * test::randomDirection(random).cwiseProduct(semiAxes);
+      const double depth = SurfaceDistance(*first).sample(p).distance;
+      CHECK(SurfaceDistance(*second).sample(turned(p)).distance == Approx(depth).margin(facets));
+      CHECK(SurfaceDistance(*third).sample(turned(turned(p))).distance == Approx(depth).margin(facets));
+    }
+  }
+}

@@ -83,7 +83,8 @@ Field closedForm(const FieldView& f, const Vec3& q) {
   const double level = q.y() * q.y() - value;
   const Vec3 gradient(-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z());
   const double half = 0.5 * gradient.norm();
-  const double distance = level / std::max(1e-6, half + std::sqrt(std::max(0.0, half * half - level)));
+  const double curved = level < 0.0 ? f.curvature * level : level;
+  const double distance = level / std::max(1e-6, half + std::sqrt(std::max(0.0, half * half - curved)));
   return {distance, gradient.normalized(), gradient.norm()};
 }
 

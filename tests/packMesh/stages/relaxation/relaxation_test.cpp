@@ -295,3 +295,18 @@ TEST_CASE("Dense cells do not lock in each other, and those that have come loose
     REQUIRE_FALSE(lockedAfter(scheduledAll, scheduled(scheduledAll)));
   }
 }
+
+TEST_CASE("Ellipsoids are resolved as soon whichever axis is the thin one", "[relaxation]") {
+  const Box bounds = cube(32.0);
+  for (const Vec3& axes : {Vec3(8.0, 3.0, 8.0), Vec3(8.0, 8.0, 3.0), Vec3(3.0, 8.0, 8.0),
+                           Vec3(3.0, 10.0, 3.0), Vec3(9.8, 6.6, 3.5)}) {
+    CAPTURE(axes);
+    const auto shape = hemocell::makeEllipsoid(axes.x(), axes.y(), axes.z());
+    const int count = static_cast<int>(0.58 * bounds.volume() / shape->volume());
+    Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()),
+                          randomBodies(*shape, nullptr, count, bounds, 1));
+    ScheduleLimits limits;
+    limits.maxSweeps = 60;
+    REQUIRE(relax(relaxation, 0.01, limits));
+  }
+}
