@@ -169,15 +169,20 @@ def states():
 
 
 def names():
+    locales = pathlib.Path(PROGRAM).parents[1] / "tests/locales"  # de_DE.UTF-8 has a decimal comma
+    if not (locales / "de_DE.UTF-8").is_dir():
+        failures.append("names: there is no locale with a decimal comma")
+    written = []
     with tempfile.TemporaryDirectory(prefix="pack Mesh 'ü\" ") as parent:
-        for language in ("C", "de_DE.UTF-8"):  # the second where it is installed
+        for language in ("C", "de_DE.UTF-8"):
             with Folder(parent) as folder:
-                result = run(folder, ["12.5", "12.5", "12.5", "--rbc", "3", "--output-dir",
-                                      "é 血"], env=dict(os.environ, LC_ALL=language))
+                result = run(folder, ["12.5", "12.5", "12.5", "--rbc", "3", "--output-dir", "é 血"],
+                             env=dict(os.environ, LC_ALL=language, LOCPATH=str(locales)))
                 expect(f"blanks and other letters in paths, LC_ALL={language}", folder, result, [0])
-                if not (folder.path / "é 血" / "RBC.pos").read_text().startswith("3\n"):
-                    failures.append("names")
+                written.append((folder.path / "é 血" / "RBC.pos").read_text())
             os.makedirs(parent, exist_ok=True)
+    if not written[0].startswith("3\n") or written[1] != written[0]:
+        failures.append("names: the locale changes what is written")
 
 
 checks = (disk_full, read_only, file_size, memory, signals, killed_rank, states, names)

@@ -6,14 +6,15 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <clocale>
 #include <csignal>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <random>
 #include <sstream>
 
 #include "packMesh/error.h"
+#include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -93,12 +94,11 @@ TEST_CASE("A .pos text is plain, round-trips to the last bit and knows no -0", "
   std::vector<PosLine> lines(1000);
   for (PosLine& line : lines)
     for (int k = 0; k < 3; ++k) line.position[k] = uniform(random), line.angles[k] = uniform(random);
-  const std::string before = std::setlocale(LC_ALL, nullptr);
-  std::setlocale(LC_ALL, "de_DE.UTF-8");  // where installed, a locale with a decimal comma
+  auto comma = std::make_unique<test::DecimalComma>();
   const std::string text = formatPosHead(1000) + formatPosLines(lines);
   const Folder folder;
   const std::vector<PosLine> back = readPos(folder.write(text));
-  std::setlocale(LC_ALL, before.c_str());
+  comma.reset();
   REQUIRE(back.size() == lines.size());
   bool same = true;
   for (std::size_t i = 0; i < lines.size(); ++i)

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <clocale>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -11,6 +10,7 @@
 
 #include "packMesh/error.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -138,11 +138,8 @@ TEST_CASE("writeMesh and readMesh give back the same numbers in every kind of fi
 
 TEST_CASE("readMesh does not depend on the locale", "[io]") {
   const Folder folder;
-  const char* previous = std::setlocale(LC_ALL, nullptr);
-  const std::string saved = previous ? previous : "C";
-  for (const char* locale : {"de_DE.UTF-8", "nl_NL.UTF-8", "C.UTF-8"}) std::setlocale(LC_ALL, locale);
+  const test::DecimalComma comma;
   REQUIRE(readMesh(folder.write("a.off", tetrahedronOff)).vertices[1].x() == 1.1234567890123456);
-  std::setlocale(LC_ALL, saved.c_str());
 }
 
 TEST_CASE("readMesh reads binary STL and binary PLY of both byte orders", "[io]") {

@@ -5,9 +5,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <locale>
+#include <memory>
 
 #include "packMesh/error.h"
+#include "tests/support/decimal_comma.h"
 
 using namespace packmesh;
 namespace fs = std::filesystem;
@@ -73,14 +74,6 @@ struct Lumen : Container, Wall {
   }
   WallDistance distance(const Vec3&) const override { return {}; }
   WallVerdict examine(const PlacedHierarchy&, double) const override { return {}; }
-};
-
-/// Decimal commas and grouped thousands, in a locale that need not be
-/// installed.
-struct Commas : std::numpunct<char> {
-  char do_decimal_point() const override { return ','; }
-  char do_thousands_sep() const override { return '.'; }
-  std::string do_grouping() const override { return "\3"; }
 };
 
 PicturedCell at(int species, const Vec3& p) {
@@ -157,9 +150,9 @@ TEST_CASE("Scenes are the same under a locale with decimal commas", "[io]") {
   const Lumen box({50.5, 50.5, 50.5}, false);
   const std::vector<PicturedCell> cells{at(0, {10.25, 13.5, 1234.5})};
   writePovScene(scratch.path / "a.pov", {&red}, {"RBC"}, cells, box);
-  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new Commas));
+  auto comma = std::make_unique<test::DecimalComma>();
   writePovScene(scratch.path / "b.pov", {&red}, {"RBC"}, cells, box);
-  std::locale::global(before);
+  comma.reset();
   CHECK(contents(scratch.path / "a.pov") == contents(scratch.path / "b.pov"));
   CHECK(contents(scratch.path / "a.pov").find("10.25,13.5,1234.5") != std::string::npos);
 }
