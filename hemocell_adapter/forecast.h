@@ -17,11 +17,12 @@ struct Forecast {
   /// The fraction at which a periodic box is as hard to pack: clearances are added to the cells, and a layer
   /// at the wall is left out of the lumen.
   double effectiveFraction = 0.0;
-  double seconds = 0.0;    ///< CPU of one core; within a factor of 3 below 0.58, above hardly known
+  double seconds = 0.0;    ///< CPU of one core
   double megabytes = 0.0;  ///< of all ranks together
 
-  /// Up to here a packing takes minutes at most, above `possible` none of a thousand cells was ever made.
-  static constexpr double easy = 0.58, possible = 0.61;
+  /// Up to here a packing of red cells takes hundreds of sweeps, above `possible` none of a thousand at
+  /// random was ever made.
+  static constexpr double easy = 0.60, possible = 0.61;
 };
 
 /// Of the default method.

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "hemocell_adapter/counts.h"
+#include "hemocell_adapter/forecast.h"
 #include "packMesh/error.h"
 #include "packMesh/tolerances.h"
 
@@ -85,12 +86,11 @@ void resolveCounts(const Job& job, Scene& scene) {
     throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
                                  volume, lumen));
   }
-  constexpr double limit = 0.6;  // of cells packed at random
-  if (volume > limit * lumen && !job.inColumns) {
-    scene.warnings.push_back(
-        fmt::format("the cells asked for fill {:.4f} of the lumen: above 0.60 packing takes minutes to "
-                    "forever; --max-time and --best-effort bound it{}",
-                    volume / lumen, columnsInstead(job, scene)));
+  if (volume > Forecast::possible * lumen && !job.inColumns) {
+    scene.warnings.push_back(fmt::format(
+        "the cells asked for fill {:.4f} of the lumen: above {:.2f} hardly any were ever packed at "
+        "random; --max-time and --best-effort bound the time it takes{}",
+        volume / lumen, Forecast::possible, columnsInstead(job, scene)));
   }
 }
 

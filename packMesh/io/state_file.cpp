@@ -25,7 +25,7 @@ constexpr char kind[] = "state";
 constexpr std::int64_t schemaVersion = 2;
 
 /// No number of a run is so large, no cell so far outside the lumen's bounds, however small [µm].
-constexpr double mostPossible = 1e18, farthest = 100.0;
+constexpr double mostPossible = 1e17, farthest = 100.0;
 
 const char* textOf(const RunPosition& position) {
   switch (position.stage) {

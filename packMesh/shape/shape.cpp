@@ -19,6 +19,12 @@ constexpr double finestSpacingFraction = 0.02;
 /// Spacing of the distance grid of a general mesh, as a fraction of its bounding radius.
 constexpr double gridSpacingFraction = 1.0 / 40.0;
 
+double halfThicknessOf(const std::variant<ProfileSurface, DistanceGrid>& field) {
+  if (const auto* profile = std::get_if<ProfileSurface>(&field)) return profile->halfThickness();
+  const std::vector<float>& distances = std::get<DistanceGrid>(field).value;
+  return -*std::min_element(distances.begin(), distances.end());
+}
+
 double boundingRadius(const TriangleMesh& mesh) {
   double radius = 0.0;
   for (const Vec3& v : mesh.vertices) radius = std::max(radius, v.norm());
@@ -48,6 +54,17 @@ double ProfileSurface::curvatureInside() const {
   return std::max(1.0, -slopeAtRim() * std::max(a, c));
 }
 
+double ProfileSurface::halfThickness() const {
+  constexpr int steps = 200;
+  double highest = 0.0;
+  for (int i = 0; i <= steps; ++i) {
+    double height = 0.0;
+    for (int k = 5; k >= 0; --k) height = height * i / steps + p[k];
+    highest = std::max(highest, height);
+  }
+  return std::sqrt(highest / curvatureInside());
+}
+
 ProfileSurface ellipsoidProfile(double rx, double ry, double rz) {
   ProfileSurface surface;
   surface.p = {ry * ry, -ry * ry, 0.0, 0.0, 0.0, 0.0};
@@ -65,6 +82,7 @@ Shape::Shape(const TriangleMesh& mesh, std::variant<ProfileSurface, DistanceGrid
     : hierarchy_(mesh),
       volume_(signedVolume(mesh)),
       radius_(boundingRadius(mesh)),
+      halfThickness_(halfThicknessOf(field)),
       bound_(boundSupport(mesh)),
       samples_(sampleSurface(mesh, sampleSpacing())),
       coarseSamples_(sampleCoarsely(mesh)),

@@ -27,9 +27,11 @@ struct ProfileSurface {
   /// has second derivative 2 across the rim, as the formula of the distance assumes, and stays convex [µm²].
   double bendBeyondRim() const;
 
-  /// Half the largest second derivative of y² - P(s) inside, at least 1 (that along y): how fast depth grows
-  /// from the surface of the thinnest axis on.
+  /// Of an ellipsoid (r_y / r)², r its smallest semi-axis: half the largest second derivative of y² - P(s).
+  /// 1 where y is the thinnest axis, as of a red cell.
   double curvatureInside() const;
+
+  double halfThickness() const;  ///< that of the thickest part [µm]
 };
 
 /// Ellipsoid with semi-axes [µm] as a ProfileSurface.
@@ -47,6 +49,7 @@ class Shape {
   const MeshHierarchy& hierarchy() const { return hierarchy_; }
   double volume() const { return volume_; }  ///< of the mesh [µm³]
   double radius() const { return radius_; }  ///< of the smallest sphere around the body origin [µm]
+  double halfThickness() const { return halfThickness_; }  ///< depth of the points deepest inside [µm]
   const SupportBound& bound() const { return bound_; }
   double sampleSpacing() const;  ///< no point of the surface is much further than this from a sample [µm]
   const SamplePoints& samples() const { return samples_; }
@@ -57,7 +60,7 @@ class Shape {
   Shape(const TriangleMesh& mesh, std::variant<ProfileSurface, DistanceGrid> field);
 
   MeshHierarchy hierarchy_;
-  double volume_, radius_;
+  double volume_, radius_, halfThickness_;
   SupportBound bound_;
   SamplePoints samples_, coarseSamples_;
   std::variant<ProfileSurface, DistanceGrid> field_;

@@ -43,7 +43,7 @@ SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
 SurfaceDistance::Sample SurfaceDistance::closedForm(const Vec3& p) const {
   const Level l = level(p);
   const double steep = l.gradient.norm(), half = 0.5 * steep;
-  const double curved = l.value < 0.0 ? curvature_ * l.value : l.value;
+  const double curved = std::min(l.value, curvature_ * l.value);
   const double denominator = half + std::sqrt(std::max(half * half - curved, 0.0));
   return {l.value / std::max(denominator, flat), l.gradient / std::max(steep, flat)};
 }

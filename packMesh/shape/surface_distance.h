@@ -18,8 +18,8 @@ class SurfaceDistance {
     Vec3 gradient;    ///< unit, away from the surface
   };
 
-  /// Of a closed form: within 0.0006 µm near a red cell, up to twice the distance far away. Of a grid: see
-  /// DistanceGrid.
+  /// Of a closed form: within 0.0006 µm near a red cell, up to twice the distance far away; inside an
+  /// ellipsoid at most the depth, and half of it at least. Of a grid: see DistanceGrid.
   Sample sample(const Vec3& p) const { return profile_ ? closedForm(p) : interpolated(p); }
 
   /// The distance is at least this [µm].

@@ -88,7 +88,7 @@ SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double
                                          : std::clamp(referenceVolume / shape.volume(),
                                                       1.0 / largestMassRatio, largestMassRatio)),
       inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
-      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * bound.semiAxes.minCoeff())),
+      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * shape.halfThickness())),
       wall(wallOfSpecies),
       freedom(std::move(freedomOfSpecies)) {}
 

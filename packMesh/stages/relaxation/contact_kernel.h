@@ -20,7 +20,7 @@ struct FieldView {
   // Closed form y² = P(a x² + c z²) (ProfileSurface).
   float p[6], a, c;
   float bend;       ///< beyond the rim P(s) = P'(1) (s - 1) + bend (s - 1)² [µm²]
-  float curvature;  ///< half the largest second derivative of y² - P(s) inside
+  float curvature;  ///< ProfileSurface::curvatureInside(), at least 1
   // Sampled distance (DistanceGrid).
   const float* value;
   float origin[3], nodesPerLength;

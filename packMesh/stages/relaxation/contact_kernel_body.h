@@ -218,16 +218,17 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
     if (keptCount < looked) nearest = smaller(nearest, splat(limit));
 
     // Second look: d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0:
-    // exact for spheres, within 0.0006 µm of the distance near the surface of a red cell; between
-    // F / |grad F| and twice that. Inside, where F curves more than that along an axis thinner than y, by so
-    // much more: else the depth in the middle of a cell were that of another axis, and cells lock in it.
+    // exact for spheres, within 0.0006 µm of the distance near the surface of a red cell; outside
+    // between F / |grad F| and twice that. Inside an ellipsoid F under the root counts curvature times: the
+    // depth is then never more than the true one. Else the middle were as deep as the cell is long along y,
+    // and cells lock in each other.
     for (int k = 0; k < touchedCount; ++k) {
       const NearCluster& cluster = kept[touched[k]];
       const Level& level = cluster.level;
       const Lanes half = larger(squareRoot(level.quarter), splat(1e-6f));
       Lanes distance = level.f;
       if (!onGrid) {
-        const Lanes curved = larger(level.f, splat(0.0f)) + field.curvature * smaller(level.f, splat(0.0f));
+        const Lanes curved = smaller(level.f, field.curvature * level.f);
         distance = level.f / (half + squareRoot(larger(level.quarter - curved, splat(0.0f))));
       }
       running.add(cluster, larger(clearance - distance, splat(0.0f)), 2.0f * half);

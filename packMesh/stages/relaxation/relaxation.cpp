@@ -103,7 +103,7 @@ ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::in
 
 double medianHalfThickness(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
   const Shape* median = medianShape(input, counts);
-  return median != nullptr ? median->bound().semiAxes.minCoeff() : 1.0;
+  return median != nullptr ? median->halfThickness() : 1.0;
 }
 
 double largestRadius(const RelaxationInput& input) {
@@ -177,8 +177,7 @@ bool Relaxation::nearlyResolvedBefore() const {
 
 /// Whether coarse samples are enough for the next sweep.
 bool Relaxation::coarseWillDo() const {
-  return state_.coarsely &&
-         (state_.sweeps == 0 || state_.last.total() > coarseDepth * largestRadius_ * state_.last.contacts);
+  return state_.coarsely && (state_.sweeps == 0 || state_.last.meanDepth() > coarseDepth * largestRadius_);
 }
 
 double Relaxation::allowedStray() const {

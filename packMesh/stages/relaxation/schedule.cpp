@@ -18,7 +18,7 @@ constexpr double repairOmega = 0.55;
 constexpr double settledFraction = 0.2;
 
 constexpr std::int64_t hotSweeps = 300;
-/// By then all is resolved up to 0.55; before, cells still come from where they were strewn.
+/// By then all is resolved up to 0.55; before, cells that were strewn at random are still on their way.
 constexpr std::int64_t untemperedSweeps = 60;
 /// At 0.60 everything is resolved early in the first annealing, at 0.61 in the second or third.
 constexpr double firstAnnealing = 2000.0;
@@ -47,9 +47,9 @@ bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
   return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
 }
 
-/// Between two values: at the beginning of a part and at its end.
-double between(double from, double to, double progress) {
-  return from + (to - from) * progress;
+/// A value that goes evenly from one at the first sweep to another at the end.
+double between(double from, double to, std::int64_t sweep, std::int64_t sweeps) {
+  return from + (to - from) * (static_cast<double>(sweep) / static_cast<double>(sweeps));
 }
 
 /// Lowers omega as far as cells are deeper in each other than they should [of half their thickness].
@@ -58,14 +58,13 @@ double tempered(double omega, double depth, const Relaxation& relaxation) {
   return std::max(leastOmega, omega - tempering * std::max(0.0, excess));
 }
 
-/// Sweeps with what `omega` is after so much of them.
-bool sweepWith(const std::function<double(double progress)>& omega, std::int64_t sweeps,
+/// Sweeps with what `omega` is at each of them.
+bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int64_t sweeps,
                Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, std::int64_t& at,
                const char* stage, double slack = 0.0) {
   for (; at < sweeps && !spent(relaxation, limits); ++at) {
     if (limits.anew && relaxation.beginsAnew()) limits.anew();
-    const double progress = static_cast<double>(at) / static_cast<double>(sweeps);
-    const SweepSums sums = relaxation.sweep(omega(progress), slack);
+    const SweepSums sums = relaxation.sweep(omega(at), slack);
     if (limits.tell) limits.tell(stage);
     if (sums.thorough && sums.deepest <= tolerance) return true;
   }
@@ -82,17 +81,21 @@ std::int64_t sweepsOf(std::int64_t part) {
 }  // namespace
 
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at) {
-  const auto omega = [&](double progress) {
-    const bool first = at.part == 0;
-    if (first && at.sweep < untemperedSweeps) return hotOmega;
-    const double cooled = first ? 0.0 : progress;
-    return tempered(between(hotOmega, coolOmega, cooled), between(hotDepth, coolDepth, cooled), relaxation);
+  const auto hot = [&](std::int64_t sweep) {
+    return sweep < untemperedSweeps ? hotOmega : tempered(hotOmega, hotDepth, relaxation);
+  };
+  const auto annealing = [&](std::int64_t sweep) {
+    const std::int64_t sweeps = sweepsOf(at.part);
+    return tempered(between(hotOmega, coolOmega, sweep, sweeps), between(hotDepth, coolDepth, sweep, sweeps),
+                    relaxation);
   };
   while (!spent(relaxation, limits)) {
-    if (at.part > 0 && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
+    const bool first = at.part == 0;
+    if (!first && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
     const std::int64_t sweeps = sweepsOf(at.part);
-    const char* const stage = at.part == 0 ? "relaxation" : "annealing";
-    if (sweepWith(omega, sweeps, relaxation, tolerance, limits, at.sweep, stage)) return true;
+    if (first ? sweepWith(hot, sweeps, relaxation, tolerance, limits, at.sweep, "relaxation")
+              : sweepWith(annealing, sweeps, relaxation, tolerance, limits, at.sweep, "annealing"))
+      return true;
     if (at.sweep >= sweeps) at = {at.part + 1, 0};
   }
   return false;
@@ -100,7 +103,7 @@ bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limit
 
 bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
             SchedulePosition& at) {
-  const auto omega = [](double progress) { return between(hotOmega, repairOmega, progress); };
+  const auto omega = [=](std::int64_t sweep) { return between(hotOmega, repairOmega, sweep, sweeps); };
   return sweepWith(omega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep, "repair",
                    (1.0 - settledFraction) * tolerance);
 }

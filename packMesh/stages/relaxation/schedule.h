@@ -11,7 +11,7 @@ namespace packmesh {
 
 /// How far a schedule has come.
 struct SchedulePosition {
-  std::int64_t part = 0;   ///< of relax(): 0 is at full over-relaxation, then annealings
+  std::int64_t part = 0;   ///< of relax(): 0 is hot, then annealings
   std::int64_t sweep = 0;  ///< of the part
 };
 
@@ -25,11 +25,11 @@ struct ScheduleLimits {
 
 /// Sweeps until no penetration is deeper than `tolerance` [µm].
 ///
-/// First at full over-relaxation, which resolves everything up to a fraction of about 0.59. Above, full
-/// over-relaxation keeps the cells agitated: it acts as a temperature. Too much of it locks them in each
-/// other, so it is lowered as far as their mean penetration is beyond a limit. Limit and over-relaxation fall
-/// slowly, as in simulated annealing, over 2000 sweeps, then, starting hot again, over 2.5 times as many, and
-/// so on.
+/// First 60 sweeps at full over-relaxation, which resolve everything up to a fraction of about 0.55. Above,
+/// it keeps the cells agitated: it acts as a temperature. Too much of it locks them in each other, so from
+/// then on it is lowered as far as their mean penetration is beyond a limit: 240 sweeps more, enough up to
+/// about 0.59. Then limit and over-relaxation fall slowly, as in simulated annealing, over 2000 sweeps, then,
+/// starting hot again, over 2.5 times as many, and so on.
 /// @param at where to begin; kept up to date
 /// @return whether it got there within the limits, or left so few contacts that repairing them one by one
 /// will

@@ -57,24 +57,42 @@ TEST_CASE("Far away, too, the foot is on the surface") {
   }
 }
 
-TEST_CASE("Inside an ellipsoid the depth is the same whichever axis is called y") {
+TEST_CASE("Inside an ellipsoid the depth is the same whichever axis is called y, and never too much") {
   std::mt19937 random(23);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto turned = [](const Vec3& v) { return Vec3(v.z(), v.x(), v.y()); };
   for (const Vec3& semiAxes : {Vec3(4.0, 1.5, 4.0), Vec3(1.5, 5.0, 1.5), Vec3(1.75, 3.3, 4.9)}) {
-    const auto turned = [](const Vec3& v) { return Vec3(v.z(), v.x(), v.y()); };
-    const auto shapeOf = [](const Vec3& r) {
-      return hemocell::makeEllipsoid(2 * r.x(), 2 * r.y(), 2 * r.z());
+    CAPTURE(semiAxes);
+    TriangleMesh mesh = test::icosphere(5);
+    for (Vec3& v : mesh.vertices) v = v.cwiseProduct(semiAxes);
+    const ClosestPoint surface(mesh);
+    const auto shapeOf = [&](const Vec3& r) {
+      return Shape(test::icosphere(1), ellipsoidProfile(r.x(), r.y(), r.z()));
     };
-    const auto first = shapeOf(semiAxes), second = shapeOf(turned(semiAxes)),
-               third = shapeOf(turned(turned(semiAxes)));
-    const double facets = 0.04 * semiAxes.maxCoeff();  // they are the ellipsoids around meshes
-    CHECK(SurfaceDistance(*first).sample(Vec3::Zero()).distance ==
-          Approx(-semiAxes.minCoeff()).margin(facets));
-    for (int n = 0; n < 200; ++n) {
-      const Vec3 p = 0.97 * unit(random) * test::randomDirection(random).cwiseProduct(semiAxes);
-      const double depth = SurfaceDistance(*first).sample(p).distance;
-      CHECK(SurfaceDistance(*second).sample(turned(p)).distance == Approx(depth).margin(facets));
-      CHECK(SurfaceDistance(*third).sample(turned(turned(p))).distance == Approx(depth).margin(facets));
+    const Shape shapes[] = {shapeOf(semiAxes), shapeOf(turned(semiAxes)), shapeOf(turned(turned(semiAxes)))};
+    for (const Shape& shape : shapes) CHECK(shape.halfThickness() == Approx(semiAxes.minCoeff()));
+    const SurfaceDistance first(shapes[0]), second(shapes[1]), third(shapes[2]);
+    CHECK(first.sample(Vec3::Zero()).distance == Approx(-semiAxes.minCoeff()));
+    for (int n = 0; n < 500; ++n) {
+      const Vec3 p = 0.99 * unit(random) * test::randomDirection(random).cwiseProduct(semiAxes);
+      const double depth = -first.sample(p).distance, truth = -surface.signedDistance(p);
+      CHECK(-second.sample(turned(p)).distance == Approx(depth).epsilon(1e-9));
+      CHECK(-third.sample(turned(turned(p))).distance == Approx(depth).epsilon(1e-9));
+      CHECK(depth < truth + 0.003);  // facets
+      CHECK(depth > 0.5 * truth);
     }
+  }
+}
+
+TEST_CASE("The thickness of a mesh does not depend on how it lies in its file") {
+  TriangleMesh mesh = test::redCellShape()->mesh();
+  const double expected = test::redCellShape()->halfThickness();
+  CHECK(expected == Approx(1.15).margin(0.01));
+  const Quaternion turns[] = {Quaternion::Identity(), Quaternion(1.0, 1.0, 0.0, 0.0).normalized(),
+                              Quaternion(1.0, 0.3, -0.7, 2.0).normalized()};
+  for (const Quaternion& turn : turns) {
+    TriangleMesh turned = mesh;
+    for (Vec3& v : turned.vertices) v = turn * v;
+    CHECK(Shape(turned).halfThickness() == Approx(expected).epsilon(0.08));
   }
 }
