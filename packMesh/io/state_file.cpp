@@ -27,6 +27,14 @@ constexpr std::int64_t schemaVersion = 2;
 /// No number of a run is so large, no cell so far outside the lumen's bounds, however small [µm].
 constexpr double mostPossible = 1e17, farthest = 100.0;
 
+/// No growth begins so small.
+constexpr double smallestScale = 1e-12;
+
+/// No length but that of a path is as long [µm].
+double longestPossible(const PackingProblem& problem) {
+  return problem.container->bounds().size().norm() + farthest;
+}
+
 const char* textOf(const RunPosition& position) {
   switch (position.stage) {
     case Stage::relaxation:
@@ -223,15 +231,17 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
 }
 
 /// Whether numbers are ones a run can have: what follows computes with them unseen.
-bool ofPossibleNumbers(const RunTables& run) {
-  const auto atLeastZero = [](const auto& table) {
-    return std::all_of(table.begin(), table.end(),
-                       [](auto x) { return x >= 0 && static_cast<double>(x) < mostPossible; });  // no NaN
+bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
+  const auto from0To = [](double most) {
+    return [most](const auto& table) {
+      return std::all_of(table.begin(), table.end(),
+                         [most](auto x) { return x >= 0 && static_cast<double>(x) < most; });  // no NaN
+    };
   };
-  return atLeastZero(run.position) && atLeastZero(run.counters) && atLeastZero(run.lengths) &&
-         atLeastZero(run.counts) && atLeastZero(run.failures) && atLeastZero(run.clearances) &&
-         atLeastZero(run.wallDemands) && atLeastZero(run.growth) && atLeastZero(run.growthNumbers) &&
-         atLeastZero(run.growthTaken);
+  const auto count = from0To(mostPossible), length = from0To(longestPossible(problem));
+  return count(run.position) && count(run.counters) && length(run.lengths) && count(run.counts) &&
+         count(run.failures) && length(run.clearances) && length(run.wallDemands) && count(run.growth) &&
+         count(run.growthNumbers) && count(run.growthTaken);
 }
 
 /// The same of cells. Their species are known.
@@ -239,13 +249,14 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
   const Box bounds = problem.container->bounds();
   const Vec3 size = bounds.size();
   constexpr double rounding = 1e-6;
+  const double longest = longestPossible(problem);
   for (const BodyState& cell : cells) {
     double turned = 0.0;
     for (const double q : cell.pose.orientation) turned += q * q;
-    bool possible = std::abs(turned - 1.0) < rounding && cell.scale > 0.0 && cell.scale < 1.0 + rounding &&
-                    cell.extraWallClearance >= 0.0 && cell.extraWallClearance < mostPossible &&
-                    cell.overlap >= 0.0 && cell.overlap < mostPossible && cell.moved >= 0.0 &&
-                    cell.moved < mostPossible;
+    bool possible = std::abs(turned - 1.0) < rounding && cell.scale > smallestScale &&
+                    cell.scale < 1.0 + rounding && cell.extraWallClearance >= 0.0 &&
+                    cell.extraWallClearance < longest && cell.overlap >= 0.0 && cell.overlap < longest &&
+                    cell.moved >= 0.0 && cell.moved < mostPossible;
     for (int k = 0; k < 3; ++k)  // periods are not always taken off at once
       possible = possible && cell.pose.position[k] > bounds.lo[k] - size[k] - farthest &&
                  cell.pose.position[k] < bounds.hi[k] + size[k] + farthest;
@@ -365,10 +376,12 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(path, columns);
   });
-  if (!ofTheRightSizes(run, problem.species.size())) in.fail("is damaged: its tables do not fit each other");
+  const char* const misfit = "is damaged: its tables do not fit each other";
+  if (!ofTheRightSizes(run, problem.species.size())) in.fail(misfit);
   const char* const impossible = "is damaged: it has numbers that no run has";
-  if (!ofPossibleNumbers(run)) in.fail(impossible);
+  if (!ofPossibleNumbers(run, problem)) in.fail(impossible);
   PackingState state = stateOf(run);
+  if (in.size("/cells/id")[0] != state.cellCount) in.fail(misfit);
   const auto [first, end] = IdShares(state.cellCount, ranks).own();
   CellTables cells;
   forEachTable(cells, [&, from = first, count = end - first](const char* name, int columns, auto& table) {
@@ -383,7 +396,7 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(std::string("/growth/best/") + name, columns);
   });
-  if (!alike(best)) in.fail("is damaged: its tables do not fit each other");
+  if (!alike(best)) in.fail(misfit);
   state.growth.best = cellsOf(best);
   state.cells = cellsOf(cells);
   std::int64_t all = state.cellCount;

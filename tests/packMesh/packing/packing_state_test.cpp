@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/packing_state.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <functional>
+#include <random>
 
+#include "packMesh/error.h"
 #include "packMesh/io/state_file.h"
 #include "packMesh/packing/problem_digest.h"
 #include "tests/support/packings.h"
@@ -235,4 +239,102 @@ TEST_CASE("Problems are told apart by what decides the packing, and by nothing e
   REQUIRE(differs([](PackingProblem& p) {
     p.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, false});
   }));
+}
+
+TEST_CASE("Whatever a state says that can be read, the run that goes on from it ends with a certificate") {
+  const bool growing = GENERATE(false, true);
+  PackingProblem problem = mixtureIn(test::periodicCube(growing ? 14.0 : 20.0), growing ? 0.3 : 0.5, 3);
+  if (growing) problem.method = Method::cat;
+  problem.limits.maxSweeps = 400;
+  std::vector<PackingState> states;
+  problem.checkpoints = Checkpoints{[] { return true; }, [&](const PackingState& s) { states.push_back(s); }};
+  pack(problem);
+  problem.checkpoints.reset();
+
+  std::mt19937_64 random(17);
+  const auto oneOf = [&](const auto& values) { return values[random() % values.size()]; };
+  const auto number = [&] {
+    return oneOf(std::vector<std::int64_t>{0, 1, 2, 7, 299, 1000, 1000000, std::int64_t(1) << 40});
+  };
+  const auto length = [&] {
+    return oneOf(std::vector<double>{0.0, 1e-300, 1e-9, 0.01, 1.0, 30.0, 1e6, 1e16});
+  };
+  const auto cell = [&](PackingState& s) -> BodyState& { return s.cells[random() % s.cells.size()]; };
+  const auto id = [&] { return static_cast<std::int64_t>(random() % states[0].cells.size()); };
+  const std::vector<std::function<void(PackingState&)>> changes = {
+      [&](PackingState& s) { s.position.stage = static_cast<Stage>(random() % 6); },
+      [&](PackingState& s) { s.position.thinning = !s.position.thinning; },
+      [&](PackingState& s) { s.position.round = number(); },
+      [&](PackingState& s) {
+        s.position.schedule = {number(), number()};
+      },
+      [&](PackingState& s) { s.repairs = number(); },
+      [&](PackingState& s) { s.relaxation.sweeps = number(); },
+      [&](PackingState& s) { s.relaxation.listedInSweep = number(); },
+      [&](PackingState& s) {
+        s.relaxation.counts = {number(), number()};
+      },
+      [&](PackingState& s) { s.relaxation.blocks[random() % 3] = static_cast<int>(number()); },
+      [&](PackingState& s) { s.relaxation.skin = length(); },
+      [&](PackingState& s) { s.relaxation.slack = length(); },
+      [&](PackingState& s) { s.relaxation.coarsely = !s.relaxation.coarsely; },
+      [&](PackingState& s) { s.relaxation.last.contacts = number(); },
+      [&](PackingState& s) { s.relaxation.last.totalSteps = number(); },
+      [&](PackingState& s) { s.relaxation.last.deepest = length(); },
+      [&](PackingState& s) { s.relaxation.last.thorough = !s.relaxation.last.thorough; },
+      [&](PackingState& s) {
+        s.relaxation.extraClearance[{id(), id()}] = static_cast<float>(length());
+      },
+      [&](PackingState& s) {
+        s.relaxation.extraClearance[{number(), id()}] = 1.0f;
+      },
+      [&](PackingState& s) { s.relaxation.disturbed.insert(number()); },
+      [&](PackingState& s) {
+        s.failures[{id(), number()}] = number();
+      },
+      [&](PackingState& s) { s.demandedOfWall[number()] = length(); },
+      [&](PackingState& s) { cell(s).species = static_cast<int>(random() % 3); },
+      [&](PackingState& s) { cell(s).scale = length(); },
+      [&](PackingState& s) { cell(s).pose.position[random() % 3] = length(); },
+      [&](PackingState& s) { cell(s).extraWallClearance = length(); },
+      [&](PackingState& s) { cell(s).overlap = length(); },
+      [&](PackingState& s) { cell(s).moved = length(); },
+      [&](PackingState& s) {
+        s.cells.erase(s.cells.begin() + static_cast<std::ptrdiff_t>(random() % s.cells.size()));
+        --s.cellCount;
+      },
+      [&](PackingState& s) { s.growth.attempt = number(); },
+      [&](PackingState& s) { s.growth.iterations = number(); },
+      [&](PackingState& s) { s.growth.progress.barrier = number(); },
+      [&](PackingState& s) { s.growth.progress.iteration = number(); },
+      [&](PackingState& s) { s.growth.progress.since = number(); },
+      [&](PackingState& s) { s.growth.progress.failures = number(); },
+      [&](PackingState& s) { s.growth.progress.sweeps = length(); },
+      [&](PackingState& s) { s.growth.progress.reference = length(); },
+      [&](PackingState& s) { s.growth.progress.taken.push_back(length()); },
+      [&](PackingState& s) { s.growth.best.assign(2, cell(s)); },
+  };
+  const test::TemporaryFolder folder;
+  int refused = 0, certified = 0;
+  for (int run = 0; run < (growing ? 100 : 300); ++run) {
+    PackingState changed = states[random() % states.size()];
+    std::vector<std::size_t> made(1 + random() % 3);
+    for (std::size_t& change : made) changes[change = random() % changes.size()](changed);
+    CAPTURE(growing, run, made);
+    writeState(folder.path() / "state.h5", problem, {"by", "hand"}, changed);
+    PackingResult result;
+    try {
+      problem.resume = readState(folder.path() / "state.h5", problem);
+      result = pack(problem);
+    } catch (const InputError&) {
+      ++refused;
+      continue;
+    }
+    // Growth may end where cells met in the beginning; nobody writes what has no clean certificate.
+    REQUIRE((growing || result.certificate.clean()));
+    REQUIRE(result.certificate.cells == result.cellCount);
+    certified += result.outcome == Outcome::certified && result.certificate.clean();
+  }
+  CHECK(refused > 10);
+  CHECK(certified > 30);
 }
