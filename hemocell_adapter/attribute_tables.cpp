@@ -53,8 +53,8 @@ const std::vector<GrowthParameter>& growthParameters() {
   ValueSpec scales = number("", "fractions", 0, true, 1);
   scales.kind = Kind::numbers;
   static const std::vector<GrowthParameter> table = {
-      {"initialScale", positive("fraction", 1), "0.1", "f_init, at which cells start",
-       [](G& g, const Value& v) { g.initialScale = real(v); }},
+      {"initialScale", number("", "fraction", G::smallestScale, false, 1), "0.1",
+       "f_init, at which cells start", [](G& g, const Value& v) { g.initialScale = real(v); }},
       {"spreadRounds", integerFrom(0), "10", "rounds in which cells of different sizes are spread",
        [](G& g, const Value& v) { g.spreadRounds = int(whole(v)); }},
       {"barriers", scales, "0.3 0.5 0.7 0.8 0.9 1",

@@ -88,7 +88,7 @@ void resolveCounts(const Job& job, Scene& scene) {
   }
   if (volume > Forecast::possible * lumen && !job.inColumns) {
     scene.warnings.push_back(fmt::format(
-        "the cells asked for fill {:.4f} of the lumen: above {:.2f} hardly any were ever packed at "
+        "the cells asked for fill {:.4f} of the lumen: above {:.2f} hardly any red cells were ever packed at "
         "random; --max-time and --best-effort bound the time it takes{}",
         volume / lumen, Forecast::possible, columnsInstead(job, scene)));
   }

@@ -27,7 +27,7 @@ constexpr std::int64_t schemaVersion = 2;
 /// No number of a run is so large, no cell so far outside the lumen's bounds, however small [µm].
 constexpr double mostPossible = 1e17, farthest = 100.0;
 
-/// No growth begins so small.
+/// Growth begins far above this scale (GrowthSettings::smallestScale).
 constexpr double smallestScale = 1e-12;
 
 /// No length but that of a path is as long [µm].
@@ -402,10 +402,13 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   std::int64_t all = state.cellCount;
   if (state.position.stage != Stage::growth)
     for (const Species& species : problem.species) all += species.count;
-  for (const BodyState& cell : state.cells)
-    if (cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
-        cell.id >= all)
-      in.fail("is damaged: it has a cell that the problem has not");
+  const auto unknown = [&](const BodyState& cell) {
+    return cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
+           cell.id >= all;
+  };
+  if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
+      std::any_of(state.growth.best.begin(), state.growth.best.end(), unknown))
+    in.fail("is damaged: it has a cell that the problem has not");
   const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
   if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end() ||
       !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.growth.best, problem))

@@ -367,8 +367,10 @@ class Run {
   void demandDistance(Relaxation& relaxation, const MisplacedCell& cell) {
     constexpr double growth = 0.5;  // how deep it is in the wall is not known: ask for more each time
     double& demanded = demandedOfWall_[cell.cell];
-    const double extra = cell.gap > 0.0 ? problem_.wallClearance - cell.gap + tolerance::repairClearance
-                                        : std::max(tolerance::repairClearance, growth * demanded);
+    const double wanted = cell.gap > 0.0 ? problem_.wallClearance - cell.gap + tolerance::repairClearance
+                                         : std::max(tolerance::repairClearance, growth * demanded);
+    const double most = problem_.container->bounds().size().norm();
+    const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
     demanded += extra;
     relaxation.demandWallClearance(cell.cell, extra);
   }

@@ -21,8 +21,9 @@ constexpr double gridSpacingFraction = 1.0 / 40.0;
 
 double halfThicknessOf(const std::variant<ProfileSurface, DistanceGrid>& field) {
   if (const auto* profile = std::get_if<ProfileSurface>(&field)) return profile->halfThickness();
-  const std::vector<float>& distances = std::get<DistanceGrid>(field).value;
-  return -*std::min_element(distances.begin(), distances.end());
+  const DistanceGrid& grid = std::get<DistanceGrid>(field);
+  const double deepest = -*std::min_element(grid.value.begin(), grid.value.end());
+  return std::max(deepest, 0.5 * grid.spacing);  // between the nodes of a grid there is room for a thin part
 }
 
 double boundingRadius(const TriangleMesh& mesh) {

@@ -2,11 +2,10 @@
 /// @file A locale with a decimal comma.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <clocale>
 #include <cstdlib>
 #include <locale>
-#include <string>
+#include <stdexcept>
 
 namespace packmesh::test {
 
@@ -14,9 +13,12 @@ namespace packmesh::test {
 class DecimalComma {
  public:
   DecimalComma() {
-    REQUIRE(::setenv("LOCPATH", TEST_LOCALES, 1) == 0);  // made by tests/CMakeLists.txt
+    ::setenv("LOCPATH", TEST_LOCALES, 1);  // made by tests/CMakeLists.txt
     before_ = std::locale::global(std::locale("de_DE.UTF-8"));
-    REQUIRE(std::string(std::localeconv()->decimal_point) == ",");
+    ::unsetenv("LOCPATH");
+    if (*std::localeconv()->decimal_point == ',') return;
+    std::locale::global(before_);
+    throw std::runtime_error("the locale has no decimal comma");
   }
   ~DecimalComma() { std::locale::global(before_); }
   DecimalComma(const DecimalComma&) = delete;

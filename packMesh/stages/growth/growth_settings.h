@@ -10,6 +10,7 @@ namespace packmesh {
 struct GrowthSettings {
   /// Scale at which cells start, f_init [thesis: 0.1].
   double initialScale = 0.1;
+  static constexpr double smallestScale = 0.001;  ///< that cells may start at
   /// Rounds of Lloyd's algorithm on the power diagram of cells that differ in volume [not used].
   int spreadRounds = 10;
   /// Barriers b_i: no cell grows beyond one before all have reached it [0.1, 0.2, ... 1.0].

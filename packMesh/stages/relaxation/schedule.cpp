@@ -20,7 +20,7 @@ constexpr double settledFraction = 0.2;
 constexpr std::int64_t hotSweeps = 300;
 /// By then all is resolved up to 0.55; before, cells that were strewn at random are still on their way.
 constexpr std::int64_t untemperedSweeps = 60;
-/// At 0.60 everything is resolved early in the first annealing, at 0.61 in the second or third.
+/// At 0.60 everything is resolved early in the first annealing, at 0.61 in the second.
 constexpr double firstAnnealing = 2000.0;
 constexpr double annealingGrowth = 2.5;
 /// More than any run has time for.

@@ -96,3 +96,9 @@ TEST_CASE("The thickness of a mesh does not depend on how it lies in its file") 
     CHECK(Shape(turned).halfThickness() == Approx(expected).epsilon(0.08));
   }
 }
+
+TEST_CASE("A thin plate has a thickness, too") {
+  const Shape plate(sample::box({-4.0, -4.0, -0.02}, {4.0, 4.0, 0.02}));
+  CHECK(plate.halfThickness() > 0.0);
+  CHECK(plate.halfThickness() < 0.1);
+}
