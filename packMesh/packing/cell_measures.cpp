@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "packMesh/shape/inner_points.h"
-#include "packMesh/shape/surface_distance.h"
 #include "packMesh/stages/certificate/certified_cells.h"
 
 namespace packmesh {
@@ -19,6 +18,9 @@ constexpr int lumenPoints = 6;
 
 /// The volume of a cell is shared out evenly among so many points in it.
 constexpr int pointsOfCell = 64;
+
+/// Gaps are looked for below this first [µm], and then below so many times as much each time.
+constexpr double firstLevel = 0.02, levelGrowth = 4.0;
 
 /// Volumes are summed in whole numbers of this [µm³], so that the sum does not depend on who adds what.
 constexpr double volumeStep = 0x1p-20;
@@ -75,9 +77,7 @@ double lumenIn(const Boxes& boxes, std::int64_t box, const Wall* wall) {
 class Measuring {
  public:
   Measuring(const PackingProblem& problem, const CertificateInput& input)
-      : problem_(problem), input_(input), cells_(input_) {
-    for (const Species& species : problem.species) surfaces_.emplace_back(*species.shape);
-  }
+      : problem_(problem), input_(input), cells_(input_) {}
 
   CellMeasures operator()() const {
     const std::vector<double> gaps = gapsOfAll();
@@ -94,44 +94,29 @@ class Measuring {
  private:
   const PlacedCell& cell(std::int64_t i) const { return (*input_.cells)[i]; }
 
-  /// Lowers `least` to the distance from the samples of `sampled` to the surface of `other`, moved by
-  /// `shift`.
-  void lookFrom(const PlacedCell& sampled, const PlacedCell& other, const Vec3& shift, double& least) const {
-    const double scale = std::cbrt(std::abs(other.placement.linear.determinant()));
-    const Mat3 back = other.placement.linear.inverse();
-    const Mat3 linear = back * sampled.placement.linear;
-    const Vec3 offset = back * (sampled.placement.translation - other.placement.translation - shift);
-    const SurfaceDistance& surface = surfaces_[other.species];
-    const SamplePoints& samples = problem_.species[sampled.species].shape->samples();
-    // Closed forms err by up to 0.0006 µm, the floats that bound clusters by rounding [µm]. With less slack
-    // the result would depend on the order of pairs.
-    constexpr double slack = 1e-3;
-    const double sampledScale = std::cbrt(std::abs(sampled.placement.linear.determinant()));
-    for (int c = 0; c < samples.clusters; ++c) {
-      const Vec3 center(samples.centerX[c], samples.centerY[c], samples.centerZ[c]);
-      const double apart = scale * surface.lowerBound(linear * center + offset);
-      if (apart - sampledScale * samples.radius[c] - slack >= least) continue;
-      for (int i = c * SamplePoints::width; i < (c + 1) * SamplePoints::width; ++i) {
-        const Vec3 p = linear * Vec3(samples.x[i], samples.y[i], samples.z[i]) + offset;
-        if (scale * surface.lowerBound(p) - slack >= least) continue;
-        least = std::min(least, scale * surface.sample(p).distance);
-      }
-    }
-  }
-
+  /// Of own cells; of others something larger. Gaps are looked for below a level that rises: what is nearer
+  /// than the level before is known by then, so that far distances are measured for lonely cells alone.
+  /// A gap below the limit is exact, whatever the limit, so that the result does not depend on the order.
   std::vector<double> gapsOfAll() const {
     std::vector<double> gaps(cells_.count(), farthestGap);
     const PeriodicNeighbors neighbors = cells_.neighbors();
-    for (std::int64_t i = 0; i < cells_.count(); ++i)
-      neighbors.forEachNear(i, farthestGap, true, [&](const NearPair& pair) {
-        double &a = gaps[pair.first], &b = gaps[pair.second];
-        if (!cells_.isOwn(pair.first) && !cells_.isOwn(pair.second)) return;
-        double least = std::max(a, b);
-        lookFrom(cell(pair.first), cell(pair.second), pair.shift, least);
-        lookFrom(cell(pair.second), cell(pair.first), -pair.shift, least);
-        a = std::min(a, least);
-        b = std::min(b, least);
-      });
+    double known = 0.0;  // gaps below this are final
+    const auto stillOpen = [&](std::int64_t i) {
+      return cells_.isOwn(i) && gaps[i] >= known ? gaps[i] : 0.0;
+    };
+    for (double level = firstLevel; known < farthestGap; level *= levelGrowth) {
+      level = std::min(level, farthestGap);
+      for (std::int64_t i = 0; i < cells_.count(); ++i)
+        neighbors.forEachNear(i, level, true, [&](const NearPair& pair) {
+          double &a = gaps[pair.first], &b = gaps[pair.second];
+          const double limit = std::min(level, std::max(stillOpen(pair.first), stillOpen(pair.second)));
+          if (limit == 0.0 || !(pair.apart < limit)) return;
+          const double gap = cells_.relation(pair, limit).gap;
+          a = std::min(a, gap);
+          b = std::min(b, gap);
+        });
+      known = level;
+    }
     return gaps;
   }
 
@@ -167,7 +152,6 @@ class Measuring {
   const PackingProblem& problem_;
   const CertificateInput& input_;
   const CertifiedCells cells_;
-  std::vector<SurfaceDistance> surfaces_;
 };
 
 }  // namespace

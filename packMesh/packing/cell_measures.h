@@ -15,12 +15,12 @@ constexpr double farthestGap = gapOfInterest;
 
 /// Measures of a rank's own cells, in their order among all cells of `input`. All ranks call.
 ///
-/// The gap is the least distance from the sample points of one cell to the smooth surface of the other,
-/// either way, over all others and images; no more than the spacing of the samples above the true one,
-/// negative where they overlap. The local hematocrit is the volume fraction of red cells
+/// The gap is the distance between the meshes of a cell and of the nearest other one, images included: the
+/// same number that the certificate measures, 0 where they meet. Its bits do not depend on who measures, as
+/// long as cells are in the same order everywhere. The local hematocrit is the volume fraction of red cells
 /// (Species::inHematocrit) in the part of the lumen around the cell: in those boxes of about 10 µm in which
 /// its volume lies.
-/// @param input cells of full size, those of this rank and copies of others around them
+/// @param input cells of full size, those of this rank and copies of others around them, ordered by number
 CellMeasures measureCells(const PackingProblem& problem, const CertificateInput& input);
 
 }  // namespace packmesh
