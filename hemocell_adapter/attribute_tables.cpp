@@ -13,7 +13,9 @@ const std::vector<SpeciesAttribute>& speciesAttributes() {
        [](SpeciesRequest& s, const Value& v) { s.name = text(v); }},
       {"count", count(), "by hematocrit or ratio", "how many",
        [](SpeciesRequest& s, const Value& v) { s.count = whole(v); }},
-      {"ratio", ratio(), "", "so many per red cell",
+      {"ratio", ratio(), "",
+       "so many per red cell, those of all species counted; of red cells: their share of all red cells, "
+       "below 1",
        [](SpeciesRequest& s, const Value& v) { s.ratio = real(v); }},
       {"construction", constructions(), "by the name", "how the case's C++ code builds the cell",
        [](SpeciesRequest& s, const Value& v) { s.construction = constructionFromString(text(v)); }},

@@ -15,16 +15,18 @@ struct CountedSpecies {
   double volume = 0.0;  ///< by which it counts [µm³]
   bool redCell = false;
   std::optional<std::int64_t> count;
-  std::optional<double> ratio;  ///< per red cell
+  std::optional<double> ratio;  ///< per red cell, those of all species counted
 };
 
 /// The number of cells of each kind.
 ///
-/// With a hematocrit, the red species without count and ratio gets the number that brings the volume of all
-/// red cells nearest to hematocrit · lumenVolume. A ratio counts per red cell, all red species without ratio
-/// together.
-/// @throws InputError when nothing is to be packed, several species wait for the hematocrit, or the fixed red
-///   cells already exceed it
+/// A ratio is the number of cells per red cell, where the red cells of all species count. Of a red species it
+/// is therefore the share of these cells among all red cells (a parasitaemia, say). With a hematocrit, the
+/// red species without count and ratio gets the number that brings the volume of all red cells nearest to
+/// hematocrit · lumenVolume.
+/// @throws InputError when nothing is to be packed, several species wait for the hematocrit, the red cells
+/// with
+///   counts exceed it, or the ratios of red species add up to 1 or more
 std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
                                      std::optional<double> hematocrit, double lumenVolume);
 

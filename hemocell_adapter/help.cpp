@@ -215,7 +215,8 @@ std::string referenceText() {
   }
   out +=
       "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with a "
-      "hematocrit of\nits own, from 0 on. The centres of its red cells stay in it. A point belongs to the "
+      "hematocrit of\nits own, from 0 on. The centres of its red cells, of all species, stay in it. A point "
+      "belongs to the "
       "first region that it is\nin; <hematocrit> is that of the rest.\n";
   out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
   for (const GrowthParameter& parameter : growthParameters()) {

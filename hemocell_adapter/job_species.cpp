@@ -49,21 +49,22 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
 }
 
 /// Reads the cells that are there.
-void readPresent(const SpeciesRequest& request, JobSpecies& species) {
+void readPresent(const SpeciesRequest& request, JobSpecies& species, std::vector<std::string>& warnings) {
   std::error_code ignored;
   if (request.fixed && request.start && fs::equivalent(*request.fixed, *request.start, ignored))
     throw InputError(fmt::format("cell '{}': the cells of {} cannot both stay (fixed) and move (start)",
                                  request.name, request.fixed->string()));
   const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
     if (!file) return;
-    lines = readPos(*file);
+    lines = readPos(*file, &warnings);
     from = file->string();
   };
   read(request.fixed, species.fixed, species.fixedFrom);
   read(request.start, species.start, species.startFrom);
 }
 
-JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
+/// @param job receives warnings
+JobSpecies resolved(Job& job, const SpeciesRequest& request) {
   JobSpecies species;
   species.name = request.name;
   species.redCell = isRedCell(request);
@@ -75,7 +76,7 @@ JobSpecies resolved(const Job& job, const SpeciesRequest& request) {
   species.wallClearance = std::max(request.wallClearance.value_or(job.wallClearance), job.wallClearance);
   if (species.redCell) species.wallClearance = std::max(species.wallClearance, job.cellFreeLayer);
   species.cone = coneOf(request);
-  readPresent(request, species);
+  readPresent(request, species, job.warnings);
   if (!species.count && !species.ratio && !(job.hematocrit && species.redCell))
     species.count = std::int64_t(species.fixed.size() + species.start.size());
   if (request.meshFile) {

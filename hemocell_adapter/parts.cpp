@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
 #include "hemocell_adapter/scene.h"
@@ -13,6 +14,9 @@
 
 namespace packmesh::hemocell {
 namespace {
+
+/// Share of a region's hematocrit that is worth a warning when it is missed.
+constexpr double noticeable = 0.1;
 
 std::string bitsOf(const Pose& pose) {
   std::array<double, 7> numbers{};
@@ -60,11 +64,36 @@ std::vector<std::int64_t> sharedOut(std::int64_t total, const std::vector<double
   return counts;
 }
 
+/// `total` cells shared out in proportion to the weights, of which `there` are where they are already.
+/// @return the others
+std::vector<std::int64_t> sharedOutBesides(std::int64_t total, std::vector<double> weights,
+                                           const std::vector<std::int64_t>& there) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::int64_t others = total;
+  for (std::size_t r = 0; r < weights.size(); ++r) {
+    weights[r] = std::max(0.0, (sum > 0.0 ? double(total) * weights[r] / sum : 0.0) - double(there[r]));
+    others -= there[r];
+  }
+  return sharedOut(std::max<std::int64_t>(0, others), weights);
+}
+
+std::vector<std::int64_t> fixedInRegions(const Scene& scene, const SceneSpecies& species) {
+  std::vector<std::int64_t> fixed(scene.regions.size(), 0);
+  for (const PosLine& line : species.job.fixed) ++fixed[regionAt(scene.regions, line.position)];
+  return fixed;
+}
+
+/// Volume by which a cell counts in the hematocrit [µm³].
+double countedVolume(const Job& job, const SceneSpecies& species) {
+  return job.redCellVolume.value_or(species.shape->volume());
+}
+
 class Parting {
  public:
   Parting(const Job& job, const Scene& scene) : job_(job), scene_(scene) {}
 
   std::vector<ScenePart> operator()() {
+    if (!scene_.regions.empty()) shareOutRedCells();
     for (std::size_t s = 0; s < scene_.species.size(); ++s) divide(int(s));
     return std::move(parts_);
   }
@@ -89,29 +118,47 @@ class Parting {
       part.freedom.extraWallClearance = species.job.wallClearance - job_.wallClearance;
       parts_.push_back(std::move(part));
     }
-    const bool filler = !species.job.count && !species.job.ratio;
-    if (scene_.regions.empty() || !filler)
-      free(s, -1, species.count - std::int64_t(fixed.size()), posesOf(species.job.start));
+    const std::int64_t toPlace = species.count - std::int64_t(fixed.size());
+    if (scene_.regions.empty() || !species.job.redCell)
+      free(s, -1, toPlace, posesOf(species.job.start));
     else
-      divideAmongRegions(s, fixed);
+      freeInRegions(s);
   }
 
-  void divideAmongRegions(int s, const std::vector<Pose>& fixed) {
+  void freeInRegions(int s) {
     const SceneSpecies& species = scene_.species[s];
-    const std::vector<SceneRegion>& regions = scene_.regions;
-    std::vector<double> weights;
-    for (const SceneRegion& region : regions) weights.push_back(region.share * region.hematocrit);
-    std::vector<std::int64_t> counts = sharedOut(species.count, weights);
-    for (const Pose& pose : fixed) --counts[regionAt(regions, pose.position)];
-    std::vector<std::vector<Pose>> start(regions.size());
+    const std::size_t regions = scene_.regions.size();
+    std::vector<std::vector<Pose>> start(regions);
     for (const Pose& pose : posesOf(species.job.start))
-      start[regionAt(regions, pose.position)].push_back(pose);
-    for (std::size_t r = 0; r < regions.size(); ++r) {
-      if (counts[r] < 0)
+      start[regionAt(scene_.regions, pose.position)].push_back(pose);
+    for (std::size_t r = 0; r < regions; ++r) {
+      if (toPlace_[s][r] < 0)
         throw InputError(fmt::format("{}: more of its cells are in {} than the hematocrit there allows",
-                                     species.job.fixedFrom, regions[r].name));
-      free(s, int(r), counts[r], std::move(start[r]));
+                                     species.job.fixedFrom, scene_.regions[r].name));
+      free(s, int(r), toPlace_[s][r], std::move(start[r]));
     }
+  }
+
+  /// Shares the red cells out among the regions: those with a count or a ratio as the hematocrit asked for is
+  /// shared out, and then those that the hematocrit decides, so that all together come to it.
+  void shareOutRedCells() {
+    std::vector<double> left;  // of each region's red cells, over the reference volume
+    for (const SceneRegion& region : scene_.regions) left.push_back(region.share * region.hematocrit);
+    const std::vector<double> asked = left;
+    toPlace_.resize(scene_.species.size());
+    for (const bool byHematocrit : {false, true})
+      for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+        const SceneSpecies& species = scene_.species[s];
+        if (!species.job.redCell || byHematocrit != (!species.job.count && !species.job.ratio)) continue;
+        const std::vector<std::int64_t> fixed = fixedInRegions(scene_, species);
+        toPlace_[s] =
+            byHematocrit ? sharedOut(species.count, left) : sharedOutBesides(species.count, asked, fixed);
+        const double cell = countedVolume(job_, species) / scene_.referenceVolume(job_);
+        for (std::size_t r = 0; r < left.size(); ++r) {
+          if (byHematocrit) toPlace_[s][r] -= fixed[r];
+          left[r] = std::max(0.0, left[r] - cell * double(toPlace_[s][r] + fixed[r]));
+        }
+      }
   }
 
   /// A part of cells that may move.
@@ -133,6 +180,7 @@ class Parting {
   const Job& job_;
   const Scene& scene_;
   std::vector<ScenePart> parts_;
+  std::vector<std::vector<std::int64_t>> toPlace_;  ///< red cells that may move, by species and region
 };
 
 }  // namespace
@@ -169,6 +217,40 @@ int regionAt(const std::vector<SceneRegion>& regions, const Vec3& point) {
 
 std::vector<ScenePart> makeParts(const Job& job, const Scene& scene) {
   return Parting(job, scene)();
+}
+
+std::vector<std::string> examineRegions(const Job& job, const Scene& scene) {
+  std::vector<std::string> warnings;
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    const SceneRegion& region = scene.regions[r];
+    double volume = 0.0;
+    std::int64_t cells = 0;
+    for (const ScenePart& part : scene.parts) {
+      const SceneSpecies& species = scene.species[part.species];
+      if (!species.job.redCell) continue;
+      const std::int64_t here = part.freedom.fixed      ? fixedInRegions(scene, species)[r]
+                                : part.region == int(r) ? part.count
+                                                        : 0;
+      cells += here;
+      volume += double(here) * countedVolume(job, species);
+    }
+    const double size = region.share * scene.referenceVolume(job), asked = region.hematocrit * size;
+    const bool listed = r < job.regions.size();
+    if (cells == 0 && asked > 0.0) {
+      const std::string what = fmt::format(
+          "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
+      if (listed)
+        throw InputError(
+            fmt::format("{}: {}; make the region larger, or leave it out", job.regions[r].body.where, what));
+      warnings.push_back(fmt::format("outside the regions there will be no red cell: {}", what));
+    } else if (std::abs(volume - asked) > noticeable * asked) {
+      warnings.push_back(
+          fmt::format("{} is so small that whole cells cannot meet its hematocrit: {:.4f} with {} "
+                      "red cell{}, {:.15g} asked for",
+                      region.name, volume / size, cells, cells == 1 ? "" : "s", region.hematocrit));
+    }
+  }
+  return warnings;
 }
 
 void ReadLines::add(const PosLine& line) {

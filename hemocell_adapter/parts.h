@@ -42,10 +42,14 @@ std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen);
 /// Index of the region that a point is in.
 int regionAt(const std::vector<SceneRegion>& regions, const Vec3& point);
 
-/// All species in order, each in parts: fixed cells first. Of more cells to start with than are asked for,
-/// some are drawn without bias.
+/// All species in order, each in parts: fixed cells first, red cells by region. Of more cells to start with
+/// than are asked for, some are drawn without bias.
 /// @throws InputError when more cells are fixed than asked for
 std::vector<ScenePart> makeParts(const Job& job, const Scene& scene);
+
+/// What the user should know about the red cells of the regions. Pre: the scene has its parts.
+/// @throws InputError when a region asks for red cells and is too small for one
+std::vector<std::string> examineRegions(const Job& job, const Scene& scene);
 
 /// Lines of .pos files that were read: cells that have not moved are written as they were.
 class ReadLines {

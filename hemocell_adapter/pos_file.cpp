@@ -93,7 +93,7 @@ class PosReader {
     const long long announced = readCount();
     std::vector<PosLine> lines;
     long long firstBlank = 0;
-    while (position_ < content_.size()) {
+    while (position_ < content_.size() && static_cast<long long>(lines.size()) < announced) {
       const std::vector<std::string_view> fields = fieldsOf(nextLine());
       if (fields.empty()) {
         if (firstBlank == 0) firstBlank = line_;
@@ -107,13 +107,12 @@ class PosReader {
     if (found < announced)
       fail(1, fmt::format("announces {} cells, but {} follow: HemoCell would make up the other {}", announced,
                           found, announced - found));
-    if (found > announced)
-      fail(1, fmt::format("announces {} cells, but {} follow: HemoCell would leave out the last {}",
-                          announced, found, found - announced));
+    noteUnread(announced);
     return lines;
   }
 
   void report(std::vector<std::string>& warnings) const {
+    if (!unread_.empty()) warnings.push_back(fmt::format("{}:1: {}", file_.string(), unread_));
     for (const Oddity& oddity : {spacing_, windows_, blankLines_})
       if (oddity.count > 0)
         warnings.push_back(fmt::format("{}:{}: {} ({} line{})", file_.string(), oddity.firstLine, oddity.text,
@@ -123,6 +122,22 @@ class PosReader {
  private:
   [[noreturn]] void fail(long long line, const std::string& what) const {
     throw InputError(fmt::format("{}:{}: {}", file_.string(), line, what));
+  }
+
+  /// What comes after the cells that were announced is not examined: HemoCell does not read it.
+  void noteUnread(long long announced) {
+    long long unread = 0;
+    while (position_ < content_.size()) {
+      const std::size_t end = std::min(content_.find('\n', position_), content_.size());
+      const std::string_view line = std::string_view(content_).substr(position_, end - position_);
+      unread += line.find_first_not_of(blanks) != line.npos;
+      position_ = end + 1;
+    }
+    if (unread > 0)
+      unread_ =
+          fmt::format("announces {} cell{}, but {} lines follow: HemoCell reads {}, and so does packMesh",
+                      announced, announced == 1 ? "" : "s", announced + unread,
+                      announced == 0 ? "none of them" : fmt::format("the first {} only", announced));
   }
 
   /// The next line, without its end.
@@ -176,6 +191,7 @@ class PosReader {
   std::string content_;
   std::size_t position_ = 0;
   long long line_ = 0;
+  std::string unread_;  ///< about lines beyond those announced
   Oddity spacing_{
       "tabs, repeated, leading or trailing spaces: HemoCell reads them, pos_to_vtk drops such lines"};
   Oddity windows_{"Windows line ends"};

@@ -35,12 +35,14 @@ std::string formatPosLines(const std::vector<PosLine>& lines);
 /// What comes before them.
 std::string formatPosHead(std::int64_t count);
 
-/// Reads a .pos file strictly: exactly the announced number of lines with exactly six finite numbers each.
-/// @param warnings if given, receives a line for everything HemoCell reads but other tools do not: tabs,
-/// repeated,
-///   leading or trailing spaces (pos_to_vtk drops such lines), Windows line ends, blank lines
-/// @throws InputError with file and line: missing file, bad count, count that disagrees with the lines,
-///   comments, extra or missing fields, numbers that are not finite or absurdly large
+/// Reads what HemoCell reads of a .pos file, strictly: the announced number of lines with exactly six finite
+/// numbers each. Lines beyond them are left out.
+/// @param warnings if given, receives a line for what is left out, and for everything HemoCell reads but
+/// other
+///   tools do not: tabs, repeated, leading or trailing spaces (pos_to_vtk drops such lines), Windows line
+///   ends, blank lines
+/// @throws InputError with file and line: missing file, bad count, fewer lines than announced, comments,
+///   extra or missing fields, numbers that are not finite or absurdly large
 std::vector<PosLine> readPos(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr);
 
 /// @throws InputError when `target` exists, but not as a file that may be replaced

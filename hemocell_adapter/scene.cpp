@@ -127,6 +127,7 @@ Scene buildScene(const Job& job) {
   scene.regions = makeRegions(job, scene.lumen);
   resolveCounts(job, scene);
   scene.parts = makeParts(job, scene);
+  for (std::string& warning : examineRegions(job, scene)) scene.warnings.push_back(std::move(warning));
   for (const JobSpecies& species : job.species)
     for (const auto* lines : {&species.fixed, &species.start})
       for (const PosLine& line : *lines) scene.read.add(line);

@@ -19,7 +19,7 @@ namespace packmesh::hemocell {
 struct SpeciesRequest {
   std::string name;
   std::optional<std::int64_t> count;
-  std::optional<double> ratio;  ///< cells of this kind per red cell
+  std::optional<double> ratio;  ///< cells of this kind per red cell of any kind
   std::optional<Construction> construction;
   std::optional<int> minimumDistanceFromSolid;  ///< [µm] as in setInitialMinimumDistanceFromSolid
   std::optional<std::filesystem::path> meshFile;

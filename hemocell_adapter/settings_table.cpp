@@ -44,7 +44,7 @@ std::vector<Setting> cellSettings() {
        false,
        {ratio()},
        "0.07",
-       "platelets per red cell; with a hematocrit",
+       "platelets per red cell, those of all species counted; with a hematocrit",
        Topic::cells,
        true,
        [](Settings& s, const Values& v) { s.plateletRatio = real(v[0]); }},

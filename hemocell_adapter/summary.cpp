@@ -26,7 +26,9 @@ const char* builderText(Builder builder) {
 
 std::string requestText(const JobSpecies& species) {
   if (species.count) return fmt::format("{} asked for", *species.count);
-  if (species.ratio) return fmt::format("{:.15g} per red cell", *species.ratio);
+  if (species.ratio)
+    return fmt::format("{:.15g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
+                       species.redCell ? "s" : "");
   return "by hematocrit";
 }
 

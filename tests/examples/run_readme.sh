@@ -23,7 +23,7 @@ while IFS= read -r line; do
 done < promised.txt
 
 # The files it says are written.
-for cell in RBC PLT WBC SickleRBC; do
+for cell in RBC RBC_stiff PLT WBC SickleRBC; do
   grep -q "writes .*\b$cell\.pos" README.md || continue
   test "$(head -n 1 $cell.pos)" -gt 0
   test "$(wc -l < $cell.pos)" -eq $(($(head -n 1 $cell.pos) + 1))

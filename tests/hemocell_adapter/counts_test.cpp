@@ -55,9 +55,27 @@ TEST_CASE("several red species share the hematocrit", "[counts]") {
   fixed.count = 10;
   const auto n = countCells({species("RBC", 80, true), stiff, fixed}, 0.4, 100000.0);
   CHECK(n[2] == 10);
-  CHECK(n[1] == std::llround(0.25 * double(n[0] + n[2])));
+  CHECK(n[1] == std::llround(0.25 * double(n[0] + n[1] + n[2])));
   const double volume = 80.0 * double(n[0] + n[1]) + 120.0 * double(n[2]);
-  CHECK(std::abs(volume - 40000.0) <= 80.0);
+  CHECK(std::abs(volume - 40000.0) <= 40.0);
+}
+
+TEST_CASE("a ratio is one of all red cells, whatever decides their numbers", "[counts]") {
+  CountedSpecies platelets = species("PLT", 3.25, false), stiff = species("RBC_stiff", 81.1, true),
+                 infected = species("iRBC", 81.1, true), normal = species("RBC", 81.1, true);
+  platelets.ratio = 0.07;
+  stiff.ratio = 0.25;
+  infected.ratio = 0.01;
+  // 40,000 µm³ of red cells are 493: a quarter is stiff, a hundredth infected, 35 platelets.
+  auto n = countCells({platelets, normal, stiff, infected}, 0.4, 100000.0);
+  CHECK(n == std::vector<std::int64_t>{35, 365, 123, 5});
+  // Without a hematocrit 74 normal ones are the other 0.74.
+  normal.count = 74;
+  n = countCells({platelets, stiff, normal, infected}, {}, 100000.0);
+  CHECK(n == std::vector<std::int64_t>{7, 25, 74, 1});
+  stiff.ratio = 0.995;
+  CHECK_THROWS_WITH(countCells({stiff, normal, infected}, {}, 1000.0),
+                    Contains("add up to 1.005") && Contains("share of all red cells"));
 }
 
 TEST_CASE("requests that mean nothing are refused", "[counts]") {

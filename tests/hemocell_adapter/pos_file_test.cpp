@@ -138,8 +138,6 @@ TEST_CASE("readPos refuses what HemoCell would silently misread, and says where"
            good,
        "byte order mark"},
       {"2\n" + good, ":1: announces 2 cells, but 1 follow: HemoCell would make up the other 1"},
-      {"1\n" + good + good + good,
-       ":1: announces 1 cells, but 3 follow: HemoCell would leave out the last 2"},
       {"1\n# the first cell\n" + good, ":2: a comment"},
       {"2\n" + good + "1 2 3 4 5 6 # fast\n", ":3: 8 fields"},
       {"2\n" + good + "1 2 3 4 5\n", ":3: 5 fields, expected six numbers"},
@@ -184,6 +182,22 @@ TEST_CASE("readPos accepts what HemoCell reads and warns of what other tools dro
   CHECK(readPos(folder.write("2\n1 2 3 4 5 6\n\n1 2 3 4 5 6\n"), &warnings).size() == 2);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("RBC.pos:3: a blank line"));
+}
+
+TEST_CASE("readPos reads as many cells as are announced, as HemoCell does, and warns of the others",
+          "[pos]") {
+  const Folder folder;
+  std::vector<std::string> warnings;
+  const std::string good = "1 2 3 4 5 6\n";
+  CHECK(readPos(folder.write("1\n" + good + "\n" + good + "not a cell\n"), &warnings).size() == 1);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell reads the first "
+                      "1 only, and so does packMesh"));
+  warnings.clear();
+  CHECK(readPos(folder.write("0\n" + good + good), &warnings).empty());
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell reads none of them"));
 }
 
 TEST_CASE("AtomicFiles puts all files in place at once, or none", "[pos]") {

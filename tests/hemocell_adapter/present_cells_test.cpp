@@ -86,6 +86,24 @@ TEST_CASE("fixed cells that cannot stay are refused with their number", "[execut
   CHECK_THAT(ran.err, Contains("method cat does not know it"));
 }
 
+TEST_CASE("cells beyond those that a file announces do not count, as for HemoCell", "[executable]") {
+  const TemporaryFolder folder;
+  // The second one overlaps the first.
+  writeText(folder.path() / "RBC.pos", "1\n8 8 8 0 0 0\n8 8 9 0 0 0\n");
+  const Ran checked = run(folder.path(), "check --box 16 16 16");
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("RBC: 1 cells") && Contains("Verdict: clean"));
+  CHECK_THAT(checked.err, Contains("announces 1 cell, but 2 lines follow"));
+  for (const char* option : {"--fixed", "--start"}) {
+    const Ran packed =
+        run(folder.path(), std::string("16 16 16 --rbc 4 --output-dir packed ") + option + " RBC.pos");
+    INFO(packed.all());
+    CHECK(packed.exitCode == 0);
+    CHECK_THAT(packed.err, Contains("announces 1 cell, but 2 lines follow"));
+  }
+  CHECK(linesOf(folder.path() / "packed/RBC.pos").size() == 4);
+}
+
 TEST_CASE("a packing is topped up, thinned out and left alone", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "20 20 20 --hematocrit 0.3 --plt_ratio 0");
@@ -143,6 +161,52 @@ TEST_CASE("regions have their own hematocrit, axes their direction, walls their 
   };
   CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);
   CHECK(readText(folder.path() / "cells.csv").rfind("id,species,x,y,z,qw,qx,qy,qz\n1,RBC,", 0) == 0);
+}
+
+TEST_CASE("the hematocrit of a region is that of all its red cells", "[executable]") {
+  for (const char* number : {"ratio=\"0.4\"", "count=\"3\""}) {
+    CAPTURE(number);
+    SampleCase folder(
+        "<packing> <hematocrit> 0.05 </hematocrit> <species name=\"RBC\"/>"
+        "<species name=\"RBC_stiff\" " +
+        std::string(number) +
+        "/> <region hematocrit=\"0.2\"> <box origin=\"4 0 0\" size=\"16 16 16\"/> </region>"
+        "</packing>");
+    writeText(folder.path() / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
+    const Ran ran = ok(folder, "config.xml");
+    // 0.2 of 16 µm of the tube are 7.0 red cells, 0.05 of the rest another one.
+    CHECK_THAT(ran.out, Contains("Hematocrit of region 1: 0.2") && Contains(", 7 red cells with their"));
+    int inside = 0, all = 0;
+    for (const char* name : {"RBC.pos", "RBC_stiff.pos"})
+      for (const PosLine& line : readPos(folder.path() / name)) {
+        ++all;
+        inside += line.position.x() >= 4.0 && line.position.x() <= 20.0;
+      }
+    CHECK(inside == 7);
+    CHECK(all == 8);
+    CHECK(readPos(folder.path() / "RBC_stiff.pos").size() == 3);
+  }
+}
+
+TEST_CASE("a region too small for its hematocrit is refused, or told", "[executable]") {
+  SampleCase folder;
+  const auto packed = [&](const char* rest, const char* region, const char* radius) {
+    writeText(folder.path() / "config.xml",
+              configXml(sampleDomain, std::string("<packing><species name=\"RBC\"/><hematocrit>") + rest +
+                                          "</hematocrit><region hematocrit=\"" + region +
+                                          "\"><sphere center=\"12 8 8\" radius=\"" + radius +
+                                          "\"/></region></packing>"));
+    return run(folder.path(), "config.xml --dry-run");
+  };
+  const Ran refused = packed("0.2", "0.45", "1.5");
+  CHECK(refused.exitCode == 2);
+  CHECK_THAT(refused.err, Contains("<sphere>") && Contains("too little for a red cell"));
+  const Ran whole = packed("0.2", "0.45", "4");  // 1.49 cells
+  CHECK(whole.exitCode == 0);
+  CHECK_THAT(whole.err, Contains("region 1 is so small that whole cells cannot meet its hematocrit: 0.302") &&
+                            Contains("with 1 red cell, 0.45 asked for"));
+  CHECK_THAT(packed("0.001", "0.1", "8").err, Contains("outside the regions there will be no red cell"));
+  CHECK(packed("0.2", "0.12", "7").err.empty());
 }
 
 TEST_CASE("constraints that make no sense are refused", "[executable]") {
