@@ -28,8 +28,9 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "soak"))
 import problems  # noqa: E402
 
-# Share of random problems that can be packed, at least; some half of them can.
-LEAST_CERTIFIED = 0.25
+# Share of random problems that may be refused without packing, at most: a quarter is. How many of the others are packed
+# in time depends on the machine.
+MOST_REFUSED = 0.5
 
 OUTCOMES = {0: "certified", 1: "refused: command line", 2: "refused: input", 3: "refused: out of reach"}
 
@@ -186,12 +187,12 @@ def main():
         print(f"{kind:28} {outcome:24} {count:6}")
     print(f"{sum(tally.values())} problems: " + ", ".join(f"{n} {what}" for what, n in sorted(tally.items())) +
           f"; slowest {slowest[0]:.1f} s ({slowest[1]})")
-    total, certified = sum(tally.values()), tally[OUTCOMES[0]]
+    total, refused = sum(tally.values()), tally[OUTCOMES[1]] + tally[OUTCOMES[2]]
     if total == 0:
         print("nothing was examined")
         bad += 1
-    elif not options.files and options.count >= 20 and certified < LEAST_CERTIFIED * total:
-        print(f"only {certified} of {total} problems ended certified: too many are refused")
+    elif not options.files and options.count >= 20 and (refused > MOST_REFUSED * total or not tally[OUTCOMES[0]]):
+        print(f"{refused} of {total} problems were refused, {tally[OUTCOMES[0]]} ended certified: too little was tried")
         bad += 1
     sys.exit(1 if bad else 0)
 
