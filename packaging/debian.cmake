@@ -12,7 +12,8 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS openmpi-bin)  # mpirun
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, libeigen3-dev, libtet1.5-dev")  # pictures; the library
+# Pictures; what find_package(packMesh) looks for.
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, libeigen3-dev, libfmt-dev, libhdf5-openmpi-dev, libopenmesh-dev, libopenmpi-dev, libtet1.5-dev, libtinyxml2-dev")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Fills vessels with the surface meshes of blood cells that HemoCell will simulate,
 to the hematocrit asked for, and proves that no two of them meet and that HemoCell
 keeps every one. Replaces HemoCell's packCells.")

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "packMesh/container/convex_verdict.h"
 #include "packMesh/error.h"
 #include "packMesh/geometry/vector_text.h"
 
@@ -26,26 +27,6 @@ constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
 void requirePositive(double value, const std::string& what) {
   if (!(value > 0.0) || !std::isfinite(value))
     throw InputError(what + " must be positive and finite, found " + toText(value) + " µm");
-}
-
-/// The verdict on a cell in a convex lumen: it is inside when its vertices are, and no nearer to the wall
-/// than the nearest of them.
-template <class Inside>
-WallVerdict verdictInConvex(const Wall& wall, const PlacedHierarchy& cell, double gapOfInterest,
-                            Inside&& inside) {
-  WallVerdict verdict;
-  std::size_t within = 0;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < cell.vertexCount(); ++i) {
-    const Vec3 v = cell.vertex(i);
-    within += inside(v);
-    if (gapOfInterest > 0.0) nearest = std::min(nearest, wall.distance(v).distance);
-  }
-  if (within < cell.vertexCount())
-    verdict.objection = within == 0 ? "is outside the lumen" : "meets the wall";
-  else if (nearest < gapOfInterest)
-    verdict.gap = nearest;
-  return verdict;
 }
 
 /// What all of them share: a wall that is the container's own.

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Installs the build tree to a fresh prefix and builds, against nothing but that, the project in this folder.
-#   run.sh <cmake> <build tree> <scratch folder>
+# Installs the build tree to a fresh prefix and builds, against nothing but that, the project of docs/library.md, and all
+# installed headers.
+#   run.sh <cmake> <build tree> <scratch folder> <docs/library.md>
 set -euo pipefail
-cmake=$1 build=$2 scratch=$3
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+cmake=$1 build=$2 scratch=$3 document=$4
 rm -rf "$scratch"
 mkdir -p "$scratch"
 "$cmake" --install "$build" --prefix "$scratch/prefix" > "$scratch/install.log"
@@ -11,9 +11,27 @@ mkdir -p "$scratch"
 # Moved after installation: nothing may remember where it was installed or built.
 mv "$scratch/prefix" "$scratch/moved"
 prefix=$scratch/moved
-"$cmake" -S "$here" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release
+project=$scratch/project
+mkdir "$project"
+block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/p" "$document" | sed '1d;$d'; }
+block cmake > "$project/CMakeLists.txt"
+block cpp > "$project/capsule.cpp"
+block text > "$scratch/expected.txt"
+mkdir "$project/headers"
+(cd "$prefix/include" && find packMesh -name '*.h') | while IFS= read -r header; do
+  echo "#include \"$header\"" > "$project/headers/${header//\//_}.cpp"
+done
+cat >> "$project/CMakeLists.txt" << 'HEADERS'
+file(GLOB headers headers/*.cpp)
+add_library(headers OBJECT ${headers})
+target_link_libraries(headers PRIVATE packMesh::packMesh)
+set_target_properties(headers PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+target_compile_options(headers PRIVATE -O0)
+HEADERS
+"$cmake" -S "$project" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release
 "$cmake" --build "$scratch/build"
-"$scratch/build/consumer"
+"$scratch/build/capsule" | tee "$scratch/said.txt"
+diff "$scratch/expected.txt" "$scratch/said.txt"
 
 if grep -rlF -e "$build" "$prefix" --include='*.cmake' --include='*.h'; then
   echo "these installed files name the build tree"

@@ -11,6 +11,9 @@ dpkg-deb --info "$package" | tee "$scratch/info.txt"
 for library in libc6 libhdf5-openmpi libopenmpi3 libtinyxml2 libtet1.5 libfmt; do
   grep -q "^ Depends:.*$library" "$scratch/info.txt" || { echo "does not depend on $library"; exit 1; }
 done
+for library in eigen3 fmt hdf5-openmpi openmesh openmpi tet1.5 tinyxml2; do
+  grep -q "^ Suggests:.*lib$library-dev" "$scratch/info.txt" || { echo "does not suggest lib$library-dev"; exit 1; }
+done
 grep -q '^ Description: ' "$scratch/info.txt"
 dpkg-deb --extract "$package" "$scratch/root"
 cd "$scratch"
