@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/run.h"
 #include "hemocell_adapter/scene.h"
 #include "hemocell_adapter/summary.h"
+#include "packMesh/error.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -84,21 +87,43 @@ class Report {
       log::info(fmt::format("Minimum gap to the wall: {}", certificate_.minimumWallGap > 0.0
                                                                ? gapText(certificate_.minimumWallGap)
                                                                : "none, cells are not inside"));
-    const bool droppedIsFault = scene_.lumen.acceptedOnly && !(job_.periodicEnds.value_or(false));
-    const bool clean = certificate_.clean() && (!droppedIsFault || kept_.size() == found_.cells.size());
     const std::size_t dropped = found_.cells.size() - kept_.size();
     log::info(fmt::format(
-        "Verdict: {}{}{}", clean ? "clean" : "NOT clean",
-        droppedIsFault || dropped == 0
+        "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
+        droppedIsFault() || dropped == 0
             ? ""
             : fmt::format("; that HemoCell drops {} is no fault {}", dropped,
                           scene_.lumen.container->period().isZero() ? "without --keep-all"
                                                                     : "where cells may cross the faces"),
         job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
-    return clean;
+    return clean();
+  }
+
+  /// All of it in one line, for one of several packings.
+  std::string line() const {
+    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
+    std::string text = fmt::format(
+        "{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "NOT clean", found_.cells.size(),
+        found_.cells.size() == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
+    if (certificate_.overlapping.empty())
+      text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
+    else
+      text += fmt::format(", {} overlapping pairs", certificate_.overlapping.size());
+    if (!certificate_.misplaced.empty())
+      text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
+    if (knowsAcceptance(scene_))
+      text += fmt::format("; HemoCell keeps {} of {}", kept_.size(), found_.cells.size());
+    if (!job_.unchecked.empty()) text += fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "));
+    return text;
+  }
+
+  bool clean() const {
+    return certificate_.clean() && (!droppedIsFault() || kept_.size() == found_.cells.size());
   }
 
  private:
+  bool droppedIsFault() const { return scene_.lumen.acceptedOnly && !job_.periodicEnds.value_or(false); }
+
   std::string nameOf(std::int64_t cell) const {
     return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].job.name,
                        found_.lineNumber[cell]);
@@ -206,6 +231,41 @@ ExitCode runCheck(const Job& job) {
   }
   const FoundCells found = readCells(job, scene);
   return Report(job, scene, found).print() ? ExitCode::ok : ExitCode::faultsFound;
+}
+
+ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf) {
+  log::info(versionLine(1));
+  if (job.config) log::info(fmt::format("Check of {}", job.config->file.string()));
+  ExitCode worst = ExitCode::ok;
+  std::size_t clean = 0;
+  const auto examine = [&](const std::filesystem::path& folder) {
+    const Job one = jobOf(folder);
+    for (const std::string& warning : one.warnings) log::warning(warning);
+    const Scene scene = buildScene(one);
+    if (folder == job.foldersToCheck.front())
+      for (const auto* list : {&scene.warnings, &scene.lumen.notices})
+        for (const std::string& warning : *list) log::warning(warning);
+    const FoundCells found = readCells(one, scene);
+    const Report report(one, scene, found);
+    log::info(fmt::format("{}: {}", folder.string(), report.line()));
+    clean += report.clean();
+    return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
+  };
+  for (const std::filesystem::path& folder : job.foldersToCheck) {
+    ExitCode code = ExitCode::ok;
+    try {
+      code = examine(folder);
+    } catch (const InputError& error) {
+      code = ExitCode::badInput;
+      log::error(error.what());
+      log::info(fmt::format("{}: not examined", folder.string()));
+    }
+    worst = std::max(worst, code);
+  }
+  log::info(
+      fmt::format("Verdict: {} of {} folders clean{}", clean, job.foldersToCheck.size(),
+                  worst == ExitCode::ok ? "" : "; check with --output-dir and a folder tells all of it"));
+  return worst;
 }
 
 }  // namespace packmesh::hemocell

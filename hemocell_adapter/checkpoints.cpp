@@ -12,10 +12,35 @@
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/pos_file.h"
 #include "hemocell_adapter/ranks.h"
+#include "hemocell_adapter/realisation_folders.h"
 #include "packMesh/io/state_file.h"
 #include "packMesh/io/xdmf.h"
 
 namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The case of a run that goes on: in the working directory, or, when that is the folder of a realisation, in
+/// the folder around it.
+/// @throws InputError when it is in neither
+void findCase(CommandLine& commandLine) {
+  std::error_code ignored;
+  if (!commandLine.configFile || fs::exists(*commandLine.configFile, ignored)) return;
+  const fs::path state = *commandLine.settings().restart;
+  if (const auto place = placeInSeries(state, {})) {
+    const fs::path around = place->seriesFolder / *commandLine.configFile;
+    if (fs::exists(around, ignored)) {
+      commandLine.configFile = around;
+      return;
+    }
+  }
+  throw InputError(
+      fmt::format("{}: no such file; the run of {} was begun in another folder, and goes on there",
+                  commandLine.configFile->string(), state.string()));
+}
+
+}  // namespace
 
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments) {
   CommandLine commandLine = parseCommandLine(program, arguments);
@@ -28,7 +53,9 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   const std::string begunBy = words.front();
   words.erase(words.begin());
   words.insert(words.end(), arguments.begin(), arguments.end());
-  return parseCommandLine(begunBy, words);
+  CommandLine continued = parseCommandLine(begunBy, words);
+  findCase(continued);
+  return continued;
 }
 
 std::filesystem::path companionOf(const std::filesystem::path& stateFile) {

@@ -5,9 +5,11 @@
 
 #include <cstdlib>
 #include <limits>
+#include <system_error>
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job_species.h"
+#include "hemocell_adapter/realisation_folders.h"
 #include "hemocell_adapter/value_specs.h"
 
 namespace packmesh::hemocell {
@@ -126,9 +128,6 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   if (job.seed + std::uint64_t(job.realisations - 1) >
       std::uint64_t(std::numeric_limits<std::int64_t>::max()))
     throw UsageError("option '--realisations': the last of the seeds would be larger than a seed may be");
-  if (job.realisations > 1 && job.restart)
-    throw UsageError(
-        "option '--restart' excludes --realisations: continue one of them by its own state file");
   if (job.inColumns && job.method == Method::cat)
     throw UsageError("columns (--order, <order>) are for the default method, not for --method cat");
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
@@ -183,9 +182,36 @@ void checkMethod(const Job& job) {
   }
 }
 
+/// A restart of one of several realisations goes on with those after it, in the folder that holds them all.
+void continueRealisations(Job& job) {
+  if (job.realisations == 1 || !job.restart) return;
+  const auto place = placeInSeries(*job.restart, job.realisations);
+  if (!place)
+    throw UsageError(fmt::format(
+        "option '--restart': realisations go on from the state of one of them, where it was written: "
+        "{}; found '{}'",
+        (job.outputDirectory / realisationFolder(1, job.realisations) / "state.h5").string(),
+        job.restart->string()));
+  job.firstRealisation = place->realisation;
+  job.outputDirectory = place->seriesFolder;
+}
+
+/// What `check` examines where there are realisations: each, and .pos files beside them.
+std::vector<std::filesystem::path> foldersOfRealisations(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> folders = realisationFoldersIn(folder);
+  if (folders.empty()) return folders;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".pos") {
+      folders.push_back(folder);
+      break;
+    }
+  return folders;
+}
+
 }  // namespace
 
-Job makeJob(const CommandLine& commandLine) {
+Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck) {
   Job job;
   job.command = commandLine.command;
   job.asPackCells = commandLine.asPackCells;
@@ -205,12 +231,15 @@ Job makeJob(const CommandLine& commandLine) {
   if (job.config) job.dx = job.config->domain.dx;
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
   checkApplicability(job, settings, options);
+  continueRealisations(job);
   choosePreInlet(job, settings);
   if (settings.ignoredScale) {
     job.warnings.push_back("--scale is ignored: there is no neighbour grid to tune");
   }
   if (job.command == Command::check) {
-    chooseCheckedSpecies(job, settings);
+    if (folderToCheck) job.outputDirectory = *folderToCheck;
+    if (!folderToCheck) job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
+    if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);
     checkMethod(job);

@@ -69,17 +69,18 @@ struct Job {
   bool dryRun = false, validate = false;
 
   std::array<int, 3> tiles = {1, 1, 1};
-  std::int64_t realisations = 1;
+  std::int64_t realisations = 1, firstRealisation = 1;
   std::vector<std::string> exports;
   std::filesystem::path outputDirectory;
   bool povScene = false;
   bool vtp = false, vtpMeshes = false;
   std::optional<std::filesystem::path> reportFile;  ///< .json, or .html with a .json beside it
   std::optional<std::filesystem::path> stateFile, restart;
-  double checkpointEvery = 0.0;           ///< [s]; 0: only at signals and in the end
-  std::vector<std::string> commandWords;  ///< program and arguments, but for --restart
-  std::vector<std::string> unchecked;     ///< .pos files that `check` cannot examine
-  std::vector<std::string> warnings;      ///< what the user should know about how this was understood
+  double checkpointEvery = 0.0;                       ///< [s]; 0: only at signals and in the end
+  std::vector<std::string> commandWords;              ///< program and arguments, but for --restart
+  std::vector<std::string> unchecked;                 ///< .pos files that `check` cannot examine
+  std::vector<std::filesystem::path> foldersToCheck;  ///< `check` of realisations: each is a job of its own
+  std::vector<std::string> warnings;  ///< what the user should know about how this was understood
 };
 
 /// packCells' convention: a red cell has 97 µm³.
@@ -87,7 +88,10 @@ constexpr double packCellsRedCellVolume = 97.0;
 
 /// Reads what the command line names (config.xml, <Cell>.xml, with `check` the list of .pos files) and
 /// resolves defaults and overrides.
+/// @param folderToCheck with `check`: the folder of the .pos files, whatever else says; without it, a folder
+/// of
+///   realisations becomes a job with nothing but foldersToCheck
 /// @throws UsageError, InputError
-Job makeJob(const CommandLine& commandLine);
+Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck = {});
 
 }  // namespace packmesh::hemocell

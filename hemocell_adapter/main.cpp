@@ -67,7 +67,11 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   together(ranks, [&] { job = makeJob(commandLine); });
   if (commandLine.command == Command::pack) return runPacking(*job, ranks);
   ExitCode code = ExitCode::ok;
-  onFirstRank(ranks, [&] { code = runCheck(*job); });
+  onFirstRank(ranks, [&] {
+    code = job->foldersToCheck.empty()
+               ? runCheck(*job)
+               : runCheckOfFolders(*job, [&](const auto& folder) { return makeJob(commandLine, folder); });
+  });
   return static_cast<ExitCode>(ranks.sum(first ? int(code) : 0));
 }
 

@@ -6,13 +6,24 @@
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job.h"
+#include "hemocell_adapter/realisation_table.h"
+#include "packMesh/distributed/communicator.h"
 
 namespace packmesh::hemocell {
 
-/// Runs `job.realisations` of the job one after the other, with seeds from job.seed on, in the folders
-/// realisation_1, realisation_2 ... (as many digits as the last one has) of its output directory. One that
-/// fails does not keep others from running; an interruption does.
+/// How a run ended.
+struct RunEnd {
+  ExitCode code = ExitCode::ok;
+  RealisationFigures figures;  ///< when a packing was written
+};
+
+/// Runs `job.realisations` of the job one after the other, from job.firstRealisation on, the first of all
+/// with job.seed, in their folders (realisationFolder) of its output directory. `job.restart` is for the one
+/// that comes first. One that fails does not keep others from running; an interruption does. Means and
+/// spreads are told and the figures of each written to realisations.csv; those of realisations made before
+/// are taken from there. All ranks call.
 /// @return ok when all are; otherwise the code of the first that failed
-ExitCode runRealisations(const Job& job, const std::function<ExitCode(const Job&)>& run);
+ExitCode runRealisations(const Job& job, const Communicator& ranks,
+                         const std::function<RunEnd(const Job&)>& run);
 
 }  // namespace packmesh::hemocell

@@ -33,10 +33,11 @@ class Stopwatch {
  public:
   RunTimes elapsed() const {
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
-    return {double(std::clock()) / CLOCKS_PER_SEC, wall.count()};
+    return {double(std::clock() - cpuStart_) / CLOCKS_PER_SEC, wall.count()};
   }
 
  private:
+  std::clock_t cpuStart_ = std::clock();
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
@@ -129,9 +130,23 @@ Scene builtScene(const Job& job, const Communicator& ranks) {
   return std::move(*scene);
 }
 
+RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, const Tally& tally,
+                             const RunTimes& times) {
+  RealisationFigures figures;
+  figures.complete = result.outcome != Outcome::outOfReach;
+  figures.cells = result.cellCount;
+  figures.hematocrit = tally.redMesh / scene.lumen.container->volume();
+  figures.minimumGap = result.certificate.minimumGap;
+  figures.minimumWallGap = result.certificate.minimumWallGap;
+  figures.sweeps = result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps;
+  figures.cpuSeconds = times.cpu;
+  figures.wallSeconds = times.wall;
+  return figures;
+}
+
 /// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
-ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
-                 const Communicator& ranks, const Repeated* repeated = nullptr) {
+RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+               const Communicator& ranks, const Repeated* repeated = nullptr) {
   std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
   ranks.sum(countsOfParts);
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
@@ -144,7 +159,7 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
                  (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
                                         : "; nothing was written (--best-effort writes that one)") +
                  columnsInstead(job, scene));
-      return ExitCode::outOfReach;
+      return {ExitCode::outOfReach, {}};
     }
     log::warning(reached + "; writing that one (--best-effort)");
   }
@@ -160,7 +175,7 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
         "command",
         result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
         result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
-    return ExitCode::internal;
+    return {ExitCode::internal, {}};
   }
   const RunTimes times = stopwatch.elapsed();
   const std::vector<fs::path> files = writeCellFiles(job, scene, result, tally.counts, ranks);
@@ -170,12 +185,12 @@ ExitCode deliver(const Job& job, const Scene& scene, PackingResult& result, cons
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(job, scene);
   writeViews({job, scene, result, tally, kept, ranks, repeated}, times);
-  return ExitCode::ok;
+  return {ExitCode::ok, figuresOf(scene, result, tally, times)};
 }
 
 /// The packing repeated in a larger box, proved anew.
-ExitCode deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
-                      const Communicator& ranks) {
+RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+                    const Communicator& ranks) {
   if (result.outcome == Outcome::outOfReach && !(job.bestEffort && result.cellCount > 0))
     return deliver(job, scene, result, stopwatch, ranks);
   namedBySpecies(scene, result);
@@ -188,13 +203,13 @@ ExitCode deliverTiled(const Job& job, const Scene& scene, PackingResult& result,
   PackingResult bigResult = pack(problem);
   if (bigResult.outcome == Outcome::interrupted) {
     log::error("interrupted: nothing was written");
-    return ExitCode::interrupted;
+    return {ExitCode::interrupted, {}};
   }
   const Repeated repeated{job, result};
   return deliver(big, bigScene, bigResult, stopwatch, ranks, &repeated);
 }
 
-ExitCode packOnce(const Job& job, const Communicator& ranks) {
+RunEnd packOnce(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
   onFirstRank(ranks, [&] {
     requireWritable(job.outputDirectory);
@@ -209,7 +224,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
   if (job.validate) {
     log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
-    return ExitCode::ok;
+    return {};
   }
   for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
@@ -218,7 +233,7 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
     for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
     log::info("A dry run: nothing was packed or written");
     log::detail(fmt::format("Expected CPU time: {:.4g} s", forecastOf(job, scene).seconds));
-    return ExitCode::ok;
+    return {};
   }
   pollInterruption();
   ProgressLog progress(job, scene, ranks.size());
@@ -230,20 +245,23 @@ ExitCode packOnce(const Job& job, const Communicator& ranks) {
   if (job.stateFile) problem.checkpoints = states.checkpoints();
   if (job.restart) problem.resume = stateToContinue(job, problem);
   PackingResult result = pack(problem);
-  if (result.outcome == Outcome::interrupted || ranks.any(interrupted())) return endInterrupted(job, states);
+  if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
+    return {endInterrupted(job, states), {}};
   tellEffort(result.statistics, ranks);
-  const ExitCode code = isTiled(job) ? deliverTiled(job, scene, result, stopwatch, ranks)
-                                     : deliver(job, scene, result, stopwatch, ranks);
-  if (code != ExitCode::ok || !job.stateFile || states.saved()) return code;
+  RunEnd end = isTiled(job) ? deliverTiled(job, scene, result, stopwatch, ranks)
+                            : deliver(job, scene, result, stopwatch, ranks);
+  if (end.code != ExitCode::ok || !job.stateFile || states.saved()) return end;
   log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
-  return ExitCode::cannotWrite;
+  end.code = ExitCode::cannotWrite;
+  return end;
 }
 
 }  // namespace
 
 ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const auto once = [&](const Job& one) { return packOnce(one, ranks); };
-  return job.realisations > 1 && !job.dryRun && !job.validate ? runRealisations(job, once) : once(job);
+  return job.realisations > 1 && !job.dryRun && !job.validate ? runRealisations(job, ranks, once)
+                                                              : once(job).code;
 }
 
 }  // namespace packmesh::hemocell

@@ -2,6 +2,9 @@
 /// @file The executable's main job: pack and write.
 #pragma once
 
+#include <filesystem>
+#include <functional>
+
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job.h"
 #include "packMesh/distributed/communicator.h"
@@ -16,5 +19,9 @@ ExitCode runPacking(const Job& job, const Communicator& ranks);
 /// Examines the .pos files of `job`.
 /// @throws InputError
 ExitCode runCheck(const Job& job);
+
+/// Examines each of job.foldersToCheck and tells a line of it. @param jobOf makes the job of a folder
+/// @return ok when all are clean; otherwise the highest code
+ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf);
 
 }  // namespace packmesh::hemocell

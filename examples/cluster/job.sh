@@ -8,14 +8,18 @@
 #SBATCH --open-mode=append
 set -u
 
-if [[ -f state.h5 ]]; then
-  srun packMesh --restart state.h5 &
+# The state of the run; with realisations, the newest one.
+last_state() { ls -t state.h5 realisation_*/state.h5 2> /dev/null | head -n 1; }
+
+state=$(last_state)
+if [[ -n $state ]]; then
+  srun packMesh --restart "$state" &
 else
   srun packMesh config.xml --checkpoint-every 600 &
 fi
 step=$!
 
-# SIGTERM makes packMesh save state.h5 and end with exit code 130; srun passes it on to all ranks.
+# SIGTERM makes packMesh save its state and end with exit code 130; srun passes it on to all ranks.
 limit_is_near=0
 trap 'limit_is_near=1; kill -TERM "$step"' USR1
 wait "$step"
@@ -26,9 +30,9 @@ while [[ $limit_is_near -eq 1 ]] && kill -0 "$step" 2> /dev/null; do
 done
 
 if [[ $status -eq 0 ]]; then
-  rm -f state.h5 state.xdmf
-elif [[ $limit_is_near -eq 1 && -f state.h5 ]]; then
-  echo "The time limit is near: job $SLURM_JOB_ID goes on from state.h5"
+  rm -f {,realisation_*/}state.{h5,xdmf}
+elif [[ $limit_is_near -eq 1 && -n $(last_state) ]]; then
+  echo "The time limit is near: job $SLURM_JOB_ID goes on from $(last_state)"
   scontrol requeue "$SLURM_JOB_ID"
 fi
 exit "$status"

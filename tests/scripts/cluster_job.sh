@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# examples/cluster/job.sh is interrupted once, goes on, and writes the bytes of a run that never was.
+# examples/cluster/job.sh is interrupted once, goes on, and writes the bytes of a run that never was; with realisations,
+# too.
 #   cluster_job.sh <examples> <folder of packMesh> <scratch folder>
 set -euo pipefail
 examples=$1 bin=$2 scratch=$3
@@ -16,7 +17,18 @@ PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
 grep -q "job 1 goes on from state.h5" slurm-1.out
 grep -qF "to go on: packMesh --restart" slurm-1.out
 test ! -e state.h5
+cp -r "$examples/cluster" "$scratch/series"
+cp "$scratch/whole/tube.stl" "$scratch/series"
+cd "$scratch/series"
+sed -i 's|<packing>|<packing> <realisations> 2 </realisations>|' config.xml
+PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
+grep -q "job 1 goes on from realisation_1/state.h5" slurm-1.out
+grep -q "Realisations: 2 of 2 written" slurm-1.out
+test ! -e realisation_1/state.h5
+test ! -e realisation_1/realisation_1
+test -s realisation_2/RBC.pos
 cd "$scratch/whole"
 "$bin/packMesh" config.xml > /dev/null
 cmp RBC.pos "$scratch/interrupted/RBC.pos"
 cmp PLT.pos "$scratch/interrupted/PLT.pos"
+cmp RBC.pos "$scratch/series/realisation_1/RBC.pos"
