@@ -5,7 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
 
+#include "hemocell_adapter/duration.h"
+#include "packMesh/packing/pack.h"
 #include "packMesh/random.h"
 
 namespace packmesh::hemocell {
@@ -22,8 +27,9 @@ constexpr Measured measured[] = {{0.10, 0.02}, {0.20, 0.025}, {0.30, 0.037}, {0.
 /// Per tenfold number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double growthPerDecade = 0.15;
 
-/// Cells lie along walls less densely than elsewhere, as if a layer of this thickness were empty [µm].
-constexpr double emptyLayer = 0.55;
+/// Cells lie along walls less densely than elsewhere, as if a layer of this thickness were empty [µm]: at a
+/// smooth wall, and at the faces of nodes that HemoCell forbids, between which membranes reach.
+constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
 
 /// Memory [MB]: the program, and a cell in it.
 constexpr double ofProgram = 25.0, ofThousandCells = 1.4;
@@ -31,8 +37,8 @@ constexpr double ofProgram = 25.0, ofThousandCells = 1.4;
 /// Share of efficiency that a further rank has.
 constexpr double efficiency = 0.85;
 
-/// Points at which the layer at the wall is measured.
-constexpr int points = 50000;
+/// Points at which the room in front of walls is measured.
+constexpr int points = 12000;
 
 double millisecondsAt(double fraction) {
   const Measured* upper = std::find_if(std::begin(measured), std::end(measured) - 1,
@@ -43,27 +49,105 @@ double millisecondsAt(double fraction) {
   return lower->milliseconds * std::pow(upper->milliseconds / lower->milliseconds, t);
 }
 
-/// Share of the lumen that is nearer to its wall than this, by a random sample.
-double shareNearWall(const Container& container, double layer) {
-  if (!container.wall()) return 0.0;
-  const Box bounds = container.bounds();
-  int inside = 0, near = 0;
-  for (int i = 0; i < points; ++i) {
-    const auto u = uniform4(1, RandomStream::position, i, 0);
-    const double d =
-        container.wall()->distance(bounds.lo + bounds.size().cwiseProduct(Vec3(u[0], u[1], u[2]))).distance;
-    inside += d >= 0.0;
-    near += d >= 0.0 && d < layer;
+/// What a random sample of a lumen says of the room in front of the wall of a species.
+struct RoomSample {
+  double share = 1.0;         ///< of the lumen, where a body may be
+  double effective = 1.0;     ///< the same without the empty layer
+  std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
+};
+
+/// Points from which a cell is tried, at most.
+constexpr std::size_t trials = 8;
+
+/// The i-th of points that fill the unit cube evenly (Roberts' additive recurrence: powers of the root of
+/// x⁴ = x + 1).
+Vec3 evenlySpread(int i) {
+  constexpr double root = 1.2207440846057596;
+  Vec3 p;
+  for (int k = 0; k < 3; ++k) {
+    const double x = 0.5 + double(i + 1) / std::pow(root, k + 1);
+    p[k] = x - std::floor(x);
   }
-  return inside == 0 ? 0.0 : double(near) / inside;
+  return p;
 }
 
-std::string duration(double seconds) {
+class LumenSample {
+ public:
+  explicit LumenSample(const Container& container) : wall_(container.wall()) {
+    if (!wall_) return;
+    const Box bounds = container.bounds();
+    for (int i = 0; i < points; ++i) {
+      const Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenlySpread(i));
+      const double distance = wall_->distance(p).distance;
+      if (distance < 0.0) continue;
+      inside_.push_back(p);
+      distances_.push_back(distance);
+    }
+  }
+
+  /// @param wall of the species, nullptr: the container's @param clearance to it [µm]
+  const RoomSample& room(const Wall* wall, double clearance) {
+    const auto [it, isNew] = rooms_.try_emplace({wall, clearance});
+    if (isNew && wall_) it->second = measured(wall, clearance);
+    return it->second;
+  }
+
+ private:
+  RoomSample measured(const Wall* wall, double clearance) const {
+    RoomSample room;
+    std::vector<std::pair<double, std::size_t>> depths;
+    std::size_t bodies = 0, effective = 0;
+    for (std::size_t i = 0; i < inside_.size(); ++i) {
+      const double smooth = distances_[i] - clearance;
+      const double depth = wall ? wall->distance(inside_[i]).distance - clearance : smooth;
+      bodies += depth >= 0.0;
+      effective += depth >= (wall ? emptyLayerAtNodes : emptyLayer) && smooth >= emptyLayer;
+      depths.emplace_back(depth, i);
+    }
+    const double all = std::max<double>(1.0, double(inside_.size()));
+    room.share = double(bodies) / all;
+    room.effective = double(effective) / all;
+    const std::size_t some = std::min(trials, depths.size());
+    std::partial_sort(depths.begin(), depths.begin() + std::ptrdiff_t(some), depths.end(), std::greater<>());
+    for (std::size_t k = 0; k < some; ++k) room.deepest.push_back(inside_[depths[k].second]);
+    return room;
+  }
+
+  const Wall* wall_;
+  std::vector<Vec3> inside_;
+  std::vector<double> distances_;  ///< of them to wall_ [µm]
+  std::map<std::pair<const Wall*, double>, RoomSample> rooms_;
+};
+
+/// Whether a single cell of the species can be brought to lie in the lumen, from where there is most room.
+bool findsPlace(const Job& job, const Scene& scene, const SceneSpecies& species, const RoomSample& room) {
+  constexpr std::int64_t sweeps = 300;
+  PackingProblem problem;
+  Freedom freedom;
+  freedom.cone = species.job.cone;
+  freedom.extraWallClearance = species.job.wallClearance - job.wallClearance;
+  problem.species.push_back(
+      {species.job.name, species.shape, 1, species.wall, species.job.redCell, {Pose()}, freedom});
+  problem.container = scene.lumen.container;
+  problem.wallClearance = job.wallClearance;
+  problem.rotate = job.rotate;
+  problem.limits.maxSweeps = sweeps;
+  for (std::size_t i = 0; i < room.deepest.size(); ++i) {
+    Pose& start = problem.species.front().start.front();
+    start.position = room.deepest[i];
+    const auto u = uniform4(1, RandomStream::orientation, i, 0);
+    if (job.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
+    if (species.job.cone) start.orientation = species.job.cone->nearest(start.orientation);
+    if (pack(problem).outcome == Outcome::certified) return true;
+  }
+  return room.deepest.empty();
+}
+
+/// An estimate, with as many digits as it deserves.
+std::string about(double seconds) {
   if (seconds < 1.0) return "less than a second";
-  if (seconds < 120.0) return fmt::format("about {:.0f} s", seconds);
-  if (seconds < 7200.0) return fmt::format("about {:.0f} min", seconds / 60.0);
-  if (seconds < 172800.0) return fmt::format("about {:.0f} h", seconds / 3600.0);
-  return fmt::format("about {:.0f} days", seconds / 86400.0);
+  const double unit = std::pow(10.0, std::floor(std::log10(seconds)) - 1.0);
+  return "about " + durationText(std::round(seconds / unit) * unit);
 }
 
 /// What makes a packing harder in a way that nothing is known about.
@@ -83,19 +167,28 @@ std::string leftOut(const Job& job, const Scene& scene) {
 
 }  // namespace
 
-Forecast forecastOf(const Job& job, const Scene& scene) {
+namespace {
+
+Forecast forecastOf(const Job& job, const Scene& scene, LumenSample& sample) {
   Forecast forecast;
-  double volume = 0.0, grown = 0.0, milliseconds = 0.0;
+  const double lumen = scene.lumen.container->volume();
+  double volume = 0.0;
   for (const SceneSpecies& species : scene.species) {
     const double n = double(species.count), own = species.shape->volume();
     forecast.cells += species.count;
     volume += n * own;
-    grown += n * (own + 0.5 * job.clearance * surfaceArea(species.shape->mesh()));
+    forecast.roomShares.push_back(1.0);
+    if (species.count == 0) continue;
+    const RoomSample& room = sample.room(species.wall.get(), species.job.wallClearance);
+    forecast.roomShares.back() = room.share;
+    const double grown = n * (own + 0.5 * job.clearance * surfaceArea(species.shape->mesh()));
+    forecast.effectiveFraction +=
+        room.effective > 0.0 ? grown / (lumen * room.effective) : std::numeric_limits<double>::infinity();
   }
-  const double lumen = scene.lumen.container->volume();
   forecast.fraction = volume / lumen;
-  const double room = 1.0 - shareNearWall(*scene.lumen.container, emptyLayer + job.wallClearance);
-  forecast.effectiveFraction = room > 0.0 ? grown / (lumen * room) : 1.0;
+  forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
+  if (forecast.effectiveFraction > Forecast::possible) return forecast;
+  double milliseconds = 0.0;
   for (const SceneSpecies& species : scene.species) {
     constexpr double redCellVertices = 642.0, fixedShare = 0.3;
     const double vertices = double(species.shape->mesh().vertices.size()) / redCellVertices;
@@ -104,21 +197,64 @@ Forecast forecastOf(const Job& job, const Scene& scene) {
   }
   const double decades = std::max(0.0, std::log10(double(forecast.cells) / 1000.0));
   forecast.seconds = 1e-3 * milliseconds * (1.0 + growthPerDecade * decades);
-  forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
   return forecast;
 }
 
-std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks) {
-  const Forecast f = forecastOf(job, scene);
+/// Where cells may be, if that is less than the lumen.
+std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast) {
+  constexpr double worthTelling = 0.995;
   std::vector<std::string> lines;
-  lines.push_back(
-      fmt::format("{} cells with {:.4f} of the lumen's volume, as hard to pack as {:.3f} in a periodic box",
-                  f.cells, f.fraction, f.effectiveFraction));
+  const double lumen = scene.lumen.container->volume();
+  for (std::size_t s = 0; s < scene.species.size(); ++s)
+    if (forecast.roomShares[s] < worthTelling)
+      lines.push_back(
+          fmt::format("{} may be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
+                      "what HemoCell keeps leave no more",
+                      scene.species[s].job.name, forecast.roomShares[s], forecast.roomShares[s] * lumen));
+  return lines;
+}
+
+/// Why the cells cannot be packed, whatever is tried; nothing when that is not known.
+std::optional<std::string> impossible(const Job& job, const Scene& scene, const Forecast& forecast,
+                                      LumenSample& sample) {
+  const double lumen = scene.lumen.container->volume();
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const SceneSpecies& species = scene.species[s];
+    if (species.count <= std::int64_t(species.job.fixed.size())) continue;
+    const double volume = double(species.count) * species.shape->volume();
+    if (volume > forecast.roomShares[s] * lumen)
+      return fmt::format("{} {} have {:.4g} µm³, more than there is room for", species.count,
+                         species.job.name, volume);
+    if (!findsPlace(job, scene, species, sample.room(species.wall.get(), species.job.wallClearance)))
+      return fmt::format("not even one {} finds a place in the lumen", species.job.name);
+  }
+  return {};
+}
+
+}  // namespace
+
+Forecast forecastOf(const Job& job, const Scene& scene) {
+  LumenSample sample(*scene.lumen.container);
+  return forecastOf(job, scene, sample);
+}
+
+std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks) {
+  LumenSample sample(*scene.lumen.container);
+  const Forecast f = forecastOf(job, scene, sample);
+  std::vector<std::string> lines;
+  std::string cells = fmt::format("{} cells with {:.4f} of the lumen's volume", f.cells, f.fraction);
+  if (f.effectiveFraction < 1.0)
+    cells += fmt::format(", as hard to pack as {:.3f} in a periodic box", f.effectiveFraction);
+  lines.push_back(cells);
+  for (std::string& line : roomLines(scene, f)) lines.push_back(std::move(line));
   if (job.inColumns)
     lines.push_back(
         "In columns: the box decides what there is room for, up to 0.65 at 50 µm, less in small ones. The "
         "figures below are those of random packings");
-  if (f.effectiveFraction <= Forecast::easy)
+  const std::optional<std::string> never = impossible(job, scene, f, sample);
+  if (never)
+    lines.push_back(fmt::format("Out of reach: {}", *never));
+  else if (f.effectiveFraction <= Forecast::easy)
     lines.push_back(fmt::format("Within reach: {:.3f} below {:.2f}, where packing begins to take long",
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
@@ -128,19 +264,22 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
                     Forecast::easy, Forecast::possible, columnsInstead(job, scene)));
   else
     lines.push_back(fmt::format(
-        "Probably out of reach: {:.3f} above {:.2f}, the densest that was reached; "
-        "--max-time and --best-effort give the densest there is{}",
-        f.effectiveFraction - Forecast::possible, Forecast::possible, columnsInstead(job, scene)));
+        "Probably out of reach: {}, the densest that was reached; --max-time and --best-effort give the "
+        "densest "
+        "there is{}",
+        f.effectiveFraction < 1.0
+            ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
+            : fmt::format("far above {:.2f}", Forecast::possible),
+        columnsInstead(job, scene)));
   if (job.method == Method::cat)
     lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
-  else if (f.effectiveFraction > Forecast::possible)
+  else if (never || !f.seconds)
     lines.push_back("Time: cannot be told; --max-time bounds it");
   else
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
-        duration(f.seconds),
-        ranks > 1 ? fmt::format(" ({} on {} ranks)", duration(f.seconds / (efficiency * ranks)), ranks)
-                  : ""));
+        about(*f.seconds),
+        ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
   lines.push_back(
       fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
   const double tiles = double(job.tiles[0]) * job.tiles[1] * job.tiles[2];

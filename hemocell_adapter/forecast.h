@@ -2,6 +2,7 @@
 /// @file What a packing will take, before it is made.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,11 +15,13 @@ namespace packmesh::hemocell {
 struct Forecast {
   std::int64_t cells = 0;
   double fraction = 0.0;  ///< volume of all meshes over that of the lumen
-  /// The fraction at which a periodic box is as hard to pack: clearances are added to the cells, and a layer
-  /// at the wall is left out of the lumen.
+  /// The fraction at which a periodic box is as hard to pack: clearances are added to the cells, and each
+  /// species has the part of the lumen in which its bodies may be, less a layer at its wall. Infinite when
+  /// that leaves nothing.
   double effectiveFraction = 0.0;
-  double seconds = 0.0;    ///< CPU of one core
-  double megabytes = 0.0;  ///< of all ranks together
+  std::vector<double> roomShares;  ///< of the lumen, where bodies of each species may be
+  std::optional<double> seconds;   ///< CPU of one core; empty beyond `possible`
+  double megabytes = 0.0;          ///< of all ranks together
 
   /// Up to here a packing of red cells takes hundreds of sweeps, above `possible` none of a thousand at
   /// random was ever made.

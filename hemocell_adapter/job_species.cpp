@@ -120,6 +120,15 @@ JobSpecies resolved(Job& job, const SpeciesRequest& request) {
       fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", request.name));
 }
 
+/// More than one cell per red cell is hardly meant: blood has some 0.07 platelets per red cell.
+void warnOfLargeRatios(Job& job) {
+  for (const JobSpecies& species : job.species)
+    if (!species.redCell && species.ratio.value_or(0.0) > 1.0)
+      job.warnings.push_back(fmt::format(
+          "a ratio of {0:.15g} is {0:.15g} {1} for each red cell, not per cent; {2:.15g} may be meant",
+          *species.ratio, species.name, *species.ratio / 100.0));
+}
+
 /// A hematocrit and red-cell counts contradict each other; the command line wins, a file alone is at fault.
 void settleHematocrit(Job& job, Settings& settings, const Settings& options) {
   const auto countedOnCommandLine = [&](const SpeciesRequest& s) {
@@ -221,6 +230,7 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
     }
     job.species.push_back(resolved(job, request));
   }
+  warnOfLargeRatios(job);
 }
 
 void chooseCheckedSpecies(Job& job, const Settings& settings) {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "hemocell_adapter/forecast.h"
+#include "hemocell_adapter/duration.h"
 #include "hemocell_adapter/log.h"
 
 namespace packmesh::hemocell {
@@ -22,9 +22,7 @@ double pauseNow() {
 }  // namespace
 
 ProgressLog::ProgressLog(const Job& job, const Scene& scene, int ranks)
-    : hematocrit_(0.0),
-      expectedSeconds_(job.method == Method::relaxation ? forecastOf(job, scene).seconds / ranks : 0.0),
-      mostSeconds_(job.maxSeconds) {
+    : job_(job), scene_(scene), ranks_(ranks), hematocrit_(0.0) {
   for (const SceneSpecies& species : scene.species)
     if (species.job.redCell) hematocrit_ += double(species.count) * species.shape->volume();
   hematocrit_ /= scene.referenceVolume(job);
@@ -40,7 +38,14 @@ void ProgressLog::operator()(const Progress& progress) {
     log::info(text(progress, now));
 }
 
-std::string ProgressLog::text(const Progress& progress, double seconds) const {
+std::optional<double> ProgressLog::expectedSeconds() {
+  if (job_.method != Method::relaxation) return {};
+  if (!forecast_) forecast_ = forecastOf(job_, scene_);
+  if (!forecast_->seconds) return {};
+  return *forecast_->seconds / ranks_;
+}
+
+std::string ProgressLog::text(const Progress& progress, double seconds) {
   const bool grows = progress.stage == "growth";
   std::string line =
       fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows ? "iteration" : "sweep",
@@ -49,10 +54,10 @@ std::string ProgressLog::text(const Progress& progress, double seconds) const {
     line += fmt::format(" at scale {:.2f}, {} cells below it", progress.scale, progress.unresolved);
   else
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
-  line += fmt::format("; {:.0f} s", seconds);
-  if (mostSeconds_ > 0.0) line += fmt::format(" of {:.15g} s at most", mostSeconds_);
-  if (expectedSeconds_ > seconds + 1.0)
-    line += fmt::format(", about {:.0f} s left", expectedSeconds_ - seconds);
+  line += "; " + durationText(std::floor(seconds));
+  if (job_.maxSeconds > 0.0) line += fmt::format(" of {} at most", durationText(job_.maxSeconds));
+  if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)
+    line += fmt::format(", about {} left", durationText(std::ceil(*expected - seconds)));
   return line;
 }
 

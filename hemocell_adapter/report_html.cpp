@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/report_html.h"
+#include "hemocell_adapter/duration.h"
 
 #include <fmt/format.h>
 
@@ -278,11 +279,11 @@ class Page {
     for (const Json& word : r_["command"]) words += (words.empty() ? "" : " ") + quoted(word);
     const Json &times = r_["times"], &statistics = r_["statistics"];
     return "<pre>" + escaped(words) + "</pre>\n" +
-           note(
-               fmt::format("Took {:.2f} s on {} rank{}; {} sweeps, {} rounds of repair. The same command and "
-                           "version write the same .pos files, on any number of ranks.",
-                           times["wall"].get<double>(), shown(times["ranks"]), times["ranks"] == 1 ? "" : "s",
-                           shown(statistics["sweeps"]), shown(statistics["repairs"])));
+           note(fmt::format("Took {} on {} rank{}; {} sweeps, {} rounds of repair. The same command and "
+                            "version write the same .pos files, on any number of ranks.",
+                            durationText(times["wall"].get<double>()), shown(times["ranks"]),
+                            times["ranks"] == 1 ? "" : "s", shown(statistics["sweeps"]),
+                            shown(statistics["repairs"])));
   }
 
   const Json& r_;

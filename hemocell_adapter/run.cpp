@@ -10,6 +10,7 @@
 
 #include "hemocell_adapter/cell_files.h"
 #include "hemocell_adapter/checkpoints.h"
+#include "hemocell_adapter/duration.h"
 #include "hemocell_adapter/forecast.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
@@ -97,7 +98,7 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
                           scene.species[s].job.name);
   }
-  const std::string time = job.maxSeconds > 0 ? fmt::format(", {:.15g} s", job.maxSeconds) : "";
+  const std::string time = job.maxSeconds > 0 ? fmt::format(", {}", durationText(job.maxSeconds)) : "";
   const Statistics& done = result.statistics;
   return fmt::format(
       "out of reach within the limits ({}): the densest certified packing has hematocrit {:.4f} of the {} "
@@ -232,7 +233,8 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   if (job.dryRun) {
     for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
     log::info("A dry run: nothing was packed or written");
-    log::detail(fmt::format("Expected CPU time: {:.4g} s", forecastOf(job, scene).seconds));
+    if (const auto seconds = forecastOf(job, scene).seconds)
+      log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
     return {};
   }
   pollInterruption();

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "hemocell_adapter/counts.h"
+#include "hemocell_adapter/densest_known.h"
 #include "hemocell_adapter/forecast.h"
 #include "packMesh/error.h"
 #include "packMesh/tolerances.h"
@@ -86,6 +87,7 @@ void resolveCounts(const Job& job, Scene& scene) {
     throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
                                  volume, lumen));
   }
+  if (!job.bestEffort) refuseBeyondKnown(scene);
   if (volume > Forecast::possible * lumen && !job.inColumns) {
     scene.warnings.push_back(fmt::format(
         "the cells asked for fill {:.4f} of the lumen: above {:.2f} hardly any red cells were ever packed at "

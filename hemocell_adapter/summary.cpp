@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "hemocell_adapter/duration.h"
 #include "packMesh/version.h"
 
 namespace packmesh::hemocell {
@@ -205,8 +206,11 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
                               certificate.cells == 1 ? "" : "s", certificate.pairsTested,
                               certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
   if (scene.lumen.container->wall()) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
-  lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall; seed {}; packMesh {} ({})", times.cpu,
-                              times.wall, job.seed, version(), gitHash()));
+  constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]
+  lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall{}; seed {}; packMesh {} ({})", times.cpu,
+                              times.wall,
+                              times.wall > worthSaying ? fmt::format(" ({})", durationText(times.wall)) : "",
+                              job.seed, version(), gitHash()));
   return lines;
 }
 

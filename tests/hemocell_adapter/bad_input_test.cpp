@@ -55,7 +55,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"5 5 2 --rbc 1", 2, "larger than the lumen"},
       {"50 50 50 --rbc 1 --output-dir RBC.xml", 5, "is not a folder"},
       {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
-      {"15 15 15 --hematocrit 0.75 --max-iterations 50 --output-dir sub", 5, "PLT.pos: is not a file",
+      {"15 15 15 --hematocrit 0.72 --max-iterations 50 --output-dir sub", 5, "PLT.pos: is not a file",
        [](const fs::path& folder) { fs::create_directories(folder / "sub/PLT.pos"); }},
       {"50 50 50 --rbc 1 --minimum-distance-from-solid RBC 1", 1, "is for cases"},
       {"config.xml --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
@@ -71,7 +71,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
          fs::create_directories(folder / "near");
          writeText(folder / "near/RBC.pos", rbcPos("7 7 2.5 90 0 0\n", 1));
        }},
-      {"15 15 15 --hematocrit 0.75 --plt_ratio 0 --max-iterations 30", 3, "(30 sweeps; "},
+      {"15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 30", 3, "(30 sweeps; "},
       {"50 50 50 --cell-mesh egg 2 tube.stl --cell egg 3 3 4 5", 1,
        "option '--cell': cell 'egg' is described already, by '--cell-mesh'"},
       {"50 50 50 --cell big 2 30000 30000 30000", 2, "larger than the lumen"},
@@ -151,7 +151,6 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"check config.xml", 2, "nothing to check: egg.pos is not checked: there is no egg.xml",
        file("egg.pos", rbcPos("1 2 3 0 0 0\n", 1))},
       {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", rbcPos("1 2 3 0 0 0\n", 2))},
-      {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", rbcPos("1 2 3 0 0 0\n1 2 3 0 0 0\n", 1))},
       {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 3 0 0\n", 1))},
       {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 3 0 0 0 7\n", 1))},
       {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("# x y z a b c\n1 2 3 0 0 0\n", 1))},

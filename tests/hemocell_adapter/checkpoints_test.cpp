@@ -66,7 +66,7 @@ class Moments {
 /// Stops runs at random moments by one of the signals, in turn, and lets them go on.
 /// At least a quarter as often as `wanted` there is a state to go on from.
 void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::vector<std::string>& signals,
-                          const std::string& launcher = "") {
+                           const std::string& launcher = "") {
   Moments moments(expected.seconds);
   int kills = 0, saved = 0;
   while (kills < wanted || saved < wanted / 4) {
@@ -160,9 +160,8 @@ TEST_CASE("SIGTERM in any stage leaves the files of before, and a state of that 
       REQUIRE(runs < 2000);
       const TemporaryFolder folder;
       writeText(folder.path() / "RBC.pos", before);
-      const Ran ran =
-          run(folder.path(), wanted.arguments + " --state s.h5", "packMesh",
-              "timeout --foreground --preserve-status -s TERM " + moments.next());
+      const Ran ran = run(folder.path(), wanted.arguments + " --state s.h5", "packMesh",
+                          "timeout --foreground --preserve-status -s TERM " + moments.next());
       CAPTURE(ran.exitCode, ran.all());
       if (ran.exitCode == 0) {
         moments.wasTooLate();

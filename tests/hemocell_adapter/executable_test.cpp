@@ -437,6 +437,18 @@ TEST_CASE("nearness to the limit is one of meshes, whatever a red cell counts as
   CHECK_THAT(counted.err, Contains("fill 0.6249 of the lumen: above 0.61"));
 }
 
+TEST_CASE("a ratio that looks like per cent is told", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.err, Contains("a ratio of 7 is 7 PLT for each red cell, not per cent; 0.07 may be meant"));
+  CHECK(run(folder.path(), "20 20 20 --hematocrit 0.2 --plt_ratio 1 --dry-run").err.empty());
+  const SampleCase file(
+      "<packing> <hematocrit> 0.1 </hematocrit> <species name=\"RBC\"/> <species name=\"PLT\" ratio=\"5\"/> "
+      "</packing>");
+  CHECK_THAT(run(file.path(), "config.xml --dry-run").err, Contains("0.05 may be meant"));
+}
+
 TEST_CASE("check says what it could not examine", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));
@@ -450,7 +462,7 @@ TEST_CASE("check says what it could not examine", "[executable]") {
 TEST_CASE("out of reach: says how far it came, writes only on request, keeps old files", "[executable]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "RBC.pos", "old");
-  const std::string arguments = "15 15 15 --hematocrit 0.75 --plt_ratio 0 --max-iterations 300 --max-time 20";
+  const std::string arguments = "15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 300 --max-time 20";
   Ran ran = run(folder.path(), arguments);
   INFO(ran.all());
   CHECK(ran.exitCode == 3);
@@ -466,7 +478,8 @@ TEST_CASE("out of reach: says how far it came, writes only on request, keeps old
 
 TEST_CASE("Ctrl-C ends cleanly", "[executable]") {
   const TemporaryFolder folder;
-  // A shell's background jobs ignore SIGINT, python's do not; the signal comes when the run has told what it packs.
+  // A shell's background jobs ignore SIGINT, python's do not; the signal comes when the run has told what it
+  // packs.
   const TemporaryFolder scripts;
   writeText(scripts.path() / "interrupt.py", R"(import signal, subprocess, sys
 run = subprocess.Popen(sys.argv[1:], stdout=subprocess.PIPE)

@@ -50,16 +50,17 @@ TEST_CASE("a periodic box is as hard as it is full, with walls and clearances ha
   double last = 0.0;
   for (const char* h : {"0.1", "0.3", "0.4", "0.5", "0.55", "0.58", "0.6", "0.65"}) {
     const Forecast f = forecast({"40", "40", "40", "--hematocrit", h, "--plt_ratio", "0"});
-    CHECK(f.seconds > last);
-    last = f.seconds;
+    if (f.seconds) CHECK(*f.seconds > last);
+    CHECK(f.seconds.has_value() == (f.effectiveFraction <= Forecast::possible));
+    last = f.seconds.value_or(last);
   }
 }
 
 TEST_CASE("a forecast grows with the number of cells", "[forecast]") {
   const Forecast small = forecast({"40", "40", "40", "--hematocrit", "0.4"});
   const Forecast large = forecast({"400", "400", "400", "--hematocrit", "0.4"});
-  CHECK(large.seconds > 1000.0 * small.seconds);
-  CHECK(large.seconds < 2000.0 * small.seconds);
+  CHECK(*large.seconds > 1000.0 * *small.seconds);
+  CHECK(*large.seconds < 2000.0 * *small.seconds);
   CHECK(large.megabytes > 400.0);
 }
 
@@ -88,9 +89,66 @@ TEST_CASE("verdicts of a dry run", "[forecast]") {
   CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.3", "--method", "cat"}), Contains("not known"));
 }
 
+TEST_CASE("a forecast is about the room that clearances, layers and HemoCell leave", "[forecast]") {
+  const std::vector<std::string> pipe = {"--cylinder", "x",        "12.5",        "50",
+                                         "--ends",     "periodic", "--hematocrit"};
+  const auto inPipe = [&](const char* hematocrit, const std::vector<std::string>& more) {
+    std::vector<std::string> words = pipe;
+    words.emplace_back(hematocrit);
+    words.insert(words.end(), more.begin(), more.end());
+    return planned(words);
+  };
+  const auto said = [](const Planned& p) {
+    std::string all;
+    for (const std::string& line : forecastLines(p.job, p.scene, 1)) all += line + "\n";
+    return all;
+  };
+  const Planned layered = inPipe("0.3", {"--cell-free-layer", "2"});
+  const Forecast f = forecastOf(layered.job, layered.scene);
+  REQUIRE(f.roomShares.size() == 2);
+  CHECK(f.roomShares[0] == Approx(10.5 * 10.5 / (12.5 * 12.5)).margin(0.01));
+  CHECK(f.roomShares[1] == 1.0);
+  // Red cells in their core less 0.55 µm, platelets in all of the pipe less that.
+  CHECK(f.effectiveFraction == Approx(0.3 * 12.5 * 12.5 / (9.95 * 9.95) + 0.001).margin(0.01));
+  CHECK_THAT(said(layered),
+             Contains("RBC may be in 0.7") && !Contains("PLT may") && Contains("Within reach"));
+  CHECK_THAT(said(inPipe("0.05", {"--cell-free-layer", "12"})),
+             Contains("Out of reach: 15 RBC have 1217 µm³, more than there is room for"));
+  CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "10"})),
+             Contains("Out of reach: not even one RBC finds a place") && Contains("Time: cannot be told"));
+  CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "8.3"})), Contains("Within reach"));
+  CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably out of reach: "));
+}
+
+TEST_CASE("a forecast knows what HemoCell leaves near solid nodes", "[executable]") {
+  const SampleCase folder;
+  const Ran near = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
+  CHECK_THAT(near.out, Contains("Within reach"));
+  const Ran far =
+      run(folder.path(), "config.xml --hematocrit 0.3 --minimum-distance-from-solid RBC 2 --dry-run");
+  INFO(far.all());
+  CHECK_THAT(far.out, Contains("RBC may be in 0.") && Contains("Probably out of reach"));
+}
+
+TEST_CASE("no time is told for what no packing reaches, and what is beyond all of them is refused",
+          "[forecast]") {
+  Planned p = planned({"30", "30", "30", "--hematocrit", "0.95", "--best-effort", "--max-time", "5400"});
+  ProgressLog log(p.job, p.scene, 1);
+  CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
+             Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
+  CHECK_THROWS_WITH(planned({"30", "30", "30", "--hematocrit", "0.75"}),
+                    Contains("red cells asked for fill 0.75") && Contains("beyond 0.74 is known") &&
+                        Contains("Xu et al.") && Contains("--best-effort"));
+  CHECK_NOTHROW(planned({"30", "30", "30", "--hematocrit", "0.735"}));
+  CHECK_THROWS_WITH(planned({"30", "30", "30", "--cell", "ball", "800", "4", "4", "4"}),
+                    Contains("ellipsoids asked for fill 0.9") && Contains("Donev et al."));
+  // A few cells can fill a lumen that is made for them.
+  CHECK_NOTHROW(planned({"8.1", "8.1", "2.3", "--walls", "xyz", "--cell", "plate", "1", "8", "8", "2.2"}));
+}
+
 TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]") {
   Planned p = planned({"200", "200", "200", "--hematocrit", "0.55", "--max-time", "90"});
-  const ProgressLog log(p.job, p.scene, 1);
+  ProgressLog log(p.job, p.scene, 1);
   const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
   CHECK_THAT(relaxing,
              Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "

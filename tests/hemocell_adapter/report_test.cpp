@@ -154,7 +154,7 @@ TEST_CASE("reports of one cell, and of species without any", "[executable]") {
   // Too many: what is left of the platelets may be none.
   const Ran fewer =
       run(folder.path(),
-          "14 14 14 --hematocrit 0.75 --plt_ratio 0.05 --max-iterations 30 --best-effort --report fewer.json "
+          "14 14 14 --hematocrit 0.72 --plt_ratio 0.05 --max-iterations 30 --best-effort --report fewer.json "
           "--vtp --pov");
   INFO(fewer.all());
   REQUIRE(fewer.exitCode == 0);
