@@ -20,6 +20,7 @@ PROBLEMS = [
     ("planes 20 µm apart", "40 40 20 --walls z", (0.4, 0.5, 0.53)),
     ("cylinder r 25", "--cylinder x 25 40 --ends periodic", (0.4, 0.5, 0.55)),
     ("cylinder r 12.5", "--cylinder x 12.5 50 --ends periodic", (0.3, 0.45, 0.5, 0.54)),
+    ("cylinder r 12.5, layer 2 µm", "--cylinder x 12.5 50 --ends periodic --cell-free-layer 2", (0.2, 0.3, 0.35)),
     ("cylinder r 8, closed", "--cylinder x 8 60", (0.3, 0.4, 0.45, 0.48)),
     ("cylinder r 5, closed", "--cylinder x 5 60", (0.2, 0.3, 0.35)),
     ("sphere r 14", "--sphere 14", (0.3, 0.4, 0.5)),
