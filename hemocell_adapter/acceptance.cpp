@@ -87,7 +87,7 @@ class AcceptedWall final : public Wall {
 
   void sample(const NodeBlock& block, float* distances) const override {
     if (wall_) sampleWall(block, distances);
-    const std::optional<SampleRows> rows = rowsOf(block);
+    const std::optional<VoxelDistance::SampleRows> rows = voxels_.rowsOf(block);
     const int n = block.nodes[0];
     std::vector<float> toFaces(n), voxel(n, std::numeric_limits<float>::quiet_NaN());
     std::vector<char> open(n, true);  // the true wall does not tell
@@ -177,26 +177,6 @@ class AcceptedWall final : public Wall {
       return false;
     }
     return true;
-  }
-
-  /// The block in half nodes from the low corner of the lattice, if its nodes are at whole multiples of them.
-  struct SampleRows {
-    std::array<int, 3> first;
-    int step;
-  };
-  std::optional<SampleRows> rowsOf(const NodeBlock& block) const {
-    constexpr double rounding = 1e-6, most = 1e9;
-    const auto isWhole = [](double x) {
-      return std::abs(x) < most && std::abs(x - std::round(x)) < rounding;
-    };
-    const double perLength = 2.0 / dx();
-    const Vec3 first = perLength * block.origin + Vec3::Ones();
-    if (!isWhole(first.x()) || !isWhole(first.y()) || !isWhole(first.z()) ||
-        !isWhole(perLength * block.spacing))
-      return {};
-    const auto whole = [](double x) { return static_cast<int>(std::lround(x)); };
-    return SampleRows{{whole(first.x()), whole(first.y()), whole(first.z())},
-                      whole(perLength * block.spacing)};
   }
 
   WallDistance voxels(const Vec3& p) const {

@@ -114,6 +114,16 @@ std::optional<Construction> constructionFromString(const std::string& text) {
   return {};
 }
 
+std::vector<std::string> meshFrameNames() {
+  return {"hemocell", "file"};
+}
+
+std::optional<MeshFrame> meshFrameFromString(const std::string& text) {
+  if (text == "hemocell") return MeshFrame::hemocell;
+  if (text == "file") return MeshFrame::file;
+  return {};
+}
+
 std::optional<CellModel> defaultModel(const std::string& name) {
   // HemoCell's cell templates.
   if (name == "RBC") return CellModel{name, Construction::rbcFromSphere, 3.91, 600, 1.0, {}, {}};

@@ -23,6 +23,13 @@ std::optional<Construction> constructionFromString(const std::string& text);
 /// All of them.
 std::vector<std::string> constructionNames();
 
+/// How a mesh file without `<Cell>.xml` becomes a cell: by MESH_FROM_STL, or with the axes of the file.
+enum class MeshFrame { hemocell, file };
+
+/// `hemocell`, `file`.
+std::vector<std::string> meshFrameNames();
+std::optional<MeshFrame> meshFrameFromString(const std::string& text);
+
 /// What `<Cell>.xml` says about the shape of a cell.
 struct CellModel {
   std::string name;
@@ -60,6 +67,10 @@ CellModel readCellXml(const std::filesystem::path& file, const std::string& name
 /// @throws InputError when the STL cannot be read
 TriangleMesh buildTemplate(const CellModel& model, double dx);
 
+/// MESH_FROM_STL of a mesh that has its size already [µm]: its axes turned, (x, y, z) to (-y, -z, x),
+/// inflated, and centred on its bounding box.
+TriangleMesh meshFromStl(TriangleMesh mesh, double dx);
+
 /// The template with everything packing needs; closed form where HemoCell's construction has one, then at or
 /// outside the vertices of the template to within rounding and at most 2e-3 dx outside.
 /// @param warnings if given, receives the repairs an STL needed
@@ -74,9 +85,11 @@ std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMe
 /// @throws InputError when a length is not positive and finite
 std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3);
 
-/// Any closed mesh file, centred on its bounding box, times `scale` (its unit in µm). Repairs are appended to
-/// `warnings`.
+/// Any closed mesh file times `scale` (its unit in µm), turned and inflated as MESH_FROM_STL or not, centred
+/// on its bounding box. Repairs are appended to `warnings`.
+/// @param dx as in buildTemplate
 std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
+                                               MeshFrame frame, double dx,
                                                std::vector<std::string>& warnings);
 
 }  // namespace packmesh::hemocell

@@ -89,6 +89,20 @@ ProfileSurface ellipsoidAround(const TriangleMesh& mesh, const Vec3& semiAxes) {
   return ellipsoidProfile(axes.x(), axes.y(), axes.z());
 }
 
+/// The mesh of a file, repaired; what was repaired or is wrong is told in coordinates of the file.
+TriangleMesh readSound(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+  TriangleMesh mesh = readMesh(file);
+  const std::vector<std::string> repairs = repairClosed(mesh, file.string());
+  warnings.insert(warnings.end(), repairs.begin(), repairs.end());
+  return mesh;
+}
+
+/// HemoCell builds its template from the file as it is; what packing needs is repaired afterwards.
+std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name) {
+  repairClosed(built, name);
+  return std::make_shared<const Shape>(std::move(built));
+}
+
 }  // namespace
 
 std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMesh& mesh) {
@@ -107,12 +121,14 @@ std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMe
 
 std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx,
                                        std::vector<std::string>* warnings) {
+  if (model.construction == Construction::meshFromStl) {
+    std::vector<std::string> ignored;
+    readSound(model.stlFile, warnings ? *warnings : ignored);
+    return shapeFromStl(buildTemplate(model, dx), model.stlFile.string());
+  }
   TriangleMesh mesh = buildTemplate(model, dx);
-  if (const std::optional<ProfileSurface> surface = profileOf(model, mesh))
-    return std::make_shared<const Shape>(std::move(mesh), *surface);
-  const std::vector<std::string> repairs = repairClosed(mesh, model.stlFile.string());
-  if (warnings) warnings->insert(warnings->end(), repairs.begin(), repairs.end());
-  return std::make_shared<const Shape>(std::move(mesh));
+  const ProfileSurface surface = *profileOf(model, mesh);
+  return std::make_shared<const Shape>(std::move(mesh), surface);
 }
 
 std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
@@ -131,13 +147,17 @@ std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
 }
 
 std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
+                                               MeshFrame frame, double dx,
                                                std::vector<std::string>& warnings) {
   if (!std::isfinite(scale) || scale <= 0.0)
     throw InputError(
         fmt::format("{}: scale {}, expected the file's unit of length in µm", file.string(), scale));
-  TriangleMesh mesh = readMesh(file);
-  const std::vector<std::string> repairs = repairClosed(mesh, file.string());
-  warnings.insert(warnings.end(), repairs.begin(), repairs.end());
+  TriangleMesh mesh = readSound(file, warnings);
+  if (frame == MeshFrame::hemocell) {
+    mesh = readMesh(file);
+    for (Vec3& v : mesh.vertices) v *= scale;
+    return shapeFromStl(meshFromStl(std::move(mesh), dx), file.string());
+  }
   const Vec3 center = boundingBox(mesh).center();
   for (Vec3& v : mesh.vertices) v = scale * (v - center);
   return std::make_shared<const Shape>(std::move(mesh));

@@ -19,9 +19,10 @@ struct JobSpecies {
   enum class Template { model, mesh, ellipsoid };
   std::string name;
   Template kind = Template::model;
-  CellModel model;                    ///< model
-  std::filesystem::path meshFile;     ///< mesh
-  double meshScale = 1.0;             ///< mesh: µm per unit of the file
+  CellModel model;                 ///< model
+  std::filesystem::path meshFile;  ///< mesh
+  double meshScale = 1.0;          ///< mesh: µm per unit of the file
+  MeshFrame meshFrame = MeshFrame::hemocell;
   Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
   std::string origin;                 ///< "RBC.xml, RBC_FROM_SPHERE", for people
   bool redCell = false;

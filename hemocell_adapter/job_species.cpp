@@ -83,11 +83,15 @@ JobSpecies resolved(Job& job, const SpeciesRequest& request) {
     species.kind = JobSpecies::Template::mesh;
     species.meshFile = *request.meshFile;
     species.meshScale = request.meshScale.value_or(1.0);
-    species.origin = request.meshFile->filename().string();
+    species.meshFrame = request.meshFrame.value_or(MeshFrame::hemocell);
+    species.origin = fmt::format(
+        "{}, {}", request.meshFile->filename().string(),
+        species.meshFrame == MeshFrame::hemocell ? toString(Construction::meshFromStl) : "axes of the file");
     return species;
   }
-  if (request.meshScale) {
-    throw UsageError(fmt::format("cell '{}' has a mesh scale but no mesh file (--cell-mesh)", request.name));
+  if (request.meshScale || request.meshFrame) {
+    throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
+                                 request.meshScale ? "scale" : "frame"));
   }
   if (request.ellipsoidAxes) {
     species.kind = JobSpecies::Template::ellipsoid;

@@ -114,4 +114,16 @@ Lattice Lattice::eroded(int radius) const {
   return out;
 }
 
+Lattice Lattice::repeated(const std::array<int, 3>& margin) const {
+  std::array<int, 3> extended = nodes_;
+  for (int k = 0; k < 3; ++k) extended[k] += 2 * margin[k];
+  Lattice out(extended, dx_);
+  const auto wrapped = [&](int i, int k) { return (((i - margin[k]) % nodes_[k]) + nodes_[k]) % nodes_[k]; };
+  for (int k = 0; k < extended[2]; ++k)
+    for (int j = 0; j < extended[1]; ++j)
+      for (int i = 0; i < extended[0]; ++i)
+        out.setFluid(i, j, k, fluid(wrapped(i, 0), wrapped(j, 1), wrapped(k, 2)));
+  return out;
+}
+
 }  // namespace packmesh::hemocell

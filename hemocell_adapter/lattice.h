@@ -47,6 +47,9 @@ class Lattice {
   /// every axis (a cube). Nodes that do not exist are not solid.
   Lattice eroded(int radius) const;
 
+  /// The lattice with so many more nodes at both ends of each axis: those of its periodic images.
+  Lattice repeated(const std::array<int, 3>& margin) const;
+
   /// The flags of one row along x: node i is bit i % 64 of word i / 64.
   const std::uint64_t* row(int j, int k) const { return &words_[rowStart(j, k)]; }
   int wordsPerRow() const { return wordsPerRow_; }
@@ -71,11 +74,19 @@ struct VesselOnLattice {
 
 /// HemoCell's mapping from STL units to the .pos frame and its voxelisation.
 /// Pre: `stl` closed and outward (see repairClosed).
+/// @param asRead the mesh as it is in the file, if repairs changed it: HemoCell inflates and fills that one.
+/// It must
+///   be filled by parity (see below)
 /// @param dx [µm]
 /// @param refDir 0, 1, 2
 /// @param refDirN nodes along refDir
 /// @throws InputError when refDir or refDirN make no lattice or one of more than 2^31 nodes
-VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN);
+VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN,
+                            const TriangleMesh* asRead = nullptr);
+
+/// Whether every ray that meets no edge crosses the mesh an even number of times: an even number of triangles
+/// at every edge, however they are oriented.
+bool isFilledByParity(const TriangleMesh& mesh);
 
 /// Marks as fluid the nodes that lie inside or on a closed surface given in lattice units; leaves the others.
 /// Every ray along x crosses the surface an even number of times, also through edges and vertices.

@@ -9,6 +9,7 @@
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/periodic_wall.h"
 #include "hemocell_adapter/value_specs.h"
+#include "hemocell_adapter/voxel_lumen.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
@@ -28,9 +29,12 @@ bool hasWall(const std::string& walls, int axis) {
 /// hundredths of a micrometre on smooth walls.
 constexpr double vesselDetail = 0.5;
 
-TriangleMesh readClosed(const fs::path& file, const std::string& where, std::vector<std::string>& notices) {
+/// @param asRead if given, receives the mesh without repairs
+TriangleMesh readClosed(const fs::path& file, const std::string& where, std::vector<std::string>& notices,
+                        TriangleMesh* asRead = nullptr) {
   try {
     TriangleMesh mesh = readMesh(file);
+    if (asRead) *asRead = mesh;
     for (const std::string& repair : repairClosed(mesh, file.string())) notices.push_back(repair);
     return mesh;
   } catch (const InputError& error) {
@@ -140,6 +144,22 @@ Lumen domainBox(const Job& job) {
   return lumen;
 }
 
+/// A vessel whose surface does not tell where it is open: what HemoCell makes fluid of it.
+Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string> notices) {
+  Lumen lumen;
+  lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
+  lumen.container = makeVoxelLumen(lumen.lattice, periodic);
+  lumen.note = fmt::format(
+      "the STL has no flat ends across x, so that the lumen is HemoCell's fluid nodes, and the hematocrit a "
+      "share of "
+      "their volume; the STL encloses {:.6g} µm³",
+      signedVolume(vessel.surface));
+  lumen.notices = std::move(notices);
+  lumen.periodic = periodic;
+  lumen.acceptedOnly = true;
+  return lumen;
+}
+
 /// A case with an STL: the vessel as HemoCell places it, open along x.
 Lumen vesselLumen(const Job& job) {
   const Domain& domain = job.config->domain;
@@ -164,9 +184,13 @@ Lumen vesselLumen(const Job& job) {
           fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
     }
   };
-  TriangleMesh stl = readClosed(*domain.geometry, domain.geometryWhere, lumen.notices);
-  VesselOnLattice vessel =
-      located([&] { return placeVessel(std::move(stl), domain.dx, domain.refDir, domain.refDirN); });
+  TriangleMesh asRead;
+  TriangleMesh stl = readClosed(*domain.geometry, domain.geometryWhere, lumen.notices, &asRead);
+  const bool repaired = !lumen.notices.empty() && isFilledByParity(asRead);
+  VesselOnLattice vessel = located([&] {
+    return placeVessel(std::move(stl), domain.dx, domain.refDir, domain.refDirN,
+                       repaired ? &asRead : nullptr);
+  });
   if (!lumen.notices.empty()) {
     lumen.notices.push_back(
         fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));
@@ -189,6 +213,8 @@ Lumen vesselLumen(const Job& job) {
     vessel.surface = std::move(inlet.surface);
     vessel.lattice = std::move(inlet.lattice);
   }
+  if (!job.preInlet && !hasFlatEnds(vessel.surface, ends.axis))
+    return voxelLumen(std::move(vessel), job.periodicEnds.value_or(false), std::move(lumen.notices));
   ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
   ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
   ends.periodic = job.periodicEnds.value_or(false);
@@ -246,8 +272,44 @@ void requireInside(const Container& container, const Lattice& lattice) {
   }
 }
 
-/// Lattice of a lumen that the XML does not give: nodes inside the lumen are fluid.
+/// The nodes of a lattice in a box [µm], first and last on each axis.
+std::array<std::array<int, 2>, 3> nodesIn(const Lattice& lattice, const Box& box) {
+  std::array<std::array<int, 2>, 3> range;
+  for (int k = 0; k < 3; ++k) {
+    const double last = lattice.nodes()[k] - 1.0;
+    range[k] = {int(std::clamp(std::ceil(box.lo[k] / lattice.dx()), 0.0, last + 1.0)),
+                int(std::clamp(std::floor(box.hi[k] / lattice.dx()), -1.0, last))};
+  }
+  return range;
+}
+
+/// Calls found(first, last, j, k, distance) for runs of nodes of `box` along x that lie on the same side of a
+/// wall which is moved by `shift` [µm]; `distance` is that of the first, and none of the others is nearer to
+/// the wall than `rounding` [µm].
+template <class Found>
+void forEachRun(const Lattice& lattice, const Box& box, const Wall& wall, const Vec3& shift, double rounding,
+                Found found) {
+  const auto range = nodesIn(lattice, box);
+  const double dx = lattice.dx();
+  for (int k = range[2][0]; k <= range[2][1]; ++k) {
+    for (int j = range[1][0]; j <= range[1][1]; ++j) {
+      for (int i = range[0][0]; i <= range[0][1];) {
+        // All nodes up to the wall are like this one.
+        constexpr double sure = 0.95;
+        const double distance = wall.distance(dx * Vec3(i, j, k) - shift).distance;
+        const double reach = sure * (std::abs(distance) - wall.slack() - rounding) / dx;
+        const int last = i + static_cast<int>(std::clamp(reach, 0.0, double(range[0][1] - i)));
+        found(i, last, j, k, distance);
+        i = last + 1;
+      }
+    }
+  }
+}
+
+/// Lattice of a lumen that the XML does not give: nodes inside the lumen or on its wall are fluid, nodes in
+/// obstacles or on them are solid, as cases build them ("<=").
 std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& container,
+                                         const std::vector<std::shared_ptr<const Container>>& obstacles,
                                          std::vector<std::string>& notices) {
   const double dx = job.dx;
   Vec3 nodes;
@@ -278,21 +340,20 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
   }
   auto lattice = std::make_shared<Lattice>(n, dx);
   requireInside(container, *lattice);
-  const Wall* wall = container.wall();
-  if (!wall) return lattice;
-  for (int k = 0; k < n[2]; ++k) {
-    for (int j = 0; j < n[1]; ++j) {
-      for (int i = 0; i < n[0];) {
-        // All nodes up to the wall are like this one.
-        constexpr double sure = 0.95;
-        const double distance = wall->distance(dx * Vec3(i, j, k)).distance;
-        const double reach = std::clamp(sure * (std::abs(distance) - wall->slack()) / dx, 0.0, double(n[0]));
-        const int last = i + static_cast<int>(reach);
-        lattice->setFluid(i, last, j, k, distance >= 0);
-        i = last + 1;
-      }
+  if (const Wall* wall = container.wall())
+    forEachRun(*lattice, lattice->keptRegion(), *wall, Vec3::Zero(), 0.0,
+               [&](int first, int last, int j, int k, double distance) {
+                 lattice->setFluid(first, last, j, k, distance >= 0);
+               });
+  const double rounding = 1e-6 * dx;
+  for (const auto& obstacle : obstacles)
+    for (const Vec3& shift : periodicShifts(container.period())) {
+      const Box box = Box{obstacle->bounds().lo + shift, obstacle->bounds().hi + shift}.grownBy(rounding);
+      forEachRun(*lattice, box, *obstacle->wall(), shift, rounding,
+                 [&](int first, int last, int j, int k, double distance) {
+                   if (distance >= -rounding) lattice->setFluid(first, last, j, k, false);
+                 });
     }
-  }
   return lattice;
 }
 
@@ -309,15 +370,18 @@ Lumen ownLumen(const Job& job) {
         "{}: <container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>",
         job.config->file.string()));
   }
+  const std::shared_ptr<const Container> outer = lumen.container;
+  std::vector<std::shared_ptr<const Container>> solids;
   if (!job.container->obstacles.empty()) {
     std::vector<Obstacle> obstacles;
     for (const SolidRequest& solid : job.container->obstacles) {
-      obstacles.push_back({makeSolid(solid, {false, false, false}, lumen.notices)->surface(), solid.where});
+      solids.push_back(makeSolid(solid, {false, false, false}, lumen.notices));
+      obstacles.push_back({solids.back()->surface(), solid.where});
     }
-    lumen.container = subtractObstacles(lumen.container, std::move(obstacles));
+    lumen.container = subtractObstacles(outer, std::move(obstacles));
   }
   if (job.config) {
-    lumen.lattice = latticeOf(job, *lumen.container, lumen.notices);
+    lumen.lattice = latticeOf(job, *outer, solids, lumen.notices);
     lumen.acceptedOnly = true;
   }
   return lumen;

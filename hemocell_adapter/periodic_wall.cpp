@@ -56,22 +56,12 @@ std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Conta
   }
   // Enough repeated nodes on both sides that no vertex meets the faces of the lattice.
   const double dx = lattice->dx();
-  const std::array<int, 3> nodes = lattice->nodes();
-  std::array<int, 3> extended = nodes, margin{};
+  std::array<int, 3> margin{};
   for (int k = 0; k < 3; ++k) {
     if (period[k] > 0)
       margin[k] = int(std::ceil((reach + minimumDistanceFromSolid + 2 * wallClearance) / dx)) + 2;
-    extended[k] += 2 * margin[k];
   }
-  auto repeated = std::make_shared<Lattice>(extended, dx);
-  const auto wrapped = [&](int i, int k) { return (((i - margin[k]) % nodes[k]) + nodes[k]) % nodes[k]; };
-  for (int k = 0; k < extended[2]; ++k) {
-    for (int j = 0; j < extended[1]; ++j) {
-      for (int i = 0; i < extended[0]; ++i) {
-        repeated->setFluid(i, j, k, lattice->fluid(wrapped(i, 0), wrapped(j, 1), wrapped(k, 2)));
-      }
-    }
-  }
+  auto repeated = std::make_shared<Lattice>(lattice->repeated(margin));
   const Vec3 shift = dx * Vec3(margin[0], margin[1], margin[2]);
   if (wall) walls->inFrame = std::make_unique<MovedWall>(wall, shift);
   walls->accepted =

@@ -84,7 +84,21 @@ void fillInside(Lattice& lattice, const TriangleMesh& surface) {
   }
 }
 
-VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN) {
+bool isFilledByParity(const TriangleMesh& mesh) {
+  std::vector<std::pair<int, int>> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t from = 0, to = 0; from < edges.size(); from = to) {
+    for (to = from; to < edges.size() && edges[to] == edges[from];) ++to;
+    if ((to - from) % 2 != 0) return false;
+  }
+  return true;
+}
+
+VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN,
+                            const TriangleMesh* asRead) {
   if (refDir < 0 || refDir > 2)
     throw InputError(fmt::format("<refDir> {}, expected 0, 1 or 2 (x, y or z)", refDir));
   if (refDirN < 1) throw InputError(fmt::format("<refDirN> {}, expected at least one node", refDirN));
@@ -93,10 +107,18 @@ VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN
     throw InputError("the vessel has no extent on some axis, so it makes no lattice");
 
   const double scale = refDirN / box.size()[refDir];
+  const auto toLattice = [&](TriangleMesh& mesh) {
+    for (Vec3& v : mesh.vertices) v = ((v - box.lo) * scale).array() + 1.0;
+  };
+  toLattice(stl);
+  TriangleMesh inflated = asRead ? *asRead : stl;
+  if (asRead) toLattice(inflated);
+  inflate(inflated, inflation);
+  const Vec3 extent = boundingBox(inflated).size();
   std::array<int, 3> nodes;
   double count = 1.0;
   for (int k = 0; k < 3; ++k) {
-    const double n = std::floor(box.size()[k] * scale + 2.0 * inflation) + extraNodes;
+    const double n = std::floor(extent[k]) + extraNodes;
     count *= n;
     if (!(count <= mostNodes))
       throw InputError(
@@ -106,12 +128,9 @@ VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN
     nodes[k] = static_cast<int>(n);
   }
 
-  for (Vec3& v : stl.vertices) v = ((v - box.lo) * scale).array() + 1.0;
   VesselOnLattice vessel{std::move(stl), Lattice(nodes, dx), nodes[0] * dx};
   for (int k = 0; k < nodes[2]; ++k)
     for (int j = 0; j < nodes[1]; ++j) vessel.lattice.setFluid(0, nodes[0] - 1, j, k, false);
-  TriangleMesh inflated = vessel.surface;
-  inflate(inflated, inflation);
   fillInside(vessel.lattice, inflated);
   openEnds(vessel.lattice);
   for (Vec3& v : vessel.surface.vertices) v *= dx;

@@ -22,7 +22,7 @@ std::shared_ptr<const Shape> shapeOf(const JobSpecies& species, double dx,
       case JobSpecies::Template::model:
         return makeShape(species.model, dx, &warnings);
       case JobSpecies::Template::mesh:
-        return makeShapeFromFile(species.meshFile, species.meshScale, warnings);
+        return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, warnings);
       case JobSpecies::Template::ellipsoid:
         return makeEllipsoid(species.ellipsoidAxes.x(), species.ellipsoidAxes.y(), species.ellipsoidAxes.z());
     }

@@ -23,7 +23,8 @@ struct SpeciesRequest {
   std::optional<Construction> construction;
   std::optional<int> minimumDistanceFromSolid;  ///< [µm] as in setInitialMinimumDistanceFromSolid
   std::optional<std::filesystem::path> meshFile;
-  std::optional<double> meshScale;    ///< µm per unit of the mesh file
+  std::optional<double> meshScale;  ///< µm per unit of the mesh file
+  std::optional<MeshFrame> meshFrame;
   std::optional<Vec3> ellipsoidAxes;  ///< full lengths [µm]
   std::optional<bool> redCell;        ///< whether its volume counts as hematocrit
   std::optional<std::int64_t> stock;  ///< cells beyond those asked for, to fill gaps with when escaping

@@ -71,6 +71,7 @@ std::vector<Setting> cellSettings() {
          if (species.meshFile) {  // that of config.xml, with its scale
            species.meshFile.reset();
            species.meshScale.reset();
+           species.meshFrame.reset();
          }
          species.ellipsoidAxes = Vec3(real(v[2]), real(v[3]), real(v[4]));
        }},
@@ -99,6 +100,18 @@ std::vector<Setting> cellSettings() {
        Topic::cells,
        false,
        [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); }},
+      {"mesh-frame",
+       0,
+       "",
+       false,
+       {name(), meshFrames()},
+       "hemocell",
+       "axes of that cell's mesh: turned and inflated as HemoCell's MESH_FROM_STL does, or as in the file",
+       Topic::cells,
+       false,
+       [](Settings& s, const Values& v) {
+         speciesNamed(s, text(v[0])).meshFrame = meshFrameFromString(text(v[1]));
+       }},
       {"rbc-volume",
        0,
        "redCellVolume",

@@ -100,18 +100,21 @@ Vec3 oblate(const Vec3& p, double radius, double aspectRatio) {
   return radius * Vec3(p.x(), p.y(), std::copysign(aspectRatio * std::sqrt(1.0 - r2), p.z()));
 }
 
-void centerOnBoundingBox(TriangleMesh& mesh) {
-  const Vec3 center = boundingBox(mesh).center();
-  for (Vec3& v : mesh.vertices) v -= center;
-}
-
+/// The STL with its largest extent twice the radius.
 TriangleMesh scaledStl(const CellModel& model) {
   TriangleMesh mesh = readMesh(model.stlFile);
   const double extent = boundingBox(mesh).size().maxCoeff();
   if (!(extent > 0.0) || !std::isfinite(extent))
     throw MeshError(model.stlFile.string() + ": the mesh of " + model.name + " has no extent");
   const double scale = 2.0 * model.radius / extent;
-  for (Vec3& v : mesh.vertices) v = turned(scale * v);
+  for (Vec3& v : mesh.vertices) v *= scale;
+  return mesh;
+}
+
+TriangleMesh inflatedAndCentred(TriangleMesh mesh, double dx) {
+  if (dx > 0.0) inflate(mesh, inflation * dx);
+  const Vec3 center = boundingBox(mesh).center();
+  for (Vec3& v : mesh.vertices) v -= center;
   return mesh;
 }
 
@@ -133,12 +136,14 @@ TriangleMesh buildTemplate(const CellModel& model, double dx) {
       for (Vec3& v : mesh.vertices) v *= model.radius;
       break;
     case Construction::meshFromStl:
-      mesh = scaledStl(model);
-      break;
+      return meshFromStl(scaledStl(model), dx);
   }
-  if (dx > 0.0) inflate(mesh, inflation * dx);
-  centerOnBoundingBox(mesh);
-  return mesh;
+  return inflatedAndCentred(std::move(mesh), dx);
+}
+
+TriangleMesh meshFromStl(TriangleMesh mesh, double dx) {
+  for (Vec3& v : mesh.vertices) v = turned(v);
+  return inflatedAndCentred(std::move(mesh), dx);
 }
 
 }  // namespace packmesh::hemocell

@@ -100,6 +100,9 @@ inline ValueSpec seed() {
 inline ValueSpec distanceFromSolid() {
   return integer("d", "µm", 0, 1000);
 }
+inline ValueSpec meshFrames() {
+  return choice("frame", meshFrameNames());
+}
 inline ValueSpec constructions() {
   return choice("kind", constructionNames());
 }

@@ -241,6 +241,32 @@ void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int cou
   }
 }
 
+std::optional<VoxelDistance::SampleRows> VoxelDistance::rowsOf(const NodeBlock& block) const {
+  constexpr double rounding = 1e-6, most = 1e9;
+  const auto isWhole = [](double x) { return std::abs(x) < most && std::abs(x - std::round(x)) < rounding; };
+  const double perLength = 2.0 / dx_;
+  const Vec3 first = perLength * block.origin + Vec3::Ones();
+  if (!isWhole(first.x()) || !isWhole(first.y()) || !isWhole(first.z()) ||
+      !isWhole(perLength * block.spacing))
+    return {};
+  const auto whole = [](double x) { return static_cast<int>(std::lround(x)); };
+  return SampleRows{{whole(first.x()), whole(first.y()), whole(first.z())}, whole(perLength * block.spacing)};
+}
+
+void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
+  const std::optional<SampleRows> rows = rowsOf(block);
+  const int n = block.nodes[0];
+  for (int k = 0; k < block.nodes[2]; ++k)
+    for (int j = 0; j < block.nodes[1]; ++j, distances += n) {
+      std::fill(distances, distances + n, std::numeric_limits<float>::quiet_NaN());
+      if (rows)
+        atSamples({rows->first[0], rows->first[1] + rows->step * j, rows->first[2] + rows->step * k},
+                  rows->step, n, distances);
+      for (int i = 0; i < n; ++i)
+        if (std::isnan(distances[i])) distances[i] = static_cast<float>(at(block.position(i, j, k)).distance);
+    }
+}
+
 WallDistance VoxelDistance::far(const Vec3& w) const {
   if (transform_.empty()) transform_ = voxelTransform(inside_, step_, samples_);
   int cell[3];

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "hemocell_adapter/lattice.h"
@@ -33,6 +34,18 @@ class VoxelDistance {
   /// corner of the lattice [µm]: exact where they are no further than fineReach from the boundary, elsewhere,
   /// and beyond the lattice, NaN.
   void atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const;
+
+  /// Samples of a block (see atSamples): where its rows along x begin, and the step.
+  struct SampleRows {
+    std::array<int, 3> first;
+    int step;
+  };
+  /// Nothing when the nodes of the block are not at whole multiples of half nodes.
+  std::optional<SampleRows> rowsOf(const NodeBlock& block) const;
+
+  /// Distances at the nodes of a block, x fastest: those of atSamples where they are known, else those of
+  /// at().
+  void sample(const NodeBlock& block, float* distances) const;
 
   /// How much a distance may exceed the true one [µm]: interpolation next to a corner of a cube.
   double slack() const { return nearError * dx_; }

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <limits>
+#include <optional>
 
+#include "packMesh/container/region.h"
+#include "packMesh/container/vessel.h"
 #include "packMesh/error.h"
 #include "packMesh/geometry/mesh_intersection.h"
 #include "packMesh/shape/distance_grid.h"
@@ -88,16 +91,9 @@ const char* objectionOf(MeshRelation relation) {
 
 class ObstacleWall : public Wall {
  public:
-  ObstacleWall(const Wall* outer, const Vec3& period, std::vector<Obstacle> obstacles) : outer_(outer) {
+  ObstacleWall(const Wall* outer, const Vec3& period, std::vector<Obstacle> obstacles)
+      : outer_(outer), shifts_(periodicShifts(period)) {
     for (Obstacle& obstacle : obstacles) bodies_.emplace_back(std::move(obstacle));
-    const auto steps = [&](int k) {
-      return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0};
-    };
-    for (const int i : steps(0)) {
-      for (const int j : steps(1)) {
-        for (const int k : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(i, j, k)));
-      }
-    }
     for (const Body& body : bodies_) slack_ = std::max(slack_, body.grid.interpolationError());
     if (outer_) slack_ = std::max(slack_, outer_->slack());
   }
@@ -148,13 +144,25 @@ class ObstacleWall : public Wall {
   double slack_ = 0.0;
 };
 
+/// A body on its own, for volumes.
+std::shared_ptr<const Container> solidOf(const Body& body) {
+  return makeVessel(body.hierarchy.mesh(), std::nullopt, body.spacing);
+}
+
+/// Whether a triangle of one body lies wholly in another one, which is moved by `shift`.
+bool liesIn(const TriangleMesh& mesh, const Triangle& t, const MeshHierarchy& other, const Vec3& shift) {
+  const Placement moved{Mat3::Identity(), shift};
+  for (const int v : t)
+    if (!isInside(mesh.vertices[v], other, moved)) return false;
+  const MeshHierarchy one({{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, {{0, 1, 2}}});
+  return surfaceGap(one, Placement(), other, moved, std::numeric_limits<double>::min()) > 0.0;
+}
+
 class ContainerWithObstacles : public Container {
  public:
   ContainerWithObstacles(std::shared_ptr<const Container> outer, std::vector<Obstacle> obstacles)
       : outer_(std::move(outer)), wall_(outer_->wall(), outer_->period(), std::move(obstacles)) {
-    refuseMeeting();
-    volume_ = outer_->volume();
-    for (const Body& body : wall_.bodies()) volume_ -= occupied(body);
+    volume_ = areApart() && areCutByBounds() ? volumeBesideApart() : volumeBesideUnion();
     if (!(volume_ > 0)) throw InputError("the obstacles leave no lumen");
   }
 
@@ -170,8 +178,12 @@ class ContainerWithObstacles : public Container {
 
   TriangleMesh surface() const override {
     TriangleMesh all = outer_->surface();
+    const MeshHierarchy outer(all);
+    removeHidden(all, nullptr);
     for (const Body& body : wall_.bodies()) {
       TriangleMesh inner = body.hierarchy.mesh();
+      removeHidden(inner, &body);
+      removeOutside(inner, outer);
       flip(inner);
       const int first = int(all.vertices.size());
       all.vertices.insert(all.vertices.end(), inner.vertices.begin(), inner.vertices.end());
@@ -181,29 +193,96 @@ class ContainerWithObstacles : public Container {
   }
 
  private:
-  /// Volume that a body, with its periodic images, takes from the lumen.
+  /// Volume that a body, with its periodic images, takes from the bounds of the lumen.
   double occupied(const Body& body) const {
     const Box bounds = outer_->bounds();
     double volume = 0.0;
     for (const Vec3& shift : wall_.shifts())
       volume += volumeInside(body.hierarchy.mesh(), {bounds.lo - shift, bounds.hi - shift});
-    if (!(volume > 0)) throw InputError(body.name + ": the obstacle lies outside the lumen");
     return volume;
   }
 
-  void refuseMeeting() const {
+  [[noreturn]] static void refuseOutside(const Body& body) {
+    throw InputError(body.name + ": the obstacle lies outside the lumen");
+  }
+
+  double volumeBesideApart() const {
+    double volume = outer_->volume();
+    for (const Body& body : wall_.bodies()) {
+      const double taken = occupied(body);
+      if (!(taken > 0)) refuseOutside(body);
+      volume -= taken;
+    }
+    return volume;
+  }
+
+  double volumeBesideUnion() const {
+    std::vector<std::shared_ptr<const Container>> solids;
+    const auto region = [&](std::shared_ptr<const Container> inside,
+                            std::vector<std::shared_ptr<const Container>> outside) {
+      return volumeInLumen({std::move(inside), std::move(outside), outer_->bounds(), outer_->period()},
+                           *outer_);
+    };
+    for (const Body& body : wall_.bodies()) {
+      solids.push_back(solidOf(body));
+      if (!(occupied(body) > 0) || !(region(solids.back(), {}) > 0)) refuseOutside(body);
+    }
+    // A vessel may be longer than its volume tells: what is measured is what the obstacles take.
+    return outer_->volume() - (region(nullptr, {}) - region(nullptr, solids));
+  }
+
+  bool areApart() const {
     const std::vector<Body>& all = wall_.bodies();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      for (std::size_t j = i; j < all.size(); ++j) {
-        for (const Vec3& shift : wall_.shifts()) {
-          if (i == j && shift.isZero()) continue;
-          if (relate(all[i].hierarchy, Placement{}, all[j].hierarchy, {Mat3::Identity(), shift}).relation !=
-              MeshRelation::apart) {
-            throw InputError(all[j].name + ": meets " + (i == j ? "its own periodic image" : all[i].name) +
-                             "; make one body of them");
-          }
-        }
+    for (std::size_t i = 0; i < all.size(); ++i)
+      for (std::size_t j = i; j < all.size(); ++j)
+        for (const Vec3& shift : wall_.shifts())
+          if (!(i == j && shift.isZero()) &&
+              relate(all[i].hierarchy, Placement{}, all[j].hierarchy, {Mat3::Identity(), shift}).relation !=
+                  MeshRelation::apart)
+            return false;
+    return true;
+  }
+
+  /// Whether no more than the bounds of the lumen cuts bodies: it is a box, or they are wholly inside.
+  bool areCutByBounds() const {
+    constexpr double rounding = 1e-12;
+    if (!outer_->wall() || std::abs(outer_->volume() / outer_->bounds().volume() - 1.0) < rounding)
+      return true;
+    return std::none_of(wall_.bodies().begin(), wall_.bodies().end(), [&](const Body& body) {
+      return outer_->wall()->examine({body.hierarchy, Placement()}, 0.0).objection.has_value();
+    });
+  }
+
+  /// Takes out the triangles that lie wholly in a body other than `own`, or in an image of any.
+  void removeHidden(TriangleMesh& mesh, const Body* own) const {
+    const std::vector<Triangle> given = std::move(mesh.triangles);
+    mesh.triangles.clear();
+    for (const Triangle& t : given) {
+      Box box;
+      for (const int v : t) box.add(mesh.vertices[v]);
+      bool hidden = false;
+      for (const Body& body : wall_.bodies())
+        for (const Vec3& shift : wall_.shifts())
+          hidden = hidden || (!(&body == own && shift.isZero()) &&
+                              box.meets({body.box.lo + shift, body.box.hi + shift}) &&
+                              liesIn(mesh, t, body.hierarchy, shift));
+      if (!hidden) mesh.triangles.push_back(t);
+    }
+  }
+
+  /// Takes out the triangles of a body that lie wholly outside the lumen, in all of its images.
+  void removeOutside(TriangleMesh& mesh, const MeshHierarchy& outer) const {
+    const std::vector<Triangle> given = std::move(mesh.triangles);
+    mesh.triangles.clear();
+    for (const Triangle& t : given) {
+      const MeshHierarchy one({{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]}, {{0, 1, 2}}});
+      bool within = false;
+      for (const Vec3& shift : wall_.shifts()) {
+        const Placement moved{Mat3::Identity(), shift};
+        within = within || isInside(mesh.vertices[t[0]], outer, moved) ||
+                 surfaceGap(one, Placement(), outer, moved, std::numeric_limits<double>::min()) == 0.0;
       }
+      if (within) mesh.triangles.push_back(t);
     }
   }
 
@@ -217,6 +296,17 @@ class ContainerWithObstacles : public Container {
 std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
                                                    std::vector<Obstacle> obstacles) {
   return std::make_shared<ContainerWithObstacles>(std::move(outer), std::move(obstacles));
+}
+
+std::vector<Vec3> periodicShifts(const Vec3& period) {
+  const auto steps = [&](int k) { return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0}; };
+  std::vector<Vec3> shifts;
+  for (const int i : steps(0)) {
+    for (const int j : steps(1)) {
+      for (const int k : steps(2)) shifts.push_back(period.cwiseProduct(Vec3(i, j, k)));
+    }
+  }
+  return shifts;
 }
 
 double volumeInside(const TriangleMesh& mesh, const Box& box) {

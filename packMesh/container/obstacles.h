@@ -16,10 +16,19 @@ struct Obstacle {
   std::string name;
 };
 
-/// `outer` without the obstacles. They may stick out of it; along periodic axes they repeat.
-/// @throws InputError when an obstacle lies outside `outer`, two of them meet, or nothing is left
+/// `outer` without the union of the obstacles. They may overlap one another and stick out of it; along
+/// periodic axes they repeat.
+///
+/// The volume is exact where the obstacles are apart and `outer` is a box or holds them wholly; otherwise it
+/// is that of volumeInLumen(). surface() is what bounds the rest: where two surfaces cross, triangles reach
+/// into the other body.
+/// @throws InputError when an obstacle lies outside `outer`, or nothing is left
 std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
                                                    std::vector<Obstacle> obstacles);
+
+/// By how much the nearest images of what repeats with this period are moved, in every combination of axes;
+/// zero is one of them.
+std::vector<Vec3> periodicShifts(const Vec3& period);
 
 /// Volume of the part of a closed mesh that lies in `box` [µm³]: by the divergence theorem on triangles
 /// clipped to the sides of the box, exact up to rounding.

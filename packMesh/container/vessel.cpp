@@ -3,17 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include "packMesh/container/surface_wall.h"
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/error.h"
 #include "packMesh/geometry/closest_point.h"
-#include "packMesh/geometry/mesh_hierarchy.h"
 #include "packMesh/geometry/mesh_intersection.h"
 #include "packMesh/geometry/signed_distances.h"
 #include "packMesh/geometry/vector_text.h"
-#include "packMesh/tolerances.h"
 
 namespace packmesh {
 namespace {
@@ -32,8 +32,8 @@ class Vessel final : public Container, public Wall {
       : volume_(volume),
         ends_(ends),
         detail_(detail),
-        wall_(wall),
-        wallBox_(boundingBox(wall)),
+        wall_(wall, ends ? ends->axis : 0, ends ? ends->lo : 0.0,
+              ends && ends->periodic ? ends->hi - ends->lo : 0.0),
         closed_(closed),
         bounds_(boundingBox(closed)),
         distances_(periodic() ? withImages(wall, ends_->axis, ends_->lo, ends_->hi, imageReach) : wall) {
@@ -88,7 +88,7 @@ class Vessel final : public Container, public Wall {
     if (ends_) {
       std::vector<double>& x = at[ends_->axis];
       const double period = ends_->periodic ? ends_->hi - ends_->lo : 0.0;
-      const double shift = ends_->periodic ? period * imageOf(0.5 * (x.front() + x.back())) : 0.0;
+      const double shift = ends_->periodic ? period * wall_.imageOf(0.5 * (x.front() + x.back())) : 0.0;
       for (double& v : x) v -= shift;
       along = x;
       if (!ends_->periodic)
@@ -107,42 +107,22 @@ class Vessel final : public Container, public Wall {
   }
 
   WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
-    const auto objectionThat = [](const char* what) {
-      WallVerdict verdict;
-      verdict.objection = what;
-      return verdict;
-    };
-    double nearest = gapOfInterest;
-    Box box;
-    for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
+    double toEnds = gapOfInterest;
     if (ends_ && !ends_->periodic) {
-      const double toEnds = std::min(box.lo[ends_->axis] - ends_->lo, ends_->hi - box.hi[ends_->axis]);
-      if (!(toEnds > 0.0)) return objectionThat("meets an end of the vessel");
-      nearest = std::min(nearest, toEnds);
-    }
-    // A mesh may reach beyond the ends it repeats between: hence one image more on either side.
-    const Box reach = box.grownBy(gapOfInterest);
-    const int first = imageOf(reach.lo) - periodic(), last = imageOf(reach.hi) + periodic();
-    for (int image = first; image <= last; ++image) {
-      const Placement moved{Mat3::Identity(), shifted(Vec3::Zero(), image)};
-      if (!reach.grownBy(tolerance::culling)
-               .meets({shifted(wallBox_.lo, image), shifted(wallBox_.hi, image)}))
-        continue;
-      const double gap = surfaceGap(cell.hierarchy, cell.placement, wall_, moved, nearest);
-      if (gap == 0.0) return objectionThat("meets the wall");
-      nearest = std::min(nearest, gap);
-    }
-    for (const int v : cell.hierarchy.tree().samples)
-      if (!contains(cell.vertex(v))) return objectionThat("is outside the lumen");
-    for (int image = first; image <= last; ++image)
-      for (const int v : wall_.tree().samples) {
-        const Vec3 sample = shifted(wall_.mesh().vertices[v], image);
-        if (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement))
-          return objectionThat("encloses a part of the wall");
+      double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+      for (std::size_t i = 0; i < cell.vertexCount(); ++i) {
+        const double x = cell.vertex(i)[ends_->axis];
+        lo = std::min(lo, x);
+        hi = std::max(hi, x);
       }
-    WallVerdict verdict;
-    if (nearest < gapOfInterest) verdict.gap = nearest;
-    return verdict;
+      toEnds = std::min(lo - ends_->lo, ends_->hi - hi);
+      if (!(toEnds > 0.0)) {
+        WallVerdict verdict;
+        verdict.objection = "meets an end of the vessel";
+        return verdict;
+      }
+    }
+    return wall_.examine(cell, gapOfInterest, toEnds, [&](const Vec3& p) { return contains(p); });
   }
 
  private:
@@ -163,25 +143,15 @@ class Vessel final : public Container, public Wall {
 
   bool periodic() const { return ends_ && ends_->periodic; }
 
-  /// The image of the vessel that p is in along its axis; 0 when it is not periodic.
-  int imageOf(const Vec3& p) const { return periodic() ? imageOf(p[ends_->axis]) : 0; }
-  /// Pre: periodic.
-  int imageOf(double x) const {
-    return static_cast<int>(std::floor((x - ends_->lo) / (ends_->hi - ends_->lo)));
+  bool contains(const Vec3& p) const {
+    const int image = periodic() ? wall_.imageOf(p[ends_->axis]) : 0;
+    return isInside(wall_.shifted(p, -image), closed_, Placement());
   }
-
-  Vec3 shifted(Vec3 p, int image) const {
-    if (image != 0) p[ends_->axis] += image * (ends_->hi - ends_->lo);
-    return p;
-  }
-
-  bool contains(const Vec3& p) const { return isInside(shifted(p, -imageOf(p)), closed_, Placement()); }
 
   double volume_;
   std::optional<VesselEnds> ends_;
   double detail_;
-  MeshHierarchy wall_;  ///< what cells must not meet: no caps where there are ends
-  Box wallBox_;
+  SurfaceWall wall_;      ///< no caps where there are ends
   MeshHierarchy closed_;  ///< the lumen, closed at its ends
   Box bounds_;
   SignedDistances distances_;  ///< to the wall and its continuation or images

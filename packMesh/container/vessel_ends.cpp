@@ -38,7 +38,10 @@ std::pair<double, Eigen::Vector2d> furthest(const std::vector<Segment>& from,
 
 }  // namespace
 
-OpenedVessel openVessel(const TriangleMesh& surface, int axis) {
+namespace {
+
+/// The vessel taken apart; ends without a cap have none.
+OpenedVessel takenApart(const TriangleMesh& surface, int axis) {
   const Box box = boundingBox(surface);
   const double near = tolerance::flatCapFraction * box.size().norm();
   OpenedVessel out;
@@ -59,6 +62,18 @@ OpenedVessel openVessel(const TriangleMesh& surface, int axis) {
     else
       out.mesh.triangles.push_back(t);
   }
+  return out;
+}
+
+}  // namespace
+
+bool hasFlatEnds(const TriangleMesh& surface, int axis) {
+  const OpenedVessel opened = takenApart(surface, axis);
+  return !opened.caps[0].empty() && !opened.caps[1].empty();
+}
+
+OpenedVessel openVessel(const TriangleMesh& surface, int axis) {
+  OpenedVessel out = takenApart(surface, axis);
   for (int end = 0; end < 2; ++end)
     if (out.caps[end].empty())
       throw MeshError("the vessel has no flat end across " + std::string(axisName[axis]) + " at " +

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <optional>
 
 #include "packMesh/error.h"
+#include "packMesh/geometry/flat_triangles.h"
 #include "packMesh/geometry/merge_vertices.h"
 #include "packMesh/geometry/self_intersection.h"
 #include "packMesh/geometry/vector_text.h"
@@ -75,15 +77,16 @@ std::size_t removeCollapsed(TriangleMesh& mesh) {
   return before - mesh.triangles.size();
 }
 
-/// Joins vertices on open edges that differ by rounding only, if no open edge is left then and nothing else
-/// comes to harm. Returns the number of vertices joined.
-std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults) {
+/// Joins vertices on open edges that differ by rounding only, if no open edge is left then and no triangle is
+/// so small that it collapses. Returns the number of vertices joined.
+std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double medianEdge) {
   std::vector<int> rim = faults.openVertices;
   std::sort(rim.begin(), rim.end());
   rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
   std::vector<Vec3> points;
   for (const int v : rim) points.push_back(mesh.vertices[v]);
-  const double reach = tolerance::crackFraction * boundingBox(mesh).size().norm();
+  const double reach = std::min(tolerance::crackFraction * boundingBox(mesh).size().norm(),
+                                tolerance::crackEdgeFraction * medianEdge);
   const std::vector<int> first = firstOfNearVertices(points, reach);
   std::vector<int> target(mesh.vertices.size());
   std::iota(target.begin(), target.end(), 0);
@@ -96,12 +99,49 @@ std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults) {
   TriangleMesh closed = mesh;
   for (Triangle& t : closed.triangles)
     for (int& v : t) v = target[v];
-  removeCollapsed(closed);
+  if (removeCollapsed(closed) > 0) return 0;
   const EdgeFaults left = findEdgeFaults(sortedSides(closed));
   if (left.open > 0 || left.crowded > 0) return 0;
   removeUnusedVertices(closed);
   mesh = std::move(closed);
   return joined;
+}
+
+/// How long edges are.
+struct EdgeLengths {
+  double median = 0.0;           ///< [µm]
+  std::vector<double> shortest;  ///< of the edges of each vertex [µm]
+};
+
+EdgeLengths edgeLengthsOf(const TriangleMesh& mesh) {
+  std::vector<double> shortest(mesh.vertices.size(), std::numeric_limits<double>::infinity()), all;
+  all.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      all.push_back((mesh.vertices[a] - mesh.vertices[b]).stableNorm());
+      for (const int v : {a, b}) shortest[v] = std::min(shortest[v], all.back());
+    }
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return {*middle, std::move(shortest)};
+}
+
+/// Refuses a vertex that is so far away from all its neighbours, compared with their own edges and with the
+/// median, that a coordinate of it must be wrong.
+void refuseOutlier(const TriangleMesh& mesh, const EdgeLengths& lengths, const std::string& name) {
+  const double least = tolerance::outlierEdges * lengths.median;
+  std::vector<double> around(mesh.vertices.size(), 0.0);  // the largest `shortest` of the neighbours
+  for (const Triangle& t : mesh.triangles)
+    for (const int a : t)
+      for (const int b : t)
+        if (a != b && lengths.shortest[a] > least) around[a] = std::max(around[a], lengths.shortest[b]);
+  for (std::size_t v = 0; v < around.size(); ++v)
+    if (lengths.shortest[v] > std::max(least, tolerance::outlierEdges * around[v]))
+      throw MeshError(name + ": the vertex at " + toText(mesh.vertices[v]) + " is " +
+                      toText(lengths.shortest[v], 3) +
+                      " away from all that it is joined with, where edges are mostly about " +
+                      toText(lengths.median, 3) + " long: is a coordinate corrupt?");
 }
 
 /// Turns triangles so that neighbours agree. `component` receives the connected component of each triangle.
@@ -254,10 +294,12 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
   note(removeUnusedVertices(mesh), "removed", "unused vertex", "unused vertices");
 
+  const EdgeLengths lengths = edgeLengthsOf(mesh);
+  refuseOutlier(mesh, lengths, name);
   std::vector<Side> sides = sortedSides(mesh);
   EdgeFaults faults = findEdgeFaults(sides);
   if (faults.open > 0 && faults.crowded == 0) {
-    if (const std::size_t joined = closeCracks(mesh, faults)) {
+    if (const std::size_t joined = closeCracks(mesh, faults, lengths.median)) {
       note(joined, "closed cracks by joining", "vertex that differed by rounding",
            "vertices that differed by rounding");
       sides = sortedSides(mesh);
@@ -284,7 +326,18 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   if (const std::optional<int> pinched = findPinchedVertex(mesh))
     throw MeshError(name + ": the surface is not manifold, several parts of it touch in the vertex at " +
                     toText(mesh.vertices[*pinched]));
-  if (const std::optional<TrianglePair> pair = findSelfIntersection(mesh)) {
+  note(removeFlatTriangles(mesh), "mended", "triangle without area", "triangles without area");
+  std::optional<TrianglePair> pair = findSelfIntersection(mesh);
+  if (pair) {  // flat triangles whose corners were rounded cross their neighbours
+    TriangleMesh mended = mesh;
+    const std::size_t slivers = removeFlatTriangles(mended, tolerance::sliverFlatness);
+    if (slivers > 0 && !findSelfIntersection(mended)) {
+      note(slivers, "mended", "sliver", "slivers");
+      mesh = std::move(mended);
+      pair.reset();
+    }
+  }
+  if (pair) {
     const auto middle = [&](int t) {
       return Vec3((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0);
     };

@@ -59,4 +59,17 @@ inline int turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen:
   return predicates::exactTurn(a.data(), b.data(), p.data(), permanent);
 }
 
+/// Exact turn of a, b, c seen along axis `drop`.
+inline int turnSeen(int drop, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const auto seen = [&](const Vec3& p) { return Eigen::Vector2d(p[(drop + 1) % 3], p[(drop + 2) % 3]); };
+  return turn(seen(a), seen(b), seen(c));
+}
+
+/// An axis along which triangle a, b, c is seen as a triangle; -1 when it has no area. Exact.
+inline int axisShowing(const Vec3& a, const Vec3& b, const Vec3& c) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (turnSeen(axis, a, b, c) != 0) return axis;
+  return -1;
+}
+
 }  // namespace packmesh

@@ -10,23 +10,6 @@
 namespace packmesh {
 namespace {
 
-/// The corners of a triangle seen along axis `drop`.
-Eigen::Vector2d seenAlong(int drop, const Vec3& p) {
-  return {p[(drop + 1) % 3], p[(drop + 2) % 3]};
-}
-
-/// Exact turn of a, b, c seen along axis `drop`.
-int turnSeen(int drop, const Vec3& a, const Vec3& b, const Vec3& c) {
-  return turn(seenAlong(drop, a), seenAlong(drop, b), seenAlong(drop, c));
-}
-
-/// An axis along which triangle a, b, c is seen as a triangle; -1 when it has no area.
-int axisShowing(const Vec3& a, const Vec3& b, const Vec3& c) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (turnSeen(axis, a, b, c) != 0) return axis;
-  return -1;
-}
-
 /// Whether two triangles meet elsewhere than in what they share.
 bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
   Triangle a = mesh.triangles[s], b = mesh.triangles[t];

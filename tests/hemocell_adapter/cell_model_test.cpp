@@ -272,10 +272,32 @@ TEST_CASE("A template from an STL is scaled to its largest extent, turned and in
   CHECK_THROWS_AS(buildTemplate(model, 0.5), InputError);
 
   warnings.clear();
-  const auto shape = makeShapeFromFile(folder.path() / "box.stl", 2.0, warnings);
+  const auto shape = makeShapeFromFile(folder.path() / "box.stl", 2.0, MeshFrame::file, 0.5, warnings);
   CHECK(shape->volume() == Approx(64.0));
   CHECK(boundingBox(shape->mesh()).center().norm() < 1e-12);
-  CHECK_THROWS_AS(makeShapeFromFile(folder.path() / "box.stl", 0.0, warnings), InputError);
+  CHECK(boundingBox(shape->mesh()).size().isApprox(Vec3(2, 4, 8)));
+  CHECK_THROWS_AS(makeShapeFromFile(folder.path() / "box.stl", 0.0, MeshFrame::file, 0.5, warnings),
+                  InputError);
+}
+
+TEST_CASE("A mesh file in HemoCell's frame is the template of MESH_FROM_STL, vertex by vertex", "[cell]") {
+  const Folder folder;
+  for (const bool insideOut : {false, true}) {
+    CellModel model;
+    model.construction = Construction::meshFromStl;
+    model.stlFile = folder.write(boxStl(1, 2, 4, insideOut), "box.stl");
+    model.radius = 3.0;
+    std::vector<std::string> warnings, others;
+    const auto fromXml = makeShape(model, 0.5, &warnings);
+    const auto fromFile = makeShapeFromFile(model.stlFile, 1.5, MeshFrame::hemocell, 0.5, others);
+    CHECK(warnings == others);
+    CHECK(warnings.size() == (insideOut ? 1 : 0));
+    REQUIRE(fromFile->mesh().vertices.size() == 8);
+    CHECK(fromFile->mesh().triangles == fromXml->mesh().triangles);
+    for (std::size_t v = 0; v < 8; ++v)
+      CHECK((fromFile->mesh().vertices[v] - fromXml->mesh().vertices[v]).norm() < 1e-12);
+    CHECK(boundingBox(fromFile->mesh()).size().isApprox(Vec3(3, 6, 1.5), 1e-3));  // (-y, -z, x)
+  }
 }
 
 TEST_CASE("The closed form holds the template and is nowhere far from it", "[cell]") {

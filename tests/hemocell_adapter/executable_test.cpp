@@ -393,6 +393,32 @@ TEST_CASE("cells of one's own", "[executable]") {
             .exitCode == 0);
 }
 
+TEST_CASE("--cell-mesh packs what a case with that STL simulates; --mesh-frame keeps the file's axes",
+          "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "rod.stl", tubeStl(6, 1, 12));
+  std::string xml = cellXml("rod", 3, 600, "<StlFile> rod.stl </StlFile>");
+  writeText(folder.path() / "rod.xml", xml);
+  writeText(folder.path() / "box.xml", configXml("<dx> 5e-7 </dx> <nx> 32 </nx> <ny> 32 </ny> <nz> 32 </nz>",
+                                                 "<packing> <walls> none </walls> </packing>"));
+  const std::string pack = "16 16 16 --keep-all --cell-mesh rod 60 rod.stl --output-dir box";
+  const Ran packed = run(folder.path(), pack);
+  CHECK(packed.exitCode == 0);
+  CHECK_THAT(packed.out, Contains("rod.stl, MESH_FROM_STL"));
+  const Ran checked = run(folder.path(), "check box.xml --output-dir box");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("HemoCell keeps 60 of 60 rod"));
+
+  const Ran other = run(folder.path(), pack + " --mesh-frame rod file");
+  CHECK(other.exitCode == 0);
+  CHECK_THAT(other.out, Contains("rod.stl, axes of the file"));
+  CHECK(run(folder.path(), "check box.xml --output-dir box").exitCode == 4);
+  CHECK(run(folder.path(), "check box.xml --output-dir box --cell-mesh rod 60 rod.stl --mesh-frame rod file")
+            .exitCode == 0);
+  CHECK_THAT(run(folder.path(), "9 9 9 --rbc 1 --mesh-frame RBC file").err, Contains("no mesh file"));
+}
+
 TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[executable]") {
   const SampleCase folder;
   std::string stl = tubeStl(2.4, 0.75, 48);

@@ -326,7 +326,7 @@ def random_problem(rng):
             mesh = tube_mesh(rng.uniform(2, 7), lambda x, a: 0.6, 3, 8)
         scale = rng.choice([1, 1, 0.5, 1.3])
         name = put_mesh(problem, rng, "thing", mesh)
-        args += ["--cell-mesh", "thing", str(count), name, "--mesh-scale", "thing", str(scale)]
+        args += ["--cell-mesh", "thing", str(count), name, "--mesh-scale", "thing", str(scale), "--mesh-frame", "thing", "file"]
         problem["counts"]["thing"] = count
         cells.append(("thing", f"mesh thing_oracle.off {scale}", wall))
     if rng.random() < 0.1:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/geometry/mesh_repair.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -169,6 +170,96 @@ TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messag
     mesh = sample::torus(Vec3::Zero(), 1.0, 1.2, 40, 20);
   }
   CHECK_THAT(refusalOf(mesh), Contains("meets itself, the triangles around ("));
+}
+
+namespace {
+
+/// A box [0, 4] x [0, 1] x [0, 1] whose edge from (0, 0, 1) to (4, 0, 1) has `inner` more vertices on the
+/// face y = 0, but none on the face z = 1: there triangles without area fill the gap, a fan or a strip.
+TriangleMesh boxWithSeam(int inner, bool fan) {
+  TriangleMesh mesh = sample::box(Vec3::Zero(), {4, 1, 1});
+  auto& t = mesh.triangles;
+  // y = 0 is {0, 1, 4}, {1, 5, 4}; the edge runs from 4 to 5.
+  t.erase(std::remove(t.begin(), t.end(), Triangle{1, 5, 4}), t.end());
+  std::vector<int> seam{4};
+  for (int i = 1; i <= inner; ++i) {
+    seam.push_back(static_cast<int>(mesh.vertices.size()));
+    mesh.vertices.emplace_back(4.0 * i / (inner + 1), 0.0, 1.0);
+  }
+  seam.push_back(5);
+  for (std::size_t i = 0; i + 1 < seam.size(); ++i) t.push_back({1, seam[i + 1], seam[i]});
+  if (fan) {
+    for (std::size_t i = 1; i + 1 < seam.size(); ++i) t.push_back({4, seam[i], seam[i + 1]});
+  } else {  // from both ends to the middle
+    std::size_t lo = 0, hi = seam.size() - 1;
+    for (bool low = true; hi - lo > 1; low = !low) {
+      if (low) {
+        t.push_back({seam[lo], seam[lo + 1], seam[hi]});
+        ++lo;
+      } else {
+        t.push_back({seam[lo], seam[hi - 1], seam[hi]});
+        --hi;
+      }
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("repairClosed mends triangles without area and leaves the surface where it is", "[geometry]") {
+  for (const bool fan : {true, false})
+    for (const bool insideOut : {false, true})
+      for (const int inner : {1, 2, 3, 7, 30}) {
+        CAPTURE(fan, insideOut, inner);
+        TriangleMesh mesh = boxWithSeam(inner, fan);
+        if (insideOut) flip(mesh);
+        const std::size_t triangles = mesh.triangles.size();
+        const std::vector<std::string> repairs = repairClosed(mesh, "x");
+        REQUIRE(repairs.size() == (insideOut ? 2 : 1));
+        CHECK(repairs[0] == "x: mended " + std::to_string(inner) +
+                                (inner == 1 ? " triangle without area" : " triangles without area"));
+        CHECK(mesh.vertices.size() == 8u + inner);
+        CHECK(mesh.triangles.size() == triangles);
+        CHECK(signedVolume(mesh) == Approx(4.0));
+        CHECK(surfaceArea(mesh) == Approx(18.0));
+        CHECK(repairClosed(mesh, "x").empty());
+      }
+}
+
+TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[geometry][messages]") {
+  const TriangleMesh tube = sample::straightTube(0.0, 12.0, 5.0, 2, 12);
+  TriangleMesh soup;
+  for (const Triangle& t : tube.triangles) {
+    const int n = static_cast<int>(soup.vertices.size());
+    for (const int v : t) soup.vertices.push_back(tube.vertices[v]);
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  for (const TriangleMesh& sound : {tube, soup})
+    for (const double wrong : {1e9, -1e9, 1e6}) {
+      TriangleMesh mesh = sound;
+      mesh.vertices[4].x() = wrong;
+      CHECK_THAT(refusalOf(mesh), Contains("the vertex at (" + std::string(wrong < 0 ? "-" : "") + "1e+0") &&
+                                      Contains("is a coordinate corrupt?"));
+    }
+  // Nearer, but not by rounding: open edges of the soup stay open, with and without vertices further away.
+  for (const double wrong : {12.001, 13.0, 1e3}) {
+    TriangleMesh mesh = soup;
+    mesh.vertices[4].x() = wrong;
+    CHECK_THAT(refusalOf(mesh), Contains("not closed"));
+  }
+  // Cracks of rounding are closed as ever.
+  TriangleMesh mesh = soup;
+  mesh.vertices[4].x() += 1e-6;
+  CHECK(repairClosed(mesh, "x").back() == "x: closed cracks by joining 1 vertex that differed by rounding");
+  CHECK(mesh.vertices.size() == tube.vertices.size());
+  // A long cone, and a coarse body beside a fine one, have nothing corrupt.
+  mesh = sample::box(Vec3::Zero(), Vec3::Constant(1e6));
+  sample::append(mesh, sample::sphere({-50, 0, 0}, 1.0, 12, 17));
+  CHECK(repairClosed(mesh, "x").empty());
+  mesh = sample::sphere(one, 1.0, 12, 17);
+  mesh.vertices[0].z() = 1e3;
+  CHECK(repairClosed(mesh, "x").empty());
 }
 
 TEST_CASE("findSelfIntersection agrees with touching and nearly touching parts", "[geometry]") {
