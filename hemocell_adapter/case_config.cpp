@@ -72,6 +72,7 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
   Domain result;
   constexpr double micrometresPerMetre = 1e6;
   result.dx = std::get<double>(required(domain, dxTag, file)) * micrometresPerMetre;
+  result.dxWhere = placeOf(*onlyChild(domain, dxTag.name, file), file);
   if (const XMLElement* geometry = onlyChild(domain, "geometry", file)) {
     ValueSpec path;
     path.kind = Kind::text;

@@ -14,6 +14,7 @@ namespace packmesh::hemocell {
 /// `<domain>`: what decides the lattice.
 struct Domain {
   double dx = 0.0;                                ///< [µm]
+  std::string dxWhere;                            ///< "config.xml:32: <dx>"
   std::optional<std::filesystem::path> geometry;  ///< STL, as found from the case folder
   std::string geometryWhere;                      ///< "config.xml:31: <geometry>"
   int refDir = 0, refDirN = 0;                    ///< with a geometry

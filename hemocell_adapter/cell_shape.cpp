@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/units.h"
 #include "packMesh/error.h"
 #include "packMesh/geometry/mesh_repair.h"
 #include "packMesh/io/mesh_file.h"
@@ -153,6 +154,10 @@ std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file
     throw InputError(
         fmt::format("{}: scale {}, expected the file's unit of length in µm", file.string(), scale));
   TriangleMesh mesh = readSound(file, warnings);
+  const double extent = scale * boundingBox(mesh).size().maxCoeff();
+  if (const std::string hint = unitHint(extent, scale, smallestCell, largestCell); !hint.empty())
+    warnings.push_back(fmt::format("{}: with the factor {:.6g} the cell is {:.3g} µm long{}", file.string(),
+                                   scale, extent, hint));
   if (frame == MeshFrame::hemocell) {
     mesh = readMesh(file);
     for (Vec3& v : mesh.vertices) v *= scale;

@@ -7,6 +7,7 @@
 #include "hemocell_adapter/run.h"
 #include "hemocell_adapter/scene.h"
 #include "hemocell_adapter/summary.h"
+#include "hemocell_adapter/units.h"
 #include "packMesh/error.h"
 
 namespace packmesh::hemocell {
@@ -77,6 +78,7 @@ class Report {
     printHead();
     printOverlap();
     printMisplaced();
+    printFactor();
     if (knowsAcceptance(scene_)) printKept();
     printHematocrit("In the files", nullptr);
     if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size())
@@ -179,6 +181,22 @@ class Report {
     FaultList list;
     for (const MisplacedCell& cell : certificate_.misplaced)
       list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
+  }
+
+  /// Positions that would fit with a factor.
+  void printFactor() const {
+    std::vector<Vec3> positions;
+    double volumes = 0.0;
+    for (const PlacedCell& cell : found_.cells) {
+      positions.push_back(cell.placement.translation);
+      volumes += scene_.species[cell.species].shape->volume();
+    }
+    const auto found = positionFactor(*scene_.lumen.container, positions, volumes, job_.dx);
+    if (found)
+      log::warning(
+          fmt::format("with all positions times {:.6g} the cells would lie in the lumen: perhaps {}; .pos "
+                      "files are in µm",
+                      found->factor, found->cause));
   }
 
   void printKept() const {

@@ -225,7 +225,8 @@ std::string referenceText() {
   out +=
       "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At "
       "most one\n"
-      "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them, then\n"
+      "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they may "
+      "overlap), then\n"
       "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
   for (const SolidTag& tag : solidTags()) {
     out += fmt::format("<{} .../>\n", tag.name);

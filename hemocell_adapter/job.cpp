@@ -10,6 +10,7 @@
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/job_species.h"
 #include "hemocell_adapter/realisation_folders.h"
+#include "hemocell_adapter/units.h"
 #include "hemocell_adapter/value_specs.h"
 
 namespace packmesh::hemocell {
@@ -137,6 +138,22 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   }
 }
 
+/// What is legal, but hardly meant.
+void warnOfUnits(Job& job, const Settings& options) {
+  const std::string where = job.config ? job.config->domain.dxWhere : "option '--dx'";
+  if (job.config || options.dx)
+    if (const auto warning = spacingWarning(job.dx, where)) job.warnings.push_back(*warning);
+  std::error_code ignored;
+  if (job.config && job.config->domain.geometry && job.container && job.container->lumen &&
+      std::filesystem::is_regular_file(*job.config->domain.geometry, ignored))
+    job.warnings.push_back(
+        fmt::format("{} replaces the <geometry> of {}, {}: right only where the case builds its lumen in C++ "
+                    "and does not "
+                    "read that file",
+                    job.container->lumen->where, job.config->file.string(),
+                    job.config->domain.geometry->filename().string()));
+}
+
 /// HemoCell fills the inlet only; where it is stands in C++ code, and is not guessed.
 void choosePreInlet(Job& job, const Settings& settings) {
   if (!settings.preInlet) {
@@ -229,6 +246,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   settings = withOptions(settings, commandLine);
   takeSettings(job, settings);
   if (job.config) job.dx = job.config->domain.dx;
+  warnOfUnits(job, options);
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
   checkApplicability(job, settings, options);
   continueRealisations(job);

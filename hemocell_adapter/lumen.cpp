@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/periodic_wall.h"
+#include "hemocell_adapter/units.h"
 #include "hemocell_adapter/value_specs.h"
 #include "hemocell_adapter/voxel_lumen.h"
 #include "packMesh/container/obstacles.h"
@@ -430,9 +431,15 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
       reach > specs::largestLength) {
     throw InputError(
         fmt::format("{}: {}: with the factor {:.6g} it reaches {:.3g} µm from the origin, at most {:.0f} µm "
-                    "are possible; is the unit right?",
-                    solid.where, solid.file.string(), solid.scale, reach, specs::largestLength));
+                    "are possible; is the unit right?{}",
+                    solid.where, solid.file.string(), solid.scale, reach, specs::largestLength,
+                    unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel)));
   }
+  if (const std::string hint = unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel);
+      !hint.empty())
+    notices.push_back(fmt::format("{}: {}: with the factor {:.6g} it is {:.3g} x {:.3g} x {:.3g} µm{}",
+                                  solid.where, solid.file.string(), solid.scale, bounds.size().x(),
+                                  bounds.size().y(), bounds.size().z(), hint));
   std::optional<VesselEnds> ends;
   if (solid.openAxis) {
     ends.emplace();

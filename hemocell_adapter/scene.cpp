@@ -9,6 +9,7 @@
 #include "hemocell_adapter/counts.h"
 #include "hemocell_adapter/densest_known.h"
 #include "hemocell_adapter/forecast.h"
+#include "hemocell_adapter/log.h"
 #include "packMesh/error.h"
 #include "packMesh/tolerances.h"
 
@@ -107,9 +108,10 @@ std::string columnsInstead(const Job& job, const Scene& scene) {
   return possible ? "; --order columns packs red cells up to 0.65, not at random" : "";
 }
 
-Scene buildScene(const Job& job) {
-  Scene scene;
-  scene.lumen = makeLumen(job);
+namespace {
+
+/// Shapes, counts and walls of a scene that has its lumen.
+void complete(const Job& job, Scene& scene) {
   for (const JobSpecies& jobSpecies : job.species) {
     SceneSpecies species;
     species.job = jobSpecies;
@@ -120,7 +122,7 @@ Scene buildScene(const Job& job) {
     }
     scene.species.push_back(std::move(species));
   }
-  if (job.command == Command::check) return scene;
+  if (job.command == Command::check) return;
   if (!job.regions.empty() && !job.hematocrit)
     throw InputError(job.regions.front().body.where +
                      ": a region needs a hematocrit of the rest, if only 0.001");
@@ -146,6 +148,19 @@ Scene buildScene(const Job& job) {
     constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
     if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, species.job.wallClearance + margin);
     species.wall = wall->second;
+  }
+}
+
+}  // namespace
+
+Scene buildScene(const Job& job) {
+  Scene scene;
+  scene.lumen = makeLumen(job);
+  try {
+    complete(job, scene);
+  } catch (const InputError&) {
+    for (const std::string& notice : scene.lumen.notices) log::warning(notice);  // may say why
+    throw;
   }
   return scene;
 }

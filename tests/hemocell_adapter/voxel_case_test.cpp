@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Cases whose STL does not end in planes across x: HemoCell fills them, and so does packMesh.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "sample_case.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A tube of this radius around points of a curve, with ends across it or, at both, leaning by `slope`.
+TriangleMesh tubeAround(const std::vector<Vec3>& curve, double radius, double slope = 0.0) {
+  std::vector<std::vector<Vec3>> rings;
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    const Vec3 along = (curve[std::min(i + 1, curve.size() - 1)] - curve[i == 0 ? 0 : i - 1]).normalized();
+    const Vec3 u = along.cross(Vec3::UnitZ()).normalized(), v = along.cross(u);
+    std::vector<Vec3> ring;
+    constexpr int sides = 24;
+    for (int k = 0; k < sides; ++k) {
+      const double angle = 2.0 * M_PI * k / sides, y = radius * std::cos(angle), z = radius * std::sin(angle);
+      ring.push_back(curve[i] + y * u + z * v + slope * y * along);
+    }
+    rings.push_back(ring);
+  }
+  return sample::sweep(rings);
+}
+
+TriangleMesh oblique() {
+  return tubeAround({{0, 0, 0}, {24, 0, 0}}, 6, 0.4);
+}
+
+/// A quarter of a ring: one end across x, the other across y.
+TriangleMesh bend() {
+  std::vector<Vec3> curve;
+  for (int i = 0; i <= 16; ++i) {
+    const double angle = 0.5 * M_PI * i / 16;
+    curve.emplace_back(16 * std::sin(angle), -16 * std::cos(angle), 0.0);
+  }
+  return tubeAround(curve, 6);
+}
+
+TriangleMesh helix() {
+  std::vector<Vec3> curve;
+  for (int i = 0; i <= 40; ++i) {
+    const double angle = 3.0 * M_PI * i / 40;
+    curve.emplace_back(30.0 * i / 40, 8 * std::cos(angle), 8 * std::sin(angle));
+  }
+  return tubeAround(curve, 5);
+}
+
+TriangleMesh ring() {
+  return sample::torus(Vec3::Zero(), 12, 5, 36, 18);
+}
+
+/// A case with this vessel, whose extent along y is so many nodes at dx 0.5 µm as keep its size.
+class VesselCase : public SampleCase {
+ public:
+  explicit VesselCase(const TriangleMesh& mesh, const std::string& packing = "") {
+    std::ostringstream stl;
+    stl.precision(9);
+    stl << "solid v\n";
+    for (const Triangle& t : mesh.triangles) {
+      stl << "facet normal 0 0 0\nouter loop\n";
+      for (const int v : t)
+        stl << "vertex " << float(mesh.vertices[v].x()) << ' ' << float(mesh.vertices[v].y()) << ' '
+            << float(mesh.vertices[v].z()) << '\n';
+      stl << "endloop\nendfacet\n";
+    }
+    stl << "endsolid v\n";
+    writeText(path() / "vessel.stl", stl.str());
+    const int nodes = static_cast<int>(std::lround(2 * boundingBox(mesh).size().y()));
+    writeText(path() / "config.xml",
+              configXml("<geometry> vessel.stl </geometry> <dx> 5e-7 </dx> <refDir> 1 </refDir> <refDirN> " +
+                            std::to_string(nodes) + " </refDirN>",
+                        packing));
+  }
+};
+
+int cellsIn(const fs::path& file) {
+  int n = -1;
+  std::ifstream(file) >> n;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("vessels without flat ends across x are packed in their fluid nodes", "[executable][vessel]") {
+  struct Shape {
+    const char* name;
+    TriangleMesh mesh;
+  };
+  for (const Shape& shape :
+       {Shape{"oblique", oblique()}, {"bend", bend()}, {"helix", helix()}, {"ring", ring()}}) {
+    CAPTURE(shape.name);
+    const VesselCase folder(shape.mesh);
+    const Ran packed =
+        run(folder.path(), "config.xml --hematocrit 0.2 --clearance 0.02 --wall-clearance 0.1");
+    INFO(packed.all());
+    CHECK(packed.exitCode == 0);
+    CHECK_THAT(packed.out, Contains("fluid nodes in ") && Contains("the hematocrit a share of their volume"));
+    const int cells = cellsIn(folder.path() / "RBC.pos") + cellsIn(folder.path() / "PLT.pos");
+    CHECK(cells > 3);
+    CHECK_THAT(packed.out,
+               Contains("HemoCell keeps " + std::to_string(cells) + " of " + std::to_string(cells)));
+    CHECK(packed.err.empty());
+    const Ran checked = run(folder.path(), "check config.xml --clearance 0.02 --wall-clearance 0.1");
+    INFO(checked.all());
+    CHECK(checked.exitCode == 0);
+    CHECK_THAT(checked.out, Contains("Cells not wholly inside the lumen, or too near to the wall: 0"));
+    // A cell that meets the wall is found.
+    writeText(folder.path() / "RBC.pos", "1\n0 0 0 0 0 0\n");
+    CHECK(run(folder.path(), "check config.xml").exitCode == 4);
+  }
+}
+
+TEST_CASE("fluid nodes as a lumen know layers, regions, fixed cells, periodic ends, growth",
+          "[executable][vessel]") {
+  const VesselCase folder(oblique());
+  const Ran layer =
+      run(folder.path(), "config.xml --hematocrit 0.1 --cell-free-layer 1.2 --report r.json --vtp --pov");
+  INFO(layer.all());
+  CHECK(layer.exitCode == 0);
+  CHECK(run(folder.path(), "check config.xml --cell-free-layer 1.2").exitCode == 0);
+  CHECK_THAT(readText(folder.path() / "r.json"), Contains("\"fluidNodes\"") || Contains("fluid nodes"));
+  CHECK_THAT(run(folder.path(), "config.xml --hematocrit 0.1 --dry-run").out, Contains("reach"));
+
+  fs::create_directory(folder.path() / "before");
+  fs::copy_file(folder.path() / "RBC.pos", folder.path() / "before/RBC.pos");
+  const Ran fixed = run(folder.path(), "config.xml --hematocrit 0.2 --fixed before/RBC.pos");
+  INFO(fixed.all());
+  CHECK(fixed.exitCode == 0);
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+
+  const Ran grown = run(folder.path(), "config.xml --rbc 3 --plt 2 --method cat");
+  INFO(grown.all());
+  CHECK(grown.exitCode == 0);
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+
+  const Ran periodic = run(folder.path(), "config.xml --hematocrit 0.2 --ends periodic");
+  INFO(periodic.all());
+  CHECK(periodic.exitCode == 0);
+  CHECK_THAT(periodic.out, Contains("periodic along x"));
+  CHECK(run(folder.path(), "check config.xml --ends periodic").exitCode == 0);
+
+  const VesselCase regions(
+      oblique(),
+      "<packing> <hematocrit> 0.05 </hematocrit> <region hematocrit=\"0.2\"> <box size=\"12 20 20\" "
+      "origin=\"0 0 0\"/> </region> </packing>");
+  const Ran ran = run(regions.path(), "config.xml");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("Hematocrit of region 1"));
+}
+
+TEST_CASE("fluid nodes as a lumen: the same bytes on any number of ranks", "[executable][vessel]") {
+  std::string files;
+  for (const int ranks : {1, 2, 4}) {
+    const VesselCase folder(bend());
+    const Ran ran =
+        run(folder.path(), "config.xml --hematocrit 0.2 --clearance 0.02", "packMesh", onRanks(ranks));
+    INFO(ran.all());
+    REQUIRE(ran.exitCode == 0);
+    const std::string here = readText(folder.path() / "RBC.pos") + readText(folder.path() / "PLT.pos");
+    if (ranks == 1) files = here;
+    CHECK((here == files));
+  }
+}
