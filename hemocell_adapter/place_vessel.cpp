@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "hemocell_adapter/inflation.h"
 #include "hemocell_adapter/lattice.h"
@@ -59,6 +60,51 @@ std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
   return crossings;
 }
 
+/// Turns triangles so that neighbours agree, as HemoCell does: the first one of each part tells the others.
+void orientLikeFirst(TriangleMesh& mesh) {
+  struct Side {
+    int lo, hi, triangle;
+    bool forwards;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.lo, a.hi, a.triangle) < std::tie(b.lo, b.hi, b.triangle);
+  });
+  struct Neighbour {
+    int triangle;
+    bool agrees;
+  };
+  std::vector<std::vector<Neighbour>> neighbours(mesh.triangles.size());
+  for (std::size_t s = 0; s + 1 < sides.size(); ++s) {
+    const Side &a = sides[s], &b = sides[s + 1];
+    if (a.lo != b.lo || a.hi != b.hi) continue;
+    neighbours[a.triangle].push_back({b.triangle, a.forwards != b.forwards});
+    neighbours[b.triangle].push_back({a.triangle, a.forwards != b.forwards});
+  }
+  enum State : char { unseen, kept, turned };
+  std::vector<char> state(mesh.triangles.size(), unseen);
+  for (std::size_t seed = 0; seed < state.size(); ++seed) {
+    if (state[seed] != unseen) continue;
+    state[seed] = kept;
+    std::vector<int> reached{static_cast<int>(seed)};
+    for (std::size_t k = 0; k < reached.size(); ++k)
+      for (const Neighbour& next : neighbours[reached[k]]) {
+        if (state[next.triangle] != unseen) continue;
+        const bool turn = (state[reached[k]] == turned) == next.agrees;
+        state[next.triangle] = turn ? turned : kept;
+        reached.push_back(next.triangle);
+      }
+  }
+  for (std::size_t t = 0; t < state.size(); ++t)
+    if (state[t] == turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+}
+
 /// HemoCell opens the two ends along x by copying planes, in place and in this order.
 void openEnds(Lattice& lattice) {
   const auto [nx, ny, nz] = lattice.nodes();
@@ -112,7 +158,10 @@ VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN
   };
   toLattice(stl);
   TriangleMesh inflated = asRead ? *asRead : stl;
-  if (asRead) toLattice(inflated);
+  if (asRead) {
+    toLattice(inflated);
+    orientLikeFirst(inflated);
+  }
   inflate(inflated, inflation);
   const Vec3 extent = boundingBox(inflated).size();
   std::array<int, 3> nodes;

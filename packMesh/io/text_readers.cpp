@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "packMesh/io/polygon_soup.h"
 #include "packMesh/io/text_scanner.h"
@@ -25,6 +26,19 @@ void readIndexedPolygon(const TextScanner& scanner, std::size_t k, PolygonSoup& 
 
 }  // namespace
 
+namespace {
+
+/// Makes a facet of the last three vertices. Where the normal that is stored with it contradicts their order
+/// the normal counts, as for HemoCell, and as the format has it.
+void addFacet(PolygonSoup& soup, const Vec3& normal) {
+  const int n = static_cast<int>(soup.vertices.size());
+  Vec3 &a = soup.vertices[n - 3], &b = soup.vertices[n - 2], &c = soup.vertices[n - 1];
+  if ((b - a).cross(c - a).normalized().dot(normal) < 0.0) std::swap(b, c);
+  soup.addPolygon({n - 3, n - 2, n - 1});
+}
+
+}  // namespace
+
 PolygonSoup readTextStl(const std::string& content, const std::filesystem::path& file) {
   PolygonSoup soup;
   TextScanner scanner(content, file, 0);
@@ -41,6 +55,10 @@ PolygonSoup readTextStl(const std::string& content, const std::filesystem::path&
       scanner.need("'facet' or 'endsolid'");
       if (scanner.lower(0) == "endsolid" || (scanner.lower(0) == "end" && scanner.lower(1) == "solid")) break;
       if (scanner.lower(0) != "facet") scanner.fail("'facet' or 'endsolid'", 0);
+      Vec3 normal = Vec3::Zero();
+      for (std::size_t k = 0; k < 3; ++k)
+        if (k + 2 < scanner.words().size() && !TextScanner::parse(scanner.words()[k + 2], normal[k]))
+          normal[k] = 0.0;
       expect("outer", "loop");
       for (int corner = 0; corner < 3; ++corner) {
         expect("vertex", "");
@@ -48,8 +66,7 @@ PolygonSoup readTextStl(const std::string& content, const std::filesystem::path&
       }
       expect("endloop", "");
       expect("endfacet", "");
-      const int n = static_cast<int>(soup.vertices.size());
-      soup.addPolygon({n - 3, n - 2, n - 1});
+      addFacet(soup, normal);
     }
   }
   return soup;
@@ -64,8 +81,7 @@ PolygonSoup readBinaryStl(const std::string& content) {
     float facet[12];
     std::memcpy(facet, content.data() + 84 + 50 * t, sizeof facet);
     for (int k = 1; k < 4; ++k) soup.vertices.emplace_back(facet[3 * k], facet[3 * k + 1], facet[3 * k + 2]);
-    const int n = static_cast<int>(soup.vertices.size());
-    soup.addPolygon({n - 3, n - 2, n - 1});
+    addFacet(soup, Vec3(facet[0], facet[1], facet[2]));
   }
   return soup;
 }
