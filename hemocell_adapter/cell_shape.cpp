@@ -155,13 +155,18 @@ std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file
         fmt::format("{}: scale {}, expected the file's unit of length in µm", file.string(), scale));
   TriangleMesh mesh = readSound(file, warnings);
   const double extent = scale * boundingBox(mesh).size().maxCoeff();
-  if (const std::string hint = unitHint(extent, scale, smallestCell, largestCell); !hint.empty())
+  const std::string hint = unitHint(extent, scale, smallestCell, largestCell);
+  if (!hint.empty())
     warnings.push_back(fmt::format("{}: with the factor {:.6g} the cell is {:.3g} µm long{}", file.string(),
                                    scale, extent, hint));
   if (frame == MeshFrame::hemocell) {
     mesh = readMesh(file);
     for (Vec3& v : mesh.vertices) v *= scale;
-    return shapeFromStl(meshFromStl(std::move(mesh), dx), file.string());
+    try {
+      return shapeFromStl(meshFromStl(std::move(mesh), dx), file.string());
+    } catch (const MeshError& error) {  // inflated by more than so small a cell stands
+      throw MeshError(error.what() + hint);
+    }
   }
   const Vec3 center = boundingBox(mesh).center();
   for (Vec3& v : mesh.vertices) v = scale * (v - center);

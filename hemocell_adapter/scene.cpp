@@ -159,7 +159,8 @@ Scene buildScene(const Job& job) {
   try {
     complete(job, scene);
   } catch (const InputError&) {
-    for (const std::string& notice : scene.lumen.notices) log::warning(notice);  // may say why
+    for (const auto* list : {&scene.warnings, &scene.lumen.notices})  // may say why
+      for (const std::string& warning : *list) log::warning(warning);
     throw;
   }
   return scene;

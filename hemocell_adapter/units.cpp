@@ -17,7 +17,7 @@ struct Unit {
   const char* name;
   double micrometres;
 };
-constexpr Unit units[] = {{"m", 1e6}, {"mm", 1e3}, {"µm", 1.0}, {"nm", 1e-3}, {"cm", 1e4}};
+constexpr Unit units[] = {{"m", 1e6}, {"mm", 1e3}, {"µm", 1.0}, {"nm", 1e-3}};
 
 /// How well positions fit a lumen when they are multiplied by a factor.
 struct Fit {
@@ -62,10 +62,17 @@ std::optional<std::string> spacingWarning(double dx, const std::string& where) {
 
 std::string unitHint(double extent, double factor, double least, double most) {
   if (extent >= least && extent <= most) return "";
-  for (const Unit& unit : units)
-    if (const double other = extent / factor * unit.micrometres; other >= least && other <= most)
-      return fmt::format("; if the file is in {}, the factor is {:.15g}", unit.name, unit.micrometres);
-  return "";
+  const Unit* best = nullptr;
+  double leastOff = std::log(most / least);  // from the middle of the plausible extents
+  for (const Unit& unit : units) {
+    const double other = extent / factor * unit.micrometres,
+                 off = std::abs(std::log(other / std::sqrt(least * most)));
+    if (other < least || other > most || off >= leastOff) continue;
+    best = &unit;
+    leastOff = off;
+  }
+  return best ? fmt::format("; if the file is in {}, the factor is {:.15g}", best->name, best->micrometres)
+              : "";
 }
 
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
@@ -86,12 +93,16 @@ std::optional<PositionFactor> positionFactor(const Container& container, const s
     candidates.push_back(
         {dx / old,
          fmt::format("they were made for a lattice spacing of {:.6g} µm, which is {:.6g} now", old, dx)});
+  std::optional<PositionFactor> best;
+  double widest = leastSpread;
   for (const PositionFactor& candidate : candidates) {
     if (candidate.factor == 1.0) continue;
     const Fit fit = fitOf(container, positions, volumes, candidate.factor);
-    if (fit.inside >= allIn && fit.spread >= leastSpread && fit.canBe) return candidate;
+    if (!(fit.inside >= allIn && fit.spread > widest && fit.canBe)) continue;
+    best = candidate;
+    widest = fit.spread;
   }
-  return {};
+  return best;
 }
 
 }  // namespace packmesh::hemocell

@@ -225,10 +225,20 @@ class ContainerWithObstacles : public Container {
     };
     for (const Body& body : wall_.bodies()) {
       solids.push_back(solidOf(body));
-      if (!(occupied(body) > 0) || !(region(solids.back(), {}) > 0)) refuseOutside(body);
+      if (!(occupied(body) > 0) || !(reachesIn(body) || region(solids.back(), {}) > 0)) refuseOutside(body);
     }
+    const double left = region(nullptr, solids);
     // A vessel may be longer than its volume tells: what is measured is what the obstacles take.
-    return outer_->volume() - (region(nullptr, {}) - region(nullptr, solids));
+    return outer_->wall() && !outer_->wall()->closedForm() ? outer_->volume() - (region(nullptr, {}) - left)
+                                                           : left;
+  }
+
+  /// Whether a vertex of the body is in the lumen, so that some of the body is.
+  bool reachesIn(const Body& body) const {
+    const std::vector<Vec3>& vertices = body.hierarchy.mesh().vertices;
+    return std::any_of(vertices.begin(), vertices.end(), [&](const Vec3& v) {
+      return outer_->bounds().contains(v) && (!outer_->wall() || outer_->wall()->distance(v).distance > 0.0);
+    });
   }
 
   bool areApart() const {

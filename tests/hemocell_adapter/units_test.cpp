@@ -26,6 +26,7 @@ TEST_CASE("the factor of a mesh in another unit is found", "[units]") {
   CHECK_THAT(unitHint(5e-5, 1.0, smallestVessel, largestVessel), Contains("in m, the factor is 1000000"));
   CHECK_THAT(unitHint(0.05, 1.0, smallestVessel, largestVessel), Contains("in mm, the factor is 1000"));
   CHECK_THAT(unitHint(5e7, 1e6, smallestVessel, largestVessel), Contains("in µm, the factor is 1"));
+  CHECK_THAT(unitHint(0.01, 1.0, smallestVessel, largestVessel), Contains("in mm, the factor is 1000"));
   CHECK(unitHint(1e-30, 1.0, smallestVessel, largestVessel).empty());
 }
 
@@ -49,8 +50,8 @@ TEST_CASE("positions in another unit are recognised", "[units]") {
   CHECK(found(4.0, 0.25) == 0.25);
   CHECK(found(1e-6, 0.5) == 1e6);
   CHECK(found(1e-3, 0.5) == 1e3);
-  CHECK(found(0.8, 0.5) == 1.25);  // made for 0.4 µm
-  CHECK(found(0.1, 0.5) == 1.0);   // no unit explains it
+  CHECK(found(1.5, 0.5) == Approx(2.0 / 3.0));  // made for 0.75 µm
+  CHECK(found(0.1, 0.5) == 1.0);                // no unit explains it
   positions.resize(3);
   CHECK(found(2.0, 0.5) == 1.0);  // too few to tell
 }
