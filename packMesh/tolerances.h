@@ -23,12 +23,12 @@ inline constexpr double culling = 1e-9;
 /// rounded differently: STL in single precision errs by 6e-8 of the coordinates, sums of a few such by 1e-6.
 inline constexpr double crackFraction = 1e-6;
 
-/// ... and nearer than this fraction of the median edge: the diagonal alone says nothing where one vertex is far
-/// away from all others.
+/// ... and nearer than this fraction of the median edge: the diagonal alone says nothing where one vertex is
+/// far away from all others.
 inline constexpr double crackEdgeFraction = 1e-2;
 
-/// A vertex all of whose edges are longer than so many median edges has a wrong coordinate: fans that close the ends
-/// of finely meshed vessels reach a few hundred.
+/// A vertex all of whose edges are longer than so many median edges has a wrong coordinate: fans that close
+/// the ends of finely meshed vessels reach a few hundred.
 inline constexpr double outlierEdges = 1e4;
 
 /// Triangles no higher than this fraction of their longest side are taken for segments whose points were
