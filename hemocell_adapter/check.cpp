@@ -252,32 +252,34 @@ ExitCode runCheck(const Job& job) {
 }
 
 ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf) {
-  log::info(versionLine(1));
-  if (job.config) log::info(fmt::format("Check of {}", job.config->file.string()));
   ExitCode worst = ExitCode::ok;
   std::size_t clean = 0;
-  const auto examine = [&](const std::filesystem::path& folder) {
+  bool first = true;
+  const auto tellInALine = [&](const std::filesystem::path& folder) {
     const Job one = jobOf(folder);
     for (const std::string& warning : one.warnings) log::warning(warning);
     const Scene scene = buildScene(one);
-    if (folder == job.foldersToCheck.front())
+    if (first) {
+      log::info(versionLine(1));
       for (const auto* list : {&scene.warnings, &scene.lumen.notices})
         for (const std::string& warning : *list) log::warning(warning);
+    }
     const FoundCells found = readCells(one, scene);
     const Report report(one, scene, found);
     log::info(fmt::format("{}: {}", folder.string(), report.line()));
-    clean += report.clean();
     return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
   };
   for (const std::filesystem::path& folder : job.foldersToCheck) {
     ExitCode code = ExitCode::ok;
     try {
-      code = examine(folder);
+      code = folder == job.outputDirectory ? runCheck(jobOf(folder)) : tellInALine(folder);
     } catch (const InputError& error) {
       code = ExitCode::badInput;
       log::error(error.what());
       log::info(fmt::format("{}: not examined", folder.string()));
     }
+    first = false;
+    clean += code == ExitCode::ok;
     worst = std::max(worst, code);
   }
   log::info(

@@ -213,14 +213,14 @@ void continueRealisations(Job& job) {
   job.outputDirectory = place->seriesFolder;
 }
 
-/// What `check` examines where there are realisations: each, and .pos files beside them.
+/// What `check` examines where there are realisations: .pos files beside them, and each of them.
 std::vector<std::filesystem::path> foldersOfRealisations(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> folders = realisationFoldersIn(folder);
   if (folders.empty()) return folders;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
     if (entry.path().extension() == ".pos") {
-      folders.push_back(folder);
+      folders.insert(folders.begin(), folder);
       break;
     }
   return folders;

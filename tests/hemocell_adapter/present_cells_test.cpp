@@ -407,7 +407,8 @@ TEST_CASE("realisations of a case go on inside the folder of one, and check sees
   CHECK(checked.exitCode == 4);
   CHECK_THAT(checked.out, Contains("realisation_1: clean") &&
                               Contains("realisation_2: NOT clean; 2 cells, hematocrit") &&
-                              Contains("1 overlapping pairs") && Contains("Verdict: 2 of 3 folders clean"));
+                              Contains("1 overlapping pairs") && Contains("HemoCell keeps 3 of 3 RBC") &&
+                              Contains("Verdict: 2 of 3 folders clean"));
   CHECK(ok(folder, "check config.xml --output-dir realisation_1").out.find("Verdict: clean") !=
         std::string::npos);
   writeText(folder.path() / "realisation_1/RBC.pos", "none\n");
