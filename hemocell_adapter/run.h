@@ -20,7 +20,8 @@ ExitCode runPacking(const Job& job, const Communicator& ranks);
 /// @throws InputError
 ExitCode runCheck(const Job& job);
 
-/// Examines each of job.foldersToCheck and tells a line of it, of job.outputDirectory all. @param jobOf makes the job of a folder
+/// Examines each of job.foldersToCheck and tells a line of it, of job.outputDirectory all. @param jobOf makes
+/// the job of a folder
 /// @return ok when all are clean; otherwise the highest code
 ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf);
 
