@@ -254,7 +254,16 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
                                  solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
-  return makeSolid(solid, periodic, lumen.notices);
+  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices);
+  if (solid.kind == SolidRequest::Kind::mesh) {
+    const Vec3 size = body->bounds().size();
+    if (const std::string hint = unitHint(size.maxCoeff(), solid.scale, smallestVessel, largestVessel);
+        !hint.empty())
+      lumen.notices.push_back(
+          fmt::format("{}: {}: with the factor {:.6g} it is {:.3g} x {:.3g} x {:.3g} µm{}", solid.where,
+                      solid.file.string(), solid.scale, size.x(), size.y(), size.z(), hint));
+  }
+  return body;
 }
 
 /// Refuses a lumen that reaches more than a node beyond the lattice: no cell can be there, but its volume
@@ -435,11 +444,6 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
                     solid.where, solid.file.string(), solid.scale, reach, specs::largestLength,
                     unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel)));
   }
-  if (const std::string hint = unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel);
-      !hint.empty())
-    notices.push_back(fmt::format("{}: {}: with the factor {:.6g} it is {:.3g} x {:.3g} x {:.3g} µm{}",
-                                  solid.where, solid.file.string(), solid.scale, bounds.size().x(),
-                                  bounds.size().y(), bounds.size().z(), hint));
   std::optional<VesselEnds> ends;
   if (solid.openAxis) {
     ends.emplace();

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "packMesh/container/box_share.h"
 #include "packMesh/container/region.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/error.h"
@@ -144,10 +145,63 @@ class ObstacleWall : public Wall {
   double slack_ = 0.0;
 };
 
-/// A body on its own, for volumes.
-std::shared_ptr<const Container> solidOf(const Body& body) {
-  return makeVessel(body.hierarchy.mesh(), std::nullopt, body.spacing);
-}
+/// The volume that bodies leave of a lumen: by cubes that are halved where a surface runs, each with the
+/// surfaces that are near it.
+class VolumeBeside {
+ public:
+  VolumeBeside(const Container& outer, const std::vector<Body>& bodies, const std::vector<Vec3>& shifts)
+      : outer_(outer) {
+    for (const Body& body : bodies) {
+      solids_.push_back(makeVessel(body.hierarchy.mesh(), std::nullopt, body.spacing));
+      for (const Vec3& shift : shifts) images_.push_back({solids_.back().get(), shift});
+    }
+  }
+
+  /// Of all bodies, or of none.
+  double operator()(bool withBodies) const {
+    return in(outer_.bounds(), outer_.wall() != nullptr, withBodies ? images_ : std::vector<Image>(),
+              deepest);
+  }
+
+ private:
+  /// Cubes are halved so often at most: to within about 1e-4 of the lumen.
+  static constexpr int deepest = 8;
+
+  struct Image {
+    const Container* solid;
+    Vec3 shift;
+  };
+
+  double in(const Box& box, bool wallIsNear, const std::vector<Image>& images, int depth) const {
+    const Vec3 center = box.center(), size = box.size();
+    const double reach = 0.5 * size.norm() + (outer_.wall() ? outer_.wall()->slack() : 0.0);
+    WallDistance nearest{std::numeric_limits<double>::infinity(), Vec3::UnitX()};
+    if (wallIsNear) nearest = outer_.wall()->distance(center);
+    const bool wallStaysNear = nearest.distance <= reach;
+    std::vector<Image> near;
+    for (const Image& image : images) {
+      const Vec3 p = center - image.shift;
+      if (distanceToBox(p, image.solid->bounds()) > reach) continue;
+      const WallDistance d = image.solid->wall()->distance(p);
+      if (d.distance < -reach) continue;
+      near.push_back(image);
+      if (-d.distance < nearest.distance) nearest = {-d.distance, -d.gradient};
+    }
+    if (nearest.distance < -reach) return 0.0;
+    if (nearest.distance > reach || depth == 0) return box.volume() * shareInside(nearest, size);
+    double volume = 0.0;
+    for (int octant = 0; octant < 8; ++octant) {
+      Box part = box;
+      for (int k = 0; k < 3; ++k) ((octant >> k & 1) ? part.lo : part.hi)[k] = center[k];
+      volume += in(part, wallStaysNear, near, depth - 1);
+    }
+    return volume;
+  }
+
+  const Container& outer_;
+  std::vector<std::shared_ptr<const Container>> solids_;
+  std::vector<Image> images_;
+};
 
 /// Whether a triangle of one body lies wholly in another one, which is moved by `shift`.
 bool liesIn(const TriangleMesh& mesh, const Triangle& t, const MeshHierarchy& other, const Vec3& shift) {
@@ -217,20 +271,19 @@ class ContainerWithObstacles : public Container {
   }
 
   double volumeBesideUnion() const {
-    std::vector<std::shared_ptr<const Container>> solids;
-    const auto region = [&](std::shared_ptr<const Container> inside,
-                            std::vector<std::shared_ptr<const Container>> outside) {
-      return volumeInLumen({std::move(inside), std::move(outside), outer_->bounds(), outer_->period()},
-                           *outer_);
-    };
-    for (const Body& body : wall_.bodies()) {
-      solids.push_back(solidOf(body));
-      if (!(occupied(body) > 0) || !(reachesIn(body) || region(solids.back(), {}) > 0)) refuseOutside(body);
-    }
-    const double left = region(nullptr, solids);
+    const Container& outer = *outer_;
+    for (const Body& body : wall_.bodies())
+      if (!(occupied(body) > 0) || !(reachesIn(body) || takesVolume(body))) refuseOutside(body);
+    const VolumeBeside beside(outer, wall_.bodies(), wall_.shifts());
     // A vessel may be longer than its volume tells: what is measured is what the obstacles take.
-    return outer_->wall() && !outer_->wall()->closedForm() ? outer_->volume() - (region(nullptr, {}) - left)
-                                                           : left;
+    return outer.wall() && !outer.wall()->closedForm() ? outer.volume() - (beside(false) - beside(true))
+                                                       : beside(true);
+  }
+
+  bool takesVolume(const Body& body) const {
+    const std::shared_ptr<const Container> solid =
+        makeVessel(body.hierarchy.mesh(), std::nullopt, body.spacing);
+    return volumeInLumen({solid, {}, outer_->bounds(), outer_->period()}, *outer_) > 0.0;
   }
 
   /// Whether a vertex of the body is in the lumen, so that some of the body is.

@@ -19,9 +19,9 @@ struct Obstacle {
 /// `outer` without the union of the obstacles. They may overlap one another and stick out of it; along
 /// periodic axes they repeat.
 ///
-/// The volume is exact where the obstacles are apart and `outer` is a box or holds them wholly; otherwise it
-/// is that of volumeInLumen(). surface() is what bounds the rest: where two surfaces cross, triangles reach
-/// into the other body.
+/// The volume is exact where the obstacles are apart and `outer` is a box or holds them wholly, otherwise to
+/// within about 1e-4. surface() is what bounds the rest: where two surfaces cross, triangles reach into the
+/// other body.
 /// @throws InputError when an obstacle lies outside `outer`, or nothing is left
 std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
                                                    std::vector<Obstacle> obstacles);

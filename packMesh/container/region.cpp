@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "packMesh/container/box_share.h"
+
 namespace packmesh {
 namespace {
 
@@ -21,14 +23,6 @@ WallDistance inLumen(const Container& lumen, const Vec3& p) {
 
 const WallDistance& nearer(const WallDistance& a, const WallDistance& b) {
   return b.distance < a.distance ? b : a;
-}
-
-/// Share of a box on the inner side of a plane at this distance from its centre: exact for planes across an
-/// axis, otherwise that of a slab as thick as the box is along the normal.
-double shareInside(const WallDistance& plane, const Vec3& size) {
-  if (!std::isfinite(plane.distance)) return 1.0;
-  const double thickness = plane.gradient.cwiseAbs().dot(size) / std::max(plane.gradient.norm(), 1e-12);
-  return std::clamp(0.5 + plane.distance / thickness, 0.0, 1.0);
 }
 
 /// Of the part in a box that may be halved so often.

@@ -128,7 +128,10 @@ TEST_CASE("obstacles may stick out of a round wall", "[obstacles]") {
   const auto pipe = std::shared_ptr<const Container>(makeCylinder(Vec3(10, 10, 10), 0, 8, 20, false));
   const auto half = subtractObstacles(pipe, {cubeObstacle(Vec3(-5, -5, -5), Vec3(25, 10, 25))});
   CHECK(half->volume() == Approx(0.5 * pipe->volume()).epsilon(4e-4));
-  // A stenosis: a ball from the wall, joined with a bar.
+}
+
+TEST_CASE("a stenosis of a ball and a bar that stick out of the wall", "[obstacles]") {
+  const auto pipe = std::shared_ptr<const Container>(makeCylinder(Vec3(10, 10, 10), 0, 8, 20, false));
   const double r = 5.0;
   const auto stenosis = subtractObstacles(pipe, {{makeSphere(Vec3(10, 18, 10), r)->surface(), "ball"},
                                                  cubeObstacle(Vec3(2, 12, 9), Vec3(18, 20, 11))});
