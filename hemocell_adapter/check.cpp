@@ -137,12 +137,8 @@ class Report {
     for (const std::string& line : lumenLines(scene_)) log::info(line);
     for (const SceneSpecies& species : scene_.species) {
       if (!species.acceptance) continue;
-      log::info(fmt::format(
-          "{}: {}; minimum distance from solid {} µm{}", species.job.name, species.job.origin,
-          species.job.minimumDistanceFromSolid,
-          species.job.minimumDistanceStated
-              ? ""
-              : fmt::format(" (assumed; --minimum-distance-from-solid {} d states it)", species.job.name)));
+      log::info(fmt::format("{}: {}", species.job.name, species.job.origin));
+      log::info(distanceLine(species.job));
     }
     const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {

@@ -111,9 +111,11 @@ Report configurationOf(const Job& job) {
   all["container"] = containerOf(job);
   all["preInlet"] = nullptr;
   all["preInletSlice"] = nullptr;
+  all["preInletRange"] = Report::array();
   if (job.preInlet) {
     all["preInlet"] = std::string(1, "XYZ"[job.preInlet->axis]) + (job.preInlet->atHighEnd ? "pos" : "neg");
-    all["preInletSlice"] = optionalOf(job.preInlet->slice);
+    if (job.preInlet->slice) all["preInletSlice"] = toString(*job.preInlet->slice);
+    for (const NodeRange& range : job.preInlet->ranges) all["preInletRange"].push_back(toString(range));
   }
   all["regions"] = Report::array();
   for (const RegionRequest& region : job.regions)

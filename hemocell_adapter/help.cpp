@@ -206,8 +206,13 @@ std::string referenceText() {
   };
   for (const Setting& setting : settingsTable()) {
     if (!*setting.tag) continue;
-    entry(out, fmt::format("<{}>", setting.tag),
-          attributeText(setting.values[0], setting.help, setting.fallback));
+    std::string text = attributeText(setting.values[0], setting.help, setting.fallback);
+    if (setting.values.size() > 1) {
+      text = fmt::format("{} (default: {})", setting.help, setting.fallback);
+      for (const ValueSpec& value : setting.values)
+        text += fmt::format("; {}: {}", value.placeholder, expectation(value));
+    }
+    entry(out, fmt::format("<{}>", setting.tag), text);
   }
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
   for (const SpeciesAttribute& attribute : speciesAttributes()) {

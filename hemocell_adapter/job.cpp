@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "hemocell_adapter/exit_codes.h"
+#include "hemocell_adapter/job_source.h"
 #include "hemocell_adapter/job_species.h"
 #include "hemocell_adapter/realisation_folders.h"
 #include "hemocell_adapter/units.h"
@@ -154,35 +155,6 @@ void warnOfUnits(Job& job, const Settings& options) {
                     job.config->domain.geometry->filename().string()));
 }
 
-/// HemoCell fills the inlet only; where it is stands in C++ code, and is not guessed.
-void choosePreInlet(Job& job, const Settings& settings) {
-  if (!settings.preInlet) {
-    if (settings.preInletSlice)
-      throw UsageError("a slice of a pre-inlet needs its direction: --pre-inlet Xpos");
-    if (job.config && job.config->hasPreInlet && !job.container)
-      throw InputError(
-          fmt::format("{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only. "
-                      "Its place stands "
-                      "in the case's C++ code: find preInletFromSlice(Direction::Xpos, slice) or "
-                      "autoPreinletFromBoundary(Direction::Xpos) there, and say --pre-inlet Xpos or "
-                      "<packing><preInlet> Xpos "
-                      "</preInlet> (and the plane by <preInletSlice>, where the slice is not the outermost "
-                      "plane). Or describe "
-                      "the inlet in <packing><container>, with its low corner at the origin",
-                      job.config->file.string()));
-    return;
-  }
-  if (!job.config || !job.config->hasPreInlet || !job.config->preInletLength)
-    throw InputError("--pre-inlet is for cases whose config.xml has <preInlet><parameters><lengthN>");
-  if (!job.config->domain.geometry || job.container)
-    throw InputError(
-        job.config->file.string() +
-        ": --pre-inlet is for cases with a <geometry>; describe another inlet in <packing><container>, "
-        "with its low corner at the origin");
-  job.preInlet = PreInletPlace::named(*settings.preInlet);
-  if (settings.preInletSlice) job.preInlet->slice = int(*settings.preInletSlice);
-}
-
 /// What growth does not know is refused before anything is built.
 void checkMethod(const Job& job) {
   if (job.method != Method::cat) return;
@@ -237,6 +209,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   job.outputDirectory = ".";
   if (commandLine.configFile) {
     job.config = readCaseConfig(*commandLine.configFile);
+    job.source = readCaseSource(job.config->folder);
     settings = job.config->packing;
     job.outputDirectory = job.config->folder;
   }
@@ -270,6 +243,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
         throw InputError(fmt::format("cell '{}' has a stock, which only --escape uses", species.name));
     }
   }
+  settleDistancesFromSolid(job);
   return job;
 }
 

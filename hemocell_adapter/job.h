@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hemocell_adapter/case_config.h"
+#include "hemocell_adapter/case_source.h"
 #include "hemocell_adapter/command_line.h"
 #include "hemocell_adapter/pos_file.h"
 #include "hemocell_adapter/pre_inlet.h"
@@ -28,12 +29,13 @@ struct JobSpecies {
   bool redCell = false;
   std::optional<std::int64_t> count;  ///< neither count nor ratio: the hematocrit decides
   std::optional<double> ratio;
-  int minimumDistanceFromSolid = 0;  ///< [µm]
-  bool minimumDistanceStated = false;
-  std::int64_t stock = 0;             ///< so many more, when escaping
-  std::vector<PosLine> fixed, start;  ///< cells that are there: that stay, or may move
-  std::string fixedFrom, startFrom;   ///< files
-  double wallClearance = 0.0;         ///< [µm]
+  std::optional<double> statedDistanceFromSolid;  ///< by the configuration [µm]
+  int minimumDistanceFromSolid = 0;               ///< as HemoCell has it [µm]
+  std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
+  std::int64_t stock = 0;                         ///< so many more, when escaping
+  std::vector<PosLine> fixed, start;              ///< cells that are there: that stay, or may move
+  std::string fixedFrom, startFrom;               ///< files
+  double wallClearance = 0.0;                     ///< [µm]
   std::optional<AxisCone> cone;
 };
 
@@ -41,6 +43,7 @@ struct Job {
   Command command = Command::pack;
   bool asPackCells = false;
   std::optional<CaseConfig> config;  ///< a case
+  CaseSource source;                 ///< of a case: its C++ code
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
   std::optional<ContainerRequest> container;
   std::vector<JobSpecies> species;
@@ -51,6 +54,7 @@ struct Job {
   std::optional<double> redCellVolume;  ///< [µm³]
   bool fluidVolume = false;
   std::optional<PreInletPlace> preInlet;
+  std::optional<PreInletPlace> preInletInCode;  ///< what the code says, where another place is stated
   std::optional<bool> periodicEnds;
   std::optional<std::string> walls;
   bool keepAll = false;

@@ -70,8 +70,7 @@ JobSpecies resolved(Job& job, const SpeciesRequest& request) {
   species.redCell = isRedCell(request);
   species.count = request.count;
   species.ratio = request.ratio;
-  species.minimumDistanceFromSolid = request.minimumDistanceFromSolid.value_or(0);
-  species.minimumDistanceStated = request.minimumDistanceFromSolid.has_value();
+  species.statedDistanceFromSolid = request.minimumDistanceFromSolid;
   species.stock = request.stock.value_or(0);
   species.wallClearance = std::max(request.wallClearance.value_or(job.wallClearance), job.wallClearance);
   if (species.redCell) species.wallClearance = std::max(species.wallClearance, job.cellFreeLayer);

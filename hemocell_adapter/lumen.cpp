@@ -204,8 +204,14 @@ Lumen vesselLumen(const Job& job) {
     ends.axis = job.preInlet->axis;
     PreInlet inlet =
         located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
-    note = fmt::format("the pre-inlet: plane {} of nodes along {}, repeated; frame of its own", inlet.slice,
-                       "xyz"[ends.axis]);
+    note = fmt::format(
+        "the pre-inlet: plane {} of nodes along {} ({}), repeated with the fluid nodes of plane "
+        "{}; frame of its own",
+        inlet.slice, "xyz"[ends.axis], job.preInlet->origin, inlet.flags);
+    if (job.preInletInCode && !job.preInlet->isSame(*job.preInletInCode, vessel.lattice.nodes()))
+      lumen.notices.push_back(
+          fmt::format("the pre-inlet is stated to be {}, but {} says {}: the stated one is taken",
+                      toString(*job.preInlet), job.preInletInCode->origin, toString(*job.preInletInCode)));
     if (inlet.reachesBorder)
       lumen.notices.push_back(
           fmt::format("the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "hemocell_adapter/settings_table.h"
 #include "hemocell_adapter/value_specs.h"
@@ -155,6 +156,25 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
   return container;
 }
 
+/// The value of a tag, or its several values between blanks.
+std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSpec>& specs,
+                            const fs::path& file) {
+  if (specs.size() == 1) return {valueOf(element, specs[0], file)};
+  std::istringstream text(textOf(element));
+  std::vector<std::string> words;
+  for (std::string word; text >> word;) words.push_back(word);
+  std::vector<Value> values;
+  try {
+    for (std::size_t i = 0; i < specs.size(); ++i)
+      values.push_back(parseValue(specs[i], i < words.size() ? words[i] : ""));
+    if (words.size() > specs.size())
+      throw InputError(fmt::format("expected {} words, found {}", specs.size(), words.size()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
+  }
+  return values;
+}
+
 RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
   struct Attribute {
     const char* name;
@@ -225,10 +245,10 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
           fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
     }
     refuseAttributes(*child, file);
-    Value value = valueOf(*child, found->values[0], file);
+    std::vector<Value> values = valuesOf(*child, found->values, file);
     if (name == "fixed" || name == "start")
-      value = (file.parent_path() / std::get<std::string>(value)).string();
-    found->apply(settings, {value});
+      values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
+    found->apply(settings, values);
   }
   if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
   if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/node_plane.h"
 #include "packMesh/geometry/vector.h"
 #include "packMesh/packing/packing_problem.h"
 
@@ -21,7 +22,8 @@ struct SpeciesRequest {
   std::optional<std::int64_t> count;
   std::optional<double> ratio;  ///< cells of this kind per red cell of any kind
   std::optional<Construction> construction;
-  std::optional<int> minimumDistanceFromSolid;  ///< [µm] as in setInitialMinimumDistanceFromSolid
+  /// As passed to setInitialMinimumDistanceFromSolid, which truncates it to a whole number [µm].
+  std::optional<double> minimumDistanceFromSolid;
   std::optional<std::filesystem::path> meshFile;
   std::optional<double> meshScale;  ///< µm per unit of the mesh file
   std::optional<MeshFrame> meshFrame;
@@ -71,10 +73,11 @@ struct Settings {
   std::optional<bool> fluidVolume;      ///< hematocrit of the fluid-node volume instead of the true lumen
   std::vector<SpeciesRequest> species;
   std::optional<ContainerRequest> container;
-  std::optional<std::string> preInlet;        ///< direction of HemoCell's pre-inlet, "Xpos"
-  std::optional<std::int64_t> preInletSlice;  ///< plane of nodes
-  std::vector<RegionRequest> regions;         ///< a point belongs to the first one that it is in
-  std::optional<double> cellFreeLayer;        ///< red cells keep this far from the wall [µm]
+  std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
+  std::optional<NodePlane> preInletSlice;
+  std::vector<NodeRange> preInletRanges;  ///< what of that plane is the inlet; one for each axis
+  std::vector<RegionRequest> regions;     ///< a point belongs to the first one that it is in
+  std::optional<double> cellFreeLayer;    ///< red cells keep this far from the wall [µm]
   std::optional<std::array<int, 3>> tiles;
   std::vector<std::string> exports;
   std::optional<std::int64_t> realisations;

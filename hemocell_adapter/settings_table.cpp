@@ -184,12 +184,13 @@ std::vector<Setting> cellSettings() {
        "",
        false,
        {name(), distanceFromSolid()},
-       "0",
-       "what the case passes to setInitialMinimumDistanceFromSolid for that cell",
+       "of the C++ code beside config.xml, or 0",
+       "what the case passes to setInitialMinimumDistanceFromSolid for that cell, which HemoCell truncates "
+       "to whole µm",
        Topic::cells,
        false,
        [](Settings& s, const Values& v) {
-         speciesNamed(s, text(v[0])).minimumDistanceFromSolid = int(whole(v[1]));
+         speciesNamed(s, text(v[0])).minimumDistanceFromSolid = real(v[1]);
        }},
   };
 }
@@ -284,7 +285,7 @@ std::vector<Setting> lumenSettings() {
        "preInlet",
        false,
        {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
-       "",
+       "of the C++ code beside config.xml",
        "pack the inlet of a case with a <preInlet>: the direction in its C++ code (Direction::Xpos)",
        Topic::lumen,
        false,
@@ -293,12 +294,30 @@ std::vector<Setting> lumenSettings() {
        0,
        "preInletSlice",
        false,
-       {integer("n", "", 0, 1e6)},
-       "the outermost with fluid",
-       "plane of nodes that the case passes to preInletFromSlice",
+       {plain(Kind::plane, "n")},
+       "of the C++ code, or the outermost with fluid",
+       "plane of nodes that the case passes to preInletFromSlice: 101, last, last-5",
        Topic::lumen,
        false,
        [](Settings& s, const Values& v) { s.preInletSlice = whole(v[0]); }},
+      {"pre-inlet-range",
+       0,
+       "preInletRange",
+       false,
+       {plain(Kind::axis, "axis"), plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
+       "of the C++ code, or all of the plane",
+       "nodes of that plane which the inlet is made of, where it has several outlines: y 0 42",
+       Topic::lumen,
+       false,
+       [](Settings& s, const Values& v) {
+         const NodeRange range{int(whole(v[0])), whole(v[1]), whole(v[2])};
+         auto& all = s.preInletRanges;
+         all.erase(
+             std::remove_if(all.begin(), all.end(), [&](const NodeRange& r) { return r.axis == range.axis; }),
+             all.end());
+         all.push_back(range);
+       },
+       true},
       {"keep-all",
        0,
        "",

@@ -33,6 +33,11 @@ std::string requestText(const JobSpecies& species) {
   return "by hematocrit";
 }
 
+std::string distanceLine(const JobSpecies& species) {
+  return fmt::format("{}: minimum distance from solid {} µm ({})", species.name,
+                     species.minimumDistanceFromSolid, species.distanceFromSolidOrigin);
+}
+
 std::string gapText(double gap) {
   if (std::isinf(gap)) return fmt::format("more than {:g} µm", gapOfInterest);
   return fmt::format("{:.6f} µm", gap);
@@ -121,14 +126,11 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
   }
   for (const SceneSpecies& species : scene.species) {
     const Vec3 size = boundingBox(species.shape->mesh()).size();
-    lines.push_back(fmt::format(
-        "{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³{}", species.job.name,
-        species.count, requestText(species.job), species.job.origin, species.shape->mesh().vertices.size(),
-        size[0], size[1], size[2], species.shape->volume(),
-        species.acceptance
-            ? fmt::format(", minimum distance from solid {} µm{}", species.job.minimumDistanceFromSolid,
-                          species.job.minimumDistanceStated ? "" : " (assumed)")
-            : ""));
+    lines.push_back(fmt::format("{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³",
+                                species.job.name, species.count, requestText(species.job), species.job.origin,
+                                species.shape->mesh().vertices.size(), size[0], size[1], size[2],
+                                species.shape->volume()));
+    if (species.acceptance) lines.push_back(distanceLine(species.job));
   }
   for (const SceneSpecies& species : scene.species)
     for (const std::string& line : constraintLines(job, species)) lines.push_back(line);
@@ -147,7 +149,7 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
 std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally) {
   std::vector<HematocritConvention> all = {{"mesh", "mesh volume (what is simulated)", tally.redMesh}};
   if (tally.redCells > 0 && tally.hemocellKnown)
-    all.push_back({"hemocell", "<Volume> of the XML (what HemoCell prints)", tally.redHemocell});
+    all.push_back({"hemocell", "<Volume> of the XML", tally.redHemocell});
   all.push_back({"packCells", "97 µm³ a cell (packCells)", packCellsRedCellVolume * double(tally.redCells)});
   if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume)
     all.push_back({"asked", fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume),

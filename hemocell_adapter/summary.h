@@ -50,6 +50,9 @@ std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, con
 /// "by hematocrit", "12 asked for", "0.07 per red cell": how the number of cells was decided.
 std::string requestText(const JobSpecies& species);
 
+/// "RBC: minimum distance from solid 1 µm (pipeflow.cpp:91)".
+std::string distanceLine(const JobSpecies& species);
+
 /// "packMesh 0.1.0 (0123456789), 1 rank".
 std::string versionLine(int ranks);
 

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "hemocell_adapter/node_plane.h"
 #include "packMesh/error.h"
 
 namespace packmesh::hemocell {
@@ -119,6 +120,11 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       if (letter.size() == 1 && letter[0] >= 'x' && letter[0] <= 'z') return std::int64_t(letter[0] - 'x');
       return {};
     }
+    case Kind::plane: {
+      const auto plane = nodePlaneFromString(text);
+      if (plane) return *plane;
+      return {};
+    }
     case Kind::axes: {
       const auto axes = toAxes(text);
       if (axes) return *axes;
@@ -158,6 +164,8 @@ std::string expectation(const ValueSpec& spec) {
     }
     case Kind::axis:
       return "an axis: x, y or z";
+    case Kind::plane:
+      return "a plane of nodes: 0, 1 ... or last, last-1 ...";
     case Kind::axes:
       return "axes, such as yz, or none";
     case Kind::vector:

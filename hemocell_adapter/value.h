@@ -22,6 +22,7 @@ enum class Kind {
   name,     ///< a cell name, which becomes a file name; std::string
   choice,   ///< one of ValueSpec::choices; std::string
   axis,     ///< x, y or z; std::int64_t 0, 1, 2
+  plane,    ///< a plane of nodes: `42`, `last`, `last - 5`; NodePlane (std::int64_t)
   axes,     ///< some of x, y, z or `none`; std::string of the sorted letters
   vector,   ///< three numbers; Vec3
   numbers,  ///< one or more; std::vector<double>

@@ -98,7 +98,7 @@ inline ValueSpec seed() {
   return integer("n", "", 0, double(std::numeric_limits<std::int64_t>::max()));
 }
 inline ValueSpec distanceFromSolid() {
-  return integer("d", "µm", 0, 1000);
+  return number("d", "µm", 0, false, 1000);
 }
 inline ValueSpec meshFrames() {
   return choice("frame", meshFrameNames());
