@@ -27,6 +27,7 @@ constexpr DomainTag dxTag = {"dx", Kind::number, "m; 5e-7 is 0.5 µm", 0, 1e-4, 
 constexpr DomainTag refDirTag = {"refDir", Kind::integer, "0, 1, 2 for x, y, z", 0, 2, false};
 constexpr DomainTag refDirNTag = {"refDirN", Kind::integer, "lattice nodes", 1, mostNodes, false};
 
+constexpr DomainTag envelopeTag = {"particleEnvelope", Kind::integer, "lattice nodes", 0, mostNodes, false};
 constexpr DomainTag lengthNTag = {"lengthN", Kind::integer, "lattice nodes", 1, mostNodes, false};
 
 ValueSpec specOf(const DomainTag& tag) {
@@ -80,6 +81,10 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
     result.geometryWhere = placeOf(*geometry, file);
     result.refDir = int(std::get<std::int64_t>(required(domain, refDirTag, file)));
     result.refDirN = int(std::get<std::int64_t>(required(domain, refDirNTag, file)));
+  }
+  if (const XMLElement* envelope = onlyChild(domain, envelopeTag.name, file)) {
+    result.particleEnvelope = int(std::get<std::int64_t>(required(domain, envelopeTag, file)));
+    result.particleEnvelopeWhere = placeOf(*envelope, file);
   }
   result.boxNodes = boxNodes(domain, file);
   if (!result.geometry && !result.boxNodes) {

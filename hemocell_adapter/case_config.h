@@ -19,6 +19,8 @@ struct Domain {
   std::string geometryWhere;                      ///< "config.xml:31: <geometry>"
   int refDir = 0, refDirN = 0;                    ///< with a geometry
   std::optional<std::array<int, 3>> boxNodes;     ///< without one
+  std::optional<int> particleEnvelope;            ///< [nodes]
+  std::string particleEnvelopeWhere;              ///< "config.xml:33: <particleEnvelope>"
 };
 
 struct CaseConfig {

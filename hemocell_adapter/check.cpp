@@ -244,6 +244,8 @@ ExitCode runCheck(const Job& job) {
     for (const std::string& warning : *list) log::warning(warning);
   }
   const FoundCells found = readCells(job, scene);
+  for (const std::string& warning : limitWarnings(job, scene, countsOf(scene, found.cells)))
+    log::warning(warning);
   return Report(job, scene, found).print() ? ExitCode::ok : ExitCode::faultsFound;
 }
 

@@ -46,9 +46,11 @@ Found callsFor(const std::string& name, const CaseSource& source) {
     if (call.name != name || !call.distance || !isDistance(*call.distance)) continue;
     if (!found.largest) {
       found.largest = &call;
-    } else if (distance(&call) != distance(found.largest)) {
-      found.other = distance(&call) > distance(found.largest) ? found.largest : &call;
-      if (found.other == found.largest) found.largest = &call;
+    } else if (distance(&call) > distance(found.largest)) {
+      found.other = found.largest;
+      found.largest = &call;
+    } else if (!found.other && distance(&call) < distance(found.largest)) {
+      found.other = &call;
     }
   }
   return found;

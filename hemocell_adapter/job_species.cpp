@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "hemocell_adapter/exit_codes.h"
+#include "packMesh/io/input_file.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -64,6 +65,38 @@ void readPresent(const SpeciesRequest& request, JobSpecies& species, std::vector
 }
 
 /// @param job receives warnings
+/// The cells that a folder describes, for people who ask for one that it does not: "; there is PLT.xml,
+/// RBC_HO.xml ...".
+std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path& file = entry->path();
+    constexpr std::uintmax_t largest = 1 << 20;  // [bytes]
+    std::error_code ignored;
+    if (file.extension() != ".xml" || !fs::is_regular_file(file, ignored)) continue;
+    if (fs::file_size(file, ignored) > largest) continue;
+    try {
+      if (contentOf(file, "a cell").find("<MaterialModel") != std::string::npos)
+        names.push_back(file.stem().string());
+    } catch (const InputError&) {
+      continue;  // only a hint
+    }
+  }
+  if (names.empty()) return "";
+  std::sort(names.begin(), names.end());
+  const std::string text = fmt::format("; there is {}.xml", fmt::join(names, ".xml, "));
+  const bool red = isRedCell(request);
+  const auto like = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+    SpeciesRequest other;
+    other.name = name;
+    return red ? isRedCell(other) : name.compare(0, request.name.size(), request.name) == 0;
+  });
+  if (like == names.end()) return text;
+  return text + fmt::format(". For that cell: <packing> <species name=\"{}\"{}/> </packing>", *like,
+                            red ? "" : " count=\"n\"");
+}
+
 JobSpecies resolved(Job& job, const SpeciesRequest& request) {
   JobSpecies species;
   species.name = request.name;
@@ -102,8 +135,8 @@ JobSpecies resolved(Job& job, const SpeciesRequest& request) {
     const fs::path xml = job.config->folder / (request.name + ".xml");
     std::error_code ignored;
     if (!fs::exists(xml, ignored))
-      throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'",
-                                   xml.string(), request.name));
+      throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'{}",
+                                   xml.string(), request.name, cellsInstead(job.config->folder, request)));
     species.model = readCellXml(xml, request.name, request.construction);
     species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
     return species;

@@ -9,6 +9,7 @@
 #include "hemocell_adapter/counts.h"
 #include "hemocell_adapter/densest_known.h"
 #include "hemocell_adapter/forecast.h"
+#include "hemocell_adapter/hemocell_limits.h"
 #include "hemocell_adapter/log.h"
 #include "packMesh/error.h"
 #include "packMesh/tolerances.h"
@@ -99,6 +100,22 @@ void resolveCounts(const Job& job, Scene& scene) {
 
 }  // namespace
 
+std::vector<std::string> limitWarnings(const Job& job, const Scene& scene,
+                                       const std::vector<std::int64_t>& counts) {
+  std::vector<std::string> warnings;
+  std::int64_t cells = 0;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    cells += counts[s];
+    if (counts[s] == 0 || !job.config) continue;
+    const SceneSpecies& species = scene.species[s];
+    if (auto warning = envelopeWarning(species.job.name, species.shape->mesh(), job.config->domain))
+      warnings.push_back(std::move(*warning));
+  }
+  if (auto warning = cellNumberWarning(cells, job.source.periodicity))
+    warnings.push_back(std::move(*warning));
+  return warnings;
+}
+
 std::string columnsInstead(const Job& job, const Scene& scene) {
   const bool bound = std::any_of(scene.species.begin(), scene.species.end(), [](const SceneSpecies& s) {
     return s.job.cone || !s.job.fixed.empty() || !s.job.start.empty();
@@ -130,6 +147,14 @@ void complete(const Job& job, Scene& scene) {
     throw InputError("a cell-free layer is kept at walls, and this lumen has none (--walls makes some)");
   scene.regions = makeRegions(job, scene.lumen);
   resolveCounts(job, scene);
+  std::vector<std::int64_t> counts;
+  std::int64_t tiles = 1;
+  if (job.dryRun)
+    for (const int n : job.tiles) tiles *= n;
+  for (const SceneSpecies& species : scene.species)
+    // The larger box of --tile is a scene of its own; a dry run makes none.
+    counts.push_back(species.mostCells() * tiles);
+  for (std::string& warning : limitWarnings(job, scene, counts)) scene.warnings.push_back(std::move(warning));
   scene.parts = makeParts(job, scene);
   for (std::string& warning : examineRegions(job, scene)) scene.warnings.push_back(std::move(warning));
   for (const JobSpecies& species : job.species)

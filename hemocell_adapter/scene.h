@@ -45,6 +45,10 @@ struct Scene {
 /// @throws InputError, MeshError
 Scene buildScene(const Job& job);
 
+/// What HemoCell cannot do with so many cells of each species (see hemocell_limits.h).
+std::vector<std::string> limitWarnings(const Job& job, const Scene& scene,
+                                       const std::vector<std::int64_t>& counts);
+
 /// What people may be told who ask for more than packs at random: "; --order columns ...", or nothing where
 /// columns (see Columns) are not for that scene.
 std::string columnsInstead(const Job& job, const Scene& scene);

@@ -6,7 +6,8 @@
 # the loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
 # writes, or else read from its line "# of cells: 129 | # of RBC: 121, PLT: 8".
 #   PACKMESH       packMesh to use (default: on PATH, or of this tree's build)
-#   HEMOCELL_RUN   what starts the case (default: mpirun -n 1); "" for nothing
+#   HEMOCELL_RUN   what starts the case (default: mpirun -n 1; for cases with a <preInlet>, which need two ranks,
+#                  mpirun -n 2); "" for nothing
 # Exit code: 0 the numbers are the same, 1 command line, 2 something is missing or failed, 3 HemoCell tells no
 # numbers, 4 the numbers differ.
 set -euo pipefail
@@ -40,6 +41,10 @@ packmesh=${PACKMESH:-$(command -v packMesh || echo "$here/../build/bin/packMesh"
 compgen -G "$folder/*.pos" > /dev/null || fail 2 "there are no .pos files in $folder; run packMesh $(basename "$config") there"
 grep -q '<tmax>' "$config" || fail 2 "$config has no <tmax>, so the case cannot be run for zero iterations"
 
+ranks=1
+if grep -q '<preInlet' "$config"; then ranks=2; fi
+export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe-1}  # on one processor, too
+
 # What we expect: lines "HemoCell keeps 121 of 121 RBC".
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -58,9 +63,9 @@ run_case() {
   mkdir "$work/case"
   find "$folder" -maxdepth 1 -type f ! -perm -u+x -exec cp {} "$work/case" \;
   sed -E -e "s|(<tmax>)[^<]*<|\1 $1 <|; s|(<tmeas>)[^<]*<|\1 1 <|; s|(<warmup>)[^<]*<|\1 0 <|" "$config" > "$work/case/$(basename "$config")"
-  say "Runs $program for $1 iterations"
   local run
-  read -ra run <<< "${HEMOCELL_RUN-mpirun -n 1}"
+  read -ra run <<< "${HEMOCELL_RUN-mpirun -n $ranks}"
+  say "Runs $program for $1 iterations${run:+ (${run[*]})}"
   if ! (cd "$work/case" && "${run[@]}" "$program" "$(basename "$config")") > "$work/log.txt" 2>&1; then
     tail -n 20 "$work/log.txt" >&2
     fail 2 "HemoCell failed; its last lines are above"
@@ -93,10 +98,12 @@ compare_read() {
 for iterations in 0 1; do
   run_case "$iterations"
   compare_read
-  missing="" differs=0
+  missing="" differs=0 assumed=()
   : > "$work/table.txt"
   while read -r name cells ours; do
     theirs=$(kept_cells "$name")
+    [[ -n $theirs && $theirs != "$ours" ]] && grep -q "^(packMesh) $name: minimum distance from solid .* (assumed)" "$work/check.txt" &&
+      assumed+=("$name")
     [[ -n $theirs ]] || missing+="$name "
     [[ -z $theirs || $theirs == "$ours" ]] || differs=1
     printf '%s: %s cells, packMesh says HemoCell keeps %s, HemoCell kept %s%s\n' "$name" "$cells" "$ours" "${theirs:-?}" \
@@ -107,7 +114,9 @@ done
 while IFS= read -r line; do say "$line"; done < "$work/table.txt"
 [[ -z $missing ]] || fail 3 "HemoCell's log and csv files do not tell how many cells it kept of: ${missing% }"
 if [[ $differs -eq 1 ]]; then
-  fail 4 "HemoCell keeps other numbers than packMesh says. Does the case call setInitialMinimumDistanceFromSolid?" \
-    "Then say so: <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/>. Else please report it with the case."
+  advice="Please report it with the case."
+  [[ ${#assumed[@]} -eq 0 ]] || advice="Does the case call setInitialMinimumDistanceFromSolid for ${assumed[*]}? Then say so:$(
+    printf ' <species name="%s" minimumDistanceFromSolid="1"/>' "${assumed[@]}"). Else please report it with the case."
+  fail 4 "HemoCell keeps other numbers than packMesh says. $advice"
 fi
 say "Verdict: HemoCell keeps what packMesh says"

@@ -49,6 +49,9 @@ TEST_CASE("the packing section", "[case_config]") {
     <hematocrit> 0.4 </hematocrit> <hematocritVolume> fluid </hematocritVolume> <redCellVolume> 97 </redCellVolume>
     <seed> 7 </seed> <method> cat </method>
     <clearance> 0.1 </clearance> <wallClearance> 0.2 </wallClearance> <rotate> no </rotate>
+    <preInlet> Zneg </preInlet> <preInletSlice> last - 5 </preInletSlice>
+    <preInletRange> y 0 42 </preInletRange> <preInletRange>
+    X 3 last-7 </preInletRange>
     <ends> periodic </ends> <walls> y z </walls> <maxTime> 60 </maxTime> <maxIterations> 1e4 </maxIterations>
     <bestEffort> true </bestEffort> <outputDirectory> out </outputDirectory> <povScene> true </povScene>
     <species name="RBC" construction="RBC_FROM_SPHERE" minimumDistanceFromSolid="1"/>
@@ -76,6 +79,9 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.rotate == false);
   CHECK(s.periodicEnds == true);
   CHECK(s.walls == std::string("yz"));
+  CHECK(s.preInlet == std::string("Zneg"));
+  CHECK(s.preInletSlice == -6);
+  CHECK(s.preInletRanges == std::vector<NodeRange>{{1, 0, 42}, {0, 3, -8}});
   CHECK(s.maxSeconds == 60.0);
   CHECK(s.maxIterations == 10000);
   CHECK(s.bestEffort == true);
@@ -149,7 +155,11 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {packing("<species name='RBC' count='-3'/>"), "attribute count: expected a whole number"},
            {packing("<species name='RBC' construction='RBC_FROM_SPEHRE'/>"),
             "did you mean 'RBC_FROM_SPHERE'?"},
-           {packing("<species name='RBC' minimumDistanceFromSolid='0.5'/>"), "expected a whole number"},
+           {packing("<species name='RBC' minimumDistanceFromSolid='-1'/>"), "expected a number in [0, 1000]"},
+           {packing("<preInletRange> y 0 </preInletRange>"),
+            "<preInletRange>: expected a plane of nodes: 0, 1 ... or last, last-1 ..., found nothing"},
+           {packing("<preInletRange> y 0 1 2 </preInletRange>"), "expected 3 words, found 4"},
+           {packing("<preInletSlice> -1 </preInletSlice>"), "expected a plane of nodes"},
            {packing("<species name='RBC'/><species name='RBC'/>"), "a second species called 'RBC'"},
            {packing("<species name='RBC'><count>3</count></species>"), "its values are attributes"},
            {packing("<species name='RBC' count='1' ratio='1'/>"), "a count and a ratio"},

@@ -92,7 +92,7 @@ TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executa
   INFO(checked.all());
   CHECK(checked.exitCode == 0);
   CHECK_THAT(checked.out, Contains("Verdict: clean"));
-  CHECK_THAT(checked.out, Contains("minimum distance from solid 0 µm (assumed"));
+  CHECK_THAT(checked.out, Contains("minimum distance from solid 0 µm (not set in case.cpp)"));
 
   // Same seed, same bytes; another seed, another packing.
   const std::string first = readText(folder.path() / "RBC.pos");

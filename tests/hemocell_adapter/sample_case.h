@@ -63,13 +63,15 @@ inline std::string rbcPos(const std::string& lines, int count) {
   return std::to_string(count) + "\n" + lines;
 }
 
-/// A tube 24 µm long and 15 µm wide (2.4 x 1.5 in units of its STL), with RBC.xml and PLT.xml.
+/// A tube 24 µm long and 15 µm wide (2.4 x 1.5 in units of its STL), with RBC.xml and PLT.xml, and C++ code
+/// that says nothing of them.
 class SampleCase : public TemporaryFolder {
  public:
   explicit SampleCase(const std::string& packing = "") {
     writeText(path() / "tube.stl", tubeStl(2.4, 0.75, 48));
     writeText(path() / "RBC.xml", cellXml("RBC", 3.91, 600, "<Volume> 90 </Volume>"));
     writeText(path() / "PLT.xml", cellXml("PLT", 1.25, 66, "<aspectRatio> 0.434782608696 </aspectRatio>"));
+    writeText(path() / "case.cpp", "int main() { hemocell.loadParticles(); }\n");
     writeText(path() / "config.xml", configXml(sampleDomain, packing));
   }
 };

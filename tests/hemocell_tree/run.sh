@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Places packMesh as tools/packMesh in a stand-in of HemoCell's tree, builds it in both ways HemoCell's tools are built, and
-# runs the programs from where HemoCell's users call them. Most objects are borrowed from the build that runs the tests, since
-# compiling all takes minutes; PACKMESH_COMPILE_ALL=1 borrows none.
+# runs the programs from where HemoCell's users call them. All objects but one are borrowed from the build that runs the tests;
+# PACKMESH_COMPILE_ALL=1 borrows none.
 #   run.sh <cmake> <source tree of packMesh> <build tree of packMesh> <scratch folder>
 set -euo pipefail
 cmake=$1 source=$2 built=$3 scratch=$4
@@ -19,17 +19,17 @@ command -v ccache > /dev/null && options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 
 # As one of HemoCell's subdirectories.
-"$cmake" -S "$tree" -B "$tree/build" "${options[@]}"
+for _ in first again; do "$cmake" -S "$tree" -B "$tree/build" "${options[@]}"; done
 if [[ ${PACKMESH_COMPILE_ALL:-0} != 1 ]]; then
   sleep 1  # later than the Makefiles, on any file system
-  (cd "$built" && find packMesh/CMakeFiles/packMesh.dir hemocell_adapter/CMakeFiles/hemocell_adapter.dir -name '*.o') |
-    grep -vE '/(version|pack|value|contact_kernel_portable)\.cpp\.o$' | while IFS= read -r object; do
+  (cd "$built" && find packMesh/CMakeFiles/packMesh.dir hemocell_adapter/CMakeFiles -name '*.o') |
+    grep -v '/version\.cpp\.o$' | while IFS= read -r object; do
       mkdir -p "$(dirname "$tree/build/tools/packMesh/$object")"
       cp "$built/$object" "$tree/build/tools/packMesh/$object"
     done
 fi
-"$cmake" --build "$tree/build" --parallel "$jobs" | tee "$scratch/build.log"
-grep -q 'Building CXX object tools/packMesh/.*/pack\.cpp\.o' "$scratch/build.log"
+"$cmake" --build "$tree/build" --parallel "$jobs" --target hemocell packMesh_executable | tee "$scratch/build.log"
+grep -q 'Building CXX object tools/packMesh/.*/version\.cpp\.o' "$scratch/build.log"
 test ! -e "$tree/build/tests" || { echo "packMesh's tests became HemoCell's"; exit 1; }
 if grep -l -e '-march=native' "$tree"/build/tools/packMesh/*/CMakeFiles/*/flags.make; then
   echo "HemoCell's -march=native reached packMesh"
@@ -38,10 +38,7 @@ fi
 for program in packMesh/bin/packMesh packMesh/bin/packCells packCells/packCells; do
   "$tree/tools/$program" --version
 done
-mkdir "$scratch/ours" "$scratch/theirs" "$scratch/packcells"
-cd "$scratch/ours" && "$tree/tools/packMesh/bin/packMesh" 30 30 30 --hematocrit 0.3 > /dev/null
-cd "$scratch/theirs" && "$built/bin/packMesh" 30 30 30 --hematocrit 0.3 > /dev/null
-cmp "$scratch/ours/RBC.pos" "$scratch/theirs/RBC.pos"
+mkdir "$scratch/packcells"
 # Under its old name it counts as packCells does: round(0.3 * 30^3 / 97) = 84 cells.
 cd "$scratch/packcells" && "$tree/tools/packCells/packCells" 30 30 30 --hematocrit 0.3 > /dev/null
 test "$(head -n 1 RBC.pos)" = 84

@@ -32,7 +32,28 @@ if grep -q "for 1 iterations" "$scratch/said.txt"; then echo "ran for an iterati
 TELLS=loop expect 0 "PLT: 8 cells, packMesh says HemoCell keeps 8, HemoCell kept 8" "$case" config.xml
 grep -q "for 1 iterations" "$scratch/said.txt"
 TELLS=csv DROPS=3 expect 4 "HemoCell kept 118  <- differs" "$case"
-TELLS=loop DROPS=3 expect 4 "setInitialMinimumDistanceFromSolid" "$case"
+TELLS=loop DROPS=3 expect 4 "setInitialMinimumDistanceFromSolid for RBC?" "$case"
+# No advice where it is followed already, by the settings or by the C++ of the case.
+echo 'int main() { hemocell.setInitialMinimumDistanceFromSolid("RBC", 0.5); }' > case.cpp
+TELLS=csv DROPS=3 expect 4 "packMesh says. Please report it with the case." "$case"
+rm case.cpp
+# Pre-inlets need two ranks.
+mkdir "$scratch/bin"
+printf '#!/bin/sh\necho "started on $2 ranks" > "%s/ranks.txt"\nshift 2\nexec "$@"\n' "$scratch" > "$scratch/bin/mpirun"
+chmod +x "$scratch/bin/mpirun"
+(
+  unset HEMOCELL_RUN
+  export PATH="$scratch/bin:$PATH" TELLS=csv
+  expect 0 "for 0 iterations (mpirun -n 1)" "$case"
+  grep -qx "started on 1 ranks" "$scratch/ranks.txt"
+  mkdir "$scratch/inlet"
+  cp ./*.xml ./*.stl "$scratch/inlet"
+  cd "$scratch/inlet"
+  sed -i 's|<domain>|<preInlet><parameters><lengthN> 60 </lengthN></parameters></preInlet><domain>|; s|</packing>|<preInlet> Xpos </preInlet></packing>|' config.xml
+  "$packmesh" config.xml > /dev/null
+  expect 0 "for 0 iterations (mpirun -n 2)" "$case"
+  grep -qx "started on 2 ranks" "$scratch/ranks.txt"
+)
 TELLS=csv READS=5 expect 4 "PLT.pos holds 8 cells, HemoCell read 5" "$case"
 TELLS=nowhere expect 3 "do not tell how many cells it kept of: PLT RBC" "$case"
 TELLS=crash expect 2 "HemoCell failed" "$case"
