@@ -25,7 +25,7 @@ template <class Found>
 void forCalls(const std::vector<Token>& tokens, const char* name, std::size_t arguments, Found&& found) {
   for (std::size_t i = 0; i + 1 < tokens.size(); ++i) {
     if (tokens[i].kind != Token::Kind::word || !tokens[i].is(name) || !tokens[i + 1].is("(")) continue;
-    const std::size_t close = closingBracket(tokens, i + 1);
+    const std::size_t close = tokens[i + 1].closing;
     if (close == tokens.size() || !isCall(tokens, i)) continue;
     const std::vector<TokenRange> parts = splitAtCommas(tokens, {i + 2, close});
     if (parts.size() == arguments) found(TokenRange{i, close + 1}, parts);
@@ -56,13 +56,13 @@ CaseSource readCaseSource(const fs::path& folder) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
     if (isSource(entry->path())) files.push_back(entry->path());
   std::sort(files.begin(), files.end());
-  constexpr std::uintmax_t largest = 16 << 20;  // [bytes]; nobody writes that much
+  constexpr std::uintmax_t largest = 1 << 20;  // [bytes]; nobody writes that much
   for (const fs::path& file : files) {
     std::error_code ignored;
     const std::string name = file.filename().string();
     if (fs::is_directory(file, ignored)) continue;
     if (fs::is_regular_file(file, ignored) && fs::file_size(file, ignored) > largest) {
-      source.unread.push_back(fmt::format("{}: is larger than 16 MB and was not searched for calls", name));
+      source.unread.push_back(fmt::format("{}: is larger than 1 MB and was not searched for calls", name));
       continue;
     }
     try {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "hemocell_adapter/case_source.h"
 
@@ -40,7 +41,8 @@ BoxValue wholeLattice() {
 /// The statements of a file, one after the other, as far as they are about boxes.
 class Reader {
  public:
-  Reader(const std::vector<Token>& tokens, const std::string& file) : tokens_(tokens), file_(file) {}
+  Reader(const std::vector<Token>& tokens, const std::string& file)
+      : tokens_(tokens), file_(file), followed_(tokens.size(), false) {}
 
   std::vector<PreInletCall> run() {
     std::size_t first = 0;
@@ -54,7 +56,10 @@ class Reader {
       if (!brace && (depth > 0 || !t.is(";"))) continue;
       statement({first, i});
       if (brace) depth = 0;
-      if (t.is("{")) blocks_.push_back({has({first, i}, {"for", "while", "do"}), {}});
+      if (t.is("{")) {
+        const bool loop = has({first, i}, {"for", "while", "do"});
+        blocks_.push_back({loopsIn(blocks_.size()) + int(loop), {}, {}});
+      }
       if (t.is("}")) closeBlock();
       first = i + 1;
     }
@@ -67,10 +72,13 @@ class Reader {
     std::size_t block;  ///< number of blocks open where it is declared
   };
   struct Block {
-    bool loop;
+    int loops;  ///< among the blocks open here, this one included
     /// Members that it has changed: unknown after it, since it may not have been run.
-    std::vector<std::pair<std::string, int>> changes;
+    std::set<std::pair<std::string, int>> changes;
+    std::vector<std::string> declared;
   };
+  /// Loops among the first `blocks` of the open blocks.
+  int loopsIn(std::size_t blocks) const { return blocks == 0 ? 0 : blocks_[blocks - 1].loops; }
 
   const Token& token(std::size_t i) const { return tokens_[i]; }
   bool is(std::size_t i, TokenRange range, const char* text) const {
@@ -79,20 +87,23 @@ class Reader {
 
   void closeBlock() {
     if (blocks_.empty()) return;
-    const auto changes = std::move(blocks_.back().changes);
+    const Block block = std::move(blocks_.back());
     blocks_.pop_back();
-    for (auto it = boxes_.begin(); it != boxes_.end();)
-      it = it->second.block > blocks_.size() ? boxes_.erase(it) : std::next(it);
-    for (const auto& [name, member] : changes) forget(name, member);
+    for (const std::string& name : block.declared) {
+      const auto found = boxes_.find(name);
+      if (found != boxes_.end() && found->second.block > blocks_.size()) boxes_.erase(found);
+    }
+    for (const auto& [name, member] : block.changes) forget(name, member);
   }
 
   void set(const std::string& name, int member, std::optional<Coordinate> value) {
     const auto found = boxes_.find(name);
     if (found == boxes_.end()) return;
-    const bool repeated = std::any_of(blocks_.begin() + std::ptrdiff_t(found->second.block), blocks_.end(),
-                                      [](const Block& b) { return b.loop; });
-    found->second.value[member] = repeated ? std::nullopt : value;
-    if (!blocks_.empty()) blocks_.back().changes.emplace_back(name, member);
+    constexpr std::size_t deepest = 100;  // further in nothing is followed
+    const bool tooDeep = blocks_.size() > deepest;
+    const bool repeated = loopsIn(blocks_.size()) > loopsIn(found->second.block);
+    found->second.value[member] = repeated || tooDeep ? std::nullopt : value;
+    if (!blocks_.empty() && !tooDeep) blocks_.back().changes.emplace(name, member);
   }
   void forget(const std::string& name, int member) { set(name, member, {}); }
 
@@ -106,7 +117,6 @@ class Reader {
   void statement(TokenRange range) {
     const bool conditional =
         has(range, {"if", "else", "for", "while", "do", "switch", "case", "default", "catch"});
-    followed_.clear();
     findCalls(range);
     if (conditional || !declaration(range))
       for (const TokenRange& part : splitAtCommas(tokens_, range)) assignment(part, conditional);
@@ -128,13 +138,14 @@ class Reader {
       if (!value) value = boxOf({i + 3, range.second - 1});
     }
     boxes_[name.text] = {value.value_or(BoxValue{}), blocks_.size()};
-    followed_.emplace_back(range.first, value ? range.second : i + 2);
+    if (!blocks_.empty()) blocks_.back().declared.push_back(name.text);
+    follow(range.first, value ? range.second : i + 2);
     return true;
   }
 
   /// Box3D(x0, x1, y0, y1, z0, z1), from its bracket on.
   std::optional<BoxValue> cornersOf(std::size_t open, TokenRange range) const {
-    const std::size_t close = closingBracket(tokens_, open);
+    const std::size_t close = tokens_[open].closing;
     if (close + 1 != range.second) return {};
     const std::vector<TokenRange> parts = splitAtCommas(tokens_, {open + 1, close});
     if (parts.size() != 6) return {};
@@ -244,7 +255,7 @@ class Reader {
     if (targets.empty()) return;
     const std::optional<Coordinate> value = coordinateOf({i, range.second});
     const std::optional<BoxValue> box = boxOf({i, range.second});
-    followed_.emplace_back(range.first, value || box ? range.second : i);
+    follow(range.first, value || box ? range.second : i);
     for (const Target& target : targets)
       for (int m = 0; m < 6; ++m) {
         if (target.member && *target.member != m) continue;
@@ -264,7 +275,7 @@ class Reader {
   /// What may change a box in a way that is not followed makes it unknown: as an argument, by address, ++.
   void forgetOtherUses(TokenRange range) {
     for (std::size_t i = range.first; i < range.second; ++i) {
-      if (!isBox(i, range) || isFollowed(i)) continue;
+      if (!isBox(i, range) || followed_[i]) continue;
       const std::string& name = token(i).text;
       const bool reads = is(i + 1, range, ".") && i + 2 < range.second;
       const auto member = reads ? memberNamed(token(i + 2)) : std::nullopt;
@@ -280,9 +291,8 @@ class Reader {
     }
   }
 
-  bool isFollowed(std::size_t i) const {
-    return std::any_of(followed_.begin(), followed_.end(),
-                       [&](const TokenRange& r) { return i >= r.first && i < r.second; });
+  void follow(std::size_t first, std::size_t last) {
+    std::fill(followed_.begin() + std::ptrdiff_t(first), followed_.begin() + std::ptrdiff_t(last), true);
   }
 
   void findCalls(TokenRange range) {
@@ -290,9 +300,9 @@ class Reader {
       if (token(i).kind != Token::Kind::word || !token(i + 1).is("(") || !isCall(tokens_, i)) continue;
       const bool automatic = token(i).is("autoPreinletFromBoundary");
       if (!automatic && !token(i).is("preInletFromSlice")) continue;
-      const std::size_t close = closingBracket(tokens_, i + 1);
-      if (close == tokens_.size()) continue;
-      followed_.emplace_back(i, close);
+      const std::size_t close = tokens_[i + 1].closing;
+      if (close == tokens_.size() || followed_[i]) continue;
+      follow(i, close);
       const std::vector<TokenRange> arguments = splitAtCommas(tokens_, {i + 2, close});
       if (arguments.size() != (automatic ? 1 : 2)) continue;
       PreInletCall call;
@@ -342,7 +352,7 @@ class Reader {
   const std::string& file_;
   std::map<std::string, Variable> boxes_;
   std::vector<Block> blocks_;
-  std::vector<TokenRange> followed_;  ///< what of this statement needs no suspicion
+  std::vector<bool> followed_;  ///< tokens in which no box is changed in another way
   std::vector<PreInletCall> calls_;
 };
 

@@ -20,6 +20,10 @@ bool isBlank(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
+bool isOpening(const Token& token) {
+  return token.kind == Token::Kind::symbol && (token.is("(") || token.is("[") || token.is("{"));
+}
+
 class Lexer {
  public:
   explicit Lexer(const std::string& text) : text_(text) {}
@@ -48,9 +52,9 @@ class Lexer {
 
   void add(Token::Kind kind, std::string text, int line) {
     if (inDirective_)
-      directive_.push_back({kind, std::move(text), line});
+      directive_.push_back({kind, std::move(text), line, 0});
     else if (!isDead())
-      tokens_.push_back({kind, std::move(text), line});
+      tokens_.push_back({kind, std::move(text), line, 0});
     atLineStart_ = false;
   }
 
@@ -211,33 +215,31 @@ class Lexer {
 }  // namespace
 
 std::vector<Token> tokensOf(const std::string& text) {
-  return Lexer(text).run();
-}
-
-std::size_t closingBracket(const std::vector<Token>& tokens, std::size_t open) {
-  int depth = 0;
-  for (std::size_t i = open; i < tokens.size(); ++i) {
-    const Token& t = tokens[i];
-    if (t.kind != Token::Kind::symbol) continue;
-    if (t.is("(") || t.is("[") || t.is("{")) ++depth;
-    if ((t.is(")") || t.is("]") || t.is("}")) && --depth == 0) return i;
+  std::vector<Token> tokens = Lexer(text).run();
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < tokens.size(); ++i) {
+    if (isOpening(tokens[i])) {
+      tokens[i].closing = tokens.size();
+      open.push_back(i);
+    } else if ((tokens[i].is(")") || tokens[i].is("]") || tokens[i].is("}")) && !open.empty()) {
+      tokens[open.back()].closing = i;
+      open.pop_back();
+    }
   }
-  return tokens.size();
+  return tokens;
 }
 
 std::vector<TokenRange> splitAtCommas(const std::vector<Token>& tokens, TokenRange range) {
   std::vector<TokenRange> parts;
   if (range.first == range.second) return parts;
   parts.emplace_back(range.first, range.second);
-  int depth = 0;
   for (std::size_t i = range.first; i < range.second; ++i) {
-    const Token& t = tokens[i];
-    if (t.kind != Token::Kind::symbol) continue;
-    if (t.is("(") || t.is("[") || t.is("{")) ++depth;
-    if (t.is(")") || t.is("]") || t.is("}")) --depth;
-    if (depth > 0 || !t.is(",")) continue;
-    parts.back().second = i;
-    parts.emplace_back(i + 1, range.second);
+    if (isOpening(tokens[i])) {
+      i = tokens[i].closing;
+    } else if (tokens[i].is(",")) {
+      parts.back().second = i;
+      parts.emplace_back(i + 1, range.second);
+    }
   }
   return parts;
 }
@@ -249,7 +251,7 @@ bool isCall(const std::vector<Token>& tokens, std::size_t at) {
     return before.is("else") || before.is("do") || before.is("return");  // otherwise a type
   if (before.is("*") || before.is("&") || before.is(">") || before.is("~")) return false;
   if (!before.is("::")) return true;
-  const std::size_t close = closingBracket(tokens, at + 1);  // a definition has a body
+  const std::size_t close = tokens[at + 1].closing;  // a definition has a body
   return close + 1 < tokens.size() && !tokens[close + 1].is("{") && !tokens[close + 1].is("const");
 }
 

@@ -12,6 +12,8 @@ struct Token {
   enum class Kind { word, number, string, symbol } kind;
   std::string text;  ///< of a string: what stands between the quotes, escapes as they are written
   int line = 0;      ///< from 1 on
+  /// Of an opening bracket ( [ {: index of the one that closes it, the number of tokens when there is none.
+  std::size_t closing = 0;
 
   bool is(const char* symbolOrWord) const { return kind != Kind::string && text == symbolOrWord; }
 };
@@ -19,9 +21,6 @@ struct Token {
 /// The tokens of `text` without comments, preprocessor lines and what stands in `#if 0`. Text that is no C++
 /// gives some tokens all the same.
 std::vector<Token> tokensOf(const std::string& text);
-
-/// Index of the bracket that closes the one at `open`, ( [ or {; tokens.size() when there is none.
-std::size_t closingBracket(const std::vector<Token>& tokens, std::size_t open);
 
 using TokenRange = std::pair<std::size_t, std::size_t>;  ///< [first, last)
 
