@@ -13,6 +13,10 @@
 namespace packmesh::hemocell {
 namespace {
 
+/// With so many overlapping pairs, and so many for each cell, no more are looked for. A cell touches some ten
+/// others; where all overlap, as in a file in metres, there are as many pairs as cells squared.
+constexpr std::int64_t leastOverlaps = 100000, overlapsPerCell = 4;
+
 /// The cells of all files, and where each came from.
 struct FoundCells {
   std::vector<PlacedCell> cells;
@@ -67,6 +71,7 @@ class Report {
     }
     input.requiredGap = job.clearance;
     input.requiredWallGap = job.wallClearance;
+    input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(found.cells.size()));
     certificate_ = certify(input);
     for (std::size_t i = 0; i < found.cells.size(); ++i) {
       objections_[i] = hemocellObjection(scene, found.cells[i]);
@@ -153,10 +158,14 @@ class Report {
     }
     const std::string nearer =
         job_.clearance > 0.0 ? fmt::format(" or nearer than {:.6g} µm", job_.clearance) : "";
-    log::info(fmt::format("Overlapping pairs{}: {}{}", nearer, certificate_.overlapping.size(),
+    log::info(fmt::format("Overlapping pairs{}: {}{}{}", nearer, certificate_.moreOverlaps ? "at least " : "",
+                          certificate_.overlapping.size(),
                           knowsAcceptance(scene_) && !certificate_.overlapping.empty()
                               ? fmt::format(", {} of them among cells HemoCell keeps", amongKept)
                               : ""));
+    if (certificate_.moreOverlaps)
+      log::info(
+          "  So many overlap that further pairs were not examined: are positions in µm, and of this lumen?");
     FaultList list;
     for (const OverlappingPair& pair : certificate_.overlapping) {
       const std::string second = pair.first == pair.second ? "its own periodic image" : nameOf(pair.second);

@@ -14,6 +14,7 @@
 #include "hemocell_adapter/forecast.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
+#include "hemocell_adapter/memory.h"
 #include "hemocell_adapter/outputs.h"
 #include "hemocell_adapter/progress_log.h"
 #include "hemocell_adapter/ranks.h"
@@ -100,13 +101,17 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
   }
   const std::string time = job.maxSeconds > 0 ? fmt::format(", {}", durationText(job.maxSeconds)) : "";
   const Statistics& done = result.statistics;
-  return fmt::format(
-      "out of reach within the limits ({}): the densest certified packing has hematocrit {:.4f} of the {} "
-      "({})",
+  const std::string limits =
       done.growth ? fmt::format("{} iterations of growth{}", done.growth->iterations, time)
-                  : fmt::format("{} sweeps{}; {} done, those for fewer cells included",
-                                job.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps),
-      tally.redMesh / scene.referenceVolume(job), job.fluidVolume ? "fluid nodes" : "lumen", counts);
+                  : fmt::format("{} sweeps{}; {} done, those of the search for fewer cells included",
+                                job.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps);
+  const std::string what =
+      result.searched ? "the densest certified packing found"
+                      : std::string(done.growth ? "" : "time ended the search for the densest packing; ") +
+                            "a certified packing found";
+  return fmt::format("out of reach within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
+                     what, tally.redMesh / scene.referenceVolume(job),
+                     job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
 /// Tells what packing took, in detail.
@@ -237,6 +242,9 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
       log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
     return {};
   }
+  std::int64_t cells = 0;
+  for (const SceneSpecies& species : scene.species) cells += species.mostCells();
+  together(ranks, [&] { requireMemory(cells, ranks); });
   pollInterruption();
   ProgressLog progress(job, scene, ranks.size());
   PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });

@@ -30,6 +30,9 @@ constexpr double mostPossible = 1e17, farthest = 100.0;
 /// Growth begins far above this scale (GrowthSettings::smallestScale).
 constexpr double smallestScale = 1e-12;
 
+/// Cells were taken out one by one, before there was a search for the densest packing.
+constexpr std::int64_t withdrawnStage = 3;
+
 /// No length but that of a path is as long [µm].
 double longestPossible(const PackingProblem& problem) {
   return problem.container->bounds().size().norm() + farthest;
@@ -43,8 +46,6 @@ const char* textOf(const RunPosition& position) {
       return "certificate";
     case Stage::repair:
       return "repair";
-    case Stage::thinning:
-      return "thinning out";
     case Stage::growth:
       return "growth";
   }
@@ -156,7 +157,7 @@ RunTables runTablesOf(const PackingState& state) {
   RunTables t;
   const RunPosition& at = state.position;
   t.position = {static_cast<std::int64_t>(at.stage),
-                at.thinning ? 1 : 0,
+                at.fewer ? 1 : 0,
                 at.round,
                 at.schedule.part,
                 at.schedule.sweep,
@@ -226,7 +227,8 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          (t.counts.empty() || t.counts.size() == species) &&
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
          t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
-         t.position[0] <= static_cast<std::int64_t>(Stage::growth) && t.growth.size() == 6 &&
+         t.position[0] != withdrawnStage && t.position[0] <= static_cast<std::int64_t>(Stage::growth) &&
+         t.growth.size() == 6 &&
          t.growthNumbers.size() == 2;
 }
 

@@ -30,6 +30,7 @@ void requireFixedApart(const PackingProblem& problem) {
   input.cells = &cells;
   input.requiredGap = problem.clearance;
   input.requiredWallGap = problem.wallClearance;
+  input.upToFirstFault = true;
   const Certificate found = certify(input);
   if (!found.misplaced.empty()) {
     const MisplacedCell& cell = found.misplaced.front();

@@ -2,12 +2,12 @@
 #include "packMesh/packing/pack_by_growth.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include "packMesh/packing/cell_measures.h"
 #include "packMesh/packing/growth_scene.h"
 #include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/run_control.h"
 #include "packMesh/stages/growth/growth.h"
 #include "packMesh/stages/growth/seeding.h"
 #include "packMesh/stopwatch.h"
@@ -32,9 +32,10 @@ class GrowthRun {
  public:
   explicit GrowthRun(const PackingProblem& problem)
       : problem_(problem),
-        start_(std::chrono::steady_clock::now()),
+        control_(problem),
         scene_(distributed(growthSceneOf(problem), problem.communicator)),
         builder_(makeBuilder(problem.builder, scene_, tetrahedra_)) {
+    scene_.stop = [this] { return control_.stoppedHere(); };
     for (const Species& species : problem.species) {
       counts_.push_back(species.count);
       names_.push_back(species.name);
@@ -60,14 +61,16 @@ class GrowthRun {
     if (!ended) best = best_;
     if (!ended && problem_.escape && (!grown || anyStock()) && !stopped()) grown = escapeFrom(best);
     if (problem_.checkpoints) {
-      if (!interrupted_ && (grown || ended || problem_.checkpoints->endsWithFewer)) {
+      if (!control_.interrupted() && (grown || ended || problem_.checkpoints->endsWithFewer)) {
         keepState(Stage::certificate, best);
         measure(best);
       }
       problem_.checkpoints->save(kept_);
     }
-    result_.outcome = interrupted_ ? Outcome::interrupted : grown ? Outcome::certified : Outcome::outOfReach;
-    if (!interrupted_) takeCells(best);
+    result_.outcome = control_.interrupted() ? Outcome::interrupted
+                      : grown                ? Outcome::certified
+                                             : Outcome::outOfReach;
+    if (!control_.interrupted()) takeCells(best);
     if (problem_.builder != Builder::chords) result_.statistics.tetrahedra = tetrahedraOfAllRanks();
     return std::move(result_);
   }
@@ -149,7 +152,8 @@ class GrowthRun {
   /// @return whether the state is complete
   bool escapeFrom(GrowthState& state) {
     const GrowthState before = state;
-    const GrowthScene scene = distributed(scene_, Communicator());
+    GrowthScene scene = distributed(scene_, Communicator());
+    if (!problem_.communicator.alone()) scene.stop = {};  // ranks must not part ways
     const Stopwatch watch(result_.statistics.growthSeconds);
     const BuilderFactory factory = [this](const GrowthScene& part) {
       return makeBuilder(problem_.builder, part, tetrahedra_);
@@ -179,11 +183,7 @@ class GrowthRun {
 
   /// Whether to stop, for whatever reason; the same on all ranks.
   bool stopped() {
-    const Communicator& ranks = problem_.communicator;
-    interrupted_ = ranks.any(interrupted_ || (problem_.interrupted && problem_.interrupted()));
-    if (interrupted_ || result_.statistics.growth->iterations >= problem_.limits.maxSweeps) return true;
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-    return problem_.limits.maxSeconds > 0.0 && ranks.any(elapsed.count() > problem_.limits.maxSeconds);
+    return control_.stopped() || result_.statistics.growth->iterations >= problem_.limits.maxSweeps;
   }
 
   static std::int64_t countFull(const GrowthState& state) {
@@ -230,7 +230,15 @@ class GrowthRun {
     const CellShares shares(centres, ranks);
     std::vector<bool> own;
     for (const std::int64_t cell : numbers) own.push_back(shares.own(cell));
-    result_.certificate = ofAllRanks(certify(certificateInput(result_.cells, own)), numbers, ranks);
+    CertificateInput input = certificateInput(result_.cells, own);
+    input.stop = [this] { return control_.outOfTimeHere(); };
+    result_.certificate = ofAllRanks(certify(input), numbers, ranks);
+    if (!result_.certificate.complete) {
+      result_.cells.clear();
+      result_.poses.clear();
+      control_.outOfTime();
+      result_.outcome = control_.interrupted() ? Outcome::interrupted : Outcome::outOfReach;
+    }
     keepShare();
   }
 
@@ -279,14 +287,13 @@ class GrowthRun {
   }
 
   const PackingProblem& problem_;
-  std::chrono::steady_clock::time_point start_;
+  RunControl control_;
   GrowthScene scene_;
   TetrahedraSums tetrahedra_;
   PlaneBuilder builder_;
   std::vector<std::int64_t> counts_;
   std::vector<std::string> names_;
   std::int64_t cells_ = 0;
-  bool interrupted_ = false;
   GrowthPosition at_;
   GrowthState best_;     ///< of the attempts so far
   GrowthState resumed_;  ///< where the first attempt goes on

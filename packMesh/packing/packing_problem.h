@@ -40,10 +40,12 @@ struct Species {
 
 /// When to give up.
 struct Limits {
-  /// Wall time after which no more is tried to fit all cells in [s]; finding the densest packing of fewer
-  /// cells may take about as long again. 0: no limit.
+  /// Wall time after which no more is tried to fit all cells in [s]; looking for the densest packing of fewer
+  /// cells may take as long again. Then pack() ends within 5 s, or 2 s for every 100,000 cells if that is
+  /// more. 0: no limit.
   double maxSeconds = 0.0;
-  std::int64_t maxSweeps = 100000;  ///< relaxation sweeps, or iterations of growth; in the same sense
+  std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, to fit all cells in
+  std::function<double()> clock = {};  ///< the time [s]; empty: the machine's
 };
 
 /// What pack() tells while it works.
@@ -96,6 +98,12 @@ struct PackingProblem {
   std::optional<Checkpoints> checkpoints;
   /// Called with every state that growth accepts (Method::cat): all cells, as small as they are.
   std::function<void(const std::vector<PlacedCell>&)> observe;
+
+  std::int64_t cellCount() const {
+    std::int64_t cells = 0;
+    for (const Species& one : species) cells += one.count;
+    return cells;
+  }
 
   /// Whether any species is held back in any way.
   bool constrained() const {

@@ -37,11 +37,14 @@ struct PackingResult {
   Outcome outcome = Outcome::certified;
   /// In the order of the species, then of the cells' numbers: of this rank, those of the ranks before come
   /// before. All cells asked for when certified (and those from a stock); the densest certified packing found
-  /// when out of reach; none when interrupted.
+  /// when out of reach (see `searched`); none when interrupted.
   std::vector<PlacedCell> cells;
   std::vector<Pose> poses;     ///< the same cells as poses
   std::int64_t cellCount = 0;  ///< of all ranks
-  Certificate certificate;     ///< of exactly the `cells` of all ranks; pairs and cells by number
+  /// When out of reach: the search for the densest packing came to its end. Otherwise time ended it, or
+  /// (growth) there was none, and the cells are just some that could be certified.
+  bool searched = false;
+  Certificate certificate;  ///< of exactly the `cells` of all ranks; pairs and cells by number
   Statistics statistics;
 };
 

@@ -17,16 +17,15 @@ namespace packmesh {
 
 /// What a run does next.
 enum class Stage : std::int32_t {
-  relaxation = 0,   ///< goes on with relax(), or takes cells out of a packing that is out of reach
+  relaxation = 0,   ///< goes on with relax()
   certificate = 1,  ///< certifies
   repair = 2,       ///< goes on with settle(), after cells failed the certificate
-  thinning = 3,     ///< goes on with settle(), after cells were taken out
   growth = 4,       ///< goes on with grow(); with Method::cat the only one besides `certificate`
 };
 
 struct RunPosition {
   Stage stage = Stage::relaxation;
-  bool thinning = false;   ///< not all cells fitted: some are being taken out
+  bool fewer = false;      ///< not all cells fitted: these are those of the densest packing found
   std::int64_t round = 0;  ///< of certificates and repairs
   SchedulePosition schedule;
 };

@@ -521,7 +521,7 @@ TEST_CASE("out of reach: says how far it came, writes only on request, keeps old
   Ran ran = run(folder.path(), arguments);
   INFO(ran.all());
   CHECK(ran.exitCode == 3);
-  CHECK_THAT(ran.err, Contains("densest certified packing has hematocrit"));
+  CHECK_THAT(ran.err, Contains("the densest certified packing found has hematocrit"));
   CHECK_THAT(ran.err, Contains("near") || Contains("above 0.61"));
   CHECK(readText(folder.path() / "RBC.pos") == "old");
   ran = run(folder.path(), arguments + " --best-effort");
@@ -529,6 +529,43 @@ TEST_CASE("out of reach: says how far it came, writes only on request, keeps old
   CHECK(ran.exitCode == 0);
   CHECK(cellsIn(folder.path() / "RBC.pos") > 0);
   CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
+}
+
+TEST_CASE("a limit that is met with nothing left to do is no failure", "[executable]") {
+  const TemporaryFolder folder;
+  for (const char* arguments : {"60 60 60 --rbc 5 --max-iterations 1", "60 60 60 --rbc 1 --max-time 1e-9"}) {
+    const Ran ran = run(folder.path(), arguments);
+    INFO(arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+  }
+  // With more to do than there is time for, no density is called the largest.
+  const Ran late = run(folder.path(), "40 40 40 --hematocrit 0.5 --max-time 1e-9");
+  INFO(late.all());
+  CHECK(late.exitCode == 3);
+  CHECK_THAT(late.err,
+             Contains("a certified packing found has hematocrit") && !Contains("the densest certified"));
+}
+
+TEST_CASE("what does not fit into memory is refused at once, with figures", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 20 --cell E 1000000000000 .00001 .00001 .00001");
+  INFO(ran.all());
+  CHECK(ran.exitCode == int(ExitCode::badInput));
+  CHECK_THAT(ran.err,
+             Contains("not enough memory: 1000000000000 cells take at least 1e+06 GB on each of 1 rank") &&
+                 Contains(" GB are left"));
+}
+
+TEST_CASE("check does not look at all pairs where all cells overlap", "[executable]") {
+  const TemporaryFolder folder;
+  std::string file = "1000\n";
+  for (int cell = 0; cell < 1000; ++cell) file += fmt::format("{}e-6 1e-6 2e-6 0 0 0\n", cell % 20);
+  writeText(folder.path() / "RBC.pos", file);
+  const Ran ran = run(folder.path(), "check 20 20 20");
+  INFO(ran.all());
+  CHECK(ran.exitCode == int(ExitCode::faultsFound));
+  CHECK_THAT(ran.out,
+             Contains("Overlapping pairs: at least 100") && Contains("further pairs were not examined"));
 }
 
 TEST_CASE("Ctrl-C ends cleanly", "[executable]") {

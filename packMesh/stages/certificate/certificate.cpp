@@ -32,6 +32,7 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
 
   Certificate all;
   all.complete = !communicator.any(!own.complete);
+  all.moreOverlaps = communicator.any(own.moreOverlaps);
   all.cells = communicator.sum(own.cells);
   all.pairsTested = communicator.sum(own.pairsTested);
   all.minimumGap = communicator.min(own.minimumGap);

@@ -50,6 +50,8 @@ struct Certificate {
   double minimumWallGap = std::numeric_limits<double>::infinity();
   double cellVolume = 0.0;  ///< volume of all meshes [µm³]
   bool complete = true;     ///< false: it was stopped, and nothing is proven
+  /// There may be more overlapping pairs than those listed: see CertificateInput::mostOverlaps.
+  bool moreOverlaps = false;
 
   bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
 };
@@ -72,6 +74,10 @@ struct CertificateInput {
   const std::vector<bool>* own = nullptr;
   /// Polled before each cell; true gives up. Empty: never.
   std::function<bool()> stop = {};
+  /// With so many overlapping pairs found, those of further cells are not looked for: where all cells
+  /// overlap, their number is the square of that of the cells.
+  std::int64_t mostOverlaps = std::numeric_limits<std::int64_t>::max();
+  bool upToFirstFault = false;  ///< gives up at the first cell at fault
 };
 
 /// Gaps above this are not measured unless asked for [µm].

@@ -77,13 +77,21 @@ void Certifier::forgetChanged() {
 
 bool Certifier::stopped() {
   if (input_.stop && input_.stop()) certificate_.complete = false;
+  if (input_.upToFirstFault && !(certificate_.overlapping.empty() && certificate_.misplaced.empty()))
+    certificate_.complete = false;
   return !certificate_.complete;
+}
+
+/// Whether no more of them are looked for. Between cells, so that those of one cell are found all or none.
+bool Certifier::enoughOverlaps() {
+  if (static_cast<std::int64_t>(certificate_.overlapping.size()) < input_.mostOverlaps) return false;
+  return certificate_.moreOverlaps = true;
 }
 
 void Certifier::examineChanged() {
   for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i)
     if (changed_[i] && (cells_.isOwn(i) || !allChanged_)) {
-      examinePairs(i, allChanged_, true);
+      if (!enoughOverlaps()) examinePairs(i, allChanged_, true);
       examineWall(i, true);
     }
   for (const std::int64_t i : stale_) measureLater(i);
@@ -140,8 +148,10 @@ void Certifier::examineWall(std::int64_t cell, bool isNew) {
 }
 
 void Certifier::settlePairGap() {
-  while (certificate_.complete && !pairGap_.settled()) {
+  bool ofAllCells = !certificate_.moreOverlaps;
+  while (certificate_.complete && !(ofAllCells && pairGap_.settled())) {
     pairGap_.beginAgain();
+    ofAllCells = true;
     for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i) measureLater(i);
   }
 }

@@ -69,6 +69,7 @@ class Certifier {
  private:
   /// Whether to give up: asks.
   bool stopped();
+  bool enoughOverlaps();
   void forgetChanged();
   void examineChanged();
   void examinePairs(std::int64_t cell, bool onlyLater, bool isNew);

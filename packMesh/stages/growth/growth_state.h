@@ -37,6 +37,8 @@ struct GrowthScene {
   /// The ranks that grow the cells together: all know all of them, each works on its share, and what comes
   /// out is the same on any number of ranks.
   Communicator communicator;
+  /// Polled by single ranks within what takes long, TetGen's runs; true gives that up. Empty: never.
+  std::function<bool()> stop = {};
   /// How a pose of scale 1 will be written; empty: Pose::placement.
   std::function<Placement(const Pose&)> written;
 

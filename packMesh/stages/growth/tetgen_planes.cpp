@@ -251,6 +251,7 @@ bool TetgenPlanes::tetrahedraOf(const GrowthState& state, const Region& region, 
       input_.objects.push_back({levels[index].get(), placement});
     }
     try {
+      input_.stop = scene_.stop;
       tetrahedra_ = tetrahedralise(input_);
       sums_.attempts += tetrahedra_.attempts;
       return true;

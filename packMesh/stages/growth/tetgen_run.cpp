@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
+#include "packMesh/child_process.h"
 #include "packMesh/stages/growth/tetgen_failure.h"
 
 namespace packmesh {
@@ -97,6 +99,8 @@ std::string meaningOf(int code) {
       return "it found surfaces too close to each other";
     case TetgenFailure::badInput:
       return "it could not use its input";
+    case TetgenFailure::stopped:
+      return "the time was over";
     case TetgenGaveUp::assertion:
       return "one of its assertions failed";
     default:
@@ -133,13 +137,7 @@ TetgenOutput resultOf(const tetgenio& out, const TetgenInput& input) {
   return result;
 }
 
-}  // namespace
-
-std::string TetgenFailure::text() const {
-  return meaningOf(code) + (words.empty() ? "" : " (in its own words: " + words + ")");
-}
-
-TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure) {
+TetgenOutput runHere(const TetgenInput& input, int variant, TetgenFailure& failure) {
   // Q: quiet; J: points keep their numbers; p: respects triangles; M: does not merge them; c: keeps the
   // convex hull; A: numbers regions; w: weighted; F: no list of faces.
   std::string switches = "QJ";
@@ -172,6 +170,67 @@ TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& fai
     failure.code = 1;
   }
   failure.words = listener.heard();
+  return {};
+}
+
+/// Visits all that a run gives.
+template <class Output, class Failure, class Visit>
+void forEachTable(Output& output, Failure& failure, Visit&& visit) {
+  visit(output.points);
+  visit(output.steinerLabels);
+  visit(output.tetrahedra);
+  visit(output.regions);
+  visit(output.subfaces);
+  visit(output.subfaceLabels);
+  visit(failure.words);
+}
+
+std::string bytesOf(const TetgenOutput& output, const TetgenFailure& failure) {
+  std::string bytes(reinterpret_cast<const char*>(&failure.code), sizeof failure.code);
+  forEachTable(output, failure, [&](const auto& table) {
+    const std::size_t size = table.size();
+    bytes.append(reinterpret_cast<const char*>(&size), sizeof size);
+    bytes.append(reinterpret_cast<const char*>(table.data()), size * sizeof *table.data());
+  });
+  return bytes;
+}
+
+TetgenOutput outputOf(const std::string& bytes, TetgenFailure& failure) {
+  const char* at = bytes.data();
+  const auto take = [&](void* to, std::size_t size) {
+    if (size > 0) std::memcpy(to, at, size);
+    at += size;
+  };
+  TetgenOutput output;
+  take(&failure.code, sizeof failure.code);
+  forEachTable(output, failure, [&](auto& table) {
+    std::size_t size = 0;
+    take(&size, sizeof size);
+    table.resize(size);
+    take(static_cast<void*>(table.data()), size * sizeof *table.data());
+  });
+  return output;
+}
+
+}  // namespace
+
+std::string TetgenFailure::text() const {
+  return meaningOf(code) + (words.empty() ? "" : " (in its own words: " + words + ")");
+}
+
+TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure,
+                       const std::function<bool()>& stop) {
+  if (!stop) return runHere(input, variant, failure);
+  const ChildOutcome outcome = inChildProcess(
+      [&] {
+        TetgenFailure found;
+        const TetgenOutput output = runHere(input, variant, found);
+        return bytesOf(output, found);
+      },
+      stop);
+  failure = {};
+  if (outcome.end == ChildOutcome::End::done) return outputOf(outcome.bytes, failure);
+  failure.code = outcome.end == ChildOutcome::End::stopped ? TetgenFailure::stopped : TetgenFailure::unknown;
   return {};
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,7 @@ struct TetgenOutput {
 
 /// Nothing, or what TetGen gave up with.
 struct TetgenFailure {
-  static constexpr int unknown = 2, badInput = 10;
+  static constexpr int unknown = 2, badInput = 10, stopped = 12;
   int code = 0;       ///< 0: it did not
   std::string words;  ///< what TetGen printed
   std::string text() const;
@@ -44,9 +45,13 @@ struct TetgenFailure {
 
 /// @param variant ways to cope with difficult input: 0 the fastest, up to tetgenVariants - 1
 /// @param failure set when TetGen gives up, the output is then empty
+/// @param stop polled while TetGen works, which it then does in a child process that can be ended; true gives
+/// up.
+///   Empty: TetGen works in this process
 /// Pre: triangles meet in common vertices and edges only. TetGen 1.5 cannot be trusted with others: it may
 /// throw, abort or never return.
-TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure);
+TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure,
+                       const std::function<bool()>& stop = {});
 
 inline constexpr int tetgenVariants = 3;
 

@@ -84,7 +84,7 @@ Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surface
 /// surfaces are unions of their faces anyway, and TetGen takes most of its time to make sure of it. What is
 /// missing all the same is constrained in the next run.
 /// @return whether all triangles are respected, but for a few in 10000
-bool constrainWhatIsMissing(Run& run, TetgenFailure& failure) {
+bool constrainWhatIsMissing(const TetrahedraInput& input, Run& run, TetgenFailure& failure) {
   const TetgenInput& all = run.tetgen;
   const auto tolerated = static_cast<std::size_t>(brokenShare * static_cast<double>(all.triangles.size()));
   TetgenInput some = all;
@@ -102,7 +102,7 @@ bool constrainWhatIsMissing(Run& run, TetgenFailure& failure) {
       some.triangles.push_back(corners);
       some.triangleLabels.push_back(all.triangleLabels[t]);
     }
-    run.output = runTetgen(some, 0, failure);
+    run.output = runTetgen(some, 0, failure, input.stop);
     if (failure.code != 0) return false;
     missing = missingTriangles(all.triangles, run.output.tetrahedra, all.points.size());
     // A chosen one is respected, if cut up by new points.
@@ -120,15 +120,17 @@ void runUntilItWorks(const TetrahedraInput& input, Run& run) {
     ++run.result.attempts;
     failure.code = TetgenFailure::unknown;
     if (variant < input.failingAttempts || input.failingObject >= 0) continue;
-    if (variant == 0 && run.sparse && constrainWhatIsMissing(run, failure)) return;
-    run.output = runTetgen(run.tetgen, variant, failure);
+    if (variant == 0 && run.sparse && constrainWhatIsMissing(input, run, failure)) return;
+    run.output = runTetgen(run.tetgen, variant, failure, input.stop);
     if (failure.code == 0) return;
+    if (failure.code == TetgenFailure::stopped) break;
   }
-  throw TetrahedraError("TetGen gave up on the space between " + std::to_string(input.objects.size()) +
-                            " objects (" + std::to_string(run.tetgen.points.size()) + " vertices) after " +
-                            std::to_string(run.result.attempts) + " attempts: " + failure.text() +
-                            (input.explain ? "; " + offendersText(input) : ""),
-                        run.result.attempts);
+  throw TetrahedraError(
+      "TetGen gave up on the space between " + std::to_string(input.objects.size()) + " objects (" +
+          std::to_string(run.tetgen.points.size()) + " vertices) after " +
+          std::to_string(run.result.attempts) + " attempts: " + failure.text() +
+          (input.explain && failure.code != TetgenFailure::stopped ? "; " + offendersText(input) : ""),
+      run.result.attempts);
 }
 
 /// Steiner points have the label of the surface they are on; those within the volume that of the nearest

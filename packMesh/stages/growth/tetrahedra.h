@@ -2,6 +2,7 @@
 /// @file Tetrahedra between objects (thesis 3.1.2.1): the space that CAT cells are made of.
 #pragma once
 
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -59,8 +60,9 @@ struct TetrahedraInput {
   bool valid = false;
   /// Whether the message names the objects that TetGen fails on, which takes a run for each.
   bool explain = true;
-  int failingAttempts = 0;  ///< for tests: so many attempts are taken to have failed
-  int failingObject = -1;   ///< for tests: all attempts with this object are taken to have failed
+  std::function<bool()> stop = {};  ///< see runTetgen()
+  int failingAttempts = 0;          ///< for tests: so many attempts are taken to have failed
+  int failingObject = -1;           ///< for tests: all attempts with this object are taken to have failed
 };
 
 /// An object, or a periodic image of one, among tetrahedra.

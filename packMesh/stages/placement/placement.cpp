@@ -13,6 +13,9 @@ namespace {
 /// taken.
 constexpr std::uint32_t tries = 2000;
 
+/// Cells between two polls: a fraction of a second even where all tries fail.
+constexpr std::int64_t betweenPolls = 100;
+
 /// The first tries are points of a sequence that leaves no clusters and holes, as independent points do, so
 /// that cells have less far to go: at 0.35 it saves a quarter of the sweeps, at 0.55 a twentieth.
 constexpr std::uint32_t evenTries = 8;
@@ -60,13 +63,14 @@ Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
 }  // namespace
 
 std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
-                                bool rotate) {
+                                bool rotate, const std::function<bool()>& stop) {
   std::vector<Pose> poses(input.count);
   const Region* home = input.freedom ? input.freedom->home.get() : nullptr;
   const AxisCone* cone = input.freedom && input.freedom->cone ? &*input.freedom->cone : nullptr;
   const Box& room = home ? home->bounds() : bounds;
   const double wanted = input.shape->bound().semiAxes.minCoeff();
   for (std::int64_t i = 0; i < input.count; ++i) {
+    if (stop && i % betweenPolls == 0 && stop()) break;
     const std::uint64_t id = input.firstId + i;
     Pose& pose = poses[i];
     double best = -std::numeric_limits<double>::infinity();

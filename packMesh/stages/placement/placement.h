@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "packMesh/container/container.h"
@@ -25,7 +26,8 @@ struct PlacementInput {
 /// far from the wall as the thinnest part of the shape, where there is room), orientations uniform (or the
 /// identity), both as far as the species' freedom allows. Cells overlap. Each pose is a function of the seed
 /// and the cell's id alone.
+/// @param stop polled now and then; true leaves the rest of the cells where they are by default. Empty: never
 std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
-                                bool rotate);
+                                bool rotate, const std::function<bool()>& stop = {});
 
 }  // namespace packmesh

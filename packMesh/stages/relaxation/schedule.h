@@ -29,15 +29,19 @@ struct ScheduleLimits {
 /// it keeps the cells agitated: it acts as a temperature. Too much of it locks them in each other, so from
 /// then on it is lowered as far as their mean penetration is beyond a limit: 240 sweeps more, enough up to
 /// about 0.59. Then limit and over-relaxation fall slowly, as in simulated annealing, over 2000 sweeps, then,
-/// starting hot again, over 2.5 times as many, and so on.
+/// starting hot again, over 2.5 times as many, and so on. It gives up at the end of a part when the cells are
+/// still so deep in each other that they are jammed (from a fraction of about 0.65 on after the first part).
 /// @param at where to begin; kept up to date
 /// @return whether it got there within the limits, or left so few contacts that repairing them one by one
-/// will
+/// will; false: a limit was met, or the cells are jammed
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at);
 inline bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
   SchedulePosition start;
   return relax(relaxation, tolerance, limits, start);
 }
+
+/// Sweeps that so many parts of relax() have: the first one, annealings.
+std::int64_t sweepsOfRelax(std::int64_t parts);
 
 /// Sweeps a nearly resolved state, at most `sweeps` times, moving only cells with penetrations deeper than
 /// `tolerance` [µm], until there are none.

@@ -100,7 +100,7 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
   }
 }
 
-TEST_CASE("What does not fit is thinned out alike on any number of ranks", "[mpi]") {
+TEST_CASE("The densest packing of what does not fit is the same on any number of ranks", "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.60, 7);
   problem.limits.maxSweeps = 40;
   requireSameOnAllRanks(problem);

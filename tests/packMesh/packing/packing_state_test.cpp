@@ -94,7 +94,6 @@ TEST_CASE("A run that goes on from any of its states ends as if it had not been 
     PackingProblem problem = mixtureIn(test::periodicCube(25.0), 0.63, 6);
     problem.limits.maxSweeps = 330;
     const Seen seen = requireSameWayFromAnyState(problem);
-    REQUIRE(of(seen, Stage::thinning) > 1);
     REQUIRE(seen.annealing > 1);
   }
   SECTION("growth") {
@@ -207,9 +206,6 @@ TEST_CASE("A run can be interrupted in any stage, and leaves a state of that sta
   for (std::uint64_t seed = 1; seed <= 4; ++seed)
     repaired += interruptedIn(mixtureIn(longBox(), 0.55, seed), Stage::repair);
   CHECK(repaired > 0);
-  PackingProblem tooMany = mixtureIn(test::periodicCube(25.0), 0.63, 6);
-  tooMany.limits.maxSweeps = 330;
-  CHECK(interruptedIn(tooMany, Stage::thinning));
   PackingProblem grown = mixtureIn(test::periodicCube(18.0), 0.5, 3);
   grown.method = Method::cat;
   CHECK(interruptedIn(grown, Stage::growth));
@@ -263,7 +259,7 @@ TEST_CASE("Whatever a state says that can be read, the run that goes on from it 
   const auto id = [&] { return static_cast<std::int64_t>(random() % states[0].cells.size()); };
   const std::vector<std::function<void(PackingState&)>> changes = {
       [&](PackingState& s) { s.position.stage = static_cast<Stage>(random() % 6); },
-      [&](PackingState& s) { s.position.thinning = !s.position.thinning; },
+      [&](PackingState& s) { s.position.fewer = !s.position.fewer; },
       [&](PackingState& s) { s.position.round = number(); },
       [&](PackingState& s) {
         s.position.schedule = {number(), number()};

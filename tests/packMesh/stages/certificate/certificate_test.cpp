@@ -337,3 +337,38 @@ TEST_CASE("What is stopped is not clean, and what cannot be examined is refused"
     CHECK_FALSE(certify(packing.input(), 0.1).clean());
   }
 }
+
+TEST_CASE("With enough overlapping pairs no more are looked for, walls and gaps of the others are",
+          "[certificate]") {
+  const auto one = ball(1.0);
+  std::vector<PlacedCell> cells(50);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    cells[i].placement.translation = Vec3(5.0, 5.0, 5.0 + 0.001 * i);
+  CertificateInput input;
+  input.shapes = {one.get()};
+  input.cells = &cells;
+  REQUIRE(certify(input).overlapping.size() == 50 * 49 / 2);
+  REQUIRE_FALSE(certify(input).moreOverlaps);
+  input.mostOverlaps = 60;
+  const Certificate some = certify(input);
+  REQUIRE(some.overlapping.size() == 49 + 48);
+  REQUIRE(some.moreOverlaps);
+  REQUIRE(some.complete);
+  REQUIRE_FALSE(some.clean());
+  REQUIRE(some.minimumGap == 0.0);
+
+  input.upToFirstFault = true;
+  const Certificate first = certify(input);
+  REQUIRE(first.overlapping.size() == 49);
+  REQUIRE_FALSE(first.complete);
+
+  // Pairs that are only too near to each other: the smallest gap is that of all of them.
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].placement.translation = Vec3(3.0 * i, 0.0, 0.0);
+  cells.back().placement.translation.x() -= 0.5;
+  input.upToFirstFault = false;
+  input.requiredGap = 1.5;
+  input.mostOverlaps = 10;
+  const Certificate near = certify(input, 2.0);
+  REQUIRE(near.overlapping.size() == 10);
+  REQUIRE(near.minimumGap == Approx(0.5).margin(0.03));
+}

@@ -288,3 +288,18 @@ TEST_CASE("Weighted Delaunay tetrahedra have empty orthospheres", "[tetrahedra]"
   CHECK_THROWS_AS(weightedDelaunay({{0, 0, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 2}}, {1, 1, 1, 1}),
                   TetrahedraError);
 }
+
+TEST_CASE("TetGen gives the same tetrahedra in a child process, and is stopped there", "[tetrahedra]") {
+  CatScene scene = redCellsInSphere(8, 0.45);
+  TetrahedraInput& input = scene.input;
+  const Tetrahedra here = tetrahedralise(input);
+  input.stop = [] { return false; };
+  const Tetrahedra there = tetrahedralise(input);
+  REQUIRE(there.tetrahedra == here.tetrahedra);
+  REQUIRE(there.points == here.points);
+  REQUIRE(there.labels == here.labels);
+  int polls = 0;
+  input.stop = [&] { return ++polls > 1; };
+  REQUIRE_THROWS_AS(tetrahedralise(input), TetrahedraError);
+  REQUIRE(polls <= 3);
+}

@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/attempt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "packMesh/packing/cell_measures.h"
+#include "packMesh/stages/placement/columns.h"
+#include "packMesh/stages/placement/placement.h"
+#include "packMesh/stages/relaxation/schedule.h"
+#include "packMesh/stopwatch.h"
+#include "packMesh/tolerances.h"
+
+namespace packmesh {
+namespace {
+
+/// Rounds of repair before a packing counts as not resolved, and sweeps in each.
+constexpr int repairRounds = 60;
+constexpr std::int64_t repairSweeps = 400;
+
+/// Thin parts of cells can pierce each other between their sample points, where a little more clearance
+/// changes nothing: pairs that fail more often than this get twice as much every time.
+constexpr int patience = 2;
+
+}  // namespace
+
+PackingResult attempt(const PackingProblem& problem) {
+  RunControl control(problem);
+  Attempt once(problem, control);
+  once.certifyAll();
+  return once.takeResult();
+}
+
+Attempt::Attempt(const PackingProblem& problem, RunControl& control)
+    : problem_(problem),
+      control_(control),
+      cells_(problem.cellCount()),
+      shares_(cells_, problem.communicator),
+      written_(problem) {}
+
+bool Attempt::certifyAll() {
+  begin();
+  if (!relaxation_ || control_.interrupted()) return false;
+  keepState();
+  if (startsClean()) return true;
+  if (at_.fewer) return certified();
+  while (relaxed())
+    if (certified()) return true;
+  return !control_.interrupted() && cleanByChance();
+}
+
+PackingResult Attempt::takeResult() {
+  const bool all = delivered_ && result_.cellCount == cells_;
+  result_.outcome = control_.interrupted() ? Outcome::interrupted
+                    : all                  ? Outcome::certified
+                                           : Outcome::outOfReach;
+  if (!delivered_ || control_.interrupted()) {
+    result_.cells.clear();
+    result_.poses.clear();
+    result_.cellCount = 0;
+    result_.certificate = {};
+  }
+  if (relaxation_) {
+    result_.statistics.blocks = relaxation_->blockCount();
+    result_.statistics.sweeps = relaxation_->sweeps();
+  }
+  return std::move(result_);
+}
+
+/// Places the cells, or takes those of the state to go on from.
+void Attempt::begin() {
+  if (!problem_.resume) {
+    if (std::optional<std::vector<Body>> bodies = placed())
+      relaxation_.emplace(relaxationInput(), std::move(*bodies), problem_.communicator);
+    return;
+  }
+  const PackingState& state = *problem_.resume;
+  at_ = state.position;
+  if (at_.fewer) at_ = {Stage::certificate, true, 0, {}};
+  result_.statistics.repairs = state.repairs;
+  failures_ = state.failures;
+  demandedOfWall_ = state.demandedOfWall;
+  std::vector<Body> bodies;
+  for (const BodyState& cell : state.cells) bodies.push_back(bodyOf(cell));
+  relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state.relaxation);
+}
+
+RelaxationInput Attempt::relaxationInput() const {
+  RelaxationInput input;
+  for (const Species& species : problem_.species) {
+    input.shapes.push_back(species.shape.get());
+    input.walls.push_back(problem_.wallOf(species));
+    input.freedoms.push_back(species.freedom);
+  }
+  input.bounds = problem_.container->bounds();
+  input.period = problem_.container->period();
+  input.clearance = problem_.clearance + tolerance::relaxationMargin;
+  input.wallClearance = problem_.wallClearance + tolerance::relaxationMargin;
+  input.rotate = problem_.rotate;
+  return input;
+}
+
+/// Where cells [from, to) of a species start, the first of which has this id.
+std::vector<Pose> Attempt::startOf(std::size_t s, std::int64_t from, std::int64_t to,
+                                   std::int64_t firstId) const {
+  const Species& species = problem_.species[s];
+  const std::int64_t atRandom = std::clamp(static_cast<std::int64_t>(species.start.size()), from, to);
+  std::vector<Pose> poses(species.start.begin() + std::min(from, atRandom), species.start.begin() + atRandom);
+  if (species.inColumns) {
+    const Columns columns(*species.shape, species.count, problem_.container->bounds(),
+                          problem_.clearance + tolerance::relaxationMargin, problem_.seed);
+    for (std::int64_t cell = from; cell < to; ++cell) poses.push_back(columns.pose(cell));
+    return poses;
+  }
+  const PlacementInput random{species.shape.get(), problem_.wallOf(species), firstId + atRandom,
+                              to - atRandom, &species.freedom};
+  const auto stop = [this] { return control_.outOfTimeHere(); };
+  for (const Pose& pose :
+       placeRandomly(random, problem_.container->bounds(), problem_.seed, problem_.rotate, stop))
+    poses.push_back(pose);
+  return poses;
+}
+
+/// The cells of this rank's share; nothing when there was no time for it.
+std::optional<std::vector<Body>> Attempt::placed() {
+  Stopwatch watch(result_.statistics.placementSeconds);
+  const auto [first, end] = shares_.own();
+  std::vector<Body> bodies;
+  std::int64_t begin = 0;  // of the species
+  for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+    const std::int64_t speciesBegin = begin;
+    begin += problem_.species[s].count;
+    const std::int64_t from = std::max(first, speciesBegin), to = std::min(end, begin);
+    if (from >= to) continue;
+    std::int64_t id = from;
+    for (const Pose& pose : startOf(s, from - speciesBegin, to - speciesBegin, speciesBegin)) {
+      Body body;
+      body.id = id++;
+      body.species = static_cast<int>(s);
+      body.position = pose.position;
+      body.orientation = pose.orientation;
+      body.rotation = pose.orientation.toRotationMatrix();
+      bodies.push_back(body);
+    }
+  }
+  if (control_.outOfTime()) return {};
+  return bodies;
+}
+
+/// A packing that is given whole stays as it is when nothing is wrong with it.
+bool Attempt::startsClean() {
+  const bool whole = std::all_of(problem_.species.begin(), problem_.species.end(), [](const Species& s) {
+    return static_cast<std::int64_t>(s.start.size()) >= s.count;
+  });
+  if (!whole || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
+  return cleanByChance();
+}
+
+/// Whether nothing is wrong with the cells as they are, which is then delivered. Ends at the first fault.
+bool Attempt::cleanByChance() {
+  const Stopwatch watch(result_.statistics.certificateSeconds);
+  relaxation_->dropLists();
+  written_.take(*relaxation_);
+  CertificateInput input = written_.certificateInput();
+  input.stop = [this] { return control_.outOfTimeHere(); };
+  input.upToFirstFault = true;
+  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.communicator);
+  written_ = WrittenCells(problem_);
+  if (!found.clean()) return false;
+  result_.certificate = found;
+  deliver();
+  return true;
+}
+
+/// Keeps what is saved if the run should end before this is done again. Pre: the relaxation begins anew.
+void Attempt::keepState() {
+  if (!problem_.checkpoints) return;
+  kept_ = PackingState();
+  kept_.position = at_;
+  kept_.repairs = result_.statistics.repairs;
+  kept_.relaxation = relaxation_->state();
+  kept_.failures = failures_;
+  kept_.demandedOfWall = demandedOfWall_;
+  kept_.cellCount = relaxation_->cellCount();
+  kept_.cells = shares_.collect(relaxation_->cells());
+  const auto& due = problem_.checkpoints->due;
+  if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
+}
+
+/// Measures the cells of the state that is kept.
+void Attempt::measure() {
+  relaxation_->dropLists();
+  written_.take(*relaxation_);
+  const CertificateInput input = written_.certificateInput();
+  const CellMeasures measured = measureCells(problem_, input);
+  struct Measure {
+    std::int64_t id;
+    double gap, localHematocrit;
+  };
+  std::vector<Measure> own;
+  for (std::size_t i = 0; i < input.own->size(); ++i)
+    if ((*input.own)[i])
+      own.push_back({written_.ids()[i], measured.gap[own.size()], measured.localHematocrit[own.size()]});
+  kept_.measures = {};
+  for (const Measure& m : shares_.collect(own)) {
+    kept_.measures.gap.push_back(m.gap);
+    kept_.measures.localHematocrit.push_back(m.localHematocrit);
+  }
+  written_ = WrittenCells(problem_);
+}
+
+/// Whether all contacts could be resolved within the limits.
+bool Attempt::relaxed() {
+  if (control_.outOfTime()) return false;
+  if (at_.stage != Stage::relaxation) return true;  // has been
+  Stopwatch watch(result_.statistics.relaxationSeconds);
+  if (!relax(*relaxation_, tolerance::relaxationTolerance, limits(problem_.limits.maxSweeps), at_.schedule))
+    return false;
+  at_.stage = Stage::certificate;
+  return true;
+}
+
+ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
+  ScheduleLimits limits;
+  limits.maxSweeps = maxSweeps;
+  limits.stop = [this] { return control_.stopped(); };
+  limits.anew = [this] { keepState(); };
+  if (problem_.progress)
+    limits.tell = [this](const char* stage) {
+      problem_.progress({stage, relaxation_->sweeps(), 1.0, relaxation_->lastSweep().deepest,
+                         relaxation_->lastSweep().contacts});
+    };
+  return limits;
+}
+
+/// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
+/// Post: when false, the position is at relaxation, or the run is interrupted.
+bool Attempt::certified() {
+  std::optional<Certifier> certifier;
+  written_ = WrittenCells(problem_);
+  for (; at_.round < repairRounds; ++at_.round) {
+    if (at_.stage == Stage::certificate) {
+      relaxation_->dropLists();
+      keepState();
+      if (certifiedOnce(certifier)) return true;
+      if (control_.outOfTime()) return false;
+      ++result_.statistics.repairs;
+      at_.stage = Stage::repair;
+      at_.schedule = {};
+    }
+    if (!settled(repairSweeps)) break;
+    at_.stage = Stage::certificate;
+  }
+  at_ = {Stage::relaxation, at_.fewer, 0, {}};
+  return false;
+}
+
+/// The certificate of what the relaxation has now.
+Certificate Attempt::examined(std::optional<Certifier>& certifier) {
+  const auto changed = certifier ? written_.update(*relaxation_) : std::nullopt;
+  if (changed) {
+    certifier->update(*changed);
+  } else {
+    written_.take(*relaxation_);
+    CertificateInput input = written_.certificateInput();
+    input.stop = [this] { return control_.outOfTimeHere(); };
+    certifier.emplace(input);
+  }
+  return ofAllRanks(certifier->certificate(), written_.ids(), problem_.communicator);
+}
+
+/// @return whether all is well; otherwise clearances have been demanded
+bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
+  Stopwatch watch(result_.statistics.certificateSeconds);
+  const Certificate found = examined(certifier);
+  if (found.clean()) {
+    result_.certificate = found;
+    certifier.reset();
+    written_ = WrittenCells(problem_);
+    deliver();
+    return true;
+  }
+  if (!found.complete) return false;
+  if (at_.round == problem_.regrowAfter && !problem_.constrained() && regrown(certifier, found)) {
+    deliver();
+    return true;
+  }
+  for (const OverlappingPair& pair : found.overlapping) {
+    const std::int64_t again = std::max<std::int64_t>(0, ++failures_[{pair.first, pair.second}] - patience);
+    relaxation_->demandClearance(pair.first, pair.second,
+                                 std::ldexp(tolerance::repairClearance, static_cast<int>(again)));
+  }
+  for (const MisplacedCell& cell : found.misplaced) demandDistance(cell);
+  return false;
+}
+
+/// Goes on with a schedule of settling.
+bool Attempt::settled(std::int64_t sweeps) {
+  Stopwatch watch(result_.statistics.relaxationSeconds);
+  const std::int64_t most = relaxation_->sweeps() + sweeps - at_.schedule.sweep;
+  return settle(*relaxation_, tolerance::relaxationTolerance, sweeps, limits(most), at_.schedule);
+}
+
+/// Gives every rank its share of the cells, in the order of their ids.
+void Attempt::deliver() {
+  result_.cells.clear();
+  result_.poses.clear();
+  for (const BodyState& state : shares_.collect(relaxation_->cells())) {
+    const Pose pose = bodyOf(state).pose();
+    result_.poses.push_back(pose);
+    result_.cells.push_back({state.species, WrittenCells::placement(problem_, pose)});
+  }
+  result_.cellCount = relaxation_->cellCount();
+  delivered_ = true;
+}
+
+/// Shrinks the cells that meet and lets them grow again. @return whether that made the packing clean;
+/// otherwise nothing has changed
+bool Attempt::regrown(std::optional<Certifier>& certifier, const Certificate& faults) {
+  const std::vector<MovedCell> moves = regrownCells(
+      problem_, *relaxation_, faults, [this] { return control_.stopped(); }, result_.statistics.regrowth);
+  if (moves.empty()) return false;
+  std::vector<MovedCell> back;
+  for (const MovedCell& move : moves) back.push_back({move.id, move.before, move.after});
+  setPoses(moves);
+  result_.certificate = examined(certifier);
+  if (result_.certificate.clean()) return true;
+  setPoses(back);
+  examined(certifier);
+  return false;
+}
+
+void Attempt::setPoses(const std::vector<MovedCell>& moves) {
+  for (const MovedCell& move : moves) relaxation_->setPose(move.id, move.after);
+}
+
+/// What a misplaced cell is given on top of what it was to keep: what the relaxation did not see, because
+/// it interpolates the distance to the wall.
+void Attempt::demandDistance(const MisplacedCell& cell) {
+  constexpr double growth = 0.5;  // how deep it is in the wall is not known: ask for more each time
+  double& demanded = demandedOfWall_[cell.cell];
+  const double wanted = cell.gap > 0.0 ? problem_.wallClearance - cell.gap + tolerance::repairClearance
+                                       : std::max(tolerance::repairClearance, growth * demanded);
+  const double most = problem_.container->bounds().size().norm();
+  const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
+  demanded += extra;
+  relaxation_->demandWallClearance(cell.cell, extra);
+}
+
+bool Attempt::leaveOutFailing() {
+  if (!relaxation_) return false;
+  Stopwatch watch(result_.statistics.certificateSeconds);
+  while (!control_.outOfTime()) {
+    relaxation_->dropLists();
+    written_.take(*relaxation_);
+    CertificateInput input = written_.certificateInput();
+    input.stop = [this] { return control_.outOfTimeHere(); };
+    const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.communicator);
+    if (!found.complete) break;
+    if (found.clean()) {
+      result_.certificate = found;
+      deliver();
+      return true;
+    }
+    std::map<std::int64_t, int> failures;
+    std::set<std::int64_t> out;
+    for (const MisplacedCell& cell : found.misplaced) out.insert(cell.cell);
+    for (const OverlappingPair& pair : found.overlapping) ++failures[pair.first], ++failures[pair.second];
+    for (const OverlappingPair& pair : found.overlapping) {
+      if (out.count(pair.first) || out.count(pair.second)) continue;
+      const bool first =
+          isFixed(pair.second) || (!isFixed(pair.first) && failures[pair.first] > failures[pair.second]);
+      out.insert(first ? pair.first : pair.second);
+    }
+    relaxation_->remove({out.begin(), out.end()});
+  }
+  return false;
+}
+
+bool Attempt::isFixed(std::int64_t id) const {
+  for (const Species& species : problem_.species) {
+    if (id < species.count) return species.freedom.fixed;
+    id -= species.count;
+  }
+  return false;
+}
+
+void Attempt::take(const PackingResult& fewer) {
+  // The numbers that cells have among those of the problem: the first ones of every species.
+  std::vector<std::int64_t> counts(problem_.species.size(), 0);
+  for (const PlacedCell& cell : fewer.cells) ++counts[cell.species];
+  std::vector<std::int64_t> before(counts.size(), 0);  // of each species on earlier ranks
+  const std::size_t species = counts.size();
+  const std::vector<std::int64_t> all = problem_.communicator.gatherAll(counts);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (static_cast<int>(i / species) < problem_.communicator.rank()) before[i % species] += all[i];
+  std::vector<Body> bodies;
+  for (std::size_t i = 0; i < fewer.cells.size(); ++i) {
+    Body body;
+    body.species = fewer.cells[i].species;
+    body.id = before[body.species]++;
+    for (int s = 0; s < body.species; ++s) body.id += problem_.species[s].count;
+    body.position = fewer.poses[i].position;
+    body.orientation = fewer.poses[i].orientation;
+    body.rotation = body.orientation.toRotationMatrix();
+    bodies.push_back(body);
+  }
+  RelaxationState state;
+  state.sweeps = relaxation_ ? relaxation_->sweeps() : 0;
+  relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state);
+  at_ = {Stage::certificate, true, 0, {}};
+  failures_.clear();
+  demandedOfWall_.clear();
+  result_.cells = fewer.cells;
+  result_.poses = fewer.poses;
+  result_.cellCount = fewer.cellCount;
+  result_.certificate = fewer.certificate;
+  delivered_ = true;
+}
+
+void Attempt::keepEnd() {
+  if (!problem_.checkpoints || !relaxation_) return;
+  keepState();
+  measure();
+}
+
+}  // namespace packmesh

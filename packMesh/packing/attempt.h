@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file One way through placement, relaxation and certificate.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/packing_problem.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/packing/regrown_cells.h"
+#include "packMesh/packing/run_control.h"
+#include "packMesh/packing/written_cells.h"
+#include "packMesh/stages/certificate/certifier.h"
+#include "packMesh/stages/relaxation/relaxation.h"
+
+namespace packmesh {
+
+/// Tries once to pack all cells of a problem (Method::relaxation), within its limits.
+/// @return all cells, certified; none when a limit was met, when the cells are jammed (see relax()), or when
+/// the run was interrupted Pre: validate(problem); fixed cells are apart
+PackingResult attempt(const PackingProblem& problem);
+
+/// The same, step by step and with the states that are kept. All ranks take the same way through it.
+class Attempt {
+ public:
+  /// References its arguments, which must outlive it.
+  Attempt(const PackingProblem& problem, RunControl& control);
+
+  /// Places the cells, or goes on from where the problem resumes, until all are certified or a limit is met.
+  bool certifyAll();
+
+  /// Leaves out cells until no other one fails, moving none: of each failing pair the cell that fails in more
+  /// of them.
+  /// @return whether that came to an end in time
+  bool leaveOutFailing();
+
+  /// Certified cells of another attempt at the same species, fewer of them, take the place of what this one
+  /// has.
+  void take(const PackingResult& fewer);
+
+  /// What has been kept last: what a run that is interrupted now can go on from.
+  const PackingState& kept() const { return kept_; }
+  /// Keeps the cells as they are now, with their measures, as the end of a run.
+  void keepEnd();
+
+  PackingResult takeResult();
+
+ private:
+  RelaxationInput relaxationInput() const;
+  std::vector<Pose> startOf(std::size_t species, std::int64_t from, std::int64_t to,
+                            std::int64_t firstId) const;
+  std::optional<std::vector<Body>> placed();
+  void begin();
+  bool startsClean();
+  void keepState();
+  void measure();
+  bool relaxed();
+  ScheduleLimits limits(std::int64_t maxSweeps);
+  bool certified();
+  bool certifiedOnce(std::optional<Certifier>& certifier);
+  bool cleanByChance();
+  Certificate examined(std::optional<Certifier>& certifier);
+  bool settled(std::int64_t sweeps);
+  void deliver();
+  bool regrown(std::optional<Certifier>& certifier, const Certificate& faults);
+  void setPoses(const std::vector<MovedCell>& moves);
+  void demandDistance(const MisplacedCell& cell);
+  bool isFixed(std::int64_t id) const;
+
+  const PackingProblem& problem_;
+  RunControl& control_;
+  const std::int64_t cells_;  ///< asked for
+  IdShares shares_;
+  std::optional<Relaxation> relaxation_;  ///< nothing until cells are placed
+  RunPosition at_;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
+  std::map<std::int64_t, double> demandedOfWall_;  ///< by cells (ids) that were found misplaced [µm]
+  WrittenCells written_;
+  PackingState kept_;
+  bool delivered_ = false;
+  PackingResult result_;
+};
+
+}  // namespace packmesh

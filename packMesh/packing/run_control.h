@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file When a run stops: at a time limit, or because the caller asks.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <limits>
+
+#include "packMesh/packing/packing_problem.h"
+
+namespace packmesh {
+
+/// Counts the time of one run from its construction on, and polls the caller.
+class RunControl {
+ public:
+  /// References `problem`, which must outlive it. Stops at Limits::maxSeconds until told otherwise.
+  explicit RunControl(const PackingProblem& problem)
+      : problem_(problem),
+        start_(now()),
+        end_(limited() ? problem.limits.maxSeconds : unlimited),
+        spare_(std::max(leastSpare, sparePerCell * static_cast<double>(problem.cellCount()))) {}
+  RunControl(const RunControl&) = delete;
+  RunControl& operator=(const RunControl&) = delete;
+
+  bool limited() const { return problem_.limits.maxSeconds > 0.0; }
+  double elapsed() const { return now() - start_; }  ///< on this rank [s]
+  /// Stops so many seconds after the start.
+  void stopAfter(double seconds) { end_ = seconds; }
+
+  /// Whether to stop; the same on all ranks, which all call.
+  bool stopped() {
+    const bool stops = ends(0.0);
+    if (atPolls) atPolls();
+    return stops;
+  }
+
+  /// The same as this rank finds it, for what can be given up.
+  bool stoppedHere() const { return asked() || elapsed() > end_; }
+
+  /// Whether even what brings a run to its end after its time is to be given up: placing cells, certifying
+  /// what there is. Limits::maxSeconds says how long a run may take in all; half of it is for what is not
+  /// polled.
+  bool outOfTime() { return ends(spare_); }
+  /// The same as this rank finds it, for loops that ranks go through alone. Once true it stays so, and
+  /// outOfTime() is true on all ranks.
+  bool outOfTimeHere() const { return asked() || elapsed() > end_ + spare_; }
+
+  /// Whether one of those found that the caller wants the run to end.
+  bool interrupted() const { return interrupted_; }
+
+  std::function<void()> atPolls;  ///< called by stopped(); empty: nothing
+
+ private:
+  static constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+  static constexpr double leastSpare = 2.5, sparePerCell = 1e-5;  // [s]
+
+  bool ends(double spare) {
+    enum { no, late, interruption };
+    const double reason = problem_.communicator.max(asked()                    ? interruption
+                                                    : elapsed() > end_ + spare ? late
+                                                                               : no);
+    interrupted_ = interrupted_ || reason == interruption;
+    return interrupted_ || reason == late;
+  }
+  bool asked() const { return problem_.interrupted && problem_.interrupted(); }
+  double now() const {
+    if (problem_.limits.clock) return problem_.limits.clock();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  }
+
+  const PackingProblem& problem_;
+  double start_, end_;  ///< by the clock; in elapsed() [s]
+  double spare_;        ///< [s]
+  bool interrupted_ = false;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/densest.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "packMesh/packing/attempt.h"
+#include "tests/support/packings.h"
+
+using namespace packmesh;
+using test::mixtureIn;
+using test::periodicCube;
+using test::redCellProblem;
+
+namespace {
+
+std::vector<std::int64_t> countsOf(const PackingProblem& problem, const PackingResult& result) {
+  std::vector<std::int64_t> counts(problem.species.size(), 0);
+  for (const PlacedCell& cell : result.cells) ++counts[cell.species];
+  return counts;
+}
+
+/// Every look at the clock takes a tenth of a second.
+struct SlowClock {
+  double now = 0.0;
+  double operator()() { return now += 0.1; }
+};
+
+}  // namespace
+
+TEST_CASE("Asking for more gives the same densest packing", "[densest]") {
+  std::vector<PackingResult> results;
+  for (const double fraction : {0.66, 0.72, 0.9}) {
+    results.push_back(pack(redCellProblem(periodicCube(16.0), fraction)));
+    REQUIRE(results.back().outcome == Outcome::outOfReach);
+    REQUIRE(results.back().searched);
+    REQUIRE(results.back().certificate.clean());
+    REQUIRE(test::sameBits(results.back(), results.front()));
+  }
+  REQUIRE(results.front().certificate.cellVolume > 0.54 * 16.0 * 16.0 * 16.0);
+}
+
+TEST_CASE("The densest packing beside a thick layer at the wall is found", "[densest]") {
+  PackingProblem problem = redCellProblem(makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, true), 0.5);
+  problem.species[0].freedom.extraWallClearance = 3.5;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(result.searched);
+  // As many as any packing by itself, tried with all there is.
+  PackingProblem more = problem;
+  more.species[0].count = result.cellCount + 1 + result.cellCount / 20;
+  more.limits.maxSweeps = 2300;
+  CHECK(attempt(more).outcome == Outcome::outOfReach);
+  more.species[0].count = result.cellCount;
+  CHECK(attempt(more).outcome == Outcome::certified);
+}
+
+TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
+  const PackingProblem problem = mixtureIn(periodicCube(20.0), 0.75, 4);
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  const std::vector<std::int64_t> counts = countsOf(problem, result);
+  const double share = static_cast<double>(counts[0]) / static_cast<double>(problem.species[0].count);
+  REQUIRE(share > 0.7);
+  REQUIRE(std::abs(static_cast<double>(counts[1]) - share * static_cast<double>(problem.species[1].count)) <=
+          1.0);
+}
+
+TEST_CASE("An attempt gives all cells or none", "[densest]") {
+  const PackingResult all = attempt(redCellProblem(periodicCube(20.0), 0.4));
+  REQUIRE(all.outcome == Outcome::certified);
+  REQUIRE(all.certificate.clean());
+  const PackingResult none = attempt(redCellProblem(periodicCube(20.0), 0.8));
+  REQUIRE(none.outcome == Outcome::outOfReach);
+  REQUIRE(none.cells.empty());
+  REQUIRE(none.cellCount == 0);
+  REQUIRE(none.statistics.sweeps == 300);  // jammed
+}
+
+TEST_CASE("Time ends attempt and search, whose result is then not called the densest", "[densest]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.62);
+  SlowClock clock;
+  problem.limits.clock = [&] { return clock(); };
+  problem.limits.maxSeconds = 20.0;  // 200 looks
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE_FALSE(result.searched);
+  REQUIRE(result.certificate.clean());
+  REQUIRE(result.cellCount > 0);
+  // As promised: twice the limit and 5 s.
+  REQUIRE(clock.now < 2.0 * problem.limits.maxSeconds + 5.0);
+}
+
+TEST_CASE("When even certifying takes too long, the run ends with nothing", "[densest]") {
+  PackingProblem problem = redCellProblem(periodicCube(60.0), 0.4);  // more cells than looks at the clock
+  SlowClock clock;
+  problem.limits.clock = [&] { return clock(); };
+  problem.limits.maxSeconds = 1e-9;
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::outOfReach);
+  REQUIRE(result.cellCount == 0);
+  REQUIRE(result.cells.empty());
+  REQUIRE(clock.now < 5.0);
+}
