@@ -42,6 +42,9 @@ class Attempt {
   /// has.
   void take(const PackingResult& fewer);
 
+  /// Whether cells have been placed: there is something to keep.
+  bool hasBegun() const { return relaxation_.has_value(); }
+
   /// What has been kept last: what a run that is interrupted now can go on from.
   const PackingState& kept() const { return kept_; }
   /// Keeps the cells as they are now, with their measures, as the end of a run.

@@ -48,7 +48,7 @@ PackingResult packByRelaxation(const PackingProblem& problem) {
   }
   if (problem.checkpoints) {
     if (!control.interrupted() && keepsFewer) all.keepEnd();
-    problem.checkpoints->save(all.kept());
+    if (all.hasBegun()) problem.checkpoints->save(all.kept());
   }
   PackingResult result = all.takeResult();
   result.searched = searched;

@@ -546,16 +546,6 @@ TEST_CASE("a limit that is met with nothing left to do is no failure", "[executa
              Contains("a certified packing found has hematocrit") && !Contains("the densest certified"));
 }
 
-TEST_CASE("what does not fit into memory is refused at once, with figures", "[executable]") {
-  const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "20 20 20 --cell E 1000000000000 .00001 .00001 .00001");
-  INFO(ran.all());
-  CHECK(ran.exitCode == int(ExitCode::badInput));
-  CHECK_THAT(ran.err,
-             Contains("not enough memory: 1000000000000 cells take at least 1e+06 GB on each of 1 rank") &&
-                 Contains(" GB are left"));
-}
-
 TEST_CASE("check does not look at all pairs where all cells overlap", "[executable]") {
   const TemporaryFolder folder;
   std::string file = "1000\n";
