@@ -12,6 +12,7 @@
 
 #include "hemocell_adapter/pos_file.h"
 #include "packMesh/error.h"
+#include "packMesh/io/temporary_name.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -23,13 +24,12 @@ namespace fs = std::filesystem;
                    (error != 0 ? std::string(": ") + std::strerror(error) : ""));
 }
 
-/// A file of a new name `.<name>.<number>.<kind>` next to `target`.
+/// A file of a new name next to `target`.
 struct NewFile {
   NewFile(const fs::path& target, const char* kind) {
     const fs::path folder = target.parent_path();
     for (int attempt = 0;; ++attempt) {
-      path = folder / ("." + target.filename().string() + "." + std::to_string(::getpid()) + "-" +
-                       std::to_string(attempt) + "." + kind);
+      path = temporaryName(target, attempt, kind);
       descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor >= 0) return;
       if (errno != EEXIST || attempt > 1000)
@@ -76,7 +76,10 @@ fs::path keepAside(const fs::path& target) {
 
 void requireReplaceable(const fs::path& target) {
   struct stat info;
-  if (::stat(target.c_str(), &info) != 0) return;
+  if (::stat(target.c_str(), &info) != 0) {
+    if (errno == ENOENT) return;
+    fail(target, "cannot be written", errno);
+  }
   if (!S_ISREG(info.st_mode)) fail(target, "is not a file, so it cannot be replaced by one", 0);
   if (::access(target.c_str(), W_OK) != 0) fail(target, "exists and cannot be written", errno);
 }

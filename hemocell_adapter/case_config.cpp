@@ -100,6 +100,32 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
   return result;
 }
 
+/// A <packing> that is no child of the root would have no effect.
+class StrayPacking : public tinyxml2::XMLVisitor {
+ public:
+  explicit StrayPacking(const fs::path& file) : file_(file) {}
+  bool VisitEnter(const XMLElement& element, const tinyxml2::XMLAttribute*) override {
+    const XMLElement* parent = element.Parent() ? element.Parent()->ToElement() : nullptr;
+    const bool inRoot = parent && parent == element.GetDocument()->RootElement();
+    const std::string name = element.Name();
+    if (name == "packing" && !inRoot)
+      throw InputError(
+          fmt::format("{}: stands {}; it belongs directly into <hemocell>", placeOf(element, file_),
+                      parent ? fmt::format("in <{}>", parent->Name()) : "outside of <hemocell>"));
+    if (inRoot && name != "packing" && lowered(name) == "packing")
+      throw InputError(fmt::format("{}: unknown tag, did you mean <packing>?", placeOf(element, file_)));
+    return !(inRoot && name == "packing");  // which is read strictly
+  }
+
+ private:
+  fs::path file_;
+};
+
+void refuseStrayPacking(const tinyxml2::XMLDocument& document, const fs::path& file) {
+  StrayPacking search(file);
+  document.Accept(&search);
+}
+
 }  // namespace
 
 CaseConfig readCaseConfig(const fs::path& file) {
@@ -122,6 +148,7 @@ CaseConfig readCaseConfig(const fs::path& file) {
         parameters && parameters->FirstChildElement(lengthNTag.name))
       result.preInletLength = int(std::get<std::int64_t>(required(*parameters, lengthNTag, file)));
   }
+  refuseStrayPacking(document, file);
   if (const XMLElement* packing = onlyChild(*root, "packing", file)) {
     result.hasPacking = true;
     result.packing = readPackingSection(*packing, file);

@@ -10,9 +10,11 @@
 #include "hemocell_adapter/exit_codes.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
+#include "hemocell_adapter/plain_text.h"
 #include "hemocell_adapter/pos_file.h"
 #include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/realisation_folders.h"
+#include "packMesh/io/input_file.h"
 #include "packMesh/io/state_file.h"
 #include "packMesh/io/xdmf.h"
 
@@ -25,12 +27,11 @@ namespace fs = std::filesystem;
 /// the folder around it.
 /// @throws InputError when it is in neither
 void findCase(CommandLine& commandLine) {
-  std::error_code ignored;
-  if (!commandLine.configFile || fs::exists(*commandLine.configFile, ignored)) return;
+  if (!commandLine.configFile || isThere(*commandLine.configFile)) return;
   const fs::path state = *commandLine.settings().restart;
   if (const auto place = placeInSeries(state, {})) {
     const fs::path around = place->seriesFolder / *commandLine.configFile;
-    if (fs::exists(around, ignored)) {
+    if (isThere(around)) {
       commandLine.configFile = around;
       return;
     }
@@ -53,7 +54,7 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   const std::string begunBy = words.front();
   words.erase(words.begin());
   words.insert(words.end(), arguments.begin(), arguments.end());
-  CommandLine continued = parseCommandLine(begunBy, words);
+  CommandLine continued = parseCommandLine(begunBy, words, words.size() - arguments.size());
   findCase(continued);
   return continued;
 }
@@ -68,11 +69,16 @@ void requireReplaceableState(const Job& job) {
     if (file.extension() == kind)
       throw OutputError(fmt::format("{}: {} files are written of cells; the state needs another name",
                                     file.string(), kind));
+  if (!isPlainText(file.filename().string()))
+    throw OutputError(fmt::format(
+        "{}: the file beside it that ParaView opens cannot name it: expected UTF-8 without control "
+        "characters",
+        file.string()));
   try {
     requireReplaceable(file);
     std::error_code ignored;
     const bool continued = job.restart && std::filesystem::equivalent(file, *job.restart, ignored);
-    if (!continued && std::filesystem::exists(file, ignored)) readStateHead(file);
+    if (!continued && isThere(file)) readStateHead(file);
   } catch (const InputError& error) {
     throw OutputError(
         fmt::format("{}; the state is not written over it (--state names another file)", error.what()));

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "hemocell_adapter/exit_codes.h"
 
@@ -146,7 +148,7 @@ class Parser {
   }
 
   void assign(const Setting& setting, std::optional<std::string> attached, const std::string& typed) {
-    Assignment assignment{&setting, {}};
+    Assignment assignment{&setting, {}, next_ - 1};
     for (std::size_t i = 0; i < setting.values.size(); ++i) {
       std::string text;
       if (i == 0 && attached) {
@@ -172,9 +174,10 @@ class Parser {
   }
 
   void understandPositionals() {
-    if (!positionals_.empty() && positionals_.front() == "check") {
+    const auto check = std::find(positionals_.begin(), positionals_.end(), "check");
+    if (check != positionals_.end()) {
       result_.command = Command::check;
-      positionals_.erase(positionals_.begin());
+      positionals_.erase(check);
     }
     const bool checkBox = result_.settings().checkBox.value_or(false);
     const bool ownLumen = result_.settings().container.has_value();
@@ -221,17 +224,40 @@ bool given(const CommandLine& commandLine, const std::string& option) {
 
 /// Of two descriptions of one cell one would be lost.
 void refuseTwoShapes(const CommandLine& c) {
-  std::vector<std::pair<std::string, std::string>> described;  // cell and option
+  std::map<std::string, std::string> described;  // by which option
   for (const Assignment& a : c.assignments) {
     const std::string option = a.setting->option;
     if (option != "cell" && option != "cell-mesh") continue;
     const std::string& name = std::get<std::string>(a.values.front());
-    for (const auto& [other, by] : described) {
-      if (other == name)
-        throw UsageError(
-            fmt::format("option '--{}': cell '{}' is described already, by '--{}'", option, name, by));
-    }
-    described.emplace_back(name, option);
+    const auto [by, isNew] = described.try_emplace(name, option);
+    if (!isNew)
+      throw UsageError(
+          fmt::format("option '--{}': cell '{}' is described already, by '--{}'", option, name, by->second));
+  }
+}
+
+/// What an option is about when it may be given several times: a cell, a parameter, a file named like a cell.
+std::string subjectOf(const Assignment& a) {
+  const Kind kind = a.setting->values.front().kind;
+  const bool several = a.setting->values.size() > 1 && (kind == Kind::name || kind == Kind::choice);
+  if (!several && !a.setting->repeats) return "";
+  if (const auto* number = std::get_if<std::int64_t>(&a.values.front())) return std::to_string(*number);
+  const auto* text = std::get_if<std::string>(&a.values.front());
+  if (!text) return "";
+  return kind == Kind::text ? std::filesystem::path(*text).stem().string() : *text;
+}
+
+/// Options given twice. Those before the word `from` may be overridden.
+void refuseTwice(const CommandLine& c, std::size_t from) {
+  std::map<std::pair<const Setting*, std::string>, const Assignment*> known;
+  for (const Assignment& a : c.assignments) {
+    const std::string option = a.setting->option;
+    if (a.word < from || option == "export") continue;
+    const auto [other, isNew] = known.try_emplace({a.setting, subjectOf(a)}, &a);
+    if (isNew || other->second->values == a.values) continue;
+    throw UsageError(fmt::format(
+        "option '--{}' is given twice{}, with different values; one of them would be lost", option,
+        other->first.second.empty() ? "" : fmt::format(" for '{}'", other->first.second)));
   }
 }
 
@@ -286,7 +312,8 @@ Settings withOptions(Settings base, const CommandLine& commandLine) {
   return base;
 }
 
-CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments) {
+CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
+                             std::size_t earlier) {
   const bool asPackCells = std::filesystem::path(programName).filename() == "packCells";
   if (arguments.empty()) {
     throw UsageError("nothing to do: give a config.xml or three sizes sX sY sZ [µm]; --help explains");
@@ -295,6 +322,7 @@ CommandLine parseCommandLine(const std::string& programName, const std::vector<s
   result.asPackCells = asPackCells;
   result.words.insert(result.words.begin(), programName);
   checkCombination(result);
+  if (!asPackCells) refuseTwice(result, earlier);
   return result;
 }
 

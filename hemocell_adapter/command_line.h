@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@ enum class Command { pack, check, help, version, reference, man, completion };
 struct Assignment {
   const Setting* setting = nullptr;
   std::vector<Value> values;
+  std::size_t word = 0;  ///< number of its first argument
 };
 
 /// What the user typed, understood word by word.
@@ -45,9 +47,13 @@ Settings withOptions(Settings base, const CommandLine& commandLine);
 /// words that are numbers are never options (`-5`), a prefix that is unique among packCells' options means
 /// that one (so that no option of ours makes a script's `--hema` ambiguous), and errors name the option that
 /// was probably meant.
+/// Of options that are given twice with different values one would be lost: they are refused, but under
+/// packCells' name, where the last one counts.
 /// @param programName argv[0]; its last component decides whether this is packCells
+/// @param earlier so many arguments are those of an earlier command, which the others override
 /// @throws UsageError
-CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments);
+CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
+                             std::size_t earlier = 0);
 
 /// The text of `--help`.
 std::string helpText(bool asPackCells);

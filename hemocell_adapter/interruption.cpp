@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <cstddef>
+#include <cstring>
+#include <string>
 
 #include "hemocell_adapter/exit_codes.h"
 
@@ -28,7 +30,16 @@ time_t now() {
   return time.tv_sec;
 }
 
+/// Files to remove at the end, where a signal handler can read their names.
+struct FileAtEnd {
+  volatile sig_atomic_t used = 0;
+  char path[4096] = {};
+};
+FileAtEnd filesAtEnd[4];
+
 [[noreturn]] void endNow(const char* message, std::size_t length) {
+  for (const FileAtEnd& file : filesAtEnd)
+    if (file.used) unlink(file.path);
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, length);
   _exit(int(ExitCode::interrupted));
 }
@@ -76,6 +87,24 @@ void pollInterruption() {
 
 bool interrupted() {
   return flag != 0;
+}
+
+int removeWhenEndedAtOnce(const std::filesystem::path& path) {
+  const std::string text = path.string();
+  int number = 0;
+  for (FileAtEnd& file : filesAtEnd) {
+    if (!file.used && text.size() < sizeof file.path) {
+      std::memcpy(file.path, text.c_str(), text.size() + 1);
+      file.used = 1;
+      return number;
+    }
+    ++number;
+  }
+  return -1;
+}
+
+void keepWhenEnded(int number) {
+  if (number >= 0) filesAtEnd[number].used = 0;
 }
 
 bool checkpointAsked() {

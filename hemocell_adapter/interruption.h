@@ -2,6 +2,8 @@
 /// @file Ctrl-C and other signals.
 #pragma once
 
+#include <filesystem>
+
 namespace packmesh::hemocell {
 
 /// From now on SIGINT, SIGTERM, SIGHUP and SIGXCPU end the program at once, with a message and exit code 130,
@@ -18,6 +20,11 @@ void pollInterruption();
 
 /// Whether the flag is set.
 bool interrupted();
+
+/// A file that goes away when a signal ends the program at once. @return a number for keepWhenEnded(),
+/// negative when too many are known already
+int removeWhenEndedAtOnce(const std::filesystem::path& file);
+void keepWhenEnded(int number);
 
 /// Whether SIGUSR1 came since this was forgotten.
 bool checkpointAsked();

@@ -133,8 +133,7 @@ JobSpecies resolved(Job& job, const SpeciesRequest& request) {
   }
   if (job.config) {
     const fs::path xml = job.config->folder / (request.name + ".xml");
-    std::error_code ignored;
-    if (!fs::exists(xml, ignored))
+    if (!isThere(xml))
       throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'{}",
                                    xml.string(), request.name, cellsInstead(job.config->folder, request)));
     species.model = readCellXml(xml, request.name, request.construction);
@@ -203,8 +202,7 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
   // Details without cells: kept aside, to be applied to species that a hematocrit adds.
   std::vector<SpeciesRequest> details;
   for (auto it = all.begin(); it != all.end();) {
-    const bool inFile = listed && findSpecies(job.config->packing, it->name);
-    if (selects(*it) || inFile) {
+    if (selects(*it) || (listed && findSpecies(job.config->packing, it->name))) {
       ++it;
     } else {
       details.push_back(*it);
@@ -239,7 +237,7 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
         platelet->count.reset();
       }
     } else if (settings.plateletRatio ? ratio > 0 : !listed) {
-      const bool known = !job.config || fs::exists(job.config->folder / "PLT.xml");
+      const bool known = !job.config || isThere(job.config->folder / "PLT.xml");
       if (known) {
         add("PLT", 1).ratio = ratio;
       } else if (settings.plateletRatio) {
@@ -288,7 +286,7 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
     request.name = name;
     const bool own = request.meshFile || request.ellipsoidAxes;
     const bool known =
-        own || (job.config ? fs::exists(job.config->folder / (name + ".xml"))
+        own || (job.config ? isThere(job.config->folder / (name + ".xml"))
                            : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
     if (known) {
       job.species.push_back(resolved(job, request));

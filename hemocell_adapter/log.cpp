@@ -5,23 +5,16 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+
+#include "hemocell_adapter/plain_text.h"
 
 namespace packmesh::hemocell::log {
 namespace {
 
 Level currentLevel = Level::normal;
 bool statusShown = false;
-
-/// Messages quote what stands in files: control characters would reach the user's terminal.
-std::string harmless(std::string message) {
-  std::replace_if(
-      message.begin(), message.end(),
-      [](unsigned char c) { return (c < ' ' && c != '\n' && c != '\t') || c == '\x7f'; }, '?');
-  return message;
-}
 
 void clearStatus() {
   if (!statusShown) return;
@@ -33,7 +26,8 @@ void clearStatus() {
 void line(std::FILE* stream, const char* kind, const std::string& message) {
   if (currentLevel == Level::silent) return;
   clearStatus();
-  fmt::print(stream, "(packMesh) {}{}\n", kind, harmless(message));
+  // Messages quote what stands in files: control characters would reach the user's terminal.
+  fmt::print(stream, "(packMesh) {}{}\n", kind, plainText(message));
   std::fflush(stream);
 }
 
@@ -73,7 +67,7 @@ bool isTerminal() {
 
 void status(const std::string& message) {
   if (currentLevel <= Level::quiet) return;
-  fmt::print(stdout, "\r{}\x1b[K", fitting("(packMesh) " + harmless(message)));
+  fmt::print(stdout, "\r{}\x1b[K", fitting("(packMesh) " + plainText(message)));
   std::fflush(stdout);
   statusShown = true;
 }

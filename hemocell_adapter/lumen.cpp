@@ -15,6 +15,7 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/io/input_file.h"
 #include "packMesh/io/mesh_file.h"
 
 namespace packmesh::hemocell {
@@ -164,8 +165,7 @@ Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string>
 /// A case with an STL: the vessel as HemoCell places it, open along x.
 Lumen vesselLumen(const Job& job) {
   const Domain& domain = job.config->domain;
-  std::error_code ignored;
-  if (!fs::is_regular_file(*domain.geometry, ignored)) {
+  if (!isThere(*domain.geometry)) {
     throw InputError(fmt::format(
         "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and name an STL they do not "
         "have; describe "

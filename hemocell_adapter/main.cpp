@@ -13,6 +13,7 @@
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/run.h"
+#include "packMesh/distributed/arrival.h"
 #include "packMesh/version.h"
 
 namespace {
@@ -78,6 +79,7 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
 /// Runs, and tells what went wrong. @return the exit code, the same on all ranks
 ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
                     const Communicator& ranks) {
+  Arrival failures(ranks);
   try {
     return run(program, arguments, ranks);
   } catch (const AgreedFailure& failure) {
@@ -85,7 +87,11 @@ ExitCode runAndTell(const std::string& program, const std::vector<std::string>& 
     return failure.code();
   } catch (...) {
     const Failure failure = failureOfException();
-    if (!ranks.alone()) {
+    // What is wrong with the input is wrong on all ranks: the first one tells, and all end. A rank that
+    // failed by itself ends the others, which wait for it. The lower ranks come first, so that one of them
+    // tells alone.
+    const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
+    if (!ranks.alone() && !failures.ofAll(patience)) {
       log::setLevel(log::Level::normal);
       log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
       ranks.abort(int(failure.code));

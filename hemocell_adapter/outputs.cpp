@@ -97,7 +97,7 @@ void writeReports(const Finished& done, const Report& report, const std::vector<
 
 void requireWritable(const fs::path& folder) {
   std::error_code ignored;
-  fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder);
+  fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder, ignored);
   while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
   if (!fs::is_directory(existing, ignored)) {
     throw OutputError(
@@ -131,10 +131,14 @@ void requireWritableOutputs(const Job& job, const Scene& scene) {
   if (job.stateFile && companionOf(*job.stateFile) != *job.stateFile)
     files.push_back(companionOf(*job.stateFile));
   std::set<fs::path> known;
-  for (const fs::path& file : files)
-    if (!known.insert(fs::weakly_canonical(fs::absolute(file))).second)
+  for (const fs::path& file : files) {
+    std::error_code error;
+    const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
+    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
+    if (!known.insert(real).second)
       throw OutputError(fmt::format(
           "{}: two outputs have this name (report, state with its .xdmf, pictures, cells)", file.string()));
+  }
 }
 
 void warnOfStaleFiles(const Job& job, const Scene& scene) {

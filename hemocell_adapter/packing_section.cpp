@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <unordered_set>
 
 #include "hemocell_adapter/settings_table.h"
 #include "hemocell_adapter/value_specs.h"
@@ -201,6 +202,7 @@ RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
 
 Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   Settings settings;
+  std::unordered_set<std::string> named;  // species
   std::vector<std::string> known = {"species", "container", "growth", "region"};
   for (const Setting& setting : settingsTable()) {
     if (*setting.tag) known.emplace_back(setting.tag);
@@ -214,11 +216,12 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     const std::string name = child->Name();
     if (name == "species") {
       const SpeciesRequest species = readSpecies(*child, file);
-      if (findSpecies(settings, species.name)) {
+      if (!named.insert(species.name).second) {
         throw InputError(
             fmt::format("{}: a second species called '{}' (<fixed> and <start> of one come after it)",
                         placeOf(*child, file), species.name));
       }
+      requireRoomForSpecies(settings);
       settings.species.push_back(species);
       continue;
     }
@@ -249,6 +252,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     if (name == "fixed" || name == "start")
       values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
     found->apply(settings, values);
+    if (name == "fixed" || name == "start") named.insert(settings.species.back().name);
   }
   if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
   if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;

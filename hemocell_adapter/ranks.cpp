@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/ranks.h"
 
+#include <filesystem>
 #include <new>
 #include <optional>
 
@@ -17,6 +18,9 @@ Failure failureOfException() {
     return {ExitCode::cannotWrite, error.what()};
   } catch (const InputError& error) {
     return {ExitCode::badInput, error.what()};
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string file = error.path1().string();
+    return {ExitCode::badInput, (file.empty() ? "a file" : file) + ": " + error.code().message()};
   } catch (const std::bad_alloc&) {
     return {ExitCode::badInput, "not enough memory for a problem of this size"};
   } catch (const std::exception& error) {

@@ -19,6 +19,7 @@
 #include "hemocell_adapter/progress_log.h"
 #include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/realisations.h"
+#include "hemocell_adapter/run_lock.h"
 #include "hemocell_adapter/scene.h"
 #include "hemocell_adapter/shared_files.h"
 #include "hemocell_adapter/summary.h"
@@ -215,6 +216,25 @@ RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, c
   return deliver(big, bigScene, bigResult, stopwatch, ranks, &repeated);
 }
 
+bool writes(const Job& job) {
+  return !job.dryRun && !job.validate;
+}
+
+/// Until the end of a run no other writes what this one does. Held by the first rank.
+struct Locks {
+  std::optional<RunLock> folder, state;
+};
+
+Locks locksOf(const Job& job, const Communicator& ranks) {
+  Locks locks;
+  onFirstRank(ranks, [&] {
+    if (!writes(job)) return;
+    locks.folder.emplace(RunLock::ofFolder(job.outputDirectory));
+    if (job.stateFile) locks.state.emplace(RunLock::ofFile(*job.stateFile));
+  });
+  return locks;
+}
+
 RunEnd packOnce(const Job& job, const Communicator& ranks) {
   const Stopwatch stopwatch;
   onFirstRank(ranks, [&] {
@@ -224,6 +244,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
     requireWritable(job.stateFile->parent_path());
     requireReplaceableState(job);
   });
+  const Locks locks = locksOf(job, ranks);
   for (const std::string& warning : job.warnings) log::warning(warning);
   const Scene scene = builtScene(job, ranks);
   if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
@@ -270,8 +291,11 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
 
 ExitCode runPacking(const Job& job, const Communicator& ranks) {
   const auto once = [&](const Job& one) { return packOnce(one, ranks); };
-  return job.realisations > 1 && !job.dryRun && !job.validate ? runRealisations(job, ranks, once)
-                                                              : once(job).code;
+  if (job.realisations == 1 || !writes(job)) return once(job).code;
+  Job folder = job;
+  folder.stateFile.reset();  // each realisation has its own
+  const Locks locks = locksOf(folder, ranks);
+  return runRealisations(job, ranks, once);
 }
 
 }  // namespace packmesh::hemocell

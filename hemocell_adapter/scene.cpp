@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
+#include <string>
 
 #include "hemocell_adapter/counts.h"
 #include "hemocell_adapter/densest_known.h"
@@ -32,6 +34,14 @@ std::shared_ptr<const Shape> shapeOf(const JobSpecies& species, double dx,
     throw InputError(fmt::format("cell '{}': {}", species.name, error.what()));
   }
   return nullptr;
+}
+
+/// Everything that decides a shape, but dx.
+std::string keyOf(const JobSpecies& s) {
+  const CellModel& m = s.model;
+  return fmt::format("{} {} {} {} {} {} {} '{}' {} '{}'", int(s.meshFrame), int(s.kind), int(m.construction),
+                     m.radius, m.minNumTriangles, m.aspectRatio, fmt::join(s.ellipsoidAxes, " "),
+                     m.stlFile.string(), s.meshScale, s.meshFile.string());
 }
 
 /// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some
@@ -77,12 +87,13 @@ void resolveCounts(const Job& job, Scene& scene) {
   }
   const std::vector<std::int64_t> counts = countCells(counted, hematocrit, reference);
   double volume = 0.0;
+  std::set<const Acceptance*> examined;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     scene.species[i].count = counts[i];
     volume += double(counts[i]) * scene.species[i].shape->volume();
     if (scene.species[i].mostCells() == 0) continue;
     refuseTooLarge(scene.species[i], *scene.lumen.container);
-    refuseWithoutNode(scene.species[i]);
+    if (examined.insert(scene.species[i].acceptance.get()).second) refuseWithoutNode(scene.species[i]);
   }
   const double lumen = scene.lumen.container->volume();
   if (volume >= lumen) {
@@ -129,13 +140,20 @@ namespace {
 
 /// Shapes, counts and walls of a scene that has its lumen.
 void complete(const Job& job, Scene& scene) {
+  // Species that look alike share what is made for them.
+  std::map<std::string, std::shared_ptr<const Shape>> shapes;
+  std::map<int, std::shared_ptr<const Acceptance>> acceptances;  // by distance from solid
   for (const JobSpecies& jobSpecies : job.species) {
     SceneSpecies species;
     species.job = jobSpecies;
-    species.shape = shapeOf(jobSpecies, job.dx, scene.warnings);
+    std::shared_ptr<const Shape>& shape = shapes[keyOf(jobSpecies)];
+    if (!shape) shape = shapeOf(jobSpecies, job.dx, scene.warnings);
+    species.shape = shape;
     if (scene.lumen.lattice) {
-      species.acceptance =
-          std::make_shared<Acceptance>(scene.lumen.lattice, jobSpecies.minimumDistanceFromSolid);
+      const int distance = jobSpecies.minimumDistanceFromSolid;
+      std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];
+      if (!acceptance) acceptance = std::make_shared<Acceptance>(scene.lumen.lattice, distance);
+      species.acceptance = acceptance;
     }
     scene.species.push_back(std::move(species));
   }

@@ -108,7 +108,14 @@ struct Settings {
   std::optional<bool> checkBox;          ///< `check --box`
 };
 
-/// The request for cells called `name`, added when there is none yet.
+/// More kinds of cells than this are a slip.
+constexpr std::size_t mostSpecies = 10'000;
+
+/// @throws InputError when there is no room for another one
+void requireRoomForSpecies(const Settings& settings);
+
+/// The request for cells called `name`, added when there is none yet. @throws InputError when there are too
+/// many
 SpeciesRequest& speciesNamed(Settings& settings, const std::string& name);
 
 /// The same, nullptr when there is none.

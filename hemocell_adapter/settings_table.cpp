@@ -5,6 +5,7 @@
 
 #include "hemocell_adapter/packing_settings.h"
 #include "hemocell_adapter/value_specs.h"
+#include "packMesh/error.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -13,7 +14,11 @@ using namespace specs;
 
 /// The request for the cells called like the file.
 SpeciesRequest& cellsInFile(Settings& settings, const std::string& file) {
-  return speciesNamed(settings, std::filesystem::path(file).stem().string());
+  try {
+    return speciesNamed(settings, text(parseValue(name(), std::filesystem::path(file).stem().string())));
+  } catch (const InputError& error) {
+    throw InputError(file + ": the name before .pos is that of the cells; " + error.what());
+  }
 }
 
 /// The option that asks for `n` cells of one of packCells' types.
@@ -353,10 +358,16 @@ std::vector<Setting> lumenSettings() {
 
 }  // namespace
 
+void requireRoomForSpecies(const Settings& settings) {
+  if (settings.species.size() >= mostSpecies)
+    throw InputError("more than " + std::to_string(mostSpecies) + " kinds of cells");
+}
+
 SpeciesRequest& speciesNamed(Settings& settings, const std::string& name) {
   for (SpeciesRequest& species : settings.species) {
     if (species.name == name) return species;
   }
+  requireRoomForSpecies(settings);
   settings.species.emplace_back().name = name;
   return settings.species.back();
 }

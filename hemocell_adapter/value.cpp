@@ -11,14 +11,19 @@
 #include <sstream>
 
 #include "hemocell_adapter/node_plane.h"
+#include "hemocell_adapter/plain_text.h"
 #include "packMesh/error.h"
 
 namespace packmesh::hemocell {
 namespace {
 
-std::string lowered(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
+/// Cells' names become names of files, with endings, and entries of tables.
+constexpr std::size_t longestName = 100;  // [bytes]
+
+/// What a message quotes of a value.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t longest = 200;  // [bytes]
+  return text.size() <= longest ? text : text.substr(0, longest) + "...";
 }
 
 /// A bound of the range of `spec`: whole numbers with all their digits.
@@ -107,7 +112,8 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       if (text.empty()) return {};
       return text;
     case Kind::name:
-      if (text.empty() || text.front() == '.' || text.find_first_of("/\\ \t\n\r") != std::string::npos)
+      if (text.empty() || text.size() > longestName || text.front() == '.' || !isPlainText(text) ||
+          text.find_first_of("/\\ ,\"'") != std::string::npos)
         return {};
       return text;
     case Kind::choice:
@@ -158,7 +164,8 @@ std::string expectation(const ValueSpec& spec) {
     case Kind::text:
       return "some text";
     case Kind::name:
-      return "a cell name without blanks and slashes";
+      return fmt::format("a cell name of at most {} bytes without blanks, slashes, commas and quotes",
+                         longestName);
     case Kind::choice: {
       return alternatives(spec.choices);
     }
@@ -185,7 +192,8 @@ Value parseValue(const ValueSpec& spec, const std::string& text) {
       hint = fmt::format(" (did you mean '{}'?)", *nearest);
   }
   throw InputError(fmt::format("expected {}, found {}{}", expectation(spec),
-                               content.empty() ? std::string("nothing") : "'" + content + "'", hint));
+                               content.empty() ? std::string("nothing") : "'" + shortened(content) + "'",
+                               hint));
 }
 
 std::optional<double> toNumber(const std::string& text) {
@@ -208,6 +216,11 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+std::string lowered(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
 std::optional<std::string> nearestName(const std::string& name, const std::vector<std::string>& candidates) {
   // Optimal string alignment distance: insertions, deletions, substitutions and swapped neighbours cost one.
   const auto distance = [](const std::string& a, const std::string& b) {
@@ -226,6 +239,8 @@ std::optional<std::string> nearestName(const std::string& name, const std::vecto
     return cost[a.size()][b.size()];
   };
   std::optional<std::string> nearest;
+  constexpr std::size_t longest = 100;  // beyond it is no slip of the fingers, and the comparison takes long
+  if (name.size() > longest) return nearest;
   std::size_t least = 1 + std::max<std::size_t>(1, name.size() / 3);
   for (const std::string& candidate : candidates) {
     const bool begins = name.size() > 1 && lowered(candidate).compare(0, name.size(), lowered(name)) == 0;

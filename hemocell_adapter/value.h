@@ -19,7 +19,7 @@ enum class Kind {
   integer,  ///< whole number (`50`, `50.0`, `1e3`); std::int64_t
   boolean,  ///< true/false, yes/no, on/off, 1/0; bool
   text,     ///< anything but nothing; std::string
-  name,     ///< a cell name, which becomes a file name; std::string
+  name,     ///< a cell name, which becomes a file name and an entry of tables; std::string
   choice,   ///< one of ValueSpec::choices; std::string
   axis,     ///< x, y or z; std::int64_t 0, 1, 2
   plane,    ///< a plane of nodes: `42`, `last`, `last - 5`; NodePlane (std::int64_t)
@@ -53,6 +53,9 @@ std::optional<double> toNumber(const std::string& text);
 
 /// `text` without white space at both ends.
 std::string trimmed(const std::string& text);
+
+/// `text` with its ASCII letters in lower case.
+std::string lowered(std::string text);
 
 /// The candidate most like `name`, if any is near enough to be a likely slip of the fingers.
 std::optional<std::string> nearestName(const std::string& name, const std::vector<std::string>& candidates);

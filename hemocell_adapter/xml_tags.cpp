@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string>
+
 #include "packMesh/error.h"
 #include "packMesh/io/input_file.h"
 
@@ -33,17 +36,42 @@ std::string faultOf(const tinyxml2::XMLDocument& document) {
   }
 }
 
+/// A tag of so many attributes would keep the parser busy, which compares each with all before it.
+void refuseManyAttributes(const std::string& content, const fs::path& file) {
+  constexpr int most = 1000;
+  const auto after = [&](std::size_t at, const char* end) {
+    const std::size_t found = content.find(end, at);
+    return found == content.npos ? content.size() : found + std::char_traits<char>::length(end);
+  };
+  for (std::size_t at = content.find('<'); at < content.size(); at = content.find('<', at)) {
+    if (content.compare(at, 4, "<!--") == 0) {
+      at = after(at + 4, "-->");
+    } else if (content.compare(at, 9, "<![CDATA[") == 0) {
+      at = after(at, "]]>");
+    } else {
+      const std::size_t tag = at;
+      int attributes = 0;
+      for (++at; at < content.size() && content[at] != '>'; ++at) {
+        if (content[at] == '"' || content[at] == '\'')
+          at = std::min(content.find(content[at], at + 1), content.size());
+        attributes += at < content.size() && content[at] == '=';
+        if (attributes > most)
+          throw InputError(fmt::format(
+              "{}:{}: a tag with more than {} attributes", file.string(),
+              1 + std::count(content.begin(), content.begin() + std::ptrdiff_t(tag), '\n'), most));
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
-  requireFile(file, "an XML file");
-  switch (document.LoadFile(file.c_str())) {
+  const std::string content = contentOf(file, "an XML file");
+  refuseManyAttributes(content, file);
+  switch (document.Parse(content.data(), content.size())) {
     case tinyxml2::XML_SUCCESS:
       return;
-    case tinyxml2::XML_ERROR_FILE_NOT_FOUND:
-    case tinyxml2::XML_ERROR_FILE_COULD_NOT_BE_OPENED:
-    case tinyxml2::XML_ERROR_FILE_READ_ERROR:
-      throw InputError(fmt::format("{}: cannot be read", file.string()));
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
       throw InputError(
           fmt::format("{}: is empty or no text; expected XML with the root <hemocell>", file.string()));

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "packMesh/error.h"
+#include "packMesh/io/input_file.h"
 
 namespace packmesh {
 namespace {
@@ -130,9 +131,9 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& file)
             H5Fclose) {
   if (file_.good()) return;
   const bool isHdf5 = isRegular(file) && H5Fis_hdf5(file.c_str()) > 0;
-  fail(!std::filesystem::exists(file) ? "no such file"
-       : isHdf5                       ? "is truncated or damaged, or another program writes it"
-                                      : "is not an HDF5 file, or cannot be read");
+  fail(!isThere(file) ? "no such file"
+       : isHdf5       ? "is truncated or damaged, or another program writes it"
+                      : "is not an HDF5 file, or cannot be read");
 }
 
 void Hdf5Reader::fail(const std::string& what) const {

@@ -7,8 +7,13 @@
 
 namespace packmesh {
 
+/// Whether there is something of this name, or the system does not let us know: then reading it tells why.
+bool isThere(const std::filesystem::path& file);
+
 /// @param expected "a mesh file", for the message
-/// @throws InputError naming the file when it is not there, or a folder, or a device, which may have no end
+/// @throws InputError naming the file when it is not there, cannot be reached, or is no regular file: pipes
+/// and devices
+///   may have no end
 void requireFile(const std::filesystem::path& file, const std::string& expected);
 
 /// All bytes of a file. @throws InputError as requireFile(), and when it cannot be read

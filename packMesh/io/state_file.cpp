@@ -12,6 +12,7 @@
 #include "packMesh/error.h"
 #include "packMesh/io/hdf5.h"
 #include "packMesh/io/seal.h"
+#include "packMesh/io/temporary_name.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/version.h"
@@ -336,8 +337,9 @@ void writeState(const fs::path& name, const PackingProblem& problem, const std::
                 const PackingState& state) {
   const Communicator& ranks = problem.communicator;
   std::error_code ignored;
-  const fs::path file = fs::is_symlink(name, ignored) ? fs::weakly_canonical(name) : name;
-  const fs::path written = file.parent_path() / ("." + file.filename().string() + ".new");
+  fs::path file = fs::is_symlink(name, ignored) ? fs::weakly_canonical(name, ignored) : name;
+  if (file.empty()) file = name;  // which cannot be written, and says why
+  const fs::path written = ranks.broadcast(temporaryName(file, 0, "new").string(), 0);  // that of rank 0
   std::string error;
   {
     Hdf5Writer out(written, ranks, sealSize);

@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include "packMesh/error.h"
+#include "packMesh/io/temporary_name.h"
 
 namespace packmesh {
 namespace {
@@ -95,11 +96,14 @@ class Writer {
 
 void writeXdmf(const std::filesystem::path& file, const std::filesystem::path& stateFile, std::int64_t cells,
                const std::vector<Species>& species) {
-  std::FILE* const out = std::fopen(file.c_str(), "w");
+  const std::filesystem::path written = temporaryName(file, 0, "new");
+  std::FILE* const out = std::fopen(written.c_str(), "w");
   if (out != nullptr) Writer(out, stateFile.filename().string()).write(cells, species);
   const bool good = out != nullptr && std::ferror(out) == 0;
-  if ((out != nullptr && std::fclose(out) != 0) || !good)
-    throw InputError(file.string() + ": cannot be written");
+  const bool closed = out != nullptr && std::fclose(out) == 0;
+  if (good && closed && std::rename(written.c_str(), file.c_str()) == 0) return;
+  std::remove(written.c_str());
+  throw InputError(file.string() + ": cannot be written");
 }
 
 }  // namespace packmesh

@@ -106,7 +106,10 @@ void checkColumns(const PackingProblem& problem) {
       throw InputError("species '" + one.name + "' cannot start in columns: " + what);
     };
     if (++species > 1) refuse("another one does, too");
-    if (!one.start.empty() || !one.freedom.isFree()) refuse("some of its cells are there or held back");
+    if (!one.start.empty()) refuse("some of its cells are there already");
+    if (one.freedom.cone) refuse("its cells are held to a direction");
+    if (one.freedom.home) refuse("its cells are held to a region");
+    if (!one.freedom.isFree()) refuse("its cells are fixed, or keep more clearance to the wall than others");
     if (!problem.rotate) refuse("no cell is to be turned");
     if (problem.method != Method::relaxation) refuse("the method of packing is growth");
     if (!(problem.container->period().minCoeff() > 0.0))

@@ -80,7 +80,7 @@ def disk_full():
             codes_of["disk_full"] = set()
             return
         (folder.path / "RBC.pos").write_text(OLD)
-        (folder.path / "filler").write_bytes(b"x" * (14 * 4096))
+        (folder.path / "filler").write_bytes(b"x" * (12 * 4096))  # leaves a page each for two locks and new cells
         folder.before = folder.listing()
         expect("disk full", folder, run(folder, ["40", "40", "40", "--rbc", "150"]), [5], "RBC.pos")
         expect("disk full, state", folder, run(folder, ["20", "20", "20", "--rbc", "1", "--state", "s.h5"]), [5],
@@ -152,8 +152,17 @@ def killed_rank():
             ranks = subprocess.run(["pgrep", "-P", str(process.pid), "packMesh"], capture_output=True, text=True)
             os.kill(int(ranks.stdout.split()[-1]), signal.SIGKILL)
             err = process.communicate(timeout=HANGS)[1].decode()
+            lock = folder.path / ".packMesh.lock"  # of nobody
+            stays = lock.exists()
+            lock.unlink(missing_ok=True)
             expect(f"rank killed after {delay} s", folder, (process.returncode, err), [137, 1, 255], "exited on signal 9",
                    by="mpirun")
+            if stays:
+                lock.write_text("")
+            expect(f"a run after that, lock file {'left' if stays else 'gone'}", folder,
+                   run(folder, ["20", "20", "20", "--rbc", "1"]), [0])
+            if lock.exists():
+                failures.append("the lock of a killed run stays")
 
 
 def states():

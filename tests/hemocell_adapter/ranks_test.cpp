@@ -196,3 +196,13 @@ TEST_CASE("check under mpirun is done by one rank", "[ranks]") {
   writeText(folder.path() / "RBC.pos", "2\n5 6 7 0 0 0\n5 6 7 0 0 0\n");
   CHECK(run(folder.path(), "check config.xml", "packMesh", onRanks(2)).exitCode == 4);
 }
+
+TEST_CASE("what all ranks find wrong is told once", "[ranks]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "50 50 50 --rbc 60 --clearance 20", "packMesh", onRanks(3));
+  INFO(ran.all());
+  CHECK(ran.exitCode == 2);
+  CHECK(count(ran.err, "(packMesh) (Error) ") == 1);
+  CHECK_THAT(ran.err, Contains("60 cells 20 µm apart need a lumen larger than"));
+  CHECK_THAT(ran.err, !Contains("MPI_ABORT"));
+}

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/input_file.h"
 
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 
@@ -20,4 +22,22 @@ TEST_CASE("Files are read whole, and what is none or has no end is refused by na
   CHECK_THROWS_WITH(contentOf(folder.path(), "a file"), Contains("is a folder, expected a file"));
   std::filesystem::create_symlink("/dev/zero", folder.path() / "endless");
   CHECK_THROWS_WITH(contentOf(folder.path() / "endless", "a file"), Contains("endless: is a device"));
+
+  REQUIRE(mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(contentOf(folder.path() / "pipe", "a file"),
+                    Contains("pipe: is a pipe, expected a file"));
+  CHECK_THROWS_WITH(requireFile(folder.path() / "pipe", "a file"), Contains("is a pipe"));
+  CHECK_THROWS_WITH(contentOf("/proc/self/mem", "a file"), Contains("cannot be read: Input/output error"));
+  CHECK_FALSE(contentOf("/proc/self/status", "a file").empty());  // says that it is empty
+
+  std::filesystem::create_symlink("loop", folder.path() / "loop");
+  CHECK_THROWS_WITH(contentOf(folder.path() / "loop", "a file"), Contains("Too many levels"));
+  CHECK(isThere(folder.path() / "loop"));
+  CHECK(isThere(folder.path() / "file"));
+  CHECK_FALSE(isThere(folder.path() / "none"));
+  CHECK_FALSE(isThere(folder.path() / "file/none"));
+
+  const std::string large(3'000'000, 'x');
+  std::ofstream(folder.path() / "large") << large;
+  CHECK(contentOf(folder.path() / "large", "a file") == large);
 }
