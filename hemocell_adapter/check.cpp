@@ -67,7 +67,7 @@ class Report {
     for (const SceneSpecies& species : scene.species) {
       input.shapes.push_back(species.shape.get());
       input.walls.push_back(scene.lumen.container->wall());
-      input.extraWallGap.push_back(species.job.wallClearance - job.wallClearance);
+      input.extraWallGap.push_back(wallClearanceOf(job, species.job) - job.wallClearance);
     }
     input.requiredGap = job.clearance;
     input.requiredWallGap = job.wallClearance;
@@ -99,9 +99,7 @@ class Report {
         "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
         droppedIsFault() || dropped == 0
             ? ""
-            : fmt::format("; that HemoCell drops {} is no fault {}", dropped,
-                          scene_.lumen.container->period().isZero() ? "without --keep-all"
-                                                                    : "where cells may cross the faces"),
+            : fmt::format("; that HemoCell drops {} is no fault where cells may cross the faces", dropped),
         job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
     return clean();
   }
@@ -180,7 +178,7 @@ class Report {
   void printMisplaced() const {
     if (!scene_.lumen.container->wall()) return;
     const bool layer = std::any_of(scene_.species.begin(), scene_.species.end(),
-                                   [](const SceneSpecies& s) { return s.job.wallClearance > 0.0; });
+                                   [&](const SceneSpecies& s) { return wallClearanceOf(job_, s.job) > 0.0; });
     log::info(fmt::format("Cells not wholly inside the lumen{}: {}", layer ? ", or too near to the wall" : "",
                           certificate_.misplaced.size()));
     FaultList list;

@@ -125,7 +125,7 @@ Report configurationOf(const Job& job) {
   all["dx"] = job.dx;
   all["walls"] = nullptr;
   if (job.walls || box) all["walls"] = job.walls.value_or("").empty() ? "none" : *job.walls;
-  all["ends"] = job.periodicEnds.value_or(box && !job.keepAll) ? "periodic" : "closed";
+  all["ends"] = job.periodicEnds.value_or(false) ? "periodic" : "closed";
   all["keep-all"] = job.keepAll;
   all["hematocrit"] = optionalOf(job.hematocrit);
   all["redCellVolume"] = optionalOf(job.redCellVolume);
@@ -135,7 +135,9 @@ Report configurationOf(const Job& job) {
   all["escape"] = job.escape;
   all["growth"] = cat ? growthOf(job.growth) : Report(nullptr);
   all["clearance"] = job.clearance;
+  all["clearanceAskedFor"] = job.largestClearance ? "max" : job.autoClearance ? "auto" : "stated";
   all["wallClearance"] = job.wallClearance;
+  all["wallClearanceAskedFor"] = job.autoWallClearance ? "auto" : "stated";
   all["seed"] = job.seed;
   all["rotate"] = job.rotate;
   all["order"] = job.inColumns ? "columns" : "random";

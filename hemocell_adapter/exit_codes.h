@@ -29,8 +29,7 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
      "check found overlap, cells outside the lumen, gaps below those asked for, or cells HemoCell deletes "
-     "(not counted where cells may "
-     "cross periodic faces, nor in a box without --keep-all)"},
+     "(not counted where cells may cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::internal, "a fault of packMesh itself"},
     {ExitCode::interrupted, "interrupted: no .pos file written"},

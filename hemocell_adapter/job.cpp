@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <system_error>
@@ -63,6 +64,9 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.growth, s.growth);
   take(job.clearance, s.clearance);
   take(job.wallClearance, s.wallClearance);
+  take(job.largestClearance, s.largestClearance);
+  job.autoClearance = !s.clearance && !job.largestClearance;
+  job.autoWallClearance = !s.wallClearance;
   take(job.cellFreeLayer, s.cellFreeLayer);
   take(job.seed, s.seed);
   take(job.rotate, s.rotate);
@@ -85,6 +89,13 @@ void takeSettings(Job& job, const Settings& s) {
   job.restart = s.restart;
   if (!job.stateFile && (job.checkpointEvery > 0.0 || job.restart))
     job.stateFile = job.restart ? *job.restart : job.outputDirectory / "state.h5";
+}
+
+/// A box from the command line is packed with cells that HemoCell keeps; under packCells' name it is
+/// periodic, as there.
+void chooseEnds(Job& job) {
+  const bool box = job.boxSize && !(job.container && job.container->lumen);
+  if (box && !job.periodicEnds) job.periodicEnds = job.asPackCells && !job.keepAll;
 }
 
 /// Settings that have no effect where they were given are refused, not ignored.
@@ -123,8 +134,8 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
     if (options.walls) throw UsageError("option '--walls': " + reason);
     throw InputError(job.config->file.string() + ": <walls>: " + reason);
   }
-  if (options.tiles && (!job.boxSize || job.container || job.keepAll))
-    throw UsageError("option '--tile' is for periodic boxes: sX sY sZ");
+  if (options.tiles && (!job.boxSize || job.container || !job.periodicEnds.value_or(false)))
+    throw UsageError("option '--tile' is for periodic boxes: sX sY sZ --ends periodic");
   if (options.tiles && job.method == Method::cat)
     throw UsageError("option '--tile' is for the default method, not for --method cat");
   if (job.seed + std::uint64_t(job.realisations - 1) >
@@ -132,6 +143,12 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
     throw UsageError("option '--realisations': the last of the seeds would be larger than a seed may be");
   if (job.inColumns && job.method == Method::cat)
     throw UsageError("columns (--order, <order>) are for the default method, not for --method cat");
+  if (job.inColumns && job.boxSize && !ownBody && !job.periodicEnds.value_or(false))
+    throw InputError(
+        "columns (--order, <order>) take a box that is periodic along all axes: sX sY sZ --ends periodic");
+  if (job.largestClearance && (job.stateFile || job.method == Method::cat))
+    throw UsageError(
+        "the largest clearance (--clearance max) is for the default method, without state files");
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
     throw UsageError(
@@ -166,7 +183,7 @@ void checkMethod(const Job& job) {
     if (!species.fixed.empty() || !species.start.empty())
       refuse(fmt::format("cell '{}' has cells that are there", species.name));
     if (species.cone) refuse(fmt::format("cell '{}' has an axis", species.name));
-    if (species.wallClearance > job.wallClearance)
+    if (species.ownWallClearance > job.wallClearance)
       refuse(fmt::format("cell '{}' has a clearance to the wall of its own", species.name));
   }
 }
@@ -200,6 +217,10 @@ std::vector<std::filesystem::path> foldersOfRealisations(const std::filesystem::
 
 }  // namespace
 
+double wallClearanceOf(const Job& job, const JobSpecies& species) {
+  return std::max(job.wallClearance, species.ownWallClearance);
+}
+
 Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck) {
   Job job;
   job.command = commandLine.command;
@@ -218,6 +239,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   const Settings options = commandLine.settings();
   settings = withOptions(settings, commandLine);
   takeSettings(job, settings);
+  chooseEnds(job);
   if (job.config) job.dx = job.config->domain.dx;
   warnOfUnits(job, options);
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;

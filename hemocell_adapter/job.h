@@ -35,9 +35,14 @@ struct JobSpecies {
   std::int64_t stock = 0;                         ///< so many more, when escaping
   std::vector<PosLine> fixed, start;              ///< cells that are there: that stay, or may move
   std::string fixedFrom, startFrom;               ///< files
-  double wallClearance = 0.0;                     ///< [µm]
+  double ownWallClearance = 0.0;                  ///< of this species, where more than that of all [µm]
   std::optional<AxisCone> cone;
 };
+
+struct Job;
+
+/// What cells of a species keep from the wall [µm].
+double wallClearanceOf(const Job& job, const JobSpecies& species);
 
 struct Job {
   Command command = Command::pack;
@@ -63,7 +68,10 @@ struct Job {
   std::optional<Builder> builder;               ///< of Method::cat
   bool escape = false;                          ///< of Method::cat
   GrowthSettings growth;                        ///< of Method::cat
-  double clearance = 0.0, wallClearance = 0.0;  ///< [µm]
+  double clearance = 0.0, wallClearance = 0.0;  ///< demanded [µm]
+  /// Not stated, so packing may keep more than is demanded (clearances.h).
+  bool autoClearance = false, autoWallClearance = false;
+  bool largestClearance = false;  ///< between membranes
   double cellFreeLayer = 0.0;                   ///< of red cells [µm]
   std::uint64_t seed = 1;
   bool rotate = true;

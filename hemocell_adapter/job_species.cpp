@@ -105,8 +105,8 @@ JobSpecies resolved(Job& job, const SpeciesRequest& request) {
   species.ratio = request.ratio;
   species.statedDistanceFromSolid = request.minimumDistanceFromSolid;
   species.stock = request.stock.value_or(0);
-  species.wallClearance = std::max(request.wallClearance.value_or(job.wallClearance), job.wallClearance);
-  if (species.redCell) species.wallClearance = std::max(species.wallClearance, job.cellFreeLayer);
+  species.ownWallClearance =
+      std::max(request.wallClearance.value_or(0.0), species.redCell ? job.cellFreeLayer : 0.0);
   species.cone = coneOf(request);
   readPresent(request, species, job.warnings);
   if (!species.count && !species.ratio && !(job.hematocrit && species.redCell))

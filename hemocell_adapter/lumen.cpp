@@ -64,7 +64,7 @@ std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where) {
   return {int(nodes[0]), int(nodes[1]), int(nodes[2])};
 }
 
-/// A box of the command line: [0, s]³, or what HemoCell keeps of it.
+/// A box of the command line: along periodic axes [0, s], along others what HemoCell keeps of it.
 Lumen boxLumen(const Job& job) {
   Lumen lumen;
   const std::string walls = job.walls.value_or("");
@@ -75,25 +75,30 @@ Lumen boxLumen(const Job& job) {
     const double steps = std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding));
     nodes[k] = int(std::clamp(steps, 1.0, 1e9)) + (hasWall(walls, k) ? 1 : 0);
   }
+  for (int k = 0; k < 3; ++k)
+    if (!job.periodicEnds.value_or(false) && (*job.boxSize)[k] * (1 + relativeRounding) < job.dx)
+      throw InputError(
+          fmt::format("the box is {:.6g} µm along {}, less than the lattice spacing (dx {:.6g} µm)",
+                      (*job.boxSize)[k], "xyz"[k], job.dx));
   lumen.keptBox = keptBoxOf(nodes, job.dx, walls);
-  Box box{Vec3::Zero(), *job.boxSize};
+  Box box = *lumen.keptBox;
   std::array<bool, 3> periodic{};
-  const bool closed = job.keepAll || !job.periodicEnds.value_or(true);
   for (int k = 0; k < 3; ++k) {
-    periodic[k] = !hasWall(walls, k) && !closed;
-    lumen.periodic = lumen.periodic || periodic[k];
+    periodic[k] = !hasWall(walls, k) && job.periodicEnds.value_or(false);
+    if (!periodic[k]) continue;
+    lumen.periodic = true;
+    box.lo[k] = 0.0;
+    box.hi[k] = (*job.boxSize)[k];
   }
-  if (job.keepAll) box = *lumen.keptBox;
   lumen.container = makeBox(box, periodic);
-  lumen.acceptedOnly = job.keepAll;
-  if (job.keepAll) {
+  lumen.acceptedOnly = !lumen.periodic;
+  lumen.solidWalls = !walls.empty();
+  if (lumen.acceptedOnly)
     lumen.note = fmt::format(
         "({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] µm, what HemoCell keeps of {} x {} x {} "
-        "nodes at "
-        "dx {:.6g} µm",
+        "nodes at dx {:.6g} µm",
         box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2], nodes[0], nodes[1], nodes[2],
         job.dx);
-  }
   return lumen;
 }
 
@@ -142,6 +147,7 @@ Lumen domainBox(const Job& job) {
   lumen.lattice = std::move(lattice);
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];
   lumen.acceptedOnly = true;
+  lumen.solidWalls = !job.walls->empty();
   lumen.note = fmt::format("walls: {}", job.walls->empty() ? "none" : *job.walls);
   return lumen;
 }
@@ -395,6 +401,7 @@ Lumen ownLumen(const Job& job) {
       obstacles.push_back({solids.back()->surface(), solid.where});
     }
     lumen.container = subtractObstacles(outer, std::move(obstacles));
+    lumen.solidWalls = true;
   }
   if (job.config) {
     lumen.lattice = latticeOf(job, *outer, solids, lumen.notices);

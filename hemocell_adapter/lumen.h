@@ -20,6 +20,7 @@ struct Lumen {
   std::optional<Box> keptBox;
   bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do
   bool acceptedOnly = false;         ///< packing keeps to HemoCell's acceptance rules
+  bool solidWalls = true;            ///< false: what bounds it are faces through which blood flows
   std::string note;                  ///< for people: what container->describe() does not know
   std::vector<std::string> notices;  ///< assumptions and repairs the user should know of
 

@@ -102,7 +102,7 @@ class Parting {
   Freedom freedomOf(const SceneSpecies& species) const {
     Freedom freedom;
     freedom.cone = species.job.cone;
-    freedom.extraWallClearance = species.job.wallClearance - job_.wallClearance;
+    freedom.extraWallClearance = wallClearanceOf(job_, species.job) - job_.wallClearance;
     return freedom;
   }
 
@@ -115,7 +115,7 @@ class Parting {
     if (!fixed.empty()) {
       ScenePart part{s, species.job.name + ", fixed", std::int64_t(fixed.size()), fixed, {}, -1};
       part.freedom.fixed = true;
-      part.freedom.extraWallClearance = species.job.wallClearance - job_.wallClearance;
+      part.freedom.extraWallClearance = wallClearanceOf(job_, species.job) - job_.wallClearance;
       parts_.push_back(std::move(part));
     }
     const std::int64_t toPlace = species.count - std::int64_t(fixed.size());

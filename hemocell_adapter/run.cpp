@@ -5,18 +5,20 @@
 
 #include <chrono>
 #include <ctime>
+#include <numeric>
 #include <optional>
 #include <sstream>
 
 #include "hemocell_adapter/cell_files.h"
 #include "hemocell_adapter/checkpoints.h"
+#include "hemocell_adapter/clearances.h"
 #include "hemocell_adapter/duration.h"
 #include "hemocell_adapter/forecast.h"
 #include "hemocell_adapter/interruption.h"
 #include "hemocell_adapter/log.h"
 #include "hemocell_adapter/memory.h"
 #include "hemocell_adapter/outputs.h"
-#include "hemocell_adapter/progress_log.h"
+#include "hemocell_adapter/packing_attempts.h"
 #include "hemocell_adapter/ranks.h"
 #include "hemocell_adapter/realisations.h"
 #include "hemocell_adapter/run_lock.h"
@@ -25,7 +27,6 @@
 #include "hemocell_adapter/summary.h"
 #include "hemocell_adapter/tiling.h"
 #include "packMesh/packing/pack.h"
-#include "packMesh/packing/problem_digest.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -70,22 +71,8 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
   return kept;
 }
 
-/// Ranks of other nodes can find other files under the same names.
-void requireSameOnAllRanks(const PackingProblem& problem) {
-  const Communicator& ranks = problem.communicator;
-  if (ranks.alone()) return;
-  const std::string own = digestOf(problem), first = ranks.broadcast(own, 0);
-  together(ranks, [&] {
-    if (own != first)
-      throw InputError(
-          fmt::format("rank {} has another problem than rank 0 (lumen, cells, numbers, clearances "
-                      "or seed): do all nodes see the same files?",
-                      ranks.rank()));
-  });
-}
-
-ExitCode endInterrupted(const Job& job, const StateFiles& states) {
-  if (states.saved())
+ExitCode endInterrupted(const Job& job, bool saved) {
+  if (saved)
     log::error(fmt::format("interrupted: no .pos was written; to go on: packMesh --restart {}",
                            job.stateFile->string()));
   else
@@ -151,6 +138,19 @@ RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, co
   return figures;
 }
 
+/// Of cells that cross periodic faces.
+void warnOfDropped(const Job& job, const Scene& scene, const Tally& tally, const Kept& kept) {
+  const auto sum = [](const std::vector<std::int64_t>& counts) {
+    return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  };
+  log::warning(fmt::format(
+      "HEMOCELL WOULD KEEP {} OF {} CELLS, A HEMATOCRIT OF {:.4f}: it silently deletes cells that cross a "
+      "periodic face "
+      "when it loads them; {} packs cells that it keeps",
+      sum(kept.kept), sum(tally.counts), tallyOf(scene, kept.kept).redMesh / scene.referenceVolume(job),
+      job.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));
+}
+
 /// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
 RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
                const Communicator& ranks, const Repeated* repeated = nullptr) {
@@ -189,6 +189,7 @@ RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const 
   for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, times))
     log::info(line);
   for (const std::string& line : regionLines(job, scene, countsOfParts)) log::info(line);
+  if (!allKept) warnOfDropped(job, scene, tally, kept);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(job, scene);
   writeViews({job, scene, result, tally, kept, ranks, repeated}, times);
@@ -246,7 +247,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   });
   const Locks locks = locksOf(job, ranks);
   for (const std::string& warning : job.warnings) log::warning(warning);
-  const Scene scene = builtScene(job, ranks);
+  Scene scene = builtScene(job, ranks);
   if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
   onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
   if (job.validate) {
@@ -267,21 +268,22 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   for (const SceneSpecies& species : scene.species) cells += species.mostCells();
   together(ranks, [&] { requireMemory(cells, ranks); });
   pollInterruption();
-  ProgressLog progress(job, scene, ranks.size());
-  PackingProblem problem = problemOf(job, scene, interrupted, [&](const Progress& p) { progress(p); });
-  problem.communicator = ranks;
-  requireSameOnAllRanks(problem);
   if (job.stateFile) SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
-  StateFiles states(job, problem);
-  if (job.stateFile) problem.checkpoints = states.checkpoints();
-  if (job.restart) problem.resume = stateToContinue(job, problem);
-  PackingResult result = pack(problem);
+  PackingAttempts attempts(job, scene, ranks);
+  const std::vector<Clearances> levels = clearanceLevels(job, scene);
+  RoomyPacking packing = packWithRoom(
+      job, levels, attempts.firstLevel(levels), [&] { return ranks.max(stopwatch.elapsed().wall); },
+      [&](const Clearances& clearances, const AttemptLimits& limits) {
+        return attempts(clearances, limits);
+      });
+  PackingResult& result = packing.result;
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
-    return {endInterrupted(job, states), {}};
+    return {endInterrupted(job, attempts.saved()), {}};
   tellEffort(result.statistics, ranks);
-  RunEnd end = isTiled(job) ? deliverTiled(job, scene, result, stopwatch, ranks)
-                            : deliver(job, scene, result, stopwatch, ranks);
-  if (end.code != ExitCode::ok || !job.stateFile || states.saved()) return end;
+  const Job packed = withClearances(job, packing.clearances);
+  RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, stopwatch, ranks)
+                            : deliver(packed, scene, result, stopwatch, ranks);
+  if (end.code != ExitCode::ok || !job.stateFile || attempts.saved()) return end;
   log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
   end.code = ExitCode::cannotWrite;
   return end;

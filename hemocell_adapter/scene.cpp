@@ -161,7 +161,7 @@ void complete(const Job& job, Scene& scene) {
   if (!job.regions.empty() && !job.hematocrit)
     throw InputError(job.regions.front().body.where +
                      ": a region needs a hematocrit of the rest, if only 0.001");
-  if (job.cellFreeLayer > 0.0 && !scene.lumen.container->wall())
+  if (job.cellFreeLayer > 0.0 && !(scene.lumen.container->wall() && scene.lumen.solidWalls))
     throw InputError("a cell-free layer is kept at walls, and this lumen has none (--walls makes some)");
   scene.regions = makeRegions(job, scene.lumen);
   resolveCounts(job, scene);
@@ -173,25 +173,11 @@ void complete(const Job& job, Scene& scene) {
     // The larger box of --tile is a scene of its own; a dry run makes none.
     counts.push_back(species.mostCells() * tiles);
   for (std::string& warning : limitWarnings(job, scene, counts)) scene.warnings.push_back(std::move(warning));
-  scene.parts = makeParts(job, scene);
-  for (std::string& warning : examineRegions(job, scene)) scene.warnings.push_back(std::move(warning));
   for (const JobSpecies& species : job.species)
     for (const auto* lines : {&species.fixed, &species.start})
       for (const PosLine& line : *lines) scene.read.add(line);
-  double reach = 0.0;
-  for (const SceneSpecies& species : scene.species) reach = std::max(reach, 2 * species.shape->radius());
-  std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
-      walls;  // by distance from solid and clearance
-  for (SceneSpecies& species : scene.species) {
-    if (species.mostCells() == 0) continue;
-    const int distance = species.job.minimumDistanceFromSolid;
-    auto [wall, isNew] = walls.try_emplace({distance, species.job.wallClearance});
-    // Relaxation demands the clearance plus a margin and is content when that margin is missed by its
-    // tolerance; of the voxel faces nothing more is wanted then than that no vertex is beyond them.
-    constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
-    if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, species.job.wallClearance + margin);
-    species.wall = wall->second;
-  }
+  setClearances(job, scene);
+  for (std::string& warning : examineRegions(job, scene)) scene.warnings.push_back(std::move(warning));
 }
 
 }  // namespace
@@ -207,6 +193,25 @@ Scene buildScene(const Job& job) {
     throw;
   }
   return scene;
+}
+
+void setClearances(const Job& job, Scene& scene) {
+  scene.parts = makeParts(job, scene);
+  double reach = 0.0;
+  for (const SceneSpecies& species : scene.species) reach = std::max(reach, 2 * species.shape->radius());
+  std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
+      walls;  // by distance from solid and clearance
+  for (SceneSpecies& species : scene.species) {
+    if (species.mostCells() == 0) continue;
+    const int distance = species.job.minimumDistanceFromSolid;
+    const double clearance = wallClearanceOf(job, species.job);
+    auto [wall, isNew] = walls.try_emplace({distance, clearance});
+    // Relaxation demands the clearance plus a margin and is content when that margin is missed by its
+    // tolerance; of the voxel faces nothing more is wanted then than that no vertex is beyond them.
+    constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
+    if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, clearance + margin);
+    species.wall = wall->second;
+  }
 }
 
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,

@@ -45,6 +45,10 @@ struct Scene {
 /// @throws InputError, MeshError
 Scene buildScene(const Job& job);
 
+/// Parts and walls of a scene that is to be packed with the clearances of `job`, which else is the one it was
+/// built for.
+void setClearances(const Job& job, Scene& scene);
+
 /// What HemoCell cannot do with so many cells of each species (see hemocell_limits.h).
 std::vector<std::string> limitWarnings(const Job& job, const Scene& scene,
                                        const std::vector<std::int64_t>& counts);

@@ -86,7 +86,8 @@ struct Settings {
   std::optional<Builder> builder;
   std::optional<bool> escape;
   std::optional<GrowthSettings> growth;
-  std::optional<double> clearance, wallClearance;  ///< [µm]
+  std::optional<double> clearance, wallClearance;  ///< [µm]; empty: as much as is cheap
+  std::optional<bool> largestClearance;            ///< as much between membranes as can be found
   std::optional<bool> rotate;
   std::optional<bool> inColumns;
   std::optional<std::uint64_t> seed;

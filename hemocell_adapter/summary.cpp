@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "hemocell_adapter/clearances.h"
 #include "hemocell_adapter/duration.h"
 #include "packMesh/version.h"
 
@@ -82,8 +83,8 @@ std::vector<std::string> constraintLines(const Job& job, const SceneSpecies& spe
     lines.push_back(fmt::format("{}: thin axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})", s.name,
                                 s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
                                 s.cone->axis.y(), s.cone->axis.z()));
-  if (s.wallClearance > job.wallClearance)
-    lines.push_back(fmt::format("{}: {:.15g} µm from the wall", s.name, s.wallClearance));
+  if (s.ownWallClearance > job.wallClearance)
+    lines.push_back(fmt::format("{}: {:.15g} µm from the wall", s.name, s.ownWallClearance));
   return lines;
 }
 
@@ -141,8 +142,14 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
   if (job.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
                                 builderText(job.builder.value_or(Builder::chords))));
-  lines.push_back(fmt::format("Clearance: {:.15g} µm between membranes, {:.15g} µm to the wall; seed {}{}",
-                              job.clearance, job.wallClearance, job.seed, job.rotate ? "" : "; no rotation"));
+  const Clearances most = clearanceLevels(job, scene).front();
+  const auto asked = [](bool automatic, double least) {
+    return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);
+  };
+  lines.push_back(fmt::format("Clearance asked for: {} between membranes, {} to the wall; seed {}{}",
+                              job.largestClearance ? "the largest" : asked(job.autoClearance, most.membranes),
+                              asked(job.autoWallClearance, most.wall), job.seed,
+                              job.rotate ? "" : "; no rotation"));
   return lines;
 }
 
@@ -198,8 +205,7 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
     std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
     if (keeps < all) {
       for (const auto& [reason, count] : kept.reasons) text += fmt::format("; drops {}: {}", count, reason);
-      if (scene.lumen.keptBox)
-        text += fmt::format(" (nodes at dx {:.6g} µm; --keep-all packs so that none is)", job.dx);
+      if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", job.dx);
     }
     lines.push_back(text);
   }
@@ -207,7 +213,11 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
                               certificate.clean() ? "clean, no overlap" : "NOT CLEAN", certificate.cells,
                               certificate.cells == 1 ? "" : "s", certificate.pairsTested,
                               certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
-  if (scene.lumen.container->wall()) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
+  const bool wall = scene.lumen.container->wall() != nullptr;
+  if (wall) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
+  if (job.clearance > 0.0 || job.wallClearance > 0.0)
+    lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", job.clearance,
+                                wall ? fmt::format(", {:.6g} µm to the wall", job.wallClearance) : ""));
   constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall{}; seed {}; packMesh {} ({})", times.cpu,
                               times.wall,

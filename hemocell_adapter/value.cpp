@@ -90,12 +90,19 @@ std::vector<double> toNumbers(const ValueSpec& spec, const std::string& text) {
   return numbers;
 }
 
+/// The choice that `text` names, whatever its case.
+std::optional<Value> choiceIn(const ValueSpec& spec, const std::string& text) {
+  for (const std::string& choice : spec.choices)
+    if (lowered(text) == lowered(choice)) return choice;
+  return {};
+}
+
 std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
   switch (spec.kind) {
     case Kind::number: {
       const auto number = toNumber(text);
       if (number && std::isfinite(*number) && inRange(spec, *number)) return *number;
-      return {};
+      return choiceIn(spec, text);
     }
     case Kind::integer: {
       const auto whole = toInteger(text);
@@ -117,10 +124,7 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
         return {};
       return text;
     case Kind::choice:
-      for (const std::string& choice : spec.choices) {
-        if (lowered(text) == lowered(choice)) return choice;
-      }
-      return {};
+      return choiceIn(spec, text);
     case Kind::axis: {
       const std::string letter = lowered(text);
       if (letter.size() == 1 && letter[0] >= 'x' && letter[0] <= 'z') return std::int64_t(letter[0] - 'x');
@@ -156,7 +160,8 @@ std::string expectation(const ValueSpec& spec) {
   const std::string unit = *spec.unit ? fmt::format(" [{}]", spec.unit) : "";
   switch (spec.kind) {
     case Kind::number:
-      return "a number" + rangeText(spec) + unit;
+      return "a number" + rangeText(spec) + unit +
+             (spec.choices.empty() ? "" : ", or " + alternatives(spec.choices));
     case Kind::integer:
       return "a whole number" + rangeText(spec) + unit;
     case Kind::boolean:

@@ -15,7 +15,7 @@
 namespace packmesh::hemocell {
 
 enum class Kind {
-  number,   ///< finite decimal number; Value holds double
+  number,   ///< finite decimal number, or one of ValueSpec::choices if any; Value holds double or std::string
   integer,  ///< whole number (`50`, `50.0`, `1e3`); std::int64_t
   boolean,  ///< true/false, yes/no, on/off, 1/0; bool
   text,     ///< anything but nothing; std::string

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,8 +71,11 @@ inline ValueSpec hematocrit() {
 inline ValueSpec ratio() {
   return number("r", "per red cell", 0, false, 1e4);
 }
-inline ValueSpec clearance() {
-  return number("d", "µm", 0, false, 100);
+/// @param words that can stand in the place of the number
+inline ValueSpec clearance(std::vector<std::string> words = {}) {
+  ValueSpec spec = number("d", "µm", 0, false, 100);
+  spec.choices = std::move(words);
+  return spec;
 }
 inline ValueSpec direction(const char* placeholder) {
   ValueSpec spec = vector(placeholder, -1e6, false);
@@ -110,6 +114,15 @@ inline ValueSpec constructions() {
 using Values = std::vector<Value>;
 inline double real(const Value& v) {
   return std::get<double>(v);
+}
+/// Nothing when it is a word.
+inline std::optional<double> numberIn(const Value& v) {
+  const double* number = std::get_if<double>(&v);
+  return number ? std::optional<double>(*number) : std::nullopt;
+}
+inline bool isWord(const Value& v, const char* word) {
+  const std::string* text = std::get_if<std::string>(&v);
+  return text && *text == word;
 }
 inline std::int64_t whole(const Value& v) {
   return std::get<std::int64_t>(v);

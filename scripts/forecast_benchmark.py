@@ -14,10 +14,10 @@ import tempfile
 LEAST = 0.002
 
 PROBLEMS = [
-    ("box 40", "40 40 40", (0.2, 0.4, 0.5, 0.55, 0.58)),
-    ("box 80", "80 80 80", (0.45, 0.55)),
-    ("box 30, 0.25 µm apart", "30 30 30 --clearance 0.25", (0.3, 0.4, 0.45)),
-    ("planes 20 µm apart", "40 40 20 --walls z", (0.4, 0.5, 0.53)),
+    ("box 40", "40 40 40 --ends periodic", (0.2, 0.4, 0.5, 0.55, 0.58)),
+    ("box 80", "80 80 80 --ends periodic", (0.45, 0.55)),
+    ("box 30, 0.25 µm apart", "30 30 30 --clearance 0.25 --ends periodic", (0.3, 0.4, 0.45)),
+    ("planes 20 µm apart", "40 40 20 --walls z --ends periodic", (0.4, 0.5, 0.53)),
     ("cylinder r 25", "--cylinder x 25 40 --ends periodic", (0.4, 0.5, 0.55)),
     ("cylinder r 12.5", "--cylinder x 12.5 50 --ends periodic", (0.3, 0.45, 0.5, 0.54)),
     ("cylinder r 12.5, layer 2 µm", "--cylinder x 12.5 50 --ends periodic --cell-free-layer 2", (0.2, 0.3, 0.35)),
@@ -28,7 +28,8 @@ PROBLEMS = [
 
 
 def lines(program, arguments, folder):
-    command = [program, *arguments.split(), "--plt_ratio", "0", "--output-dir", folder, "--verbose"]
+    clearances = "" if "--clearance" in arguments else "--clearance 0"
+    command = [program, *f"{arguments} {clearances} --wall-clearance 0".split(), "--plt_ratio", "0", "--output-dir", folder, "--verbose"]
     return subprocess.run(command, capture_output=True, text=True, check=False).stdout
 
 

@@ -37,7 +37,7 @@ class Run:
 
     def __init__(self, program, cells, ranks, seed=1):
         edge = (cells * CELL_VOLUME / HEMATOCRIT) ** (1 / 3)
-        command = [program] + [f"{edge:.3f}"] * 3 + ["--rbc", str(cells), "--seed", str(seed), "--verbose"]
+        command = [program] + [f"{edge:.3f}"] * 3 + ["--ends", "periodic", "--clearance", "0", "--rbc", str(cells), "--seed", str(seed), "--verbose"]
         if ranks > 1:
             command = ["mpirun", "-n", str(ranks)] + command
         environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",

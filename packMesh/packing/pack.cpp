@@ -5,7 +5,6 @@
 
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
-#include "packMesh/packing/fixed_cells.h"
 #include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/validate_problem.h"
 
@@ -43,8 +42,8 @@ PackingResult packByRelaxation(const PackingProblem& problem) {
   bool searched = false;
   bool keepsFewer = true;
   if (!packed && !control.interrupted()) {
-    sweepsOfSearch = packFewer(problem, control, all, searched);
-    keepsFewer = problem.checkpoints && problem.checkpoints->endsWithFewer;
+    if (problem.limits.fewerCells) sweepsOfSearch = packFewer(problem, control, all, searched);
+    keepsFewer = problem.limits.fewerCells && problem.checkpoints && problem.checkpoints->endsWithFewer;
   }
   if (problem.checkpoints) {
     if (!control.interrupted() && keepsFewer) all.keepEnd();
@@ -60,7 +59,6 @@ PackingResult packByRelaxation(const PackingProblem& problem) {
 
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
-  requireFixedApart(problem);
   return problem.method == Method::cat ? packByGrowth(problem) : packByRelaxation(problem);
 }
 

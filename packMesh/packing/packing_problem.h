@@ -46,6 +46,8 @@ struct Limits {
   double maxSeconds = 0.0;
   std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, to fit all cells in
   std::function<double()> clock = {};  ///< the time [s]; empty: the machine's
+  /// Out of reach: whether to look for the densest packing of fewer cells. Method::relaxation only.
+  bool fewerCells = true;
 };
 
 /// What pack() tells while it works.

@@ -37,7 +37,7 @@ struct PackingResult {
   Outcome outcome = Outcome::certified;
   /// In the order of the species, then of the cells' numbers: of this rank, those of the ranks before come
   /// before. All cells asked for when certified (and those from a stock); the densest certified packing found
-  /// when out of reach (see `searched`); none when interrupted.
+  /// when out of reach (see `searched`), or none without Limits::fewerCells; none when interrupted.
   std::vector<PlacedCell> cells;
   std::vector<Pose> poses;     ///< the same cells as poses
   std::int64_t cellCount = 0;  ///< of all ranks

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "packMesh/error.h"
+#include "packMesh/packing/fixed_cells.h"
 #include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh {
@@ -156,6 +157,7 @@ void validate(const PackingProblem& problem) {
     throw InputError("the cells have more volume than the lumen: " + number(cells) + " of " + number(lumen) +
                      " µm³");
   checkRoomForClearance(problem);
+  requireFixedApart(problem);
 }
 
 }  // namespace packmesh

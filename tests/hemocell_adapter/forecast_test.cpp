@@ -35,21 +35,23 @@ Forecast forecast(const std::vector<std::string>& words) {
 }  // namespace
 
 TEST_CASE("a periodic box is as hard as it is full, with walls and clearances harder", "[forecast]") {
-  const Forecast box = forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0"});
+  const Forecast box =
+      forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4", "--plt_ratio", "0"});
   CHECK(box.cells == 316);
   CHECK(box.fraction == Approx(0.4005).margin(1e-4));
   CHECK(box.effectiveFraction == Approx(box.fraction));
-  const Forecast apart =
-      forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--clearance", "0.2"});
+  const Forecast apart = forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4",
+                                   "--plt_ratio", "0", "--clearance", "0.2"});
   CHECK(apart.effectiveFraction > box.effectiveFraction + 0.04);
-  const Forecast walls =
-      forecast({"40", "40", "40", "--hematocrit", "0.4", "--plt_ratio", "0", "--walls", "xyz"});
+  const Forecast walls = forecast(
+      {"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4", "--plt_ratio", "0", "--walls", "xyz"});
   // The layer takes 1 - (1 - 2 · 0.55 / 40)³ = 8.0 % of the box.
   CHECK(walls.effectiveFraction == Approx(box.fraction / 0.92).epsilon(0.01));
   CHECK(walls.seconds > box.seconds);
   double last = 0.0;
   for (const char* h : {"0.1", "0.3", "0.4", "0.5", "0.55", "0.58", "0.6", "0.65"}) {
-    const Forecast f = forecast({"40", "40", "40", "--hematocrit", h, "--plt_ratio", "0"});
+    const Forecast f =
+        forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", h, "--plt_ratio", "0"});
     if (f.seconds) CHECK(*f.seconds > last);
     CHECK(f.seconds.has_value() == (f.effectiveFraction <= Forecast::possible));
     last = f.seconds.value_or(last);
@@ -57,8 +59,8 @@ TEST_CASE("a periodic box is as hard as it is full, with walls and clearances ha
 }
 
 TEST_CASE("a forecast grows with the number of cells", "[forecast]") {
-  const Forecast small = forecast({"40", "40", "40", "--hematocrit", "0.4"});
-  const Forecast large = forecast({"400", "400", "400", "--hematocrit", "0.4"});
+  const Forecast small = forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4"});
+  const Forecast large = forecast({"400", "400", "400", "--ends", "periodic", "--hematocrit", "0.4"});
   CHECK(*large.seconds > 1000.0 * *small.seconds);
   CHECK(*large.seconds < 2000.0 * *small.seconds);
   CHECK(large.megabytes > 400.0);
@@ -71,12 +73,15 @@ TEST_CASE("verdicts of a dry run", "[forecast]") {
     for (const std::string& line : forecastLines(p.job, p.scene, ranks)) all += line + "\n";
     return all;
   };
-  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.45"}), Contains("Within reach: 0.149 below 0.60"));
-  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.605"}), Contains("At the limit"));
-  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.65"}), Contains("Probably out of reach: 0.04"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.45"}),
+             Contains("Within reach: 0.149 below 0.60"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.605"}),
+             Contains("At the limit"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.65"}),
+             Contains("Probably out of reach: 0.04"));
   for (const char* fraction : {"0.605", "0.65"}) {
     const auto ofBox = [&](const std::vector<std::string>& more) {
-      std::vector<std::string> words = {"50", "50", "50", "--hematocrit", fraction};
+      std::vector<std::string> words = {"50", "50", "50", "--ends", "periodic", "--hematocrit", fraction};
       words.insert(words.end(), more.begin(), more.end());
       return said(words);
     };
@@ -85,8 +90,10 @@ TEST_CASE("verdicts of a dry run", "[forecast]") {
              {"--order", "columns"}, {"--walls", "z"}, {"--method", "cat"}, {"--noRotate"}})
       CHECK_THAT(ofBox(more), !Contains("--order columns"));
   }
-  CHECK_THAT(said({"500", "500", "500", "--hematocrit", "0.45"}, 8), Contains("on 8 ranks"));
-  CHECK_THAT(said({"50", "50", "50", "--hematocrit", "0.3", "--method", "cat"}), Contains("not known"));
+  CHECK_THAT(said({"500", "500", "500", "--ends", "periodic", "--hematocrit", "0.45"}, 8),
+             Contains("on 8 ranks"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.3", "--method", "cat"}),
+             Contains("not known"));
 }
 
 TEST_CASE("a forecast is about the room that clearances, layers and HemoCell leave", "[forecast]") {
@@ -132,14 +139,15 @@ TEST_CASE("a forecast knows what HemoCell leaves near solid nodes", "[executable
 
 TEST_CASE("no time is told for what no packing reaches, and what is beyond all of them is refused",
           "[forecast]") {
-  Planned p = planned({"30", "30", "30", "--hematocrit", "0.95", "--best-effort", "--max-time", "5400"});
+  Planned p = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95", "--best-effort",
+                       "--max-time", "5400"});
   ProgressLog log(p.job, p.scene, 1);
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
              Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
-  CHECK_THROWS_WITH(planned({"30", "30", "30", "--hematocrit", "0.75"}),
+  CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.75"}),
                     Contains("red cells asked for fill 0.75") && Contains("beyond 0.74 is known") &&
                         Contains("Xu et al.") && Contains("--best-effort"));
-  CHECK_NOTHROW(planned({"30", "30", "30", "--hematocrit", "0.735"}));
+  CHECK_NOTHROW(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.735"}));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--cell", "ball", "800", "4", "4", "4"}),
                     Contains("ellipsoids asked for fill 0.9") && Contains("Donev et al."));
   // A few cells can fill a lumen that is made for them.
@@ -147,7 +155,8 @@ TEST_CASE("no time is told for what no packing reaches, and what is beyond all o
 }
 
 TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]") {
-  Planned p = planned({"200", "200", "200", "--hematocrit", "0.55", "--max-time", "90"});
+  Planned p =
+      planned({"200", "200", "200", "--ends", "periodic", "--hematocrit", "0.55", "--max-time", "90"});
   ProgressLog log(p.job, p.scene, 1);
   const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
   CHECK_THAT(relaxing,

@@ -56,7 +56,7 @@ TEST_CASE("fixed cells stay line by line while others are added", "[executable]"
   fs::rename(folder.path() / "RBC.pos", folder.path() / "there.pos");
   writeText(folder.path() / "config.xml",
             configXml(sampleDomain,
-                      "<packing> <hematocrit> 0.28 </hematocrit> <species name=\"RBC\" "
+                      "<packing> <hematocrit> 0.24 </hematocrit> <species name=\"RBC\" "
                       "fixed=\"there.pos\"/> </packing>"));
   ok(folder, "config.xml");
   const auto more = linesOf(folder.path() / "RBC.pos");
@@ -267,11 +267,11 @@ TEST_CASE("options of constraints are checked", "[executable]") {
         Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot both stay (fixed) and move (start)"},
         Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
         Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
-        Row{"--walls none --tile 2 1 1 --method cat", 1, "not for --method cat"},
+        Row{"--walls none --ends periodic --tile 2 1 1 --method cat", 1, "not for --method cat"},
         Row{"--order columns", 2, "periodic along all axes"},
         Row{"--order rows", 1, "random or columns"},
         Row{"--order columns --walls none --method cat", 1, "not for --method cat"},
-        Row{"--order columns --walls none --noRotate", 2, "no cell is to be turned"},
+        Row{"--order columns --walls none --ends periodic --noRotate", 2, "no cell is to be turned"},
         Row{"--pre-inlet Xpos", 2, "lengthN"},
         Row{"--tile 2 2", 1, "the nz is missing"}}) {
     CAPTURE(row.options);
@@ -287,19 +287,23 @@ TEST_CASE("options of constraints are checked", "[executable]") {
 
 TEST_CASE("cells in columns are denser than at random", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = ok(folder, "40 40 40 --hematocrit 0.63 --plt_ratio 0 --order columns --report report.json");
+  const Ran ran =
+      ok(folder,
+         "40 40 40 --hematocrit 0.63 --ends periodic --plt_ratio 0 --order columns --report report.json");
   CHECK_THAT(ran.out, Contains("in columns"));
   CHECK(run(folder.path(), "check --box 40 40 40").exitCode == 0);
   const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
   CHECK(report["configuration"]["order"] == "columns");
   CHECK(report["measures"]["orientation"][0]["nematic"] > 0.99);
-  CHECK_THAT(ok(folder, "40 40 40 --hematocrit 0.63 --order columns --dry-run").out, Contains("In columns"));
+  CHECK_THAT(ok(folder, "40 40 40 --hematocrit 0.63 --ends periodic --order columns --dry-run").out,
+             Contains("In columns"));
 }
 
 TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran =
-      ok(folder, "16 18 20 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv --report report.json");
+  const Ran ran = ok(folder,
+                     "16 18 20 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv "
+                     "--report report.json");
   const int cells = 6 * 21;  // 0.3 · 16 · 18 · 20 / 81.1163 = 21.3
   CHECK(readPos(folder.path() / "RBC.pos").size() == cells);
   CHECK(run(folder.path(), "check --box 32 18 60").exitCode == 0);
@@ -319,10 +323,10 @@ TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
   CHECK(repeated["certificate"]["minimumGap"].get<double>() ==
         Approx(report["certificate"]["minimumGap"].get<double>()));
   CHECK(repeated["statistics"]["sweeps"] > 0);
-  CHECK(run(folder.path(), "16 18 20 --rbc 3 --walls x --tile 2 1 1").exitCode == 2);
-  CHECK(run(folder.path(), "16 18 20 --rbc 3 --walls x --tile 1 2 1").exitCode == 0);
-  CHECK(run(folder.path(), "16 18 20 --rbc 3 --tile 0 2 1").exitCode == 1);
-  CHECK(run(folder.path(), "16 18 20 --rbc 3 --tile 10000 10000 1").exitCode == 2);
+  CHECK(run(folder.path(), "16 18 20 --ends periodic --rbc 3 --walls x --tile 2 1 1").exitCode == 2);
+  CHECK(run(folder.path(), "16 18 20 --ends periodic --rbc 3 --walls x --tile 1 2 1").exitCode == 0);
+  CHECK(run(folder.path(), "16 18 20 --ends periodic --rbc 3 --tile 0 2 1").exitCode == 1);
+  CHECK(run(folder.path(), "16 18 20 --ends periodic --rbc 3 --tile 10000 10000 1").exitCode == 2);
 }
 
 TEST_CASE("realisations differ by their seeds, each in its folder", "[executable]") {
@@ -455,7 +459,7 @@ TEST_CASE("means and spreads of realisations are told and written", "[executable
 TEST_CASE("a dry run tells of realisations and repetition, and no time where there is no end",
           "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = ok(folder, "16 16 16 --rbc 5 --tile 2 3 4 --realisations 7 --dry-run");
+  const Ran ran = ok(folder, "16 16 16 --ends periodic --rbc 5 --tile 2 3 4 --realisations 7 --dry-run");
   CHECK_THAT(ran.out, Contains("2 x 3 x 4 times: 120 cells"));
   CHECK_THAT(ran.out, Contains("7 realisations"));
   CHECK_THAT(ok(folder, "16 16 16 --hematocrit 0.7 --dry-run").out, Contains("Time: cannot be told"));
@@ -477,7 +481,8 @@ TEST_CASE("options of packing are refused by check", "[executable]") {
 TEST_CASE("exports hold the cells of the .pos files", "[executable]") {
   const TemporaryFolder folder;
   // A format that is asked for twice is written once.
-  ok(folder, "16 16 16 --rbc 5 --plt 3 --export csv --export csv --export lammps --export mirheo");
+  ok(folder,
+     "16 16 16 --ends periodic --rbc 5 --plt 3 --export csv --export csv --export lammps --export mirheo");
   const auto red = readPos(folder.path() / "RBC.pos"), platelets = readPos(folder.path() / "PLT.pos");
   std::istringstream rows(readText(folder.path() / "cells.csv"));
   std::string row;

@@ -100,7 +100,7 @@ TEST_CASE("every kind of output is the same on 1, 2, 3 and 5 ranks, with both me
 
 TEST_CASE("boxes and tubes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5");
-  requireSameOnRanks("80 30 30 --hematocrit 0.3 --keep-all --state state.h5");
+  requireSameOnRanks("80 30 30 --hematocrit 0.3 --state state.h5");
   requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5");
 }
 

@@ -129,17 +129,21 @@ def lumen(problem, rng, oracle):
         walls = rng.choice(["x", "y", "z", "xy", "yz", "xz", "xyz"]) if kind == "walled box" else ""
         if walls:
             args += ["--walls", walls]
-        if not walls and rng.random() < 0.15:  # what HemoCell keeps of the nodes at 0.5 µm
-            args.append("--keep-all")
-            high = [0.5 * math.floor(2 * x + 1e-9) - 0.25 for x in size]
-            oracle.append(f"inside box -0.25 -0.25 -0.25 {' '.join(map(repr, high))}")
-            return math.prod(x + 0.25 for x in high), [x / 2 for x in size]
-        oracle.append("period " + " ".join("0" if axis in walls else number(x) for axis, x in zip("xyz", size)))
-        if walls:
-            lo = ["0" if axis in walls else "-1e18" for axis in "xyz"]
-            hi = [number(x) if axis in walls else "1e18" for axis, x in zip("xyz", size)]
-            oracle.append(f"inside box {' '.join(lo)} {' '.join(hi)}")
-        return math.prod(size), [x / 2 for x in size]
+        periodic = rng.random() < 0.85 or len(walls) == 3
+        args += ["--ends", "periodic"] if periodic and len(walls) < 3 else []
+        # Along periodic axes all of it, along others what HemoCell keeps of the nodes at 0.5 µm.
+        lo, hi, period = [], [], []
+        for axis, x in zip("xyz", size):
+            wraps, solid = periodic and axis not in walls, 0.5 if axis in walls else 0.0
+            nodes = math.floor(2 * x + 1e-9) + (1 if solid else 0)
+            lo.append(0.0 if wraps else solid - 0.25)
+            hi.append(x if wraps else 0.5 * nodes - 0.25 - solid)
+            period.append(x if wraps else 0)
+        oracle.append("period " + " ".join(map(number, period)))
+        far = [1e18 if p else 0 for p in period]
+        oracle.append("inside box " + " ".join(repr(x - f) for x, f in zip(lo, far)) + " " +
+                      " ".join(repr(x + f) for x, f in zip(hi, far)))
+        return math.prod(h - x for x, h in zip(lo, hi)), [x / 2 for x in size]
     if kind == "cylinder":
         axis, radius, length = rng.randrange(3), float(number(size[0] / 2 + rng.random())), size[1]
         periodic = rng.random() < 0.5
