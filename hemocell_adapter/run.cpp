@@ -280,6 +280,14 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
     return {endInterrupted(job, attempts.saved()), {}};
   tellEffort(result.statistics, ranks);
+  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
+                    packing.clearances.membranes > levels.back().membranes;
+  if (!room && scene.lumen.solidWalls && scene.lumen.container->wall())
+    log::warning(
+        fmt::format("the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
+                    "HemoCell silently deletes "
+                    "a cell as soon as it moves onto a wall node; a lower hematocrit loses fewer",
+                    levels.front().wall));
   const Job packed = withClearances(job, packing.clearances);
   RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, stopwatch, ranks)
                             : deliver(packed, scene, result, stopwatch, ranks);
