@@ -145,8 +145,7 @@ void warnOfDropped(const Job& job, const Scene& scene, const Tally& tally, const
   };
   log::warning(fmt::format(
       "HEMOCELL WOULD KEEP {} OF {} CELLS, A HEMATOCRIT OF {:.4f}: it silently deletes cells that cross a "
-      "periodic face "
-      "when it loads them; {} packs cells that it keeps",
+      "periodic face when it loads them; {} packs cells that it keeps",
       sum(kept.kept), sum(tally.counts), tallyOf(scene, kept.kept).redMesh / scene.referenceVolume(job),
       job.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));
 }
@@ -283,12 +282,13 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
                     packing.clearances.membranes > levels.back().membranes;
   if (!room && scene.lumen.solidWalls && scene.lumen.container->wall())
-    log::warning(
-        fmt::format("the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
-                    "HemoCell silently deletes "
-                    "a cell as soon as it moves onto a wall node; a lower hematocrit loses fewer",
-                    levels.front().wall));
+    log::warning(fmt::format(
+        "the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
+        "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
+        "loses fewer",
+        levels.front().wall));
   const Job packed = withClearances(job, packing.clearances);
+  if (job.largestClearance) setClearances(packed, scene);  // the last attempt may have failed
   RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, stopwatch, ranks)
                             : deliver(packed, scene, result, stopwatch, ranks);
   if (end.code != ExitCode::ok || !job.stateFile || attempts.saved()) return end;
