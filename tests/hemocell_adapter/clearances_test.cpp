@@ -163,7 +163,7 @@ TEST_CASE("a periodic box says loudly what HemoCell would keep", "[clearances]")
 
 TEST_CASE("room is given up where the hematocrit leaves none, demands are not", "[clearances]") {
   const TemporaryFolder folder;
-  const std::string dense = "24 24 24 --hematocrit 0.56 --plt_ratio 0 --ends periodic ";
+  const std::string dense = "24 24 24 --hematocrit 0.585 --plt_ratio 0 --ends periodic ";
   const Ran packed = run(folder.path(), dense);
   INFO(packed.all());
   REQUIRE(packed.exitCode == 0);
