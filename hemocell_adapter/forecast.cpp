@@ -125,13 +125,14 @@ bool findsPlace(const Job& job, const Scene& scene, const SceneSpecies& species,
   PackingProblem problem;
   Freedom freedom;
   freedom.cone = species.job.cone;
-  freedom.extraWallClearance = species.job.wallClearance - job.wallClearance;
+  freedom.extraWallClearance = wallClearanceOf(job, species.job) - job.wallClearance;
   problem.species.push_back(
       {species.job.name, species.shape, 1, species.wall, species.job.redCell, {Pose()}, freedom});
   problem.container = scene.lumen.container;
   problem.wallClearance = job.wallClearance;
   problem.rotate = job.rotate;
   problem.limits.maxSweeps = sweeps;
+  problem.limits.fewerCells = false;
   for (std::size_t i = 0; i < room.deepest.size(); ++i) {
     Pose& start = problem.species.front().start.front();
     start.position = room.deepest[i];
@@ -165,10 +166,6 @@ std::string leftOut(const Job& job, const Scene& scene) {
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
-}  // namespace
-
-namespace {
-
 Forecast forecastOf(const Job& job, const Scene& scene, LumenSample& sample) {
   Forecast forecast;
   const double lumen = scene.lumen.container->volume();
@@ -179,7 +176,7 @@ Forecast forecastOf(const Job& job, const Scene& scene, LumenSample& sample) {
     volume += n * own;
     forecast.roomShares.push_back(1.0);
     if (species.count == 0) continue;
-    const RoomSample& room = sample.room(species.wall.get(), species.job.wallClearance);
+    const RoomSample& room = sample.room(species.wall.get(), wallClearanceOf(job, species.job));
     forecast.roomShares.back() = room.share;
     const double grown = n * (own + 0.5 * job.clearance * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
@@ -225,7 +222,7 @@ std::optional<std::string> impossible(const Job& job, const Scene& scene, const 
     if (volume > forecast.roomShares[s] * lumen)
       return fmt::format("{} {} have {:.4g} µm³, more than there is room for", species.count,
                          species.job.name, volume);
-    if (!findsPlace(job, scene, species, sample.room(species.wall.get(), species.job.wallClearance)))
+    if (!findsPlace(job, scene, species, sample.room(species.wall.get(), wallClearanceOf(job, species.job))))
       return fmt::format("not even one {} finds a place in the lumen", species.job.name);
   }
   return {};
