@@ -72,7 +72,7 @@ struct Job {
   /// Not stated, so packing may keep more than is demanded (clearances.h).
   bool autoClearance = false, autoWallClearance = false;
   bool largestClearance = false;  ///< between membranes
-  double cellFreeLayer = 0.0;                   ///< of red cells [µm]
+  double cellFreeLayer = 0.0;     ///< of red cells [µm]
   std::uint64_t seed = 1;
   bool rotate = true;
   bool inColumns = false;                     ///< the cells with most volume start in columns

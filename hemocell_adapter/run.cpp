@@ -281,7 +281,8 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   tellEffort(result.statistics, ranks);
   const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
                     packing.clearances.membranes > levels.back().membranes;
-  if (!room && result.outcome == Outcome::certified && scene.lumen.solidWalls && scene.lumen.container->wall())
+  if (!room && result.outcome == Outcome::certified && scene.lumen.solidWalls &&
+      scene.lumen.container->wall())
     log::warning(fmt::format(
         "the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
         "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "

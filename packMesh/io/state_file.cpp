@@ -229,8 +229,7 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
          t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
          t.position[0] != withdrawnStage && t.position[0] <= static_cast<std::int64_t>(Stage::growth) &&
-         t.growth.size() == 6 &&
-         t.growthNumbers.size() == 2;
+         t.growth.size() == 6 && t.growthNumbers.size() == 2;
 }
 
 /// Whether numbers are ones a run can have: what follows computes with them unseen.

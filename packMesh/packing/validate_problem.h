@@ -10,7 +10,8 @@ namespace packmesh {
 double cellVolume(const PackingProblem& problem);
 
 /// @throws InputError when the problem cannot be one: no container, negative counts or clearances, a cell
-///   that is larger than the lumen, more cell volume than lumen volume, fixed cells that violate the clearances
+///   that is larger than the lumen, more cell volume than lumen volume, fixed cells that violate the
+///   clearances
 void validate(const PackingProblem& problem);
 
 }  // namespace packmesh

@@ -27,11 +27,11 @@ std::int64_t countOf(const CommandLine& c, const std::string& name) {
 }  // namespace
 
 TEST_CASE("every form of an option that getopt_long_only knows", "[command_line]") {
-  for (const char* line : {"50 50 50 --hematocrit 0.3", "50 50 50 --hematocrit=0.3",
-                           "50 50 50 -hematocrit 0.3", "50 50 50 -hematocrit=0.3", "50 50 50 -h 0.3",
-                           "-h 0.3 50 50 50", "50 -h 0.3 50 50", "50 50 50 --hema 0.3", "--hem=0.3 50 50 50",
-                           "50 50 50 -h=0.3", "50 50 50 -h0.3", "-r -s 5 50 50 50 -h 0.3",
-                           "--hematocrit 0.3 -- 50 50 50", "50 50 50 --hematocrit 0.3 -h 0.3"}) {
+  for (const char* line :
+       {"50 50 50 --hematocrit 0.3", "50 50 50 --hematocrit=0.3", "50 50 50 -hematocrit 0.3",
+        "50 50 50 -hematocrit=0.3", "50 50 50 -h 0.3", "-h 0.3 50 50 50", "50 -h 0.3 50 50",
+        "50 50 50 --hema 0.3", "--hem=0.3 50 50 50", "50 50 50 -h=0.3", "50 50 50 -h0.3",
+        "-r -s 5 50 50 50 -h 0.3", "--hematocrit 0.3 -- 50 50 50", "50 50 50 --hematocrit 0.3 -h 0.3"}) {
     CAPTURE(line);
     const CommandLine c = parse(line);
     CHECK(c.settings().hematocrit == 0.3);

@@ -393,8 +393,7 @@ TEST_CASE("cells of one's own", "[executable]") {
             .exitCode == 0);
 }
 
-TEST_CASE("--cell-mesh packs what a case with that STL simulates; --mesh-frame keeps the file's axes",
-          "[executable]") {
+TEST_CASE("a mesh of a cell (--cell-mesh) is packed as a case with that STL simulates it", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "rod.stl", tubeStl(6, 1, 12));
   std::string xml = cellXml("rod", 3, 600, "<StlFile> rod.stl </StlFile>");
@@ -533,7 +532,8 @@ TEST_CASE("out of reach: says how far it came, writes only on request, keeps old
 
 TEST_CASE("a limit that is met with nothing left to do is no failure", "[executable]") {
   const TemporaryFolder folder;
-  for (const char* arguments : {"60 60 60 --rbc 5 --max-iterations 1", "60 60 60 --rbc 1 --max-time 1e-9"}) {
+  for (const char* arguments :
+       {"60 60 60 --rbc 5 --max-iterations 1", "60 60 60 --rbc 1 --ends periodic --max-time 1e-9"}) {
     const Ran ran = run(folder.path(), arguments);
     INFO(arguments << "\n" << ran.all());
     CHECK(ran.exitCode == 0);

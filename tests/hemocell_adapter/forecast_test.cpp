@@ -151,7 +151,7 @@ TEST_CASE("no time is told for what no packing reaches, and what is beyond all o
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--cell", "ball", "800", "4", "4", "4"}),
                     Contains("ellipsoids asked for fill 0.9") && Contains("Donev et al."));
   // A few cells can fill a lumen that is made for them.
-  CHECK_NOTHROW(planned({"8.1", "8.1", "2.3", "--walls", "xyz", "--cell", "plate", "1", "8", "8", "2.2"}));
+  CHECK_NOTHROW(planned({"9", "9", "3", "--walls", "xyz", "--cell", "plate", "1", "8.3", "8.3", "2.4"}));
 }
 
 TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]") {

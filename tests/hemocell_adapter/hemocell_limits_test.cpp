@@ -62,8 +62,8 @@ TEST_CASE("packing, dry run and check tell HemoCell's limits", "[executable]") {
             configXml(sampleDomain + "<particleEnvelope> wide </particleEnvelope>"));
   CHECK_THAT(run(folder.path(), "config.xml --rbc 3").err,
              Contains("<particleEnvelope>: expected a whole number"));
-  const Ran many = run(folder.path(), "50 50 50 --hematocrit 0.3 --tile 9 9 9 --dry-run");
+  const Ran many = run(folder.path(), "50 50 50 --ends periodic --hematocrit 0.3 --tile 9 9 9 --dry-run");
   INFO(many.all());
   CHECK_THAT(many.err, Contains("setSystemPeriodicityLimit(0, 76)"));
-  CHECK(run(folder.path(), "50 50 50 --hematocrit 0.3 --tile 5 5 5 --dry-run").err.empty());
+  CHECK(run(folder.path(), "50 50 50 --ends periodic --hematocrit 0.3 --tile 5 5 5 --dry-run").err.empty());
 }

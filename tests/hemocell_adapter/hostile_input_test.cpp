@@ -250,6 +250,6 @@ TEST_CASE("options given twice with different values are refused") {
 }
 
 TEST_CASE("columns of cells that are held to a direction are refused for that reason", "[executable]") {
-  requireRefused({{"40 40 40 --rbc 40 --order columns --orient RBC 0 0 1 5", 2,
+  requireRefused({{"40 40 40 --ends periodic --rbc 40 --order columns --orient RBC 0 0 1 5", 2,
                    "cannot start in columns: its cells are held to a direction"}});
 }

@@ -143,9 +143,9 @@ TEST_CASE("the pre-inlet is where the case's C++ has it", "[job_source][pre_inle
   CHECK_THAT(warningsOf(job), Contains("stated to be Xneg, but case.cpp:6 says Direction::Xpos"));
   job = inletOf(
       "hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());",
-      {"--pre-inlet-slice", "7", "--pre-inlet-range", "x", "0", "9", "--pre-inlet-range", "x", "0", "8"});
+      {"--pre-inlet-slice", "7", "--pre-inlet-range", "x", "0", "8", "--pre-inlet-range", "y", "2", "last"});
   CHECK(job.preInlet->axis == 2);
-  CHECK(job.preInlet->ranges == std::vector<NodeRange>{{0, 0, 8}});
+  CHECK(job.preInlet->ranges == std::vector<NodeRange>{{0, 0, 8}, {1, 2, -1}});
   job = inletOf("hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());", {"--pre-inlet", "Zpos"});
   CHECK_THAT(warningsOf(job), Contains("the slice cannot be told from the code"));
 }

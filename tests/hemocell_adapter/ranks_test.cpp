@@ -121,12 +121,14 @@ TEST_CASE("CAT faces give the same files and words on 1, 2, 3, 4 and 8 ranks", "
 }
 
 TEST_CASE("tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
-  requireSameOnRanks("25 25 25 --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
+  requireSameOnRanks(
+      "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
 }
 
 TEST_CASE("columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
-      "60 60 60 --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 --best-effort "
+      "60 60 60 --ends periodic --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 "
+      "--best-effort "
       "--max-iterations 40");
 }
 

@@ -89,7 +89,7 @@ TEST_CASE("the configuration in a report has every tag", "[report]") {
       CHECK(all.contains(setting.tag));
     }
   CHECK(all["walls"] == "none");
-  CHECK(all["ends"] == "periodic");
+  CHECK(all["ends"] == "closed");
   for (const GrowthParameter& parameter : growthParameters()) {
     job.method = Method::cat;
     INFO(parameter.name);

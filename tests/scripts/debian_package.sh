@@ -19,7 +19,7 @@ dpkg-deb --extract "$package" "$scratch/root"
 cd "$scratch"
 PATH="$scratch/root/usr/bin:$PATH" packCells 30 30 30 --hematocrit 0.3 > packed.txt
 test "$(head -n 1 RBC.pos)" = 84
-root/usr/bin/packMesh check --box 30 30 30 > /dev/null
+root/usr/bin/packMesh check --box 30 30 30 --ends periodic > /dev/null
 for file in bin/catCells share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
   share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
   share/packMesh/scripts/render_packing include/packMesh/packing/pack.h; do

@@ -11,6 +11,7 @@
 
 #include "packMesh/error.h"
 #include "packMesh/io/seal.h"
+#include "packMesh/io/temporary_name.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
@@ -100,7 +101,7 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
     REQUIRE_THAT(refusal(), Contains("is a folder, expected a state of packMesh"));
     fs::remove(file);
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
-    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is a pipe, expected a state of packMesh"));
   }
   SECTION("truncated") {
     for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
@@ -154,13 +155,13 @@ TEST_CASE("What cannot be written leaves the older state") {
   const fs::path file = folder.path() / "state.h5";
   writeState(file, problem, {}, state);
   const std::string bytes = readBytes(file);
-  fs::create_directory(folder.path() / ".state.h5.new");  // in the way
+  fs::create_directory(temporaryName(file, 0, "new"));  // in the way
   REQUIRE_THROWS_AS(writeState(file, problem, {}, state), InputError);
   REQUIRE(readBytes(file) == bytes);
   fs::create_directory(folder.path() / "folder.h5");
   REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
                       Contains("folder.h5: the state cannot be put in place"));
-  REQUIRE_FALSE(fs::exists(folder.path() / ".folder.h5.new"));
+  REQUIRE_FALSE(fs::exists(temporaryName(folder.path() / "folder.h5", 0, "new")));
 }
 
 TEST_CASE("States with numbers that no run has are refused, whoever sealed them") {

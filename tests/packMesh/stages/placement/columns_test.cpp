@@ -117,5 +117,5 @@ TEST_CASE("Columns are refused where they cannot be", "[packing]") {
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("another one does, too"));
   problem = inColumns(40.0, 0.3);
   problem.species[0].freedom.cone = AxisCone{Vec3::UnitX(), 0.1};
-  CHECK_THROWS_WITH(pack(problem), Catch::Contains("held back"));
+  CHECK_THROWS_WITH(pack(problem), Catch::Contains("held to a direction"));
 }
