@@ -8,8 +8,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "hemocell_adapter/exit_codes.h"
@@ -37,11 +39,20 @@ std::string holderIn(int descriptor) {
   return holder.empty() ? "" : " (" + holder + ")";
 }
 
+/// Ranks of a run that was stopped may end a moment after the run: so long a lock is waited for [s].
+constexpr std::chrono::seconds patience(2);
+constexpr std::chrono::milliseconds pause(50);
+
 /// @return whether the lock was taken; false: the file system has none. @throws OutputError as RunLock
 bool locked(int descriptor, const fs::path& target, const char* kind, const char* advice) {
+  const auto until = std::chrono::steady_clock::now() + patience;
   while (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EINTR) continue;
     if (errno != EWOULDBLOCK) return false;
+    if (std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(pause);
+      continue;
+    }
     std::error_code ignored;
     throw OutputError(fmt::format("{}: another packMesh is writing {}{}; wait until it has ended, or {}",
                                   fs::absolute(target, ignored).lexically_normal().string(), kind,

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string problem = "45 45 45 --hematocrit 0.57 --seed 3 --plt_ratio 0.05";
+const std::string problem = "45 45 45 --ends periodic --hematocrit 0.57 --seed 3 --plt_ratio 0.05";
 
 std::string positions(const fs::path& folder) {
   return readText(folder / "RBC.pos") + readText(folder / "PLT.pos");
