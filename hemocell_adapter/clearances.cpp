@@ -12,9 +12,10 @@ constexpr double wallRoom = 1.0, membraneRoom = 0.1;
 /// Shares of it that are tried.
 constexpr double shares[] = {1.0, 0.5, 0.25, 0.0};
 
-/// Sweeps after which an attempt with more clearance than is demanded ends. HemoCell's pipe keeps all of the
-/// room in 60 at 0.45 and in 155 at 0.48, half of it in 104 at 0.50.
-constexpr std::int64_t cheapSweeps = 160;
+/// An attempt with more clearance than is demanded ends after so many sweeps of a cell in all, but not before
+/// the least number of sweeps nor after the largest. HemoCell's pipe keeps all of the room in 60 at 0.45 and
+/// in 155 at 0.48, half of it in 104 at 0.50; a narrow inlet with 76 cells at 0.30 takes 544, half a second.
+constexpr std::int64_t cheapCellSweeps = 160000, leastSweeps = 160, mostSweeps = 600;
 
 /// Sweeps of an attempt to find the largest clearance.
 constexpr std::int64_t thoroughSweeps = 600;
@@ -85,7 +86,10 @@ Job withClearances(const Job& job, const Clearances& clearances) {
 }
 
 RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,
-                          const std::function<double()>& elapsed, const Attempt& attempt) {
+                          std::int64_t cells, const std::function<double()>& elapsed,
+                          const Attempt& attempt) {
+  const std::int64_t cheapSweeps =
+      std::clamp(cheapCellSweeps / std::max<std::int64_t>(1, cells), leastSweeps, mostSweeps);
   RoomyPacking best;
   for (std::size_t i = first; i < levels.size(); ++i) {
     const bool last = i + 1 == levels.size();

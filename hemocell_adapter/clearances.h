@@ -45,8 +45,9 @@ using Attempt =
 
 /// Attempts the levels from `first` on until one is certified, then, where the job asks for the largest
 /// clearance, larger ones until time or progress ends. Deterministic but for limits of time.
+/// @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
 RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,
-                          const std::function<double()>& elapsed, const Attempt& attempt);
+                          std::int64_t cells, const std::function<double()>& elapsed, const Attempt& attempt);
 
 }  // namespace packmesh::hemocell

@@ -91,7 +91,7 @@ std::string helpText(bool asPackCells) {
   std::string out = fmt::format(
       "Packs the surface meshes of blood cells without overlap, for HemoCell.\n\n"
       "  {0} config.xml [options]            the case of this config.xml: HemoCell keeps every cell\n"
-      "  {0} sX sY sZ [options]              a periodic box [0,sX] x [0,sY] x [0,sZ] µm\n"
+      "  {0} sX sY sZ [options]              a box of sX x sY x sZ µm\n"
       "  {0} check config.xml [options]      proves or disproves the .pos files of a case\n"
       "  {0} check --box sX sY sZ [options]  the same for a box\n"
       "  {0} --help | --version | --print-config-reference | --man | --completion\n\n"

@@ -271,7 +271,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   PackingAttempts attempts(job, scene, ranks);
   const std::vector<Clearances> levels = clearanceLevels(job, scene);
   RoomyPacking packing = packWithRoom(
-      job, levels, attempts.firstLevel(levels), [&] { return ranks.max(stopwatch.elapsed().wall); },
+      job, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(stopwatch.elapsed().wall); },
       [&](const Clearances& clearances, const AttemptLimits& limits) {
         return attempts(clearances, limits);
       });

@@ -28,7 +28,7 @@ struct Packer {
 
   RoomyPacking pack(const Job& job, const std::vector<Clearances>& levels, std::size_t first = 0) {
     return packWithRoom(
-        job, levels, first, [this] { return seconds; },
+        job, levels, first, 1000, [this] { return seconds; },
         [this](const Clearances& c, const AttemptLimits& l) {
           tried.push_back(c);
           limits.push_back(l);
