@@ -29,7 +29,7 @@ Certifier::Certifier(const CertificateInput& input, double largestGap)
       changed_(cells_.count(), true),
       nearest_(cells_.count(), infinite),
       partner_(cells_.count(), -1),
-      pairGap_(largestGap, input.requiredGap + firstLevel),
+      pairGap_(largestGap, input.requiredGap + firstLevel, input.requiredGap),
       wallGaps_(cells_.count(), infinite),
       wallGap_(largestGap, largestGap) {
   neighbors_.emplace(cells_.neighbors());
@@ -114,8 +114,12 @@ void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew) {
     if (!(pair.apart < reach())) return;
     const MeshPairResult result = cells_.relation(pair, reach());
     pairGap_.measured();
-    if (isNew)
-      if (const auto fault = cells_.faultOf(pair, result)) certificate_.overlapping.push_back(*fault);
+    if (isNew) {
+      if (const auto fault = cells_.faultOf(pair, result)) {
+        certificate_.overlapping.push_back(*fault);
+        return;
+      }
+    }
     if (result.relation != MeshRelation::apart || !(result.gap < nearest_[pair.first])) return;
     nearest_[pair.first] = result.gap;
     partner_[pair.first] = static_cast<std::int32_t>(pair.second);
@@ -175,8 +179,15 @@ void Certifier::summarise() {
   const auto touches = [](const auto& fault) { return fault.gap == 0.0; };
   const auto& pairs = certificate_.overlapping;
   const bool overlap = std::any_of(pairs.begin(), pairs.end(), touches);
-  if (!overlap) settlePairGap();
-  certificate_.minimumGap = overlap ? 0.0 : pairGap_.least();
+  if (overlap) {
+    certificate_.minimumGap = 0.0;
+  } else if (!pairs.empty() && !certificate_.moreOverlaps) {
+    const auto nearer = [](const OverlappingPair& a, const OverlappingPair& b) { return a.gap < b.gap; };
+    certificate_.minimumGap = std::min_element(pairs.begin(), pairs.end(), nearer)->gap;
+  } else {
+    settlePairGap();
+    certificate_.minimumGap = pairGap_.least();
+  }
   const auto& misplaced = certificate_.misplaced;
   const bool outside = std::any_of(misplaced.begin(), misplaced.end(), touches);
   if (!outside) settleWallGap();

@@ -14,11 +14,12 @@ namespace packmesh {
 class SmallestGap {
  public:
   /// @param level gaps are first looked for below this [µm]
-  SmallestGap(double largestGap, double level)
-      : ofInterest_(largestGap), level_(std::min(level, largestGap)) {}
+  /// @param lowest no gap below this is expected [µm]
+  SmallestGap(double largestGap, double level, double lowest = 0.0)
+      : ofInterest_(largestGap), level_(std::min(level, largestGap)), alwaysMeasured_(lowest + reserve) {}
 
   /// Gaps are measured when they are below this [µm].
-  double limit() const { return std::min(ofInterest_, std::max(alwaysMeasured, std::min(least_, level_))); }
+  double limit() const { return std::min(ofInterest_, std::max(alwaysMeasured_, std::min(least_, level_))); }
   /// The smallest gap that is known [µm], infinity: none below the gap of interest.
   double least() const { return least_; }
   /// Whether no gap that was not measured can be smaller.
@@ -40,10 +41,11 @@ class SmallestGap {
   }
 
  private:
-  /// Gaps below this are all measured [µm]: hardly more work, and when the smallest goes, the next is known.
-  static constexpr double alwaysMeasured = 0.005;
+  /// Gaps that exceed the lowest by no more than this are all measured [µm]: hardly more work, and when the
+  /// smallest goes, the next is known.
+  static constexpr double reserve = 0.005;
 
-  double ofInterest_, level_;
+  double ofInterest_, level_, alwaysMeasured_;
   double least_ = std::numeric_limits<double>::infinity();
   double known_ = std::numeric_limits<double>::infinity();  ///< all gaps below this have been measured
 };
@@ -86,8 +88,8 @@ class Certifier {
   std::vector<bool> changed_;
   bool allChanged_ = true;
 
-  /// Of each cell's pairs with later ones, the smallest gap [µm] and with whom; exact where below what
-  /// pairGap_ has measured.
+  /// Of each cell's pairs with later ones that are no faults, the smallest gap [µm] and with whom; exact
+  /// where below what pairGap_ has measured.
   std::vector<double> nearest_;
   std::vector<std::int32_t> partner_;
   std::vector<std::int64_t> stale_;  ///< cells that must find another partner

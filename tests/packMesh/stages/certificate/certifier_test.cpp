@@ -215,3 +215,31 @@ TEST_CASE("The smallest gap is found again when the pair that had it parts", "[c
   REQUIRE(part(0) == 0.5);
   REQUIRE(part(3) == infinite);
 }
+
+TEST_CASE("After a pair that was too near has been repaired, the cells are examined once", "[certificate]") {
+  const auto ball = std::make_shared<Shape>(test::icosphere(1, 1.0), ellipsoidProfile(1, 1, 1));
+  const double required = 0.1, gap = required + 0.002;
+  std::vector<PlacedCell> cells;
+  for (const double x : {0.0, 2.0 + gap, 10.0, 12.0 + 0.5 * required, 20.0, 23.0})
+    cells.push_back({0, {Mat3::Identity(), Vec3(x, 0, 0)}});
+  CertificateInput input;
+  input.shapes = {ball.get()};
+  input.cells = &cells;
+  input.requiredGap = required;
+  std::int64_t examined = 0;
+  input.stop = [&] {
+    ++examined;
+    return false;
+  };
+  Certifier certifier(input);
+  REQUIRE(certifier.certificate().overlapping.size() == 1);
+  REQUIRE(certifier.certificate().minimumGap == Approx(0.5 * required));
+  REQUIRE(examined == static_cast<std::int64_t>(cells.size()));
+
+  examined = 0;
+  cells[3].placement.translation.x() += required;
+  certifier.update({3});
+  REQUIRE(certifier.certificate().clean());
+  REQUIRE(certifier.certificate().minimumGap == Approx(gap));
+  REQUIRE(examined == static_cast<std::int64_t>(cells.size()));
+}
