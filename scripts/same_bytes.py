@@ -1,0 +1,234 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Shows that a change of structure changes no output: runs small problems of every kind and compares hashes of all they write.
+
+  scripts/same_bytes.py record hashes.json     before the change: runs all problems and stores the hashes
+  scripts/same_bytes.py compare hashes.json    after it: runs them again; fails and names what differs
+
+Hashed are all files that a problem leaves, what it prints, and its exit codes, without times and versions. The hashes hold for
+one machine: record with the program before the change, on the same machine. All 54 problems take half a minute.
+"""
+import argparse
+import concurrent.futures
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PIPE = "examples/migration"
+# Name of a problem: folder of the case (or nothing), then command lines. {n} before a line: on so many ranks.
+BOX = "--ends periodic"
+PROBLEMS = {
+    # Containers
+    "box, periodic": ("", ["20 20 20 --hematocrit 0.4 --ends periodic --report r.json"]),
+    "box, closed": ("", ["20 20 20 --hematocrit 0.3 --report r.json"]),
+    "box, walls along z": ("", ["24 20 16 --hematocrit 0.3 --walls z --report r.json"]),
+    "box, walls along x and y": ("", ["24 20 16 --rbc 20 --walls xy --ends periodic"]),
+    "box, tiled": ("", ["12 12 12 --rbc 6 --plt 2 --ends periodic --tile 2 1 3"]),
+    "box with whole sizes": ("", ["packCells 20 20 20.5 --hematocrit 0.3 --plt_ratio 0.1"]),
+    "cylinder along x": ("", ["--cylinder x 8 20 --hematocrit 0.3 --report r.json"]),
+    "cylinder along y, periodic": ("", ["--cylinder y 8 20 --hematocrit 0.3 --ends periodic"]),
+    "cylinder along z": ("", ["--cylinder z 6 25 --rbc 10 --wall-clearance 0.5"]),
+    "sphere": ("", ["--sphere 10 --hematocrit 0.25"]),
+    "vessel, closed": ("", ["--vessel sickle_large.stl 1 --rbc 4"]),
+    "vessel, open along x": ("", ["--vessel tube.stl 1 --open-axis x --hematocrit 0.3 --report r.json"]),
+    "vessel, periodic along x": ("", ["--vessel tube.stl 1 --open-axis x --ends periodic --hematocrit 0.3"]),
+    "pipe": (PIPE, ["config.xml --report r.json", "check config.xml"]),
+    "pipe, fluid volume": (PIPE, ["config.xml --fluid-volume --hematocrit 0.3 --rbc-volume 97"]),
+    "planes": ("examples/planes", ["config.xml --hematocrit 0.2", "check config.xml"]),
+    "pre-inlet": ("examples/pre_inlet", ["config.xml --hematocrit 0.2", "check config.xml"]),
+    "obstacles": ("obstacles", ["config.xml", "check config.xml"]),
+    "container in a case": ("container", ["config.xml", "check config.xml"]),
+    "voxels": ("voxels", ["config.xml", "check config.xml"]),
+    # Cells
+    "every species": ("", ["30 30 30 --rbc 60 --plt 20 --wbc 1 --vrbc 3 --rbc_m 10 --plt_m 6 --plt_mko 6"]),
+    "ellipsoids": ("", ["16 16 16 --cell Disc 12 6 6 1.5 --cell Ball 10 2 2 2 --ends periodic"]),
+    "meshes": ("", ["25 25 25 --cell-mesh Sickle 12 sickle.stl --mesh-scale Sickle 0.9 --rbc 20"]),
+    "meshes, other formats": ("", ["22 22 22 --cell-mesh A 4 cell.off --cell-mesh B 4 cell.ply --cell-mesh C 4 cell.obj "
+                                   "--cell-mesh D 4 cell_ascii.stl --mesh-frame A file"]),
+    "white cells": ("examples/white_cells", ["config.xml --hematocrit 0.2", "check config.xml"]),
+    "sickle cells": ("examples/sickle", ["config.xml --hematocrit 0.2", "check config.xml"]),
+    "two populations": ("examples/two_populations", ["config.xml", "check config.xml"]),
+    # Constraints
+    "regions": ("examples/regions", ["config.xml --hematocrit 0.1", "check config.xml"]),
+    "cells that are there": ("", ["18 18 18 --rbc 12 --plt 4 --ends periodic --output-dir first",
+                                  "18 18 18 --rbc 20 --plt 6 --ends periodic --fixed first/PLT.pos --start first/RBC.pos"]),
+    "oriented": ("", ["20 20 20 --hematocrit 0.25 --orient RBC 1 0 0 20 --ends periodic"]),
+    "columns": ("", ["24 24 24 --hematocrit 0.5 --order columns --ends periodic"]),
+    "not rotated": ("", ["20 20 20 --hematocrit 0.3 --noRotate --ends periodic"]),
+    "clearances": ("", ["20 20 20 --hematocrit 0.3 --clearance 0.2 --wall-clearance 0.3 --ends closed"]),
+    "cell-free layer": ("", ["--cylinder x 10 20 --hematocrit 0.2 --cell-free-layer 2 --plt_ratio 0.2"]),
+    "distance from solid": (PIPE, ["config.xml --hematocrit 0.2 --minimum-distance-from-solid RBC 1.5"]),
+    # Methods
+    "cat, chords": ("", ["12 12 12 --rbc 6 --plt 2 --method cat --ends periodic --report r.json"]),
+    "cat, faces": ("", ["9 9 9 --rbc 2 --method cat --builder cat-faces --ends periodic"]),
+    "cat, escape": ("", ["10 10 10 --rbc 4 --plt 2 --method cat --escape --stock PLT 1 --ends periodic"]),
+    "cat, parameters": ("", ["12 12 12 --rbc 4 --method cat --growth iterations 40 --growth padding 0.05 --ends closed"]),
+    "cat in a cylinder": ("", ["--cylinder x 6 12 --rbc 4 --method cat"]),
+    "cat on three ranks": ("", ["{3}12 12 12 --rbc 6 --plt 2 --method cat --ends periodic --state s.h5"]),
+    # Runs
+    "two ranks": ("", ["{2}30 30 30 --hematocrit 0.4 --ends periodic --report r.json --vtp --pov --state s.h5"]),
+    "three ranks": ("", ["{3}26 26 26 --hematocrit 0.4 --report r.json"]),
+    "pipe on three ranks": (PIPE, ["{3}config.xml --report r.json", "{2}check config.xml"]),
+    "interrupted and restarted": ("", ["20 20 20 --hematocrit 0.58 --ends periodic --max-iterations 40 --state s.h5",
+                                       "--restart s.h5 --max-iterations 4000"]),
+    "cat restarted": ("", ["12 12 12 --rbc 6 --method cat --max-iterations 20 --state s.h5 --ends periodic",
+                           "--restart s.h5 --max-iterations 4000"]),
+    "best effort": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --best-effort --max-iterations 300 --ends periodic"]),
+    "out of reach": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),
+    "realisations": ("", ["16 16 16 --hematocrit 0.3 --realisations 3 --export csv"]),
+    "validated": (PIPE, ["config.xml --validate", "config.xml --hematocrit 0.3 --seed 0x --validate"]),
+    "dry run": (PIPE, ["config.xml --dry-run"]),
+    # Outputs
+    "check of overlap": ("", ["16 16 16 --rbc 12 --ends periodic",
+                              "check --box 14 14 14 --ends periodic --verbose"]),
+    "all outputs": (PIPE, ["config.xml --hematocrit 0.2 --pov --vtp --vtp-meshes --report r.html --export csv --export lammps "
+                           "--export mirheo --state s.h5"]),
+    "texts": ("", ["--print-config-reference", "--help", "--man", "--completion"]),
+}
+CASES = {  # <domain> and <packing> of cases that no example has
+    "obstacles": """<domain> <dx> 5e-7 </dx> <nx> 80 </nx> <ny> 42 </ny> <nz> 42 </nz> </domain>
+<packing> <walls> yz </walls> <container> <obstacles> <cylinder axis="z" radius="4" length="30" center="20 10 10"/>
+<sphere radius="3" center="30 8 8"/> </obstacles> </container> <hematocrit> 0.2 </hematocrit>
+<species name="RBC"/> <species name="PLT" ratio="0.1"/> </packing>""",
+    "container": """<domain> <dx> 5e-7 </dx> <nx> 60 </nx> <ny> 50 </ny> <nz> 50 </nz> </domain>
+<packing> <container> <cylinder axis="x" radius="11" length="29.5"/> </container> <hematocrit> 0.25 </hematocrit>
+<species name="RBC"/> <species name="PLT" count="5"/> </packing>""",
+    "voxels": """<domain> <geometry> ball.stl </geometry> <dx> 5e-7 </dx> <refDir> 1 </refDir> <refDirN> 44 </refDirN> </domain>
+<packing> <hematocrit> 0.15 </hematocrit> <species name="RBC"/> <species name="PLT" ratio="0.1"/> </packing>""",
+}
+# Of a text: what is measured, and which build it is.
+MEASURED = [(re.compile(pattern), to) for pattern, to in [
+    (r"packMesh \d+\.\d+\.\d+( \(\w+\))?", "packMesh VERSION"), (r"(Time:|CPU time) .*", "TIME"),
+    (r"(?i)\b\d+(\.\d+)?(e-?\d+)? (s|min|h|MB|GB|kB)\b", "MEASURED"), (r"/\S*same_bytes\S*?/", "FOLDER/")]]
+NOT_COMPARED = {"version", "revision", "times", "date", "host", "created", "command", "seconds", "wall", "cpu", "memory"}
+
+
+def without_times(value):
+    if isinstance(value, dict):
+        return {k: without_times(v) for k, v in value.items() if k not in NOT_COMPARED}
+    return [without_times(v) for v in value] if isinstance(value, list) else value
+
+
+def masked(text):
+    for pattern, to in MEASURED:
+        text = pattern.sub(to, text)
+    return text
+
+
+def content(file):
+    """What of a file must stay the same."""
+    if file.suffix == ".json":
+        return json.dumps(without_times(json.loads(file.read_text())), sort_keys=True).encode()
+    if file.suffix in {".html", ".log"}:
+        return b""  # pages show what the .json beside them has, and times
+    data = file.read_bytes()
+    if file.name == "realisations.csv":  # the last two columns are times
+        return b"\n".join(line.rsplit(b",", 2)[0] for line in data.splitlines())
+    return masked(data.decode()).encode() if file.suffix in {".pov", ".csv"} else data
+
+
+def make_fixtures(folder):
+    """Meshes that problems use."""
+    def script(name, *arguments):
+        return subprocess.run([ROOT / "scripts" / name, *arguments], check=True, capture_output=True, cwd=folder).stdout
+    (folder / "tube.stl").write_bytes(script("make_tube.sh"))
+    (folder / "tube_20_10.stl").write_bytes(script("make_tube.sh", "20", "10"))
+    (folder / "tube_24_5.stl").write_bytes(script("make_tube.sh", "24", "5"))
+    script("make_vessel.py", "stenosis", "vessel.stl", "--radius", "12", "--length", "80")
+    script("make_cell.py", "sickle", "sickle.stl", "--length", "12", "--volume", "75")
+    script("make_cell.py", "sickle", "sickle_large.stl", "--length", "60", "--volume", "9000")
+    script("make_cell.py", "spherocyte", "ball.stl", "--length", "22")
+    # An octahedron in every format.
+    v = [(3, 0, 0), (-3, 0, 0), (0, 2, 0), (0, -2, 0), (0, 0, 1), (0, 0, -1)]
+    t = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    points = [" ".join(map(str, p)) for p in v]
+    (folder / "cell.off").write_text("OFF\n6 8 0\n" + "\n".join(points + [f"3 {a} {b} {c}" for a, b, c in t]) + "\n")
+    (folder / "cell.obj").write_text("\n".join(["v " + p for p in points] + [f"f {a+1} {b+1} {c+1}" for a, b, c in t]) + "\n")
+    (folder / "cell.ply").write_text("ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n"
+                                     "element face 8\nproperty list uchar int vertex_indices\nend_header\n"
+                                     + "\n".join(points + [f"3 {a} {b} {c}" for a, b, c in t]) + "\n")
+    (folder / "cell_ascii.stl").write_text("solid c\n" + "".join(
+        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {points[i]}\n" for i in f) + "endloop\nendfacet\n" for f in t)
+        + "endsolid c\n")
+
+
+def make_case(case, folder, fixtures):
+    for mesh in fixtures.iterdir():
+        shutil.copy(mesh, folder)
+    if case in CASES:
+        for name in ("RBC.xml", "PLT.xml"):
+            shutil.copy(ROOT / PIPE / name, folder)
+        (folder / "config.xml").write_text(f"<hemocell>\n{CASES[case]}\n</hemocell>\n")
+    elif case:
+        for file in (ROOT / case).glob("*.xml"):
+            shutil.copy(file, folder)
+        if case in {"examples/two_populations", "examples/white_cells"}:
+            shutil.copy(folder / "tube_24_5.stl", folder / "tube.stl")
+
+
+def hashes_of(name, program, fixtures):
+    """{what: hash} of all that a problem writes and prints."""
+    case, lines = PROBLEMS[name]
+    found = {}
+    with tempfile.TemporaryDirectory(prefix="same_bytes") as work:
+        folder = pathlib.Path(work)
+        make_case(case, folder, fixtures)
+        given = {path: path.read_bytes() for path in folder.iterdir()}
+        for number, line in enumerate(lines, 1):
+            ranks, words = re.fullmatch(r"(?:\{(\d)\})?(.*)", line).groups()
+            words = words.split()
+            executable = program
+            if words[0] == "packCells":
+                executable = program.parent / words.pop(0)
+            command = [*(["mpirun", "--oversubscribe", "-n", ranks] if ranks else []), executable, *words]
+            run = subprocess.run(command, cwd=folder, capture_output=True, check=False,
+                                 env={**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
+            found[f"exit code {number}"] = str(run.returncode)
+            text = masked((run.stdout + run.stderr).decode(errors="replace"))
+            found[f"text {number}"] = hashlib.sha256(text.encode()).hexdigest()
+        for file in sorted(folder.rglob("*")):
+            if file.is_file() and given.get(file) != file.read_bytes():
+                found[str(file.relative_to(folder))] = hashlib.sha256(content(file)).hexdigest()
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["record", "compare"])
+    parser.add_argument("file", type=pathlib.Path)
+    parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/packMesh")
+    parser.add_argument("--only", default="", metavar="PART", help="problems whose name contains this")
+    parser.add_argument("--jobs", type=int, default=2, help="problems at a time")
+    parser.add_argument("--texts", action="store_true", help="compare what is printed, too; without, messages may be reworded")
+    options = parser.parse_args()
+    names = [name for name in PROBLEMS if options.only in name]
+    with tempfile.TemporaryDirectory(prefix="same_bytes") as work:
+        fixtures = pathlib.Path(work)
+        make_fixtures(fixtures)
+        with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+            run = lambda name: hashes_of(name, options.program.resolve(), fixtures)
+            now = dict(zip(names, pool.map(run, names)))
+    if options.what == "record":
+        options.file.write_text(json.dumps(now, indent=1) + "\n")
+        print(f"{len(now)} problems, {sum(map(len, now.values()))} hashes recorded in {options.file}")
+        return
+    before = json.loads(options.file.read_text())
+    different = [f"{name}: {what} ({'new' if what not in before[name] else 'gone' if what not in now[name] else 'differs'})"
+                 for name in names if name in before for what in sorted({*before[name], *now[name]})
+                 if before[name].get(what) != now[name].get(what) and (options.texts or not what.startswith("text "))]
+    missing = [name for name in names if name not in before]
+    print("\n".join(different + [f"{name}: not recorded" for name in missing]))
+    print(f"{len(now)} problems compared, {len(different)} outputs differ")
+    if different or missing:
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()
