@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "packMesh/geometry/vector.h"
+#include "packMesh/core/vector.h"
 
 namespace packmesh {
 

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "packMesh/container/closed_form_wall.h"
-#include "packMesh/geometry/box.h"
-#include "packMesh/geometry/mesh_intersection.h"
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/core/box.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 

@@ -9,9 +9,9 @@
 #include "packMesh/container/box_share.h"
 #include "packMesh/container/region.h"
 #include "packMesh/container/vessel.h"
-#include "packMesh/error.h"
-#include "packMesh/geometry/mesh_intersection.h"
-#include "packMesh/shape/distance_grid.h"
+#include "packMesh/core/error.h"
+#include "packMesh/field/distance_grid.h"
+#include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
 namespace {

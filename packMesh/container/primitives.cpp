@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "packMesh/container/convex_verdict.h"
-#include "packMesh/error.h"
-#include "packMesh/geometry/vector_text.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/vector_text.h"
 
 namespace packmesh {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "packMesh/error.h"
-#include "packMesh/geometry/vector_text.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/vector_text.h"
 
 namespace packmesh {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "packMesh/geometry/mesh_hierarchy.h"
-#include "packMesh/tolerances.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/mesh_hierarchy.h"
 
 namespace packmesh {
 

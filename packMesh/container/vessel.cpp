@@ -9,11 +9,11 @@
 
 #include "packMesh/container/surface_wall.h"
 #include "packMesh/container/vessel_ends.h"
-#include "packMesh/error.h"
-#include "packMesh/geometry/closest_point.h"
-#include "packMesh/geometry/mesh_intersection.h"
-#include "packMesh/geometry/signed_distances.h"
-#include "packMesh/geometry/vector_text.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/vector_text.h"
+#include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/signed_distances.h"
 
 namespace packmesh {
 namespace {

@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "packMesh/error.h"
-#include "packMesh/geometry/merge_vertices.h"
-#include "packMesh/geometry/vector_text.h"
-#include "packMesh/tolerances.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/core/vector_text.h"
+#include "packMesh/mesh/merge_vertices.h"
 
 namespace packmesh {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <system_error>
 
-#include "packMesh/error.h"
-#include "packMesh/io/input_file.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/input_file.h"
 
 namespace packmesh {
 namespace {

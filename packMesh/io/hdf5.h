@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/distributed/communicator.h"
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/parallel/communicator.h"
 
 namespace packmesh {
 

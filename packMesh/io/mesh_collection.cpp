@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <fstream>
 
-#include "packMesh/error.h"
-#include "packMesh/io/exact_text.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/exact_text.h"
 #include "packMesh/io/hdf5_meshes.h"
 
 namespace packmesh {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 

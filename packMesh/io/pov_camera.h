@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "packMesh/geometry/box.h"
+#include "packMesh/core/box.h"
 #include "packMesh/io/pov_text.h"
 
 namespace packmesh::pov {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 

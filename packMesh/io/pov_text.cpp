@@ -6,7 +6,7 @@
 #include <map>
 #include <system_error>
 
-#include "packMesh/error.h"
+#include "packMesh/core/error.h"
 
 namespace packmesh::pov {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh::pov {
 

@@ -15,8 +15,8 @@
 #include <system_error>
 #include <vector>
 
-#include "packMesh/error.h"
-#include "packMesh/io/input_file.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/input_file.h"
 
 namespace packmesh {
 namespace {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <set>
 
-#include "packMesh/packing/cell_measures.h"
-#include "packMesh/stages/placement/columns.h"
-#include "packMesh/stages/placement/placement.h"
-#include "packMesh/stages/relaxation/schedule.h"
-#include "packMesh/stopwatch.h"
-#include "packMesh/tolerances.h"
+#include "packMesh/analysis/cell_measures.h"
+#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/placement/columns.h"
+#include "packMesh/placement/placement.h"
+#include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 namespace {

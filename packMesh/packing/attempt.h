@@ -8,14 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/packing/regrown_cells.h"
 #include "packMesh/packing/run_control.h"
 #include "packMesh/packing/written_cells.h"
-#include "packMesh/stages/certificate/certifier.h"
-#include "packMesh/stages/relaxation/relaxation.h"
+#include "packMesh/relaxation/relaxation.h"
 
 namespace packmesh {
 

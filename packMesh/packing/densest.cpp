@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "packMesh/packing/attempt.h"
-#include "packMesh/stages/relaxation/schedule.h"
+#include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 namespace {

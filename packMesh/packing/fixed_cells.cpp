@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/error.h"
+#include "packMesh/core/error.h"
 #include "packMesh/packing/written_cells.h"
 
 namespace packmesh {

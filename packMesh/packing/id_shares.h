@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/distributed/communicator.h"
-#include "packMesh/stages/relaxation/body_state.h"
+#include "packMesh/parallel/communicator.h"
+#include "packMesh/relaxation/body_state.h"
 
 namespace packmesh {
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "packMesh/packing/cell_measures.h"
+#include "packMesh/analysis/cell_measures.h"
+#include "packMesh/core/stopwatch.h"
+#include "packMesh/growth/growth.h"
+#include "packMesh/growth/seeding.h"
 #include "packMesh/packing/growth_scene.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/run_control.h"
-#include "packMesh/stages/growth/growth.h"
-#include "packMesh/stages/growth/seeding.h"
-#include "packMesh/stopwatch.h"
 
 namespace packmesh {
 namespace {

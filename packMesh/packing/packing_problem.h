@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/certificate/certificate.h"
 #include "packMesh/container/container.h"
-#include "packMesh/distributed/communicator.h"
+#include "packMesh/escape/escape.h"
+#include "packMesh/growth/growth_settings.h"
+#include "packMesh/growth/plane_builder.h"
 #include "packMesh/packing/packing_state.h"
+#include "packMesh/parallel/communicator.h"
+#include "packMesh/relaxation/freedom.h"
 #include "packMesh/shape/shape.h"
-#include "packMesh/stages/certificate/certificate.h"
-#include "packMesh/stages/escape/escape.h"
-#include "packMesh/stages/growth/growth_settings.h"
-#include "packMesh/stages/growth/plane_builder.h"
-#include "packMesh/stages/relaxation/freedom.h"
 
 namespace packmesh {
 

@@ -6,12 +6,12 @@
 #include <optional>
 #include <vector>
 
-#include "packMesh/geometry/pose.h"
-#include "packMesh/stages/certificate/certificate.h"
-#include "packMesh/stages/escape/escape.h"
-#include "packMesh/stages/growth/growth.h"
-#include "packMesh/stages/growth/regrowth.h"
-#include "packMesh/stages/growth/tetgen_planes.h"
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/core/pose.h"
+#include "packMesh/escape/escape.h"
+#include "packMesh/growth/growth.h"
+#include "packMesh/growth/regrowth.h"
+#include "packMesh/growth/tetgen_planes.h"
 
 namespace packmesh {
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/stages/growth/growth.h"
-#include "packMesh/stages/relaxation/body_state.h"
-#include "packMesh/stages/relaxation/relaxation_state.h"
-#include "packMesh/stages/relaxation/schedule.h"
+#include "packMesh/growth/growth.h"
+#include "packMesh/relaxation/body_state.h"
+#include "packMesh/relaxation/relaxation_state.h"
+#include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 

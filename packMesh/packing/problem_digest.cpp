@@ -8,7 +8,7 @@
 #include <memory>
 #include <type_traits>
 
-#include "packMesh/random.h"
+#include "packMesh/core/random.h"
 
 namespace packmesh {
 namespace {

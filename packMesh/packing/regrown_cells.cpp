@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <set>
 
-#include "packMesh/distributed/periodic_images.h"
-#include "packMesh/geometry/sphere_grid.h"
+#include "packMesh/mesh/sphere_grid.h"
 #include "packMesh/packing/growth_scene.h"
-#include "packMesh/stages/relaxation/body_state.h"
+#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/relaxation/body_state.h"
 
 namespace packmesh {
 namespace {

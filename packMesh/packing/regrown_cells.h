@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
+#include "packMesh/growth/regrowth.h"
 #include "packMesh/packing/packing_problem.h"
-#include "packMesh/stages/growth/regrowth.h"
-#include "packMesh/stages/relaxation/relaxation.h"
+#include "packMesh/relaxation/relaxation.h"
 
 namespace packmesh {
 

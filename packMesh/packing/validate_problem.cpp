@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "packMesh/error.h"
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/core/error.h"
 #include "packMesh/packing/fixed_cells.h"
-#include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh {
 namespace {

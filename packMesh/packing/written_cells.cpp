@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "packMesh/stages/relaxation/body_state.h"
+#include "packMesh/relaxation/body_state.h"
 
 namespace packmesh {
 

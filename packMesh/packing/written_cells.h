@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "packMesh/certificate/certificate.h"
 #include "packMesh/packing/packing_problem.h"
-#include "packMesh/stages/certificate/certificate.h"
-#include "packMesh/stages/relaxation/relaxation.h"
+#include "packMesh/relaxation/relaxation.h"
 
 namespace packmesh {
 

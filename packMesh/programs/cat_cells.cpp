@@ -9,12 +9,12 @@
 #include <memory>
 #include <set>
 
-#include "packMesh/error.h"
-#include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/core/error.h"
+#include "packMesh/growth/cat_export.h"
 #include "packMesh/io/mesh_collection.h"
-#include "packMesh/io/mesh_file.h"
 #include "packMesh/io/pov_meshes.h"
-#include "packMesh/stages/growth/cat_export.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_repair.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 

@@ -7,9 +7,9 @@
 #include <optional>
 #include <variant>
 
-#include "packMesh/geometry/mesh_intersection.h"
-#include "packMesh/geometry/triangle_mesh.h"
-#include "packMesh/shape/distance_grid.h"
+#include "packMesh/field/distance_grid.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/shape/sample_points.h"
 #include "packMesh/shape/support_bound.h"
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 

@@ -7,18 +7,18 @@
 #include <optional>
 #include <random>
 
-#include "hemocell_adapter/cell_model.h"
-#include "packMesh/geometry/hull_separation.h"
-#include "packMesh/geometry/mesh_hierarchy.h"
-#include "packMesh/geometry/mesh_intersection.h"
-#include "packMesh/geometry/triangle_distance.h"
-#include "packMesh/geometry/triangle_intersection.h"
-#include "packMesh/stages/growth/chordal_split.h"
-#include "packMesh/stages/growth/linear_program.h"
-#include "packMesh/stages/relaxation/contact.h"
-#include "packMesh/stages/relaxation/pair_list.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
+#include "packMesh/growth/chordal_split.h"
+#include "packMesh/growth/linear_program.h"
+#include "packMesh/mesh/hull_separation.h"
+#include "packMesh/mesh/mesh_hierarchy.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/triangle_distance.h"
+#include "packMesh/mesh/triangle_intersection.h"
+#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/pair_list.h"
 #include "tests/benchmark/growth/spheres.h"
-#include "tests/packMesh/geometry/test_meshes.h"
+#include "tests/packMesh/mesh/test_meshes.h"
 
 namespace packmesh::benchmark {
 namespace {

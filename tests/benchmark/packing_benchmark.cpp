@@ -19,11 +19,11 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
 #include "packMesh/container/primitives.h"
-#include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/core/version.h"
+#include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/packing/pack.h"
-#include "packMesh/version.h"
 #include "tests/benchmark/kernels.h"
 
 using namespace packmesh;

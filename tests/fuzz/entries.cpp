@@ -6,14 +6,14 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "hemocell_adapter/case_config.h"
-#include "hemocell_adapter/cell_model.h"
-#include "hemocell_adapter/job.h"
-#include "hemocell_adapter/pos_file.h"
-#include "packMesh/error.h"
-#include "packMesh/geometry/mesh_repair.h"
-#include "packMesh/io/mesh_file.h"
-#include "packMesh/io/state_file.h"
+#include "hemocell_adapter/hemocell/case_config.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/problem/job.h"
+#include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_repair.h"
+#include "packMesh/packing/state_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace packmesh::test {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 inline packmesh::TriangleMesh readOffText(const std::string& file) {
   std::ifstream in(file);

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 /// Regular prism from x = 0 to `length`, corners at `radius` from the axis, in any unit; outward.
 inline packmesh::TriangleMesh prismAlongX(int corners, double radius, double length) {

@@ -3,7 +3,7 @@
 #define CATCH_CONFIG_RUNNER
 #include <catch2/catch.hpp>
 
-#include "packMesh/distributed/communicator.h"
+#include "packMesh/parallel/communicator.h"
 
 int main(int argc, char** argv) {
   const packmesh::MpiSession mpi;

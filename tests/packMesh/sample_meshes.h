@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "packMesh/geometry/triangle_mesh.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh::sample {
 

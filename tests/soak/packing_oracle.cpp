@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
 
 namespace {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
 #include "packMesh/shape/shape.h"
-#include "tests/packMesh/geometry/test_meshes.h"
+#include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 
 namespace packmesh::test {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/stopwatch.h"
+#include "packMesh/core/stopwatch.h"
 
 namespace packmesh::benchmark {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "packMesh/stages/growth/chordal_split.h"
+#include "packMesh/growth/chordal_split.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 

@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
+#include "packMesh/growth/growth.h"
+#include "packMesh/growth/plane_builder.h"
 #include "packMesh/packing/growth_scene.h"
-#include "packMesh/stages/growth/growth.h"
-#include "packMesh/stages/growth/plane_builder.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 

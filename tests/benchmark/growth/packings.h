@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/benchmark/growth/cases.h"

@@ -6,10 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "hemocell_adapter/cell_model.h"
+#include "hemocell_adapter/hemocell/cell_model.h"
 #include "packMesh/container/primitives.h"
+#include "packMesh/growth/tetrahedra.h"
 #include "packMesh/packing/pack.h"
-#include "packMesh/stages/growth/tetrahedra.h"
 #include "tests/benchmark/growth/cases.h"
 
 namespace packmesh::benchmark {

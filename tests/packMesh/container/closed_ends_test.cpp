@@ -2,8 +2,8 @@
 // Where a lumen ends, nothing is near what is at its other end; where it repeats, its ends are neighbours.
 #include <catch2/catch.hpp>
 
-#include "packMesh/stages/certificate/certificate.h"
-#include "packMesh/stages/relaxation/relaxation.h"
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/relaxation/relaxation.h"
 #include "tests/support/packings.h"
 #include "tests/support/walls.h"
 

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/container/primitives.h"
-#include "packMesh/error.h"
+#include "packMesh/core/error.h"
 
 using namespace packmesh;
 using Catch::Matchers::Contains;

@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
-#include "packMesh/error.h"
-#include "packMesh/geometry/mesh_repair.h"
+#include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "packMesh/error.h"
+#include "packMesh/core/error.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;

@@ -6,10 +6,10 @@
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel_ends.h"
-#include "packMesh/error.h"
-#include "packMesh/geometry/closest_point.h"
-#include "packMesh/geometry/mesh_repair.h"
-#include "packMesh/geometry/triangle_distance.h"
+#include "packMesh/core/error.h"
+#include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/mesh_repair.h"
+#include "packMesh/mesh/triangle_distance.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "packMesh/error.h"
-#include "packMesh/io/mesh_file.h"
-#include "tests/packMesh/geometry/test_meshes.h"
+#include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "packMesh/error.h"
+#include "packMesh/core/error.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
-#include "packMesh/stages/relaxation/freedom.h"
+#include "packMesh/relaxation/freedom.h"
 
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "packMesh/error.h"
-#include "packMesh/random.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/random.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

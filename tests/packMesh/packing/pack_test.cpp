@@ -7,7 +7,7 @@
 
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/vessel.h"
-#include "packMesh/stages/relaxation/contact_kernel.h"
+#include "packMesh/relaxation/contact_kernel.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

@@ -7,9 +7,9 @@
 #include <functional>
 #include <random>
 
-#include "packMesh/error.h"
-#include "packMesh/io/state_file.h"
+#include "packMesh/core/error.h"
 #include "packMesh/packing/problem_digest.h"
+#include "packMesh/packing/state_file.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 

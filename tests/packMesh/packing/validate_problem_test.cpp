@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "packMesh/error.h"
+#include "packMesh/core/error.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "packMesh/io/mesh_file.h"
+#include "packMesh/mesh/mesh_file.h"
 #include "tests/packMesh/sample_meshes.h"
 #include "tests/support/temporary_folder.h"
 

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "packMesh/geometry/closest_point.h"
+#include "packMesh/mesh/closest_point.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/app/run.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// With so many overlapping pairs, and so many for each cell, no more are looked for. A cell touches some ten
+/// others; where all overlap, as in a file in metres, there are as many pairs as cells squared.
+constexpr std::int64_t leastOverlaps = 100000, overlapsPerCell = 4;
+
+/// The cells of all files, and where each came from.
+struct FoundCells {
+  std::vector<PlacedCell> cells;
+  std::vector<std::int64_t> lineNumber;  ///< in its .pos file
+};
+
+FoundCells readCells(const Job& job, const Scene& scene) {
+  FoundCells found;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    std::vector<std::string> warnings;
+    const std::vector<PosLine> lines =
+        readPos(job.outputDirectory / (scene.species[s].job.name + ".pos"), &warnings);
+    for (const std::string& warning : warnings) log::warning(warning);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      found.cells.push_back({int(s), placementOf(lines[i])});
+      found.lineNumber.push_back(std::int64_t(i) + 2);
+    }
+  }
+  return found;
+}
+
+/// The first few faults of a kind, all of them when verbose.
+class FaultList {
+ public:
+  void add(const std::string& line) {
+    constexpr std::int64_t shown = 5;
+    if (log::level() == log::Level::verbose || ++count_ <= shown) {
+      log::info("  " + line);
+    } else {
+      ++hidden_;
+    }
+  }
+  ~FaultList() {
+    if (hidden_ > 0) log::info(fmt::format("  ... and {} more (--verbose lists them)", hidden_));
+  }
+
+ private:
+  std::int64_t count_ = 0, hidden_ = 0;
+};
+
+class Report {
+ public:
+  Report(const Job& job, const Scene& scene, const FoundCells& found)
+      : job_(job), scene_(scene), found_(found), objections_(found.cells.size()) {
+    CertificateInput input;
+    input.container = scene.lumen.container.get();
+    input.cells = &found.cells;
+    for (const SceneSpecies& species : scene.species) {
+      input.shapes.push_back(species.shape.get());
+      input.walls.push_back(scene.lumen.container->wall());
+      input.extraWallGap.push_back(wallClearanceOf(job, species.job) - job.wallClearance);
+    }
+    input.requiredGap = job.clearance;
+    input.requiredWallGap = job.wallClearance;
+    input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(found.cells.size()));
+    certificate_ = certify(input);
+    for (std::size_t i = 0; i < found.cells.size(); ++i) {
+      objections_[i] = hemocellObjection(scene, found.cells[i]);
+      if (!objections_[i]) kept_.push_back(std::int64_t(i));
+    }
+  }
+
+  bool print() {
+    printHead();
+    printOverlap();
+    printMisplaced();
+    printFactor();
+    if (knowsAcceptance(scene_)) printKept();
+    printHematocrit("In the files", nullptr);
+    if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size())
+      printHematocrit("Of what HemoCell keeps", &kept_);
+    log::info(fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0 ? gapText(certificate_.minimumGap)
+                                                                           : "none, cells overlap"));
+    if (scene_.lumen.container->wall())
+      log::info(fmt::format("Minimum gap to the wall: {}", certificate_.minimumWallGap > 0.0
+                                                               ? gapText(certificate_.minimumWallGap)
+                                                               : "none, cells are not inside"));
+    const std::size_t dropped = found_.cells.size() - kept_.size();
+    log::info(fmt::format(
+        "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
+        droppedIsFault() || dropped == 0
+            ? ""
+            : fmt::format("; that HemoCell drops {} is no fault where cells may cross the faces", dropped),
+        job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
+    return clean();
+  }
+
+  /// All of it in one line, for one of several packings.
+  std::string line() const {
+    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
+    std::string text = fmt::format(
+        "{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "NOT clean", found_.cells.size(),
+        found_.cells.size() == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
+    if (certificate_.overlapping.empty())
+      text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
+    else
+      text += fmt::format(", {} overlapping pairs", certificate_.overlapping.size());
+    if (!certificate_.misplaced.empty())
+      text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
+    if (knowsAcceptance(scene_))
+      text += fmt::format("; HemoCell keeps {} of {}", kept_.size(), found_.cells.size());
+    if (!job_.unchecked.empty()) text += fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "));
+    return text;
+  }
+
+  bool clean() const {
+    return certificate_.clean() && (!droppedIsFault() || kept_.size() == found_.cells.size());
+  }
+
+ private:
+  bool droppedIsFault() const { return scene_.lumen.acceptedOnly && !job_.periodicEnds.value_or(false); }
+
+  std::string nameOf(std::int64_t cell) const {
+    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].job.name,
+                       found_.lineNumber[cell]);
+  }
+
+  void printHead() const {
+    log::info(versionLine(1));
+    if (job_.config) log::info(fmt::format("Check of {}", job_.config->file.string()));
+    for (const std::string& line : lumenLines(scene_)) log::info(line);
+    for (const SceneSpecies& species : scene_.species) {
+      if (!species.acceptance) continue;
+      log::info(fmt::format("{}: {}", species.job.name, species.job.origin));
+      log::info(distanceLine(species.job));
+    }
+    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      log::info(fmt::format("{}: {} cells", scene_.species[s].job.name, tally.counts[s]));
+    }
+  }
+
+  void printOverlap() const {
+    std::int64_t amongKept = 0;
+    for (const OverlappingPair& pair : certificate_.overlapping) {
+      amongKept += !objections_[pair.first] && !objections_[pair.second];
+    }
+    const std::string nearer =
+        job_.clearance > 0.0 ? fmt::format(" or nearer than {:.6g} µm", job_.clearance) : "";
+    log::info(fmt::format("Overlapping pairs{}: {}{}{}", nearer, certificate_.moreOverlaps ? "at least " : "",
+                          certificate_.overlapping.size(),
+                          knowsAcceptance(scene_) && !certificate_.overlapping.empty()
+                              ? fmt::format(", {} of them among cells HemoCell keeps", amongKept)
+                              : ""));
+    if (certificate_.moreOverlaps)
+      log::info(
+          "  So many overlap that further pairs were not examined: are positions in µm, and of this lumen?");
+    FaultList list;
+    for (const OverlappingPair& pair : certificate_.overlapping) {
+      const std::string second = pair.first == pair.second ? "its own periodic image" : nameOf(pair.second);
+      const bool image = !pair.shift.isZero() && pair.first != pair.second;
+      list.add(fmt::format("{} and {}{}: {}", nameOf(pair.first), second, image ? " (periodic image)" : "",
+                           pair.contained   ? "one lies inside the other"
+                           : pair.gap > 0.0 ? fmt::format("{:.6g} µm apart", pair.gap)
+                                            : "the meshes meet"));
+    }
+  }
+
+  void printMisplaced() const {
+    if (!scene_.lumen.container->wall()) return;
+    const bool layer = std::any_of(scene_.species.begin(), scene_.species.end(),
+                                   [&](const SceneSpecies& s) { return wallClearanceOf(job_, s.job) > 0.0; });
+    log::info(fmt::format("Cells not wholly inside the lumen{}: {}", layer ? ", or too near to the wall" : "",
+                          certificate_.misplaced.size()));
+    FaultList list;
+    for (const MisplacedCell& cell : certificate_.misplaced)
+      list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
+  }
+
+  /// Positions that would fit with a factor.
+  void printFactor() const {
+    std::vector<Vec3> positions;
+    double volumes = 0.0;
+    for (const PlacedCell& cell : found_.cells) {
+      positions.push_back(cell.placement.translation);
+      volumes += scene_.species[cell.species].shape->volume();
+    }
+    const auto found = positionFactor(*scene_.lumen.container, positions, volumes, job_.dx);
+    if (found)
+      log::warning(
+          fmt::format("with all positions times {:.6g} the cells would lie in the lumen: perhaps {}; .pos "
+                      "files are in µm",
+                      found->factor, found->cause));
+  }
+
+  void printKept() const {
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      Kept reasons;
+      std::int64_t total = 0, kept = 0;
+      for (std::size_t i = 0; i < found_.cells.size(); ++i) {
+        if (found_.cells[i].species != int(s)) continue;
+        ++total;
+        if (objections_[i]) {
+          countReason(reasons, *objections_[i], 1);
+        } else {
+          ++kept;
+        }
+      }
+      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].job.name);
+      for (const auto& [reason, count] : reasons.reasons)
+        text += fmt::format("; drops {}: {}", count, reason);
+      if (scene_.lumen.keptBox && kept < total) text += fmt::format(" (nodes at dx {:.6g} µm)", job_.dx);
+      log::info(text);
+    }
+    FaultList list;
+    if (log::level() != log::Level::verbose) return;
+    for (std::size_t i = 0; i < found_.cells.size(); ++i) {
+      if (objections_[i]) list.add(fmt::format("dropped: {}: {}", nameOf(std::int64_t(i)), *objections_[i]));
+    }
+  }
+
+  void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
+    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells, chosen));
+    for (const std::string& line : hematocritLines(job_, scene_, tally))
+      log::info(fmt::format("{}: {}", which, line));
+  }
+
+  const Job& job_;
+  const Scene& scene_;
+  const FoundCells& found_;
+  std::vector<std::optional<std::string>> objections_;  ///< HemoCell's, per cell
+  std::vector<std::int64_t> kept_;
+  Certificate certificate_;
+};
+
+}  // namespace
+
+ExitCode runCheck(const Job& job) {
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  const Scene scene = buildScene(job);
+  for (const auto* list : {&scene.warnings, &scene.lumen.notices}) {
+    for (const std::string& warning : *list) log::warning(warning);
+  }
+  const FoundCells found = readCells(job, scene);
+  for (const std::string& warning : limitWarnings(job, scene, countsOf(scene, found.cells)))
+    log::warning(warning);
+  return Report(job, scene, found).print() ? ExitCode::ok : ExitCode::faultsFound;
+}
+
+ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf) {
+  ExitCode worst = ExitCode::ok;
+  std::size_t clean = 0;
+  bool first = true;
+  const auto tellInALine = [&](const std::filesystem::path& folder) {
+    const Job one = jobOf(folder);
+    for (const std::string& warning : one.warnings) log::warning(warning);
+    const Scene scene = buildScene(one);
+    if (first) {
+      log::info(versionLine(1));
+      for (const auto* list : {&scene.warnings, &scene.lumen.notices})
+        for (const std::string& warning : *list) log::warning(warning);
+    }
+    const FoundCells found = readCells(one, scene);
+    const Report report(one, scene, found);
+    log::info(fmt::format("{}: {}", folder.string(), report.line()));
+    return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
+  };
+  for (const std::filesystem::path& folder : job.foldersToCheck) {
+    ExitCode code = ExitCode::ok;
+    try {
+      code = folder == job.outputDirectory ? runCheck(jobOf(folder)) : tellInALine(folder);
+    } catch (const InputError& error) {
+      code = ExitCode::badInput;
+      log::error(error.what());
+      log::info(fmt::format("{}: not examined", folder.string()));
+    }
+    first = false;
+    clean += code == ExitCode::ok;
+    worst = std::max(worst, code);
+  }
+  log::info(
+      fmt::format("Verdict: {} of {} folders clean{}", clean, job.foldersToCheck.size(),
+                  worst == ExitCode::ok ? "" : "; check with --output-dir and a folder tells all of it"));
+  return worst;
+}
+
+}  // namespace packmesh::hemocell

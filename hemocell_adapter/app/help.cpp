@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The texts of --help and --reference, made from the table of settings.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/core/version.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+const char* title(Topic topic) {
+  switch (topic) {
+    case Topic::cells:
+      return "What is packed";
+    case Topic::lumen:
+      return "Into what";
+    case Topic::packing:
+      return "How";
+    case Topic::limits:
+      return "When to give up";
+    case Topic::output:
+      return "Output";
+    case Topic::ignored:
+      return "Accepted for packCells' sake, without effect";
+  }
+  return "";
+}
+
+/// Appends `text` in lines that end before column 100 and continue at column `indent`.
+void wrap(std::string& out, const std::string& text, std::size_t column, std::size_t indent) {
+  std::size_t start = 0;
+  while (start < text.size()) {
+    const std::size_t end = std::min(text.find(' ', start), text.size());
+    if (column + (end - start) > 99) {
+      while (out.back() == ' ') out.pop_back();
+      out += "\n" + std::string(indent, ' ');
+      column = indent;
+    }
+    out += text.substr(start, end - start) + " ";
+    column += end - start + 1;
+    start = end + 1;
+  }
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+  out += "\n";
+}
+
+/// `head` and, from `column` on, `text`.
+void entry(std::string& out, const std::string& head, const std::string& text, std::size_t column = 30) {
+  out += "  " + head;
+  std::size_t at = 2 + head.size();
+  if (at + 2 > column) {
+    out += "\n";
+    at = 0;
+  }
+  out += std::string(column - at, ' ');
+  wrap(out, text, column, column);
+}
+
+std::string describe(const std::vector<ValueSpec>& values, const char* help, const char* fallback) {
+  std::string text = help;
+  if (values.size() == 1 && *values[0].unit) text += fmt::format(" [{}]", values[0].unit);
+  if (*fallback) text += fmt::format(" (default: {})", fallback);
+  return text;
+}
+
+constexpr Topic topics[] = {Topic::cells,  Topic::lumen,  Topic::packing,
+                            Topic::limits, Topic::output, Topic::ignored};
+
+/// "-h, --hematocrit h".
+std::string headOf(const Setting& setting) {
+  std::string head = setting.letter ? fmt::format("-{}, --{}", setting.letter, setting.option)
+                                    : fmt::format("--{}", setting.option);
+  if (!setting.flag)
+    for (const ValueSpec& value : setting.values) head += fmt::format(" {}", value.placeholder);
+  return head;
+}
+
+std::string upper(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+std::string helpText(bool asPackCells) {
+  const char* program = asPackCells ? "packCells" : "packMesh";
+  std::string out = fmt::format(
+      "Packs the surface meshes of blood cells without overlap, for HemoCell.\n\n"
+      "  {0} config.xml [options]            the case of this config.xml: HemoCell keeps every cell\n"
+      "  {0} sX sY sZ [options]              a box of sX x sY x sZ µm\n"
+      "  {0} check config.xml [options]      proves or disproves the .pos files of a case\n"
+      "  {0} check --box sX sY sZ [options]  the same for a box\n"
+      "  {0} --help | --version | --print-config-reference | --man | --completion\n\n"
+      "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
+      "Writes <Cell>.pos for each kind of cell. One or two dashes, '=' or a blank, any order and unique\n"
+      "prefixes will do. --print-config-reference (or --reference) prints what the <packing> section of\n"
+      "config.xml knows; options override it.\n",
+      program);
+  for (const Topic topic : topics) {
+    out += fmt::format("\n{}:\n", title(topic));
+    for (const Setting& setting : settingsTable()) {
+      if (setting.topic != topic || !*setting.option) continue;
+      entry(out, headOf(setting),
+            describe(setting.values, setting.help, setting.flag ? "" : setting.fallback));
+    }
+  }
+  out +=
+      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are cut to whole "
+      "numbers,\n"
+      "as packCells does. Otherwise the volume of the mesh HemoCell builds counts.\n"
+      "\nExit codes:\n";
+  for (const ExitCodeMeaning& meaning : exitCodeMeanings)
+    entry(out, std::to_string(int(meaning.code)), meaning.text, 7);
+  return out;
+}
+
+std::string manText() {
+  const auto escaped = [](const std::string& text) {
+    std::string out;
+    for (const char c : text)
+      out += c == '\\' ? std::string("\\e") : c == '-' ? std::string("\\-") : std::string(1, c);
+    if (!out.empty() && (out[0] == '.' || out[0] == '\'')) out.insert(0, "\\&");
+    return out;
+  };
+  std::string out = fmt::format(
+      ".TH PACKMESH 1 \"\" \"packMesh {}\" \"User Commands\"\n.SH NAME\npackMesh \\- packs the surface "
+      "meshes of blood "
+      "cells without overlap, for HemoCell\n.SH SYNOPSIS\n",
+      version());
+  for (const char* usage : {"config.xml [options]", "sX sY sZ [options]", "check config.xml [options]",
+                            "check --box sX sY sZ [options]"})
+    out += fmt::format(".B packMesh\n{}\n.br\n", escaped(usage));
+  out +=
+      ".SH DESCRIPTION\nWrites <Cell>.pos for each kind of cell: the real meshes, in the real lumen, at the "
+      "hematocrit "
+      "asked for, certified to be free of overlap.\n";
+  for (const Topic topic : topics) {
+    out += fmt::format(".SH {}\n", upper(title(topic)));
+    for (const Setting& setting : settingsTable()) {
+      if (setting.topic != topic || !*setting.option) continue;
+      out +=
+          fmt::format(".TP\n.B {}\n{}\n", escaped(headOf(setting)),
+                      escaped(describe(setting.values, setting.help, setting.flag ? "" : setting.fallback)));
+    }
+  }
+  out += ".SH CONFIGURATION\n.nf\n";
+  std::string line;
+  for (const char c : referenceText()) {
+    if (c != '\n') {
+      line += c;
+      continue;
+    }
+    out += escaped(line) + "\n";
+    line.clear();
+  }
+  out += ".fi\n.SH EXIT STATUS\n";
+  for (const ExitCodeMeaning& meaning : exitCodeMeanings)
+    out += fmt::format(".TP\n.B {}\n{}\n", int(meaning.code), escaped(meaning.text));
+  return out;
+}
+
+std::string completionText() {
+  std::string words = "--help --version --print-config-reference --man --completion", checkWords, cases;
+  for (const Setting& setting : settingsTable()) {
+    if (!*setting.option || setting.topic == Topic::ignored) continue;
+    words += fmt::format(" --{}", setting.option);
+    if (!setting.packingOnly) checkWords += fmt::format(" --{}", setting.option);
+    if (setting.flag) continue;
+    const ValueSpec& value = setting.values.front();
+    if (value.kind == Kind::choice)
+      cases += fmt::format("    --{}) COMPREPLY=($(compgen -W \"{}\" -- \"$cur\")); return ;;\n",
+                           setting.option, fmt::join(value.choices, " "));
+    else if (value.kind == Kind::text)
+      cases += fmt::format("    --{}) COMPREPLY=($(compgen -f -- \"$cur\")); return ;;\n", setting.option);
+    else if (value.kind == Kind::axis)
+      cases += fmt::format("    --{}) COMPREPLY=($(compgen -W \"x y z\" -- \"$cur\")); return ;;\n",
+                           setting.option);
+  }
+  return "# bash completion for packMesh: source it, or put it into bash-completion's folder\n"
+         "_packMesh() {\n"
+         "  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]}\n"
+         "  case $prev in\n" +
+         cases +
+         "  esac\n"
+         "  if [[ $cur == -* && ${COMP_WORDS[1]} == check ]]; then\n    COMPREPLY=($(compgen -W \"" +
+         checkWords + "\" -- \"$cur\"))\n  elif [[ $cur == -* ]]; then\n    COMPREPLY=($(compgen -W \"" +
+         words +
+         "\" -- \"$cur\"))\n  else\n"
+         "    COMPREPLY=($(compgen -f -X '!*.xml' -- \"$cur\") $(compgen -d -- \"$cur\"))\n"
+         "    [[ $COMP_CWORD == 1 && check == \"$cur\"* ]] && COMPREPLY+=(check)\n  fi\n}\n"
+         "complete -o filenames -F _packMesh packMesh packCells\n";
+}
+
+std::string referenceText() {
+  std::string out =
+      "The <packing> section of config.xml, a child of <hemocell>. HemoCell ignores it. Everything is "
+      "optional;\n"
+      "options of the command line come first.\n\n";
+  const auto attributeText = [](const ValueSpec& value, const char* help, const char* fallback) {
+    return fmt::format("{}: {}{}", help, expectation(value),
+                       *fallback ? fmt::format(" (default: {})", fallback) : "");
+  };
+  for (const Setting& setting : settingsTable()) {
+    if (!*setting.tag) continue;
+    std::string text = attributeText(setting.values[0], setting.help, setting.fallback);
+    if (setting.values.size() > 1) {
+      text = fmt::format("{} (default: {})", setting.help, setting.fallback);
+      for (const ValueSpec& value : setting.values)
+        text += fmt::format("; {}: {}", value.placeholder, expectation(value));
+    }
+    entry(out, fmt::format("<{}>", setting.tag), text);
+  }
+  out += "\n<species .../>, one for each kind of cell, with the attributes\n";
+  for (const SpeciesAttribute& attribute : speciesAttributes()) {
+    entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
+  }
+  out +=
+      "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with a "
+      "hematocrit of\nits own, from 0 on. The centres of its red cells, of all species, stay in it. A point "
+      "belongs to the "
+      "first region that it is\nin; <hematocrit> is that of the rest.\n";
+  out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
+  for (const GrowthParameter& parameter : growthParameters()) {
+    entry(out, parameter.name, attributeText(parameter.value, parameter.help, parameter.fallback));
+  }
+  out +=
+      "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At "
+      "most one\n"
+      "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they may "
+      "overlap), then\n"
+      "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
+  for (const SolidTag& tag : solidTags()) {
+    out += fmt::format("<{} .../>\n", tag.name);
+    for (const SolidAttribute& attribute : tag.attributes) {
+      entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
+    }
+  }
+  return out;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/interruption.h"
+
+#include <signal.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstring>
+#include <string>
+
+#include "hemocell_adapter/base/exit_codes.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
+constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
+
+volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
+volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
+
+/// timeout, mpirun and batch systems send the same signal to a process and to its group: what comes within so
+/// many seconds is one signal.
+constexpr time_t sameSignal = 2;
+
+time_t now() {
+  timespec time;
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return time.tv_sec;
+}
+
+/// Files to remove at the end, where a signal handler can read their names.
+struct FileAtEnd {
+  volatile sig_atomic_t used = 0;
+  char path[4096] = {};
+};
+FileAtEnd filesAtEnd[4];
+
+[[noreturn]] void endNow(const char* message, std::size_t length) {
+  for (const FileAtEnd& file : filesAtEnd)
+    if (file.used) unlink(file.path);
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, length);
+  _exit(int(ExitCode::interrupted));
+}
+
+extern "C" void onSignal(int) {
+  constexpr char early[] = "(packMesh) (Error) interrupted: nothing was written\n";
+  constexpr char again[] = "(packMesh) (Error) interrupted again: ended at once\n";
+  if (!polled && !flag) endNow(early, sizeof early - 1);
+  if (!flag) {
+    firstAt = now();  // first: the other signal can come in between
+    flag = 1;
+  } else if (now() - firstAt >= sameSignal) {
+    endNow(again, sizeof again - 1);
+  }
+}
+
+extern "C" void onCheckpointSignal(int) {
+  checkpoint = 1;
+}
+
+void handle(int number, void (*handler)(int)) {
+  struct sigaction action = {};
+  if (number == SIGHUP && sigaction(number, nullptr, &action) == 0 && action.sa_handler == SIG_IGN)
+    return;  // nohup
+  action.sa_handler = handler;
+  sigemptyset(&action.sa_mask);
+  sigaction(number, &action, nullptr);
+}
+
+}  // namespace
+
+void catchSignals() {
+  for (const int number : endingSignals) handle(number, onSignal);
+  handle(SIGUSR1, onCheckpointSignal);
+  signal(SIGXFSZ, SIG_IGN);  // beyond a limit on the size of files, write() fails and says so
+}
+
+void ignoreInterruption() {
+  for (const int number : endingSignals) signal(number, SIG_IGN);
+}
+
+void pollInterruption() {
+  polled = 1;
+}
+
+bool interrupted() {
+  return flag != 0;
+}
+
+int removeWhenEndedAtOnce(const std::filesystem::path& path) {
+  const std::string text = path.string();
+  int number = 0;
+  for (FileAtEnd& file : filesAtEnd) {
+    if (!file.used && text.size() < sizeof file.path) {
+      std::memcpy(file.path, text.c_str(), text.size() + 1);
+      file.used = 1;
+      return number;
+    }
+    ++number;
+  }
+  return -1;
+}
+
+void keepWhenEnded(int number) {
+  if (number >= 0) filesAtEnd[number].used = 0;
+}
+
+bool checkpointAsked() {
+  return checkpoint != 0;
+}
+void forgetCheckpointAsked() {
+  checkpoint = 0;
+}
+
+}  // namespace packmesh::hemocell

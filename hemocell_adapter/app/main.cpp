@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The packMesh executable: understands the command line, does the job, tells scripts how it went.
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <optional>
+
+#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/app/run.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/core/version.h"
+#include "packMesh/parallel/arrival.h"
+
+namespace {
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+
+/// Whether an MPI launcher started this program as one of several ranks. Without one, MPI is left alone: its
+/// beginning takes longer than many a packing.
+bool startedAsRanks() {
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (const char* text = std::getenv(variable)) return std::atoi(text) > 1;
+  return std::getenv("PMIX_RANK") != nullptr;
+}
+
+ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
+             const Communicator& ranks) {
+  std::optional<CommandLine> understood;
+  together(ranks, [&] { understood = parseOrContinue(program, arguments); });
+  const CommandLine& commandLine = *understood;
+  const bool first = ranks.rank() == 0;
+  switch (commandLine.command) {
+    case Command::help:
+      if (!first) return ExitCode::ok;
+      fmt::print("{}", helpText(commandLine.asPackCells));
+      return ExitCode::ok;
+    case Command::version:
+      if (!first) return ExitCode::ok;
+      fmt::print("packMesh {} ({})\n", packmesh::version(), packmesh::gitHash());
+      return ExitCode::ok;
+    case Command::reference:
+      if (!first) return ExitCode::ok;
+      fmt::print("{}", referenceText());
+      return ExitCode::ok;
+    case Command::man:
+      if (!first) return ExitCode::ok;
+      fmt::print("{}", manText());
+      return ExitCode::ok;
+    case Command::completion:
+      if (!first) return ExitCode::ok;
+      fmt::print("{}", completionText());
+      return ExitCode::ok;
+    case Command::pack:
+    case Command::check:
+      break;
+  }
+  const Settings options = commandLine.settings();
+  if (first && options.quiet.value_or(false)) log::setLevel(log::Level::quiet);
+  if (first && options.verbose.value_or(false)) log::setLevel(log::Level::verbose);
+  catchSignals();
+  std::optional<Job> job;
+  together(ranks, [&] { job = makeJob(commandLine); });
+  if (commandLine.command == Command::pack) return runPacking(*job, ranks);
+  ExitCode code = ExitCode::ok;
+  onFirstRank(ranks, [&] {
+    code = job->foldersToCheck.empty()
+               ? runCheck(*job)
+               : runCheckOfFolders(*job, [&](const auto& folder) { return makeJob(commandLine, folder); });
+  });
+  return static_cast<ExitCode>(ranks.sum(first ? int(code) : 0));
+}
+
+/// Runs, and tells what went wrong. @return the exit code, the same on all ranks
+ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
+                    const Communicator& ranks) {
+  Arrival failures(ranks);
+  try {
+    return run(program, arguments, ranks);
+  } catch (const AgreedFailure& failure) {
+    log::error(failure.what());
+    return failure.code();
+  } catch (...) {
+    const Failure failure = failureOfException();
+    // What is wrong with the input is wrong on all ranks: the first one tells, and all end. A rank that
+    // failed by itself ends the others, which wait for it. The lower ranks come first, so that one of them
+    // tells alone.
+    const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
+    if (!ranks.alone() && !failures.ofAll(patience)) {
+      log::setLevel(log::Level::normal);
+      log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
+      ranks.abort(int(failure.code));
+    }
+    log::error(failure.message);
+    return failure.code;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + (argc > 0), argv + argc);
+  std::optional<MpiSession> mpi;
+  Communicator ranks;
+  if (startedAsRanks()) {
+    mpi.emplace();
+    ranks = Communicator::world();
+    if (ranks.rank() > 0) log::setLevel(log::Level::silent);
+  }
+  const ExitCode code = runAndTell(argc > 0 ? argv[0] : "packMesh", arguments, ranks);
+  ignoreInterruption();
+  return int(code);
+}

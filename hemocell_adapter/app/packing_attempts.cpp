@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/packing_attempts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/output/checkpoints.h"
+#include "packMesh/core/error.h"
+#include "packMesh/packing/pack.h"
+#include "packMesh/packing/problem_digest.h"
+#include "packMesh/packing/state_file.h"
+#include "packMesh/packing/validate_problem.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Ranks of other nodes can find other files under the same names.
+void requireSameOnAllRanks(const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  if (ranks.alone()) return;
+  const std::string own = digestOf(problem), first = ranks.broadcast(own, 0);
+  together(ranks, [&] {
+    if (own != first)
+      throw InputError(
+          fmt::format("rank {} has another problem than rank 0 (lumen, cells, numbers, clearances "
+                      "or seed): do all nodes see the same files?",
+                      ranks.rank()));
+  });
+}
+
+/// False where the clearances alone make it impossible: too small a lumen, fixed cells nearer to each other.
+/// The same on all ranks.
+bool isPossible(const PackingProblem& problem) {
+  try {
+    validate(problem);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+PackingProblem PackingAttempts::problemWith(const Job& job) {
+  setClearances(job, scene_);
+  PackingProblem problem = problemOf(job, scene_, interrupted, [this](const Progress& p) { progress_(p); });
+  problem.communicator = ranks_;
+  return problem;
+}
+
+std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clearances,
+                                                         const AttemptLimits& limits) {
+  const Job job = withClearances(job_, clearances);
+  PackingProblem problem = problemWith(job);
+  if (!begun_) requireSameOnAllRanks(problem);
+  if (!limits.fewerCells && !isPossible(problem)) return {};
+  problem.limits.maxSeconds = limits.maxSeconds;
+  if (limits.maxSweeps > 0) problem.limits.maxSweeps = std::min(limits.maxSweeps, problem.limits.maxSweeps);
+  problem.limits.fewerCells = limits.fewerCells;
+  StateFiles states(job, problem);
+  if (job.stateFile) problem.checkpoints = states.checkpoints();
+  if (job.restart && !begun_) problem.resume = stateToContinue(job, problem);
+  begun_ = true;
+  PackingResult result = pack(problem);
+  saved_ = states.saved();
+  if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
+    log::detail(fmt::format(
+        "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} sweeps",
+        clearances.membranes, clearances.wall, result.statistics.sweeps));
+  return result;
+}
+
+std::size_t PackingAttempts::firstLevel(const std::vector<Clearances>& levels) {
+  if (!job_.restart || levels.size() == 1) return 0;
+  std::string digest;
+  together(ranks_, [&] { digest = readStateHead(*job_.restart).digest; });
+  std::size_t level = 0;
+  while (level + 1 < levels.size() && digestOf(problemWith(withClearances(job_, levels[level]))) != digest)
+    ++level;
+  return level;
+}
+
+}  // namespace packmesh::hemocell

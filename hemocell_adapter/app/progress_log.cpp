@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/progress_log.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/log.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Between two lines [s]: on a terminal, elsewhere when verbose, elsewhere.
+constexpr double terminalPause = 0.2, verbosePause = 1.0, plainPause = 10.0;
+
+double pauseNow() {
+  if (log::isTerminal()) return terminalPause;
+  return log::level() == log::Level::verbose ? verbosePause : plainPause;
+}
+
+}  // namespace
+
+ProgressLog::ProgressLog(const Job& job, const Scene& scene, int ranks)
+    : job_(job), scene_(scene), ranks_(ranks), hematocrit_(0.0) {
+  for (const SceneSpecies& species : scene.species)
+    if (species.job.redCell) hematocrit_ += double(species.count) * species.shape->volume();
+  hematocrit_ /= scene.referenceVolume(job);
+}
+
+void ProgressLog::operator()(const Progress& progress) {
+  const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  if (now - last_ < pauseNow()) return;
+  last_ = now;
+  if (log::isTerminal())
+    log::status(text(progress, now));
+  else
+    log::info(text(progress, now));
+}
+
+std::optional<double> ProgressLog::expectedSeconds() {
+  if (job_.method != Method::relaxation) return {};
+  if (!forecast_) forecast_ = forecastOf(job_, scene_);
+  if (!forecast_->seconds) return {};
+  return *forecast_->seconds / ranks_;
+}
+
+std::string ProgressLog::text(const Progress& progress, double seconds) {
+  const bool grows = progress.stage == "growth";
+  std::string line =
+      fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows ? "iteration" : "sweep",
+                  progress.sweep, hematocrit_ * std::pow(progress.scale, 3.0));
+  if (grows)
+    line += fmt::format(" at scale {:.2f}, {} cells below it", progress.scale, progress.unresolved);
+  else
+    line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
+  line += "; " + durationText(std::floor(seconds));
+  if (job_.maxSeconds > 0.0) line += fmt::format(" of {} at most", durationText(job_.maxSeconds));
+  if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)
+    line += fmt::format(", about {} left", durationText(std::ceil(*expected - seconds)));
+  return line;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <ctime>
+#include <numeric>
+#include <optional>
+#include <sstream>
+
+#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/app/memory.h"
+#include "hemocell_adapter/app/packing_attempts.h"
+#include "hemocell_adapter/app/realisations.h"
+#include "hemocell_adapter/app/run_lock.h"
+#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/clearances.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/tiling.h"
+#include "packMesh/packing/pack.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Stopwatch {
+ public:
+  RunTimes elapsed() const {
+    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
+    return {double(std::clock() - cpuStart_) / CLOCKS_PER_SEC, wall.count()};
+  }
+
+ private:
+  std::clock_t cpuStart_ = std::clock();
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Of the cells of all ranks.
+Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
+  Kept own;
+  own.kept.assign(scene.species.size(), 0);
+  if (!knowsAcceptance(scene)) return own;
+  for (const PlacedCell& cell : cells) {
+    if (const auto objection = hemocellObjection(scene, cell)) {
+      countReason(own, *objection, 1);
+    } else {
+      ++own.kept[cell.species];
+    }
+  }
+  std::string text;
+  for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
+  const std::vector<char> all = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  Kept kept;
+  kept.kept = std::move(own.kept);
+  ranks.sum(kept.kept);
+  std::istringstream reasons(std::string(all.begin(), all.end()));
+  std::int64_t count = 0;
+  std::string reason;
+  while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
+    countReason(kept, reason, count);
+  return kept;
+}
+
+ExitCode endInterrupted(const Job& job, bool saved) {
+  if (saved)
+    log::error(fmt::format("interrupted: no .pos was written; to go on: packMesh --restart {}",
+                           job.stateFile->string()));
+  else
+    log::error("interrupted: nothing was written");
+  return ExitCode::interrupted;
+}
+
+/// What was reached when not everything could be.
+std::string reachedText(const Job& job, const Scene& scene, const PackingResult& result, const Tally& tally) {
+  std::string counts;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
+                          scene.species[s].job.name);
+  }
+  const std::string time = job.maxSeconds > 0 ? fmt::format(", {}", durationText(job.maxSeconds)) : "";
+  const Statistics& done = result.statistics;
+  const std::string limits =
+      done.growth ? fmt::format("{} iterations of growth{}", done.growth->iterations, time)
+                  : fmt::format("{} sweeps{}; {} done, those of the search for fewer cells included",
+                                job.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps);
+  const std::string what =
+      result.searched ? "the densest certified packing found"
+                      : std::string(done.growth ? "" : "time ended the search for the densest packing; ") +
+                            "a certified packing found";
+  return fmt::format("out of reach within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
+                     what, tally.redMesh / scene.referenceVolume(job),
+                     job.fluidVolume ? "fluid nodes" : "lumen", counts);
+}
+
+/// Tells what packing took, in detail.
+void tellEffort(const Statistics& statistics, const Communicator& ranks) {
+  for (const std::string& line : effortLines(statistics)) log::detail(line);
+  if (!ranks.alone()) {
+    const double perSweep = 1.0 / double(std::max<std::int64_t>(1, statistics.sweeps));
+    log::detail(fmt::format("Rank 0 sent {:.1f} messages and {:.1f} kB per sweep",
+                            perSweep * double(ranks.traffic().messages),
+                            1e-3 * perSweep * double(ranks.traffic().bytes)));
+  }
+  if (!statistics.growth && statistics.blocks < ranks.size())
+    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the others had nothing to do",
+                          statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
+}
+
+Scene builtScene(const Job& job, const Communicator& ranks) {
+  std::optional<Scene> scene;
+  together(ranks, [&] { scene = buildScene(job); });
+  for (const auto* list : {&scene->warnings, &scene->lumen.notices})
+    for (const std::string& warning : *list) log::warning(warning);
+  return std::move(*scene);
+}
+
+RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, const Tally& tally,
+                             const RunTimes& times) {
+  RealisationFigures figures;
+  figures.complete = result.outcome != Outcome::outOfReach;
+  figures.cells = result.cellCount;
+  figures.hematocrit = tally.redMesh / scene.lumen.container->volume();
+  figures.minimumGap = result.certificate.minimumGap;
+  figures.minimumWallGap = result.certificate.minimumWallGap;
+  figures.sweeps = result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps;
+  figures.cpuSeconds = times.cpu;
+  figures.wallSeconds = times.wall;
+  return figures;
+}
+
+/// Of cells that cross periodic faces.
+void warnOfDropped(const Job& job, const Scene& scene, const Tally& tally, const Kept& kept) {
+  const auto sum = [](const std::vector<std::int64_t>& counts) {
+    return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  };
+  log::warning(fmt::format(
+      "HEMOCELL WOULD KEEP {} OF {} CELLS, A HEMATOCRIT OF {:.4f}: it silently deletes cells that cross a "
+      "periodic face when it loads them; {} packs cells that it keeps",
+      sum(kept.kept), sum(tally.counts), tallyOf(scene, kept.kept).redMesh / scene.referenceVolume(job),
+      job.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));
+}
+
+/// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
+RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+               const Communicator& ranks, const Repeated* repeated = nullptr) {
+  std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
+  ranks.sum(countsOfParts);
+  std::vector<std::int64_t> counts = countsOf(scene, result.cells);
+  ranks.sum(counts);
+  const Tally tally = tallyOf(scene, std::move(counts));
+  if (result.outcome == Outcome::outOfReach) {
+    const std::string reached = reachedText(job, scene, result, tally);
+    if (!job.bestEffort || result.cellCount == 0) {
+      log::error(reached +
+                 (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
+                                        : "; nothing was written (--best-effort writes that one)") +
+                 columnsInstead(job, scene));
+      return {ExitCode::outOfReach, {}};
+    }
+    log::warning(reached + "; writing that one (--best-effort)");
+  }
+  const Kept kept = keptOf(scene, result.cells, ranks);
+  const bool allKept = kept.reasons.empty();
+  const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
+  const bool complete = result.certificate.cells == result.cellCount;
+  if (!result.certificate.clean() || !complete || (promised && !allKept)) {
+    log::error(fmt::format(
+        "the packing does not hold ({} of {} cells examined, {} overlapping pairs, {} cells misplaced, "
+        "HemoCell "
+        "would drop some: {}); nothing was written. This is a fault of packMesh; please report it with the "
+        "command",
+        result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
+        result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
+    return {ExitCode::internal, {}};
+  }
+  const RunTimes times = stopwatch.elapsed();
+  const std::vector<fs::path> files = writeCellFiles(job, scene, result, tally.counts, ranks);
+  for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, times))
+    log::info(line);
+  for (const std::string& line : regionLines(job, scene, countsOfParts)) log::info(line);
+  if (!allKept) warnOfDropped(job, scene, tally, kept);
+  for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
+  warnOfStaleFiles(job, scene);
+  writeViews({job, scene, result, tally, kept, ranks, repeated}, times);
+  return {ExitCode::ok, figuresOf(scene, result, tally, times)};
+}
+
+/// The packing repeated in a larger box, proved anew.
+RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+                    const Communicator& ranks) {
+  if (result.outcome == Outcome::outOfReach && !(job.bestEffort && result.cellCount > 0))
+    return deliver(job, scene, result, stopwatch, ranks);
+  namedBySpecies(scene, result);
+  const Job big = tiledJob(job, scene, result, ranks);
+  const Scene bigScene = builtScene(big, ranks);
+  log::info(fmt::format("Repeated {} x {} x {} times: {}", job.tiles[0], job.tiles[1], job.tiles[2],
+                        lumenLines(bigScene).front()));
+  PackingProblem problem = problemOf(big, bigScene, interrupted, {});
+  problem.communicator = ranks;
+  PackingResult bigResult = pack(problem);
+  if (bigResult.outcome == Outcome::interrupted) {
+    log::error("interrupted: nothing was written");
+    return {ExitCode::interrupted, {}};
+  }
+  const Repeated repeated{job, result};
+  return deliver(big, bigScene, bigResult, stopwatch, ranks, &repeated);
+}
+
+bool writes(const Job& job) {
+  return !job.dryRun && !job.validate;
+}
+
+/// Until the end of a run no other writes what this one does. Held by the first rank.
+struct Locks {
+  std::optional<RunLock> folder, state;
+};
+
+Locks locksOf(const Job& job, const Communicator& ranks) {
+  Locks locks;
+  onFirstRank(ranks, [&] {
+    if (!writes(job)) return;
+    locks.folder.emplace(RunLock::ofFolder(job.outputDirectory));
+    if (job.stateFile) locks.state.emplace(RunLock::ofFile(*job.stateFile));
+  });
+  return locks;
+}
+
+RunEnd packOnce(const Job& job, const Communicator& ranks) {
+  const Stopwatch stopwatch;
+  onFirstRank(ranks, [&] {
+    requireWritable(job.outputDirectory);
+    if (job.reportFile) requireWritable(job.reportFile->parent_path());
+    if (!job.stateFile) return;
+    requireWritable(job.stateFile->parent_path());
+    requireReplaceableState(job);
+  });
+  const Locks locks = locksOf(job, ranks);
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  Scene scene = builtScene(job, ranks);
+  if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
+  onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
+  if (job.validate) {
+    log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
+    return {};
+  }
+  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
+  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
+
+  if (job.dryRun) {
+    for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
+    log::info("A dry run: nothing was packed or written");
+    if (const auto seconds = forecastOf(job, scene).seconds)
+      log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
+    return {};
+  }
+  std::int64_t cells = 0;
+  for (const SceneSpecies& species : scene.species) cells += species.mostCells();
+  together(ranks, [&] { requireMemory(cells, ranks); });
+  pollInterruption();
+  if (job.stateFile) SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
+  PackingAttempts attempts(job, scene, ranks);
+  const std::vector<Clearances> levels = clearanceLevels(job, scene);
+  RoomyPacking packing = packWithRoom(
+      job, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(stopwatch.elapsed().wall); },
+      [&](const Clearances& clearances, const AttemptLimits& limits) {
+        return attempts(clearances, limits);
+      });
+  PackingResult& result = packing.result;
+  if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
+    return {endInterrupted(job, attempts.saved()), {}};
+  tellEffort(result.statistics, ranks);
+  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
+                    packing.clearances.membranes > levels.back().membranes;
+  if (!room && result.outcome == Outcome::certified && scene.lumen.solidWalls &&
+      scene.lumen.container->wall())
+    log::warning(fmt::format(
+        "the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
+        "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
+        "loses fewer",
+        levels.front().wall));
+  const Job packed = withClearances(job, packing.clearances);
+  if (job.largestClearance) setClearances(packed, scene);  // the last attempt may have failed
+  RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, stopwatch, ranks)
+                            : deliver(packed, scene, result, stopwatch, ranks);
+  if (end.code != ExitCode::ok || !job.stateFile || attempts.saved()) return end;
+  log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
+  end.code = ExitCode::cannotWrite;
+  return end;
+}
+
+}  // namespace
+
+ExitCode runPacking(const Job& job, const Communicator& ranks) {
+  const auto once = [&](const Job& one) { return packOnce(one, ranks); };
+  if (job.realisations == 1 || !writes(job)) return once(job).code;
+  Job folder = job;
+  folder.stateFile.reset();  // each realisation has its own
+  const Locks locks = locksOf(folder, ranks);
+  return runRealisations(job, ranks, once);
+}
+
+}  // namespace packmesh::hemocell

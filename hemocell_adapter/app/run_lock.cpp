@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/run_lock.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "packMesh/core/temporary_name.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isSameFile(int descriptor, const fs::path& path) {
+  struct stat open, there;
+  return ::fstat(descriptor, &open) == 0 && ::stat(path.c_str(), &there) == 0 &&
+         open.st_dev == there.st_dev && open.st_ino == there.st_ino;
+}
+
+/// What the holder wrote into the file.
+std::string holderIn(int descriptor) {
+  char text[200] = {};
+  const ssize_t length = ::pread(descriptor, text, sizeof text - 1, 0);
+  std::string holder(text, std::size_t(length > 0 ? length : 0));
+  while (!holder.empty() && holder.back() == '\n') holder.pop_back();
+  return holder.empty() ? "" : " (" + holder + ")";
+}
+
+/// Ranks of a run that was stopped may end a moment after the run: so long a lock is waited for [s].
+constexpr std::chrono::seconds patience(2);
+constexpr std::chrono::milliseconds pause(50);
+
+/// @return whether the lock was taken; false: the file system has none. @throws OutputError as RunLock
+bool locked(int descriptor, const fs::path& target, const char* kind, const char* advice) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EINTR) continue;
+    if (errno != EWOULDBLOCK) return false;
+    if (std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(pause);
+      continue;
+    }
+    std::error_code ignored;
+    throw OutputError(fmt::format("{}: another packMesh is writing {}{}; wait until it has ended, or {}",
+                                  fs::absolute(target, ignored).lexically_normal().string(), kind,
+                                  holderIn(descriptor), advice));
+  }
+  return true;
+}
+
+void tellHolder(int descriptor) {
+  const std::string holder = fmt::format("process {} on {}\n", processNumber(), hostName());
+  if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, holder.data(), holder.size(), 0) < 0)
+    log::detail("The lock does not tell who holds it: " + std::string(std::strerror(errno)));
+}
+
+}  // namespace
+
+void RunLock::take(const fs::path& path, const fs::path& target, const char* kind, const char* advice) {
+  for (;;) {
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+    if (descriptor < 0)
+      throw OutputError(
+          fmt::format("{}: cannot be opened as a lock: {}", path.string(), std::strerror(errno)));
+    bool taken = false;
+    try {
+      taken = locked(descriptor, target, kind, advice);
+    } catch (...) {
+      ::close(descriptor);
+      throw;
+    }
+    if (!taken) log::detail(fmt::format("{}: the file system has no locks", path.string()));
+    // The holder before may have ended, and taken the file away, since it was opened.
+    if (taken && !isSameFile(descriptor, path)) {
+      ::close(descriptor);
+      continue;
+    }
+    path_ = path;
+    descriptor_ = descriptor;
+    tellHolder(descriptor_);
+    atEnd_ = removeWhenEndedAtOnce(path_);
+    return;
+  }
+}
+
+void RunLock::makeFolder(const fs::path& folder) {
+  std::error_code error;
+  for (fs::path one = folder; !one.empty() && !fs::exists(one, error); one = one.parent_path())
+    if (one.has_filename()) made_.insert(made_.begin(), one);
+  if (!folder.empty()) fs::create_directories(folder, error);
+  std::error_code ignored;
+  if (error && !fs::is_directory(folder, ignored))
+    throw OutputError(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
+}
+
+RunLock RunLock::ofFolder(const fs::path& folder) {
+  RunLock lock;
+  lock.makeFolder(folder);
+  lock.take(folder / ".packMesh.lock", folder, "into this folder", "write into another one (--output-dir)");
+  return lock;
+}
+
+RunLock RunLock::ofFile(const fs::path& file) {
+  RunLock lock;
+  lock.makeFolder(file.parent_path());
+  lock.take(file.parent_path() / (temporaryPrefix(file) + "lock"), file, "it", "write another one (--state)");
+  std::error_code ignored;
+  const std::string begin = temporaryPrefix(file);
+  for (const auto& entry :
+       fs::directory_iterator(file.has_parent_path() ? file.parent_path() : fs::path("."), ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.compare(0, begin.size(), begin) == 0 && entry.path().extension() == ".new")
+      fs::remove(entry.path(), ignored);
+  }
+  return lock;
+}
+
+RunLock::RunLock(RunLock&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      atEnd_(std::exchange(other.atEnd_, -1)),
+      made_(std::exchange(other.made_, {})) {}
+
+RunLock::~RunLock() {
+  if (descriptor_ >= 0) {
+    ::unlink(path_.c_str());  // while it is locked: no other process holds a lock on a file without a name
+    keepWhenEnded(atEnd_);
+    ::close(descriptor_);
+  }
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) ::rmdir(folder->c_str());
+}
+
+}  // namespace packmesh::hemocell

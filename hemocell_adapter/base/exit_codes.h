@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file How the executable tells scripts what happened.
+#pragma once
+
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+
+enum class ExitCode {
+  ok = 0,
+  usage = 1,
+  badInput = 2,
+  outOfReach = 3,
+  faultsFound = 4,
+  cannotWrite = 5,
+  internal = 70,
+  interrupted = 130,
+};
+
+/// What an exit code says, as `--help` and the README tell it.
+struct ExitCodeMeaning {
+  ExitCode code;
+  const char* text;
+};
+inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
+    {ExitCode::ok, "certified and written; check: nothing wrong"},
+    {ExitCode::usage, "the command line makes no sense"},
+    {ExitCode::badInput, "a file, or a value in it, is at fault"},
+    {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
+    {ExitCode::faultsFound,
+     "check found overlap, cells outside the lumen, gaps below those asked for, or cells HemoCell deletes "
+     "(not counted where cells may cross periodic faces)"},
+    {ExitCode::cannotWrite, "the output cannot be written"},
+    {ExitCode::internal, "a fault of packMesh itself"},
+    {ExitCode::interrupted, "interrupted: no .pos file written"},
+};
+
+/// The command line is at fault.
+class UsageError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+/// The results cannot be written.
+class OutputError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
+}  // namespace packmesh::hemocell

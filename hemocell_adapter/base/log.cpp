@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/base/log.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "hemocell_adapter/base/plain_text.h"
+
+namespace packmesh::hemocell::log {
+namespace {
+
+Level currentLevel = Level::normal;
+bool statusShown = false;
+
+void clearStatus() {
+  if (!statusShown) return;
+  fmt::print(stdout, "\r\x1b[K");
+  std::fflush(stdout);
+  statusShown = false;
+}
+
+void line(std::FILE* stream, const char* kind, const std::string& message) {
+  if (currentLevel == Level::silent) return;
+  clearStatus();
+  // Messages quote what stands in files: control characters would reach the user's terminal.
+  fmt::print(stream, "(packMesh) {}{}\n", kind, plainText(message));
+  std::fflush(stream);
+}
+
+}  // namespace
+
+void setLevel(Level level) {
+  currentLevel = level;
+}
+Level level() {
+  return currentLevel;
+}
+
+namespace {
+
+/// What of a text fits into a line of the terminal; a character of several bytes counts once.
+std::string fitting(const std::string& text) {
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return text;
+  std::string out;
+  int columns = 0;
+  for (const char c : text) {
+    const bool begins = (static_cast<unsigned char>(c) & 0xC0u) != 0x80u;
+    if (begins && ++columns >= size.ws_col) break;
+    out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+bool isTerminal() {
+  // Launchers of ranks give them terminals of their own, whatever becomes of the output.
+  static const bool is = isatty(STDOUT_FILENO) != 0 && std::getenv("SLURM_JOB_ID") == nullptr &&
+                         std::getenv("PMIX_RANK") == nullptr && std::getenv("PMI_RANK") == nullptr;
+  return is;
+}
+
+void status(const std::string& message) {
+  if (currentLevel <= Level::quiet) return;
+  fmt::print(stdout, "\r{}\x1b[K", fitting("(packMesh) " + plainText(message)));
+  std::fflush(stdout);
+  statusShown = true;
+}
+
+void info(const std::string& message) {
+  if (currentLevel > Level::quiet) line(stdout, "", message);
+}
+
+void detail(const std::string& message) {
+  if (currentLevel == Level::verbose) line(stdout, "", message);
+}
+
+void warning(const std::string& message) {
+  line(stderr, "(Warning) ", message);
+}
+void error(const std::string& message) {
+  line(stderr, "(Error) ", message);
+}
+
+}  // namespace packmesh::hemocell::log

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/base/plain_text.h"
+
+#include <cstdint>
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Bytes of the character at the beginning of `text`, which is not empty; 0 when it is no character, or
+/// controls.
+std::size_t characterLength(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return first < 0x20 || first == 0x7F ? 0 : 1;
+  const std::size_t length = first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+  if (length == 0 || text.size() < length) return 0;
+  std::uint32_t code = first & (0xFFu >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0u) != 0x80u) return 0;
+    code = code << 6 | (byte(i) & 0x3Fu);
+  }
+  const bool tooLong = (length == 3 && code < 0x800) || (length == 4 && code < 0x10000);
+  const bool surrogate = code >= 0xD800 && code < 0xE000;
+  return tooLong || surrogate || code > 0x10FFFF || code < 0xA0 ? 0 : length;
+}
+
+}  // namespace
+
+bool isPlainText(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = characterLength(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
+}
+
+std::string plainText(std::string_view text) {
+  std::string plain;
+  while (!text.empty()) {
+    const std::size_t length = characterLength(text);
+    const bool kept = length > 0 || text[0] == '\n' || text[0] == '\t';
+    if (kept)
+      plain += text.substr(0, length > 0 ? length : 1);
+    else
+      plain += '?';
+    text.remove_prefix(length > 0 ? length : 1);
+  }
+  return plain;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/base/ranks.h"
+
+#include <filesystem>
+#include <new>
+#include <optional>
+
+namespace packmesh::hemocell {
+
+Failure failureOfException() {
+  try {
+    throw;
+  } catch (const AgreedFailure& error) {
+    return {error.code(), error.what()};
+  } catch (const UsageError& error) {
+    return {ExitCode::usage, error.what()};
+  } catch (const OutputError& error) {
+    return {ExitCode::cannotWrite, error.what()};
+  } catch (const InputError& error) {
+    return {ExitCode::badInput, error.what()};
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string file = error.path1().string();
+    return {ExitCode::badInput, (file.empty() ? "a file" : file) + ": " + error.code().message()};
+  } catch (const std::bad_alloc&) {
+    return {ExitCode::badInput, "not enough memory for a problem of this size"};
+  } catch (const std::exception& error) {
+    return {ExitCode::internal, std::string("a fault of packMesh, please report it: ") + error.what()};
+  }
+}
+
+void together(const Communicator& ranks, const std::function<void()>& work) {
+  std::optional<Failure> failure;
+  try {
+    work();
+  } catch (...) {
+    if (ranks.alone()) throw;
+    failure = failureOfException();
+  }
+  const std::int64_t first = ranks.min(std::int64_t(failure ? ranks.rank() : ranks.size()));
+  if (first == ranks.size() || ranks.alone()) return;
+  Failure agreed;
+  agreed.code = static_cast<ExitCode>(
+      std::stoi(ranks.broadcast(failure ? std::to_string(int(failure->code)) : "", int(first))));
+  agreed.message = ranks.broadcast(failure ? failure->message : "", int(first));
+  throw AgreedFailure(agreed);
+}
+
+void onFirstRank(const Communicator& ranks, const std::function<void()>& work) {
+  together(ranks, [&] {
+    if (ranks.rank() == 0) work();
+  });
+}
+
+}  // namespace packmesh::hemocell

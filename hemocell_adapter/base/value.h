@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Typed values of options and tags: what is expected, reading it strictly, saying what is wrong with
+/// it.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "packMesh/core/vector.h"
+
+namespace packmesh::hemocell {
+
+enum class Kind {
+  number,   ///< finite decimal number, or one of ValueSpec::choices if any; Value holds double or std::string
+  integer,  ///< whole number (`50`, `50.0`, `1e3`); std::int64_t
+  boolean,  ///< true/false, yes/no, on/off, 1/0; bool
+  text,     ///< anything but nothing; std::string
+  name,     ///< a cell name, which becomes a file name and an entry of tables; std::string
+  choice,   ///< one of ValueSpec::choices; std::string
+  axis,     ///< x, y or z; std::int64_t 0, 1, 2
+  plane,    ///< a plane of nodes: `42`, `last`, `last - 5`; NodePlane (std::int64_t)
+  axes,     ///< some of x, y, z or `none`; std::string of the sorted letters
+  vector,   ///< three numbers; Vec3
+  numbers,  ///< one or more; std::vector<double>
+};
+
+using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>>;
+
+/// What one value has to be.
+struct ValueSpec {
+  Kind kind = Kind::text;
+  const char* placeholder = "";  ///< in the usage: `h`, `name`, `file`
+  const char* unit = "";
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+  bool lowExcluded = false, highExcluded = false;
+  std::vector<std::string> choices = {};
+};
+
+/// "a number > 0 [µm]", "closed or periodic": for messages and the reference.
+std::string expectation(const ValueSpec& spec);
+
+/// Reads `text` (surrounding white space ignored) as `spec` demands.
+/// @throws InputError "expected a number > 0 [µm], found 'abc'"
+Value parseValue(const ValueSpec& spec, const std::string& text);
+
+/// The whole of `text` as a number, independent of the locale; nothing when it is not one. May be NaN or
+/// infinite.
+std::optional<double> toNumber(const std::string& text);
+
+/// `text` without white space at both ends.
+std::string trimmed(const std::string& text);
+
+/// `text` with its ASCII letters in lower case.
+std::string lowered(std::string text);
+
+/// The candidate most like `name`, if any is near enough to be a likely slip of the fingers.
+std::optional<std::string> nearestName(const std::string& name, const std::vector<std::string>& candidates);
+
+/// "a", "a or b", "a, b or c".
+std::string alternatives(const std::vector<std::string>& items);
+
+}  // namespace packmesh::hemocell

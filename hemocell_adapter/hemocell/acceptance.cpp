@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/acceptance.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "hemocell_adapter/hemocell/voxel_distance.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// int(d/dx) must not lose a node to rounding when dx divides d.
+constexpr double wholeNodes = 1e-9;
+
+int nodesWithin(int minimumDistance, double dx) {
+  return minimumDistance > 0 ? static_cast<int>(std::min(minimumDistance / dx + wholeNodes, 1e9)) : 0;
+}
+
+/// The node HemoCell looks at for a vertex [µm]; nothing when rule 1 already deletes the cell.
+std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) {
+  const std::array<int, 3> nodes = lattice.nodes();
+  std::array<int, 3> node;
+  for (int k = 0; k < 3; ++k) {
+    const double u = p[k] / lattice.dx();
+    if (!(u > -0.5 && u <= nodes[k] - 0.5)) return {};
+    // As HemoCell rounds. NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative here
+    node[k] = std::min(static_cast<int>(u + 0.5), nodes[k] - 1);
+  }
+  return node;
+}
+
+/// Beyond the clearance, no contact is looked for further from the wall than this [µm].
+constexpr double noContact = 0.3;
+
+/// Distances at the nodes of a block from those at every other node, by interpolation.
+void refine(const std::vector<float>& coarse, const NodeBlock& block, float* distances) {
+  const int row = (block.nodes[0] + 1) / 2, slab = row * ((block.nodes[1] + 1) / 2);
+  for (int k = 0; k < block.nodes[2]; ++k)
+    for (int j = 0; j < block.nodes[1]; ++j) {
+      const float* low = &coarse[j / 2 * row + k / 2 * slab];
+      const int dy = j % 2 * row, dz = k % 2 * slab;
+      const auto across = [&](int i) {
+        return 0.25f * ((low[i] + low[i + dy]) + (low[i + dz] + low[i + dy + dz]));
+      };
+      float before = across(0);
+      *distances++ = before;
+      for (int i = 1; i < block.nodes[0]; i += 2) {
+        const float after = across((i + 1) / 2);
+        *distances++ = 0.5f * (before + after);
+        if (i + 1 < block.nodes[0]) *distances++ = after;
+        before = after;
+      }
+    }
+}
+
+class AcceptedWall final : public Wall {
+ public:
+  AcceptedWall(const Wall* wall, std::shared_ptr<const Lattice> lattice, int minimumDistanceFromSolid,
+               double wallClearance)
+      : wall_(wall),
+        acceptance_(std::move(lattice), minimumDistanceFromSolid),
+        voxels_(acceptance_.allowedNodes()),
+        wallClearance_(wallClearance),
+        kept_(acceptance_.allowedNodes().keptRegion()),
+        // The corner of a cube around a node outside, with the cube of nodes it forbids.
+        reach_((nodesWithin(minimumDistanceFromSolid, dx()) + 0.5) * std::sqrt(3.0) * dx() +
+               (wall ? wall->slack() : 0.0)) {
+    const double known = VoxelDistance::fineReach * dx() - reach_;
+    deep_ = known > 0.0 ? known : std::numeric_limits<double>::infinity();
+  }
+
+  WallDistance distance(const Vec3& p) const override {
+    if (!wall_) return voxels(p);
+    const WallDistance wall = wall_->distance(p);
+    double distance = wall.distance;
+    if (!isOpen(distance, std::min({toFace(p, 0), toFace(p, 1), toFace(p, 2)})))
+      return {distance, wall.gradient};
+    const WallDistance voxel = voxels(p);
+    return wall.distance < voxel.distance ? wall : voxel;
+  }
+
+  void sample(const NodeBlock& block, float* distances) const override {
+    if (wall_) sampleWall(block, distances);
+    const std::optional<VoxelDistance::SampleRows> rows = voxels_.rowsOf(block);
+    const int n = block.nodes[0];
+    std::vector<float> toFaces(n), voxel(n, std::numeric_limits<float>::quiet_NaN());
+    std::vector<char> open(n, true);  // the true wall does not tell
+    for (int i = 0; i < n; ++i) toFaces[i] = static_cast<float>(toFace(block.position(i, 0, 0), 0));
+    for (int k = 0; k < block.nodes[2]; ++k)
+      for (int j = 0; j < block.nodes[1]; ++j, distances += n) {
+        if (wall_) {
+          const Vec3 first = block.position(0, j, k);
+          const float across = static_cast<float>(std::min(toFace(first, 1), toFace(first, 2)));
+          bool any = false;
+          for (int i = 0; i < n; ++i) any |= open[i] = isOpen(distances[i], std::min(toFaces[i], across));
+          if (!any) continue;
+        } else {
+          std::fill(distances, distances + n, std::numeric_limits<float>::infinity());
+        }
+        if (rows)
+          voxels_.atSamples(
+              {rows->first[0], rows->first[1] + rows->step * j, rows->first[2] + rows->step * k}, rows->step,
+              n, voxel.data());
+        for (int i = 0; i < n; ++i) {
+          if (!open[i]) continue;
+          const float distance = std::isnan(voxel[i])
+                                     ? static_cast<float>(voxels(block.position(i, j, k)).distance)
+                                     : voxel[i] + static_cast<float>(wallClearance_);
+          distances[i] = std::min(distances[i], distance);
+        }
+      }
+  }
+
+  double slack() const override { return std::max(voxels_.slack(), wall_ ? wall_->slack() : 0.0); }
+
+  /// Faces and middles of the voxels are at multiples of this.
+  double samplingSpacing() const override { return 0.5 * dx(); }
+
+  bool isAway(const Sphere& sphere, double gap) const override {
+    return voxels_.at(sphere.center).distance - voxels_.slack() > sphere.radius &&
+           (!wall_ || wall_->isAway(sphere, gap));
+  }
+
+  WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
+    WallVerdict verdict;
+    if (wall_) verdict = wall_->examine(cell, gapOfInterest);
+    if (verdict.objection) return verdict;
+    verdict.objection = acceptance_.objection(placedVertices(cell.hierarchy.mesh(), cell.placement));
+    return verdict;
+  }
+
+ private:
+  /// The true wall; at every other node where it has no more to tell than that.
+  void sampleWall(const NodeBlock& block, float* distances) const {
+    NodeBlock coarse = block;
+    coarse.spacing *= 2.0;
+    bool odd = true;
+    std::size_t count = 1;
+    for (int k = 0; k < 3; ++k) {
+      odd = odd && block.nodes[k] % 2 == 1;
+      coarse.nodes[k] = (block.nodes[k] + 1) / 2;
+      count *= coarse.nodes[k];
+    }
+    if (!odd || wall_->closedForm() || wall_->samplingSpacing() < coarse.spacing) {
+      wall_->sample(block, distances);
+      return;
+    }
+    std::vector<float> values(count);
+    wall_->sample(coarse, values.data());
+    refine(values, block, distances);
+  }
+
+  /// Distance to the nearer face of the region that is kept, along an axis [µm].
+  double toFace(const Vec3& p, int axis) const {
+    return std::min(p[axis] - kept_.lo[axis], kept_.hi[axis] - p[axis]);
+  }
+
+  /// Whether voxels must be asked, given the distance to the true wall. Otherwise `distance` is what to say:
+  /// further in than any contact, a bound of the distance to the forbidden voxels will do; further out than
+  /// they are, the way back is that to the true wall.
+  /// @param toFaces distance to the faces of the region that is kept [µm]
+  template <class Real>
+  bool isOpen(Real& distance, Real toFaces) const {
+    const Real beyond = std::min(distance - static_cast<Real>(reach_), toFaces);
+    if (beyond > static_cast<Real>(noContact)) {
+      distance = std::min(distance, beyond + static_cast<Real>(wallClearance_));
+      return false;
+    }
+    if (distance < static_cast<Real>(-deep_)) {
+      distance -= static_cast<Real>(0.5 * reach_);
+      return false;
+    }
+    return true;
+  }
+
+  WallDistance voxels(const Vec3& p) const {
+    WallDistance voxels = voxels_.at(p);
+    voxels.distance += wallClearance_;
+    return voxels;
+  }
+  double dx() const { return acceptance_.allowedNodes().dx(); }
+
+  const Wall* wall_;
+  Acceptance acceptance_;
+  VoxelDistance voxels_;
+  double wallClearance_;
+  Box kept_;
+  double reach_;  ///< forbidden voxels are no further from the true wall or the kept faces than this [µm]
+  double deep_;   ///< further out than this the voxels are not asked [µm]
+};
+
+}  // namespace
+
+Acceptance::Acceptance(std::shared_ptr<const Lattice> lattice, int minimumDistanceFromSolid)
+    : lattice_(std::move(lattice)),
+      allowed_(lattice_->eroded(nodesWithin(minimumDistanceFromSolid, lattice_->dx()))),
+      minimumDistance_(minimumDistanceFromSolid) {}
+
+bool Acceptance::allows(const Vec3& p) const {
+  const auto node = nodeOf(p, allowed_);
+  return node && allowed_.fluid((*node)[0], (*node)[1], (*node)[2]);
+}
+
+std::optional<std::string> Acceptance::objection(const std::vector<Vec3>& vertices) const {
+  for (const Vec3& p : vertices) {
+    const auto node = nodeOf(p, allowed_);
+    if (!node) return "a vertex lies outside the lattice";
+    const auto [i, j, k] = *node;
+    if (allowed_.fluid(i, j, k)) continue;
+    if (!lattice_->fluid(i, j, k)) return "a vertex lies on a wall node";
+    return fmt::format("nearer than {} µm to a solid node", minimumDistance_);
+  }
+  return {};
+}
+
+std::unique_ptr<Wall> makeAcceptedWall(const Wall* wall, std::shared_ptr<const Lattice> lattice,
+                                       int minimumDistanceFromSolid, double wallClearance) {
+  return std::make_unique<AcceptedWall>(wall, std::move(lattice), minimumDistanceFromSolid, wallClearance);
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/cell_model.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/base/xml_tags.h"
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Templates of more triangles than this are slips of the pen.
+constexpr int mostTriangles = 5'000'000;
+/// Radii of blood cells lie well inside [m]; 3.91 instead of 3.91e-6 does not.
+constexpr double smallestRadius = 1e-8, largestRadius = 1e-3;
+
+bool startsWith(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+/// `<MaterialModel>` of one file, and errors that name the place.
+class MaterialModel {
+ public:
+  explicit MaterialModel(const std::filesystem::path& file) : file_(file) {
+    loadXml(document_, file);
+    const tinyxml2::XMLElement* root = document_.RootElement();
+    if (!root) throw InputError(file.string() + ": no XML element, expected <hemocell>");
+    if (std::string(root->Name()) != "hemocell")
+      fail(*root, fmt::format("root <{}>, expected <hemocell>", root->Name()));
+    element_ = root->FirstChildElement("MaterialModel");
+    if (!element_) fail(*root, "expected <MaterialModel> inside <hemocell>, found none");
+  }
+
+  [[noreturn]] void fail(const tinyxml2::XMLElement& at, const std::string& what) const {
+    throw InputError(fmt::format("{}:{}: {}", file_.string(), at.GetLineNum(), what));
+  }
+  [[noreturn]] void failMissing(const char* tag, const char* expected) const {
+    fail(*element_, fmt::format("<MaterialModel> has no <{}>, expected {}", tag, expected));
+  }
+  [[noreturn]] void failValue(const char* tag, const char* expected) const {
+    const tinyxml2::XMLElement& at = *element_->FirstChildElement(tag);
+    fail(at, fmt::format("<{}> '{}', expected {}", tag, trimmed(textOf(at)), expected));
+  }
+
+  /// The element's text, nothing when there is no such element.
+  std::optional<std::string> text(const char* tag) const {
+    const tinyxml2::XMLElement* found = element_->FirstChildElement(tag);
+    if (!found) return {};
+    if (const tinyxml2::XMLElement* second = found->NextSiblingElement(tag))
+      fail(*second,
+           fmt::format("<{}> stands here and on line {}, expected it once", tag, found->GetLineNum()));
+    return trimmed(textOf(*found));
+  }
+
+  std::optional<double> number(const char* tag, const char* expected) const {
+    return parsed<double>(tag, expected, [](double value) { return std::isfinite(value); });
+  }
+  std::optional<int> integer(const char* tag, const char* expected) const {
+    return parsed<int>(tag, expected, [](int) { return true; });
+  }
+
+ private:
+  /// HemoCell reads a malformed number as 0; here it is an error.
+  template <class Number, class Valid>
+  std::optional<Number> parsed(const char* tag, const char* expected, Valid valid) const {
+    const std::optional<std::string> spelled = text(tag);
+    if (!spelled) return {};
+    const char *begin = spelled->data(), *end = begin + spelled->size();
+    if (end - begin > 1 && begin[0] == '+' && begin[1] != '-') ++begin;
+    Number value{};
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    if (error != std::errc() || stop != end || !valid(value)) failValue(tag, expected);
+    return value;
+  }
+
+  std::filesystem::path file_;
+  tinyxml2::XMLDocument document_;
+  const tinyxml2::XMLElement* element_ = nullptr;
+};
+
+}  // namespace
+
+std::optional<CellModel> defaultModel(const std::string& name) {
+  // HemoCell's cell templates.
+  if (name == "RBC") return CellModel{name, Construction::rbcFromSphere, 3.91, 600, 1.0, {}, {}};
+  if (name == "RBC_m") return CellModel{name, Construction::rbcFromSphere, 2.9, 600, 1.0, {}, {}};
+  if (name == "PLT")
+    return CellModel{name, Construction::ellipsoidFromSphere, 1.25, 66, 0.434782608696, {}, {}};
+  if (name == "PLT_m") return CellModel{name, Construction::ellipsoidFromSphere, 0.95, 66, 0.57, {}, {}};
+  if (name == "PLT_mko") return CellModel{name, Construction::ellipsoidFromSphere, 1.71, 66, 1.0, {}, {}};
+  if (name == "WBC") return CellModel{name, Construction::wbcSphere, 4.0, 600, 1.0, {}, {}};
+  return {};
+}
+
+std::optional<std::array<double, 3>> defaultEllipsoid(const std::string& name) {
+  if (name == "vRBC") return std::array<double, 3>{3.5, 6.0, 11.0};
+  return {};
+}
+
+std::optional<Construction> defaultConstruction(const std::string& name, bool hasStlFile) {
+  if (hasStlFile) return Construction::meshFromStl;
+  if (startsWith(name, "RBC")) return Construction::rbcFromSphere;
+  if (startsWith(name, "PLT")) return Construction::ellipsoidFromSphere;
+  if (startsWith(name, "WBC")) return Construction::wbcSphere;
+  return {};
+}
+
+CellModel readCellXml(const std::filesystem::path& file, const std::string& name,
+                      std::optional<Construction> construction) {
+  const MaterialModel material(file);
+  const std::optional<std::string> stl = material.text("StlFile");
+  if (!construction) construction = defaultConstruction(name, stl.has_value());
+  if (!construction)
+    throw InputError(fmt::format(
+        "{}: how HemoCell builds {} stands in the case's code, not here, and its name does "
+        "not tell; expected its construction, {} ({})",
+        file.string(), name, alternatives(constructionNames()), "<species construction=\"...\">"));
+
+  CellModel model;
+  model.name = name;
+  model.construction = *construction;
+
+  constexpr const char* radiusExpected = "the radius in metres, e.g. 3.91e-6";
+  const std::optional<double> radius = material.number("radius", radiusExpected);
+  if (!radius) material.failMissing("radius", radiusExpected);
+  if (!(*radius >= smallestRadius && *radius <= largestRadius)) material.failValue("radius", radiusExpected);
+  model.radius = *radius * 1e6;
+
+  constexpr const char* trianglesExpected = "a whole number from 1 to 5000000, e.g. 600";
+  const std::optional<int> triangles = material.integer("minNumTriangles", trianglesExpected);
+  if (triangles && (*triangles < 1 || *triangles > mostTriangles))
+    material.failValue("minNumTriangles", trianglesExpected);
+  if (!triangles && *construction != Construction::meshFromStl)
+    material.failMissing("minNumTriangles", trianglesExpected);
+  model.minNumTriangles = triangles.value_or(0);
+
+  constexpr const char* aspectExpected = "thickness over diameter, a positive number such as 0.434782608696";
+  const std::optional<double> aspect = material.number("aspectRatio", aspectExpected);
+  if (aspect && !(*aspect > 0.0 && *aspect <= 100.0)) material.failValue("aspectRatio", aspectExpected);
+  if (!aspect && *construction == Construction::ellipsoidFromSphere)
+    material.failMissing("aspectRatio", aspectExpected);
+  model.aspectRatio = aspect.value_or(1.0);
+
+  constexpr const char* volumeExpected = "the volume in µm³, e.g. 90";
+  model.hemocellVolume = material.number("Volume", volumeExpected);
+  if (model.hemocellVolume && !(*model.hemocellVolume > 0.0)) material.failValue("Volume", volumeExpected);
+
+  if (*construction == Construction::meshFromStl) {
+    constexpr const char* stlExpected = "the name of an STL file";
+    if (!stl) material.failMissing("StlFile", stlExpected);
+    if (stl->empty()) material.failValue("StlFile", stlExpected);
+    model.stlFile = file.parent_path() / *stl;  // an absolute *stl replaces the folder
+  }
+  return model;
+}
+
+}  // namespace packmesh::hemocell

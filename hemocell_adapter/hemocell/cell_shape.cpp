@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// From templates to what packing needs: closed forms around HemoCell's meshes, ellipsoids, other mesh files.
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "hemocell_adapter/hemocell/cell_model.h"
+#include "hemocell_adapter/hemocell/units.h"
+#include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_repair.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Triangles of an ellipsoid that no HemoCell case prescribes: HemoCell's own choice for cells of that size.
+constexpr int ellipsoidTriangles = 600;
+
+double valueOf(const std::array<double, 6>& p, double s) {
+  double value = 0.0;
+  for (int k = 5; k >= 0; --k) value = value * s + p[k];
+  return value;
+}
+
+double slopeOf(const std::array<double, 6>& p, double s) {
+  double slope = 0.0;
+  for (int k = 5; k >= 1; --k) slope = slope * s + k * p[k];
+  return slope;
+}
+
+/// |grad(y² - P(s))| at v.
+double steepness(const ProfileSurface& surface, const Vec3& v) {
+  const double s = surface.a * (v.x() * v.x() + v.z() * v.z());
+  return 2.0 * std::hypot(v.y(), slopeOf(surface.p, s) * std::sqrt(surface.a * s));
+}
+
+/// y² = P(s) closest to the vertices of an inflated red cell, P(1) = 0, such that no vertex is outside.
+///
+/// Not inflated, P(s) = r²(1-s)(C0 + C2 s + C4 s²)² with s = (x² + z²)/r². The inflated surface is no
+/// polynomial, but one of the same degree lies within a few 1e-5 µm of it. Solved for is the smallest change
+/// of coefficients, so that a mesh of few vertices does not leave the others undefined.
+ProfileSurface fitProfile(const TriangleMesh& mesh) {
+  double radius2 = 0.0;
+  for (const Vec3& v : mesh.vertices) radius2 = std::max(radius2, v.x() * v.x() + v.z() * v.z());
+
+  const std::array<double, 5> flat = {biconcaveC0 * biconcaveC0, 2.0 * biconcaveC0 * biconcaveC2,
+                                      biconcaveC2 * biconcaveC2 + 2.0 * biconcaveC0 * biconcaveC4,
+                                      2.0 * biconcaveC2 * biconcaveC4, biconcaveC4 * biconcaveC4};
+  ProfileSurface surface;
+  double margin = 0.0;  // how far outside the vertices the fit aims [µm]
+  const Eigen::Index count = static_cast<Eigen::Index>(mesh.vertices.size());
+  Eigen::Matrix<double, Eigen::Dynamic, 5> rows(count, 5);
+  Eigen::VectorXd aims(count);
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    const double rim = std::sqrt(radius2) + margin;
+    surface.a = surface.c = 1.0 / (rim * rim);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Vec3& v = mesh.vertices[i];
+      const double s = surface.a * (v.x() * v.x() + v.z() * v.z());
+      // Weighted so that residuals are distances; in the first round all weigh the same.
+      const double steep = round == 0 ? 1.0 : steepness(surface, v);
+      double power = (1.0 - s) / steep;
+      aims[i] = v.y() * v.y() / steep + margin;
+      for (int k = 0; k < 5; ++k, power *= s) {
+        rows(i, k) = power;
+        aims[i] -= rim * rim * flat[k] * power;
+      }
+    }
+    Eigen::Matrix<double, 5, 1> q = rows.completeOrthogonalDecomposition().solve(aims);
+    for (int k = 0; k < 5; ++k) q[k] += rim * rim * flat[k];
+    surface.p = {q[0], q[1] - q[0], q[2] - q[1], q[3] - q[2], q[4] - q[3], -q[4]};
+    double furthest = -1.0;
+    for (const Vec3& v : mesh.vertices) {
+      const double s = surface.a * (v.x() * v.x() + v.z() * v.z());
+      furthest = std::max(furthest, (v.y() * v.y() - valueOf(surface.p, s)) / steepness(surface, v));
+    }
+    if (round > 0) margin = std::max(0.0, margin + furthest);
+  }
+  return surface;
+}
+
+/// The smallest multiple of the ellipsoid with these semi-axes that holds all vertices.
+ProfileSurface ellipsoidAround(const TriangleMesh& mesh, const Vec3& semiAxes) {
+  double scale2 = 0.0;
+  for (const Vec3& v : mesh.vertices) scale2 = std::max(scale2, v.cwiseQuotient(semiAxes).squaredNorm());
+  const Vec3 axes = std::sqrt(scale2) * semiAxes;
+  return ellipsoidProfile(axes.x(), axes.y(), axes.z());
+}
+
+/// The mesh of a file, repaired; what was repaired or is wrong is told in coordinates of the file.
+TriangleMesh readSound(const std::filesystem::path& file, std::vector<std::string>& warnings) {
+  TriangleMesh mesh = readMesh(file);
+  const std::vector<std::string> repairs = repairClosed(mesh, file.string());
+  warnings.insert(warnings.end(), repairs.begin(), repairs.end());
+  return mesh;
+}
+
+/// HemoCell builds its template from the file as it is; what packing needs is repaired afterwards.
+std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name) {
+  repairClosed(built, name);
+  return std::make_shared<const Shape>(std::move(built));
+}
+
+}  // namespace
+
+std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMesh& mesh) {
+  switch (model.construction) {
+    case Construction::rbcFromSphere:
+      return fitProfile(mesh);
+    case Construction::ellipsoidFromSphere:  // its vertices on the axes survive inflation and centring
+      return ellipsoidAround(mesh, 0.5 * boundingBox(mesh).size());
+    case Construction::wbcSphere:
+      return ellipsoidAround(mesh, Vec3::Ones());
+    case Construction::meshFromStl:
+      break;
+  }
+  return {};
+}
+
+std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx,
+                                       std::vector<std::string>* warnings) {
+  if (model.construction == Construction::meshFromStl) {
+    std::vector<std::string> ignored;
+    readSound(model.stlFile, warnings ? *warnings : ignored);
+    return shapeFromStl(buildTemplate(model, dx), model.stlFile.string());
+  }
+  TriangleMesh mesh = buildTemplate(model, dx);
+  const ProfileSurface surface = *profileOf(model, mesh);
+  return std::make_shared<const Shape>(std::move(mesh), surface);
+}
+
+std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
+  const Vec3 axes(e1, e2, e3);
+  if (!axes.allFinite() || axes.minCoeff() <= 0.0)
+    throw InputError(
+        fmt::format("axes {} {} {} of an ellipsoid: expected three positive lengths in µm", e1, e2, e3));
+  CellModel sphere;
+  sphere.construction = Construction::wbcSphere;
+  sphere.radius = 1.0;
+  sphere.minNumTriangles = ellipsoidTriangles;
+  TriangleMesh mesh = buildTemplate(sphere, 0.0);
+  for (Vec3& v : mesh.vertices) v = 0.5 * axes.cwiseProduct(v.normalized());
+  const ProfileSurface surface = ellipsoidAround(mesh, 0.5 * axes);
+  return std::make_shared<const Shape>(std::move(mesh), surface);
+}
+
+std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
+                                               MeshFrame frame, double dx,
+                                               std::vector<std::string>& warnings) {
+  if (!std::isfinite(scale) || scale <= 0.0)
+    throw InputError(
+        fmt::format("{}: scale {}, expected the file's unit of length in µm", file.string(), scale));
+  TriangleMesh mesh = readSound(file, warnings);
+  const double extent = scale * boundingBox(mesh).size().maxCoeff();
+  const std::string hint = unitHint(extent, scale, smallestCell, largestCell);
+  if (!hint.empty())
+    warnings.push_back(fmt::format("{}: with the factor {:.6g} the cell is {:.3g} µm long{}", file.string(),
+                                   scale, extent, hint));
+  if (frame == MeshFrame::hemocell) {
+    mesh = readMesh(file);
+    for (Vec3& v : mesh.vertices) v *= scale;
+    try {
+      return shapeFromStl(meshFromStl(std::move(mesh), dx), file.string());
+    } catch (const MeshError& error) {  // inflated by more than so small a cell stands
+      throw MeshError(error.what() + hint);
+    }
+  }
+  const Vec3 center = boundingBox(mesh).center();
+  for (Vec3& v : mesh.vertices) v = scale * (v - center);
+  return std::make_shared<const Shape>(std::move(mesh));
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/hemocell_limits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace packmesh::hemocell {
+namespace {
+
+constexpr std::int64_t largestInt = std::numeric_limits<int>::max();
+
+/// HemoCell's condition: images along y are numbered in steps of limits[0], along z of limits[0]·limits[1].
+bool fits(std::int64_t cells, std::int64_t x, std::int64_t y) {
+  return x + x * y <= largestInt / cells;
+}
+
+}  // namespace
+
+std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vector<PeriodicityCall>& calls) {
+  if (cells <= 0) return {};
+  std::array<std::int64_t, 3> limits = {100, 100, 100};  // HemoCell's defaults
+  bool known = true;
+  for (const PeriodicityCall& call : calls) {
+    known = known && call.axis && call.limit && *call.axis >= 0 && *call.axis < 3 &&
+            std::abs(*call.limit) < double(largestInt);
+    if (known) limits[int(*call.axis)] = std::int64_t(*call.limit);
+  }
+  if (known && fits(cells, limits[0], limits[1])) return {};
+  if (fits(cells, 100, 100)) return {};
+  std::int64_t most = 0;
+  while (fits(cells, most + 1, most + 1)) ++most;
+  if (most == 0)
+    return fmt::format("{} cells are more than HemoCell can number, whatever its case does", cells);
+  return fmt::format(
+      "{0} cells: HemoCell ends when there are more than {1}, unless the case's C++ code says on two axes "
+      "how "
+      "often a cell may cross the periodic boundaries. Before loadParticles() it needs\n"
+      "  hemocell.setSystemPeriodicityLimit(0, {2});\n  hemocell.setSystemPeriodicityLimit(1, {2});",
+      cells, largestInt / (100 + 100 * 100), most);
+}
+
+double longestExtent(const TriangleMesh& mesh) {
+  // From the outermost vertices inwards: two that are too near to the middle cannot be further apart.
+  const Vec3 middle = boundingBox(mesh).center();
+  std::vector<std::pair<double, const Vec3*>> byRadius;
+  for (const Vec3& v : mesh.vertices) byRadius.emplace_back((v - middle).norm(), &v);
+  std::sort(byRadius.begin(), byRadius.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  double longest = 0.0;
+  for (std::size_t i = 0; i < byRadius.size() && 2.0 * byRadius[i].first > longest; ++i)
+    for (std::size_t j = i + 1; j < byRadius.size() && byRadius[i].first + byRadius[j].first > longest; ++j)
+      longest = std::max(longest, (*byRadius[i].second - *byRadius[j].second).norm());
+  return longest;
+}
+
+std::optional<std::string> envelopeWarning(const std::string& cell, const TriangleMesh& mesh,
+                                           const Domain& domain) {
+  if (!domain.particleEnvelope) return {};
+  const double nodes = longestExtent(mesh) / domain.dx;
+  if (*domain.particleEnvelope >= nodes) return {};
+  return fmt::format(
+      "{}: {} is less than the longest extent of {}, {:.1f} nodes: as soon as there are several blocks or "
+      "ranks, HemoCell deletes cells that reach from one into another. At least {} is needed, more where "
+      "cells stretch",
+      domain.particleEnvelopeWhere, *domain.particleEnvelope, cell, nodes, std::int64_t(std::ceil(nodes)));
+}
+
+}  // namespace packmesh::hemocell

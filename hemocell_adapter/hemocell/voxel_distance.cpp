@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Coordinates w are in nodes from the low corner of the lattice: node i is the interval [i, i+1] of w = p/dx
+// + 1/2.
+#include "hemocell_adapter/hemocell/voxel_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Nodes around a brick in which the nearest cube within farReach must lie, and the width of brick and
+/// margins.
+constexpr int margin = 3, window = 4 + 2 * margin;
+/// Squared distances are cut off here, in units of (dx/2)²: farReach.
+constexpr int codeLimit = 36;
+
+/// Coarse samples are `step` nodes apart; their interpolation exceeds the distance to a point at least
+/// fineReach - nearError nodes away by less than `error` nodes (measured, spot by spot in a cell). Distances
+/// to other sets are smaller where they are interpolated, or curved less.
+struct Coarseness {
+  double mostNodes;
+  int step;
+  double error;
+};
+constexpr Coarseness coarsenesses[] = {{4e6, 1, 0.15}, {1e8, 2, 0.6}, {1e300, 4, 2.0}};
+
+const Coarseness& coarsenessOf(const std::array<int, 3>& nodes) {
+  const double count = double(nodes[0]) * nodes[1] * nodes[2];
+  const Coarseness* coarseness = coarsenesses;
+  while (count > coarseness->mostNodes) ++coarseness;
+  return *coarseness;
+}
+
+/// Squared distance along an axis from fine sample s of a brick to cube c of its window, in units of (dx/2)².
+constexpr int axisCode(int c, int s) {
+  const int x = 2 * margin + s, low = 2 * c - x, high = x - 2 * c - 2;
+  return low > 0 ? low * low : high > 0 ? high * high : 0;
+}
+
+constexpr int lanes = 16;  // fine samples along x, padded to what a vector register holds
+struct Row {
+  typedef std::uint8_t Bytes __attribute__((vector_size(lanes)));
+  Bytes code;
+};
+Row filled(int code) {
+  return {Row::Bytes{} + static_cast<std::uint8_t>(code)};
+}
+
+/// For each pattern of cubes in a row of a window: squared distances to the nearest, cut off.
+const std::vector<Row>& rowCodes() {
+  static const std::vector<Row> table = [] {
+    std::vector<Row> rows(1u << window);
+    for (unsigned pattern = 0; pattern < rows.size(); ++pattern) {
+      rows[pattern] = filled(codeLimit);
+      for (int c = 0; c < window; ++c)
+        if (pattern >> c & 1u)
+          for (int s = 0; s < 9; ++s)
+            rows[pattern].code[s] =
+                static_cast<std::uint8_t>(std::min<int>(rows[pattern].code[s], axisCode(c, s)));
+    }
+    return rows;
+  }();
+  return table;
+}
+
+/// The smaller of `row` and `other` + more, sample by sample.
+Row lowered(const Row& row, const Row& other, int more) {
+  const Row::Bytes value = other.code + static_cast<std::uint8_t>(more);
+  return {value < row.code ? value : row.code};
+}
+
+/// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nodes that do not exist.
+unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
+  const std::array<int, 3> nodes = lattice.nodes();
+  if (j < 0 || j >= nodes[1] || k < 0 || k >= nodes[2]) return 0;
+  const std::uint64_t* row = lattice.row(j, k);
+  constexpr unsigned mask = (1u << window) - 1;
+  if (first < 0) return static_cast<unsigned>(row[0] << -first) & mask;
+  const int w = first >> 6, shift = first & 63;
+  if (w >= lattice.wordsPerRow()) return 0;
+  std::uint64_t bits = row[w] >> shift;
+  if (shift > 64 - window && w + 1 < lattice.wordsPerRow()) bits |= row[w + 1] << (64 - shift);
+  return static_cast<unsigned>(bits) & mask;
+}
+
+using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
+
+/// The cubes of a window that are nearer than codeLimit to a sample of the brick, and how near.
+struct Near {
+  int count = 0, cube[window] = {}, code[window] = {};
+};
+constexpr std::array<Near, 9> nearCubes() {
+  std::array<Near, 9> all{};
+  for (int s = 0; s < 9; ++s)
+    for (int c = 0; c < window; ++c)
+      if (const int code = axisCode(c, s); code < codeLimit) {
+        all[s].cube[all[s].count] = c;
+        all[s].code[all[s].count++] = code;
+      }
+  return all;
+}
+
+/// Squared distances of all samples of a brick to the nearest cube set in `patterns` (window rows [k][j]).
+BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patterns) {
+  static const std::vector<Row>& table = rowCodes();
+  static constexpr std::array<Near, 9> near = nearCubes();
+  const Row none = filled(codeLimit);
+  std::array<std::array<Row, 9>, window> slices;
+  bool empty[window];
+  for (int k = 0; k < window; ++k) {
+    empty[k] = true;
+    for (int j = 0; j < window; ++j) empty[k] = empty[k] && patterns[k][j] == 0;
+    if (empty[k]) continue;
+    for (int y = 0; y < 9; ++y) {
+      Row row = none;
+      for (int n = 0; n < near[y].count; ++n)
+        if (const unsigned pattern = patterns[k][near[y].cube[n]])
+          row = lowered(row, table[pattern], near[y].code[n]);
+      slices[k][y] = row;
+    }
+  }
+  BrickCodes codes;
+  for (int z = 0; z < 9; ++z)
+    for (int y = 0; y < 9; ++y) {
+      Row row = none;
+      for (int n = 0; n < near[z].count; ++n)
+        if (const int k = near[z].cube[n]; !empty[k]) row = lowered(row, slices[k][y], near[z].code[n]);
+      codes[z][y] = row;
+    }
+  return codes;
+}
+
+/// Distances [nodes] that the codes -codeLimit ... codeLimit stand for.
+struct Decoder {
+  Decoder() {
+    for (int code = -codeLimit; code <= codeLimit; ++code)
+      distance[code + codeLimit] = static_cast<float>((code < 0 ? -0.5 : 0.5) * std::sqrt(std::abs(code)));
+  }
+  float distance[2 * codeLimit + 1];
+};
+const Decoder decoder;
+
+/// Trilinear interpolation between corner values c[z][y][x] at t in [0, 1]³; gradient per cell.
+double trilinear(const float (&c)[2][2][2], const double (&t)[3], Vec3& gradient) {
+  double value[2][2], along[2][2];
+  for (int z = 0; z < 2; ++z)
+    for (int y = 0; y < 2; ++y) {
+      along[z][y] = double(c[z][y][1]) - c[z][y][0];
+      value[z][y] = c[z][y][0] + t[0] * along[z][y];
+    }
+  const double low = value[0][0] + t[1] * (value[0][1] - value[0][0]);
+  const double high = value[1][0] + t[1] * (value[1][1] - value[1][0]);
+  const double alongLow = along[0][0] + t[1] * (along[0][1] - along[0][0]);
+  const double alongHigh = along[1][0] + t[1] * (along[1][1] - along[1][0]);
+  gradient = {alongLow + t[2] * (alongHigh - alongLow),
+              (1.0 - t[2]) * (value[0][1] - value[0][0]) + t[2] * (value[1][1] - value[1][0]), high - low};
+  return low + t[2] * (high - low);
+}
+
+}  // namespace
+
+VoxelDistance::VoxelDistance(const Lattice& inside)
+    : dx_(inside.dx()),
+      nodes_(inside.nodes()),
+      inside_(inside),
+      step_(coarsenessOf(inside.nodes()).step),
+      farError_(coarsenessOf(inside.nodes()).error) {
+  for (int k = 0; k < 3; ++k) {
+    bricks_[k] = (nodes_[k] + brickNodes - 1) / brickNodes;
+    samples_[k] = bricks_[k] * brickNodes / step_ + 1;
+  }
+  brick_.resize(std::size_t(bricks_[0]) * bricks_[1] * bricks_[2]);
+  isMade_.resize(brick_.size());
+}
+
+const VoxelDistance::Brick* VoxelDistance::brick(const std::array<int, 3>& at) const {
+  const std::size_t index = at[0] + bricks_[0] * (at[1] + std::size_t(bricks_[1]) * at[2]);
+  if (!isMade_[index]) {
+    brick_[index] = makeBrick(at);
+    isMade_[index] = true;
+  }
+  return brick_[index].get();
+}
+
+std::unique_ptr<VoxelDistance::Brick> VoxelDistance::makeBrick(const std::array<int, 3>& at) const {
+  constexpr unsigned all = (1u << window) - 1;
+  std::array<std::array<unsigned, window>, window> in, out;
+  unsigned anyIn = 0, anyOut = 0;
+  for (int k = 0; k < window; ++k)
+    for (int j = 0; j < window; ++j) {
+      in[k][j] = patternOf(inside_, brickNodes * at[0] - margin, brickNodes * at[1] - margin + j,
+                           brickNodes * at[2] - margin + k);
+      out[k][j] = ~in[k][j] & all;
+      anyIn |= in[k][j];
+      anyOut |= out[k][j];
+    }
+  if (anyIn == 0 || anyOut == 0) return nullptr;
+  const BrickCodes toIn = codesOf(in), toOut = codesOf(out);
+  auto brick = std::make_unique<Brick>();
+  for (int z = 0; z < brickSamples; ++z)
+    for (int y = 0; y < brickSamples; ++y) {
+      const Row::Bytes &in2 = toIn[z][y].code, &out2 = toOut[z][y].code;
+      const Row::Bytes code = in2 > 0 ? -in2 : out2;
+      std::memcpy(&brick->code[brickSamples * (y + brickSamples * z)], &code, brickSamples);
+    }
+  return brick;
+}
+
+void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const {
+  constexpr int edge = 2 * brickNodes;  // samples from brick to brick
+  constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+  constexpr int reach = static_cast<int>(4.0 * fineReach * fineReach);  // as a code
+  std::array<int, 3> at;
+  int row = 0, perRow = 1;
+  for (int k = 1; k < 3; ++k) {
+    if (first[k] < 0 || first[k] > 2 * nodes_[k]) {
+      std::fill(distances, distances + count, unknown);
+      return;
+    }
+    at[k] = std::min(first[k] / edge, bricks_[k] - 1);
+    perRow *= brickSamples;
+    row += perRow * (first[k] - edge * at[k]);
+  }
+  at[0] = -1;
+  const Brick* stored = nullptr;
+  for (int i = 0; i < count; ++i) {
+    const int sample = first[0] + step * i;
+    distances[i] = unknown;
+    if (sample < 0 || sample > 2 * nodes_[0]) continue;
+    if (const int brickHere = std::min(sample / edge, bricks_[0] - 1); brickHere != at[0]) {
+      at[0] = brickHere;
+      stored = brick(at);
+    }
+    if (!stored) continue;
+    // NOLINTNEXTLINE(bugprone-signed-char-misuse): codes have a sign
+    const int code = stored->code[row + sample - edge * at[0]];
+    if (std::abs(code) <= reach) distances[i] = static_cast<float>(dx_) * decoder.distance[codeLimit + code];
+  }
+}
+
+std::optional<VoxelDistance::SampleRows> VoxelDistance::rowsOf(const NodeBlock& block) const {
+  constexpr double rounding = 1e-6, most = 1e9;
+  const auto isWhole = [](double x) { return std::abs(x) < most && std::abs(x - std::round(x)) < rounding; };
+  const double perLength = 2.0 / dx_;
+  const Vec3 first = perLength * block.origin + Vec3::Ones();
+  if (!isWhole(first.x()) || !isWhole(first.y()) || !isWhole(first.z()) ||
+      !isWhole(perLength * block.spacing))
+    return {};
+  const auto whole = [](double x) { return static_cast<int>(std::lround(x)); };
+  return SampleRows{{whole(first.x()), whole(first.y()), whole(first.z())}, whole(perLength * block.spacing)};
+}
+
+void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
+  const std::optional<SampleRows> rows = rowsOf(block);
+  const int n = block.nodes[0];
+  for (int k = 0; k < block.nodes[2]; ++k)
+    for (int j = 0; j < block.nodes[1]; ++j, distances += n) {
+      std::fill(distances, distances + n, std::numeric_limits<float>::quiet_NaN());
+      if (rows)
+        atSamples({rows->first[0], rows->first[1] + rows->step * j, rows->first[2] + rows->step * k},
+                  rows->step, n, distances);
+      for (int i = 0; i < n; ++i)
+        if (std::isnan(distances[i])) distances[i] = static_cast<float>(at(block.position(i, j, k)).distance);
+    }
+}
+
+WallDistance VoxelDistance::far(const Vec3& w) const {
+  if (transform_.empty()) transform_ = voxelTransform(inside_, step_, samples_);
+  int cell[3];
+  double t[3];
+  for (int k = 0; k < 3; ++k) {
+    const double x = w[k] / step_;
+    cell[k] = std::min(static_cast<int>(x), samples_[k] - 2);
+    t[k] = x - cell[k];
+  }
+  const std::size_t dy = samples_[0], dz = dy * samples_[1];
+  const float* at = &transform_[cell[0] + dy * cell[1] + dz * cell[2]];
+  const float corners[2][2][2] = {{{at[0], at[1]}, {at[dy], at[dy + 1]}},
+                                  {{at[dz], at[dz + 1]}, {at[dz + dy], at[dz + dy + 1]}}};
+  WallDistance result;
+  result.distance = trilinear(corners, t, result.gradient) - farError_;
+  result.gradient /= step_;
+  return result;
+}
+
+WallDistance VoxelDistance::inLattice(const Vec3& w) const {
+  std::array<int, 3> at;
+  int cell[3];
+  double t[3];
+  for (int k = 0; k < 3; ++k) {
+    const int fine = std::min(static_cast<int>(2.0 * w[k]), 2 * nodes_[k] - 1);
+    at[k] = fine / (2 * brickNodes);
+    cell[k] = fine % (2 * brickNodes);
+    t[k] = 2.0 * w[k] - fine;
+  }
+  const Brick* stored = brick(at);
+  if (!stored) return far(w);
+  constexpr int dy = brickSamples, dz = brickSamples * brickSamples;
+  const std::int8_t* code = &stored->code[cell[0] + dy * cell[1] + dz * cell[2]];
+  const float* decode = decoder.distance + codeLimit;
+  const float corners[2][2][2] = {
+      {{decode[code[0]], decode[code[1]]}, {decode[code[dy]], decode[code[dy + 1]]}},
+      {{decode[code[dz]], decode[code[dz + 1]]}, {decode[code[dz + dy]], decode[code[dz + dy + 1]]}}};
+  WallDistance near;
+  near.distance = trilinear(corners, t, near.gradient);
+  near.gradient *= 2.0;
+  const double depth = std::abs(near.distance);
+  if (depth <= fineReach) return near;
+
+  const WallDistance away = far(w);
+  const double x = std::min(1.0, (depth - fineReach) / (farReach - fineReach)),
+               weight = x * x * (3.0 - 2.0 * x);
+  const double slope = std::copysign(6.0 * x * (1.0 - x) / (farReach - fineReach), near.distance);
+  const double more = away.distance - near.distance;
+  return {near.distance + weight * more,
+          (1.0 - weight + slope * more) * near.gradient + weight * away.gradient};
+}
+
+WallDistance VoxelDistance::at(const Vec3& p) const {
+  const Vec3 w = (p / dx_).array() + 0.5;
+  const Vec3 q = w.cwiseMax(0.0).cwiseMin(Vec3(nodes_[0], nodes_[1], nodes_[2])), out = w - q;
+  WallDistance result = inLattice(q);
+  const double away2 = out.squaredNorm();
+  if (away2 > 0.0) {  // beyond the lattice: back to it, then on from there
+    const double away = std::sqrt(away2);
+    if (result.distance >= 0.0) result = {0.0, Vec3::Zero()};
+    for (int k = 0; k < 3; ++k)
+      if (out[k] != 0.0) result.gradient[k] = 0.0;
+    result.distance -= away;
+    result.gradient -= out / away;
+  }
+  const double norm2 = result.gradient.squaredNorm();
+  constexpr double flat = 1e-12;  // between two equal ways out neither is right; any is
+  result.gradient = norm2 > flat ? Vec3(result.gradient / std::sqrt(norm2)) : Vec3::UnitX();
+  result.distance *= dx_;
+  return result;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The fluid nodes of a lattice as a lumen.
+#pragma once
+
+#include <memory>
+
+#include "hemocell_adapter/hemocell/lattice.h"
+#include "packMesh/container/container.h"
+
+namespace packmesh::hemocell {
+
+/// The union of the cubes (node ± dx/2) of the fluid nodes, for vessels whose surface does not tell where the
+/// lumen ends. Its wall is the faces between fluid and solid nodes and those of the lattice; examine() is
+/// exact for them. The volume is that of the fluid nodes.
+/// @param periodic whether the lattice repeats along x, where its end planes are fluid
+/// @throws InputError when no node is fluid
+std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice, bool periodic);
+
+/// The faces between fluid nodes and what is no fluid, outward, in the frame of the lattice [µm]. Where cubes
+/// touch in an edge only, four triangles or more meet.
+/// @param periodic whether the first plane along x follows the last
+TriangleMesh voxelSurface(const Lattice& lattice, bool periodic);
+
+}  // namespace packmesh::hemocell

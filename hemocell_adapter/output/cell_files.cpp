@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/cell_files.h"
+
+#include <functional>
+#include <string>
+
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/exports.h"
+#include "hemocell_adapter/output/shared_files.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Part of a file: a head, then this rank's lines.
+struct Section {
+  std::string head;
+  std::function<std::string()> lines;
+};
+
+struct File {
+  fs::path path;
+  std::vector<Section> sections;
+};
+
+class CellFiles {
+ public:
+  CellFiles(const Job& job, const Scene& scene, const PackingResult& result,
+            const std::vector<std::int64_t>& counts, const Communicator& ranks)
+      : job_(job), scene_(scene), result_(result), counts_(counts), ranks_(ranks), shared_(ranks) {}
+
+  std::vector<fs::path> operator()() {
+    shared_.makeFolder(job_.outputDirectory);
+    addPosFiles();
+    for (const std::string& format : job_.exports) addExport(format);
+    for (const File& file : files_) write(file);
+    shared_.commit();
+    std::vector<fs::path> paths;
+    for (const File& file : files_) paths.push_back(file.path);
+    return paths;
+  }
+
+ private:
+  void addPosFiles() {
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      if (scene_.species[s].mostCells() == 0) continue;
+      const auto lines = [this, s] {
+        std::vector<PosLine> own;
+        for (std::size_t i = 0; i < result_.cells.size(); ++i)
+          if (result_.cells[i].species == int(s)) own.push_back(scene_.read.lineOf(result_.poses[i]));
+        return formatPosLines(own);
+      };
+      files_.push_back({job_.outputDirectory / (scene_.species[s].job.name + ".pos"),
+                        {{formatPosHead(counts_[s]), lines}}});
+    }
+  }
+
+  void addExport(const std::string& format) {
+    for (std::size_t s = 0; packing_.species.size() < scene_.species.size(); ++s) {
+      const SceneSpecies& species = scene_.species[s];
+      packing_.species.push_back(
+          {species.job.name, counts_[s], boundingBox(species.shape->mesh()).size(), species.shape->volume()});
+    }
+    packing_.bounds = scene_.lumen.container->bounds();
+    for (const ExportedFile& exported : exportedFiles(format, packing_)) {
+      File file{job_.outputDirectory / exported.name, {}};
+      for (const ExportedSection& section : exported.sections)
+        file.sections.push_back({section.head, [this, section] { return linesOf(section); }});
+      files_.push_back(std::move(file));
+    }
+  }
+
+  std::string linesOf(const ExportedSection& section) const {
+    std::int64_t number = firstNumber();
+    std::string text;
+    for (std::size_t i = 0; i < result_.cells.size(); ++i, ++number)
+      if (section.species < 0 || section.species == result_.cells[i].species)
+        text += section.line(packing_, {result_.cells[i].species, number, result_.poses[i]});
+    return text;
+  }
+
+  /// Of this rank's cells, from 1 on.
+  std::int64_t firstNumber() const {
+    std::int64_t number = 1;
+    const auto sizes = ranks_.gatherAll(std::vector<std::int64_t>{std::int64_t(result_.cells.size())});
+    for (int r = 0; r < ranks_.rank(); ++r) number += sizes[r];
+    return number;
+  }
+
+  void write(const File& file) {
+    shared_.begin(file.path);
+    for (const Section& section : file.sections) {
+      shared_.append([&] { return section.head; });
+      shared_.appendParts(section.lines());
+    }
+    shared_.end();
+  }
+
+  const Job& job_;
+  const Scene& scene_;
+  const PackingResult& result_;
+  const std::vector<std::int64_t>& counts_;
+  const Communicator& ranks_;
+  ExportedPacking packing_;
+  std::vector<File> files_;
+  SharedFiles shared_;
+};
+
+}  // namespace
+
+std::vector<fs::path> writeCellFiles(const Job& job, const Scene& scene, const PackingResult& result,
+                                     const std::vector<std::int64_t>& counts, const Communicator& ranks) {
+  return CellFiles(job, scene, result, counts, ranks)();
+}
+
+}  // namespace packmesh::hemocell

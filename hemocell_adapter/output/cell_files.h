@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The files that hold the cells: .pos, and exports.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// Writes them, all or none. The first rank writes; the others send it their lines, one rank after the other.
+/// All ranks call.
+/// @param counts of all ranks, per species
+/// @return the files
+/// @throws AgreedFailure when they cannot be written; then no file has changed
+std::vector<std::filesystem::path> writeCellFiles(const Job& job, const Scene& scene,
+                                                  const PackingResult& result,
+                                                  const std::vector<std::int64_t>& counts,
+                                                  const Communicator& ranks);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/checkpoints.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <filesystem>
+#include <system_error>
+
+#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/plain_text.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/problem/realisation_folders.h"
+#include "packMesh/core/input_file.h"
+#include "packMesh/packing/state_file.h"
+#include "packMesh/packing/xdmf.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The case of a run that goes on: in the working directory, or, when that is the folder of a realisation, in
+/// the folder around it.
+/// @throws InputError when it is in neither
+void findCase(CommandLine& commandLine) {
+  if (!commandLine.configFile || isThere(*commandLine.configFile)) return;
+  const fs::path state = *commandLine.settings().restart;
+  if (const auto place = placeInSeries(state, {})) {
+    const fs::path around = place->seriesFolder / *commandLine.configFile;
+    if (isThere(around)) {
+      commandLine.configFile = around;
+      return;
+    }
+  }
+  throw InputError(
+      fmt::format("{}: no such file; the run of {} was begun in another folder, and goes on there",
+                  commandLine.configFile->string(), state.string()));
+}
+
+}  // namespace
+
+CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments) {
+  CommandLine commandLine = parseCommandLine(program, arguments);
+  if (!commandLine.restartAlone) return commandLine;
+  const Settings options = commandLine.settings();
+  std::vector<std::string> words = readStateHead(*options.restart).command;
+  if (words.empty())
+    throw InputError(options.restart->string() +
+                     ": does not say which command began the run; give it again, with --restart");
+  const std::string begunBy = words.front();
+  words.erase(words.begin());
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  CommandLine continued = parseCommandLine(begunBy, words, words.size() - arguments.size());
+  findCase(continued);
+  return continued;
+}
+
+std::filesystem::path companionOf(const std::filesystem::path& stateFile) {
+  return std::filesystem::path(stateFile).replace_extension(".xdmf");
+}
+
+void requireReplaceableState(const Job& job) {
+  const std::filesystem::path& file = *job.stateFile;
+  for (const char* kind : {".pos", ".pov"})
+    if (file.extension() == kind)
+      throw OutputError(fmt::format("{}: {} files are written of cells; the state needs another name",
+                                    file.string(), kind));
+  if (!isPlainText(file.filename().string()))
+    throw OutputError(fmt::format(
+        "{}: the file beside it that ParaView opens cannot name it: expected UTF-8 without control "
+        "characters",
+        file.string()));
+  try {
+    requireReplaceable(file);
+    std::error_code ignored;
+    const bool continued = job.restart && std::filesystem::equivalent(file, *job.restart, ignored);
+    if (!continued && isThere(file)) readStateHead(file);
+  } catch (const InputError& error) {
+    throw OutputError(
+        fmt::format("{}; the state is not written over it (--state names another file)", error.what()));
+  }
+}
+
+Checkpoints StateFiles::checkpoints() {
+  Checkpoints checkpoints;
+  checkpoints.due = [this] {
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
+    return checkpointAsked() || (job_.checkpointEvery > 0.0 && since.count() >= job_.checkpointEvery);
+  };
+  checkpoints.save = [this](const PackingState& state) { save(state); };
+  checkpoints.endsWithFewer = job_.bestEffort;
+  return checkpoints;
+}
+
+void StateFiles::save(const PackingState& state) {
+  saved_ = false;
+  try {
+    writeState(*job_.stateFile, problem_, job_.commandWords, state);
+    saved_ = true;
+    const std::filesystem::path companion = companionOf(*job_.stateFile);
+    if (problem_.communicator.rank() == 0 && companion != *job_.stateFile)
+      writeXdmf(companion, *job_.stateFile, state.cellCount, problem_.species);
+  } catch (const InputError& error) {
+    log::warning(error.what());
+  }
+  if (saved_)
+    log::detail(fmt::format("Saved the state after {} sweeps in {}", state.relaxation.sweeps,
+                            job_.stateFile->string()));
+  last_ = std::chrono::steady_clock::now();
+  forgetCheckpointAsked();
+}
+
+PackingState stateToContinue(const Job& job, const PackingProblem& problem) {
+  PackingState state;
+  std::exception_ptr error;
+  try {
+    state = readState(*job.restart, problem);
+  } catch (const InputError&) {
+    error = std::current_exception();
+  }
+  together(problem.communicator, [&] {
+    if (error) std::rethrow_exception(error);
+  });
+  log::info(
+      fmt::format("Continuing from {}: after {} sweeps", job.restart->string(), state.relaxation.sweeps));
+  return state;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file State files: written now and then, at a signal and in the end; read to go on.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/packing/packing_problem.h"
+
+namespace packmesh::hemocell {
+
+/// The words of `arguments`, or, when they are of a restart alone (`--restart file` and options), those of
+/// the command that began the run with these options after them. Any rank calls it on its own.
+/// @throws UsageError, InputError
+CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
+
+/// Before hours of packing. @throws OutputError when the job's state file exists and is no state that may be
+/// replaced, or has the name of another output
+void requireReplaceableState(const Job& job);
+
+/// What ParaView opens to show the state; not written when the state itself has that name.
+std::filesystem::path companionOf(const std::filesystem::path& stateFile);
+
+/// Writes the state of a run to the job's state file.
+class StateFiles {
+ public:
+  /// References both, which must outlive it.
+  StateFiles(const Job& job, const PackingProblem& problem) : job_(job), problem_(problem) {}
+  StateFiles(const StateFiles&) = delete;
+  StateFiles& operator=(const StateFiles&) = delete;
+
+  Checkpoints checkpoints();
+  /// Whether the last state is on the disk.
+  bool saved() const { return saved_; }
+
+ private:
+  void save(const PackingState& state);
+
+  const Job& job_;
+  const PackingProblem& problem_;
+  bool saved_ = false;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Where `job` says to go on. All ranks call.
+/// @throws InputError, AgreedFailure
+PackingState stateToContinue(const Job& job, const PackingProblem& problem);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/outputs.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/exports.h"
+#include "hemocell_adapter/output/pov_scene.h"
+#include "hemocell_adapter/output/report.h"
+#include "hemocell_adapter/output/report_html.h"
+#include "hemocell_adapter/output/report_picture.h"
+#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/vtp_output.h"
+#include "packMesh/analysis/share_measures.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path positionsOf(const Job& job, const SceneSpecies& species) {
+  return job.outputDirectory / (species.job.name + ".pos");
+}
+
+/// The cells of all ranks as a picture shows them; on the first rank.
+std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& measures) {
+  struct Cell {
+    double linear[9], translation[3], gap;
+    int species;
+  };
+  std::vector<Cell> own;
+  for (std::size_t i = 0; i < done.result.cells.size(); ++i) {
+    const PlacedCell& cell = done.result.cells[i];
+    Cell plain{};
+    Eigen::Map<Mat3>(plain.linear) = cell.placement.linear;
+    Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
+    plain.species = cell.species;
+    plain.gap = measures.gap[i];
+    own.push_back(plain);
+  }
+  std::vector<PicturedCell> cells;
+  done.ranks.visitInOrder(own, [&](const std::vector<Cell>& part) {
+    for (const Cell& c : part)
+      cells.push_back(
+          {{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}}, c.gap});
+  });
+  return cells;
+}
+
+void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, const fs::path& file) {
+  std::vector<const Shape*> shapes;
+  std::vector<std::string> names;
+  for (const SceneSpecies& species : done.scene.species) {
+    shapes.push_back(species.shape.get());
+    names.push_back(species.job.name);
+  }
+  writePovScene(file, shapes, names, cells, *done.scene.lumen.container);
+}
+
+/// What was packed, by the user's species: packing may have had several parts of each.
+PackingProblem measuredProblem(const Finished& done) {
+  PackingProblem problem;
+  for (std::size_t s = 0; s < done.scene.species.size(); ++s) {
+    const SceneSpecies& species = done.scene.species[s];
+    Species& one = problem.species.emplace_back();
+    one.name = species.job.name;
+    one.shape = species.shape;
+    one.count = done.tally.counts[s];
+    one.inHematocrit = species.job.redCell;
+  }
+  problem.container = done.scene.lumen.container;
+  problem.communicator = done.ranks;
+  return problem;
+}
+
+void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
+  AtomicFiles files;
+  const fs::path json = fs::path(*done.job.reportFile).replace_extension(".json");
+  files.add(json, jsonText(report));
+  if (json != *done.job.reportFile) {
+    const Picture picture = renderPicture([&](const fs::path& file) { writeScene(done, cells, file); });
+    files.add(*done.job.reportFile, htmlText(report, picture));
+  }
+  files.commit();
+}
+
+}  // namespace
+
+void requireWritable(const fs::path& folder) {
+  std::error_code ignored;
+  fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder, ignored);
+  while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
+  if (!fs::is_directory(existing, ignored)) {
+    throw OutputError(
+        fmt::format("{}: is not a folder; the output cannot be written there", existing.string()));
+  }
+  // Permissions do not tell everything (read-only file systems, folders of the system): try.
+  std::string probe = (existing / ".packMesh_XXXXXX").string();
+  const int file = mkstemp(probe.data());
+  if (file < 0)
+    throw OutputError(
+        fmt::format("{}: the folder is not writable ({})", existing.string(), std::strerror(errno)));
+  close(file);
+  unlink(probe.c_str());
+}
+
+void requireWritableOutputs(const Job& job, const Scene& scene) {
+  std::vector<fs::path> files = viewFiles(job, scene);
+  for (const SceneSpecies& species : scene.species)
+    if (species.mostCells() > 0) files.push_back(positionsOf(job, species));
+  try {
+    for (const fs::path& file : files) requireReplaceable(file);
+  } catch (const InputError& error) {
+    throw OutputError(error.what());
+  }
+  ExportedPacking names;
+  for (const SceneSpecies& species : scene.species) names.species.push_back({species.job.name});
+  for (const std::string& format : job.exports)
+    for (const ExportedFile& exported : exportedFiles(format, names))
+      files.push_back(job.outputDirectory / exported.name);
+  if (job.stateFile) files.push_back(*job.stateFile);
+  if (job.stateFile && companionOf(*job.stateFile) != *job.stateFile)
+    files.push_back(companionOf(*job.stateFile));
+  std::set<fs::path> known;
+  for (const fs::path& file : files) {
+    std::error_code error;
+    const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
+    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
+    if (!known.insert(real).second)
+      throw OutputError(fmt::format(
+          "{}: two outputs have this name (report, state with its .xdmf, pictures, cells)", file.string()));
+  }
+}
+
+void warnOfStaleFiles(const Job& job, const Scene& scene) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(job.outputDirectory, ignored)) {
+    if (entry.path().extension() != ".pos") continue;
+    const std::string name = entry.path().stem().string();
+    bool ours = false;
+    for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.mostCells() > 0);
+    if (!ours) {
+      log::warning(fmt::format(
+          "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
+          "is meant",
+          entry.path().string()));
+    }
+  }
+}
+
+std::vector<fs::path> viewFiles(const Job& job, const Scene& scene) {
+  std::vector<fs::path> files = vtpFiles(job, scene);
+  if (job.povScene) files.push_back(job.outputDirectory / "cells.pov");
+  if (job.reportFile) {
+    files.push_back(*job.reportFile);
+    const fs::path json = fs::path(*job.reportFile).replace_extension(".json");
+    if (json != *job.reportFile) files.push_back(json);
+  }
+  return files;
+}
+
+void writeViews(const Finished& done, const RunTimes& times) {
+  const Job& job = done.job;
+  const Communicator& ranks = done.ranks;
+  const std::vector<fs::path> views = viewFiles(job, done.scene);
+  if (views.empty()) return;
+  const PackingProblem problem = measuredProblem(done);
+  const CellMeasures measures = measureShare(problem, done.result.cells);
+  std::vector<PicturedCell> cells;
+  if (job.povScene || (job.reportFile && job.reportFile->extension() == ".html"))
+    cells = allCells(done, measures);
+  if (job.povScene)
+    writeOnFirstRank(ranks, [&] { writeScene(done, cells, job.outputDirectory / "cells.pov"); });
+  if (job.vtp || job.vtpMeshes) writeVtp(done, measures);
+  if (job.reportFile) {
+    SharedFiles(ranks).makeFolder(job.reportFile->parent_path());
+    const PackingMeasures all = measurePacking(problem, done.result.cells, measures.gap, endAxes(job));
+    writeOnFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
+  }
+  for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/report.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "packMesh/analysis/cell_measures.h"
+#include "packMesh/core/version.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+Report vectorOf(const Vec3& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+/// Of what was not measured because it is large: null.
+Report gapOf(double gap) {
+  return std::isfinite(gap) ? Report(gap) : Report(nullptr);
+}
+
+Report lumenOf(const Scene& scene) {
+  const Container& container = *scene.lumen.container;
+  Report lumen;
+  lumen["description"] = container.describe();
+  lumen["note"] = scene.lumen.note;
+  lumen["volume"] = container.volume();
+  const Box bounds = container.bounds();
+  lumen["low"] = vectorOf(bounds.lo);
+  lumen["high"] = vectorOf(bounds.hi);
+  lumen["period"] = vectorOf(container.period());
+  lumen["wall"] = container.wall() != nullptr;
+  lumen["lattice"] = nullptr;
+  if (scene.lumen.lattice) {
+    const auto nodes = scene.lumen.lattice->nodes();
+    lumen["lattice"] = {{"nodes", {nodes[0], nodes[1], nodes[2]}},
+                        {"dx", scene.lumen.lattice->dx()},
+                        {"fluidNodes", scene.lumen.lattice->fluidNodes()},
+                        {"fluidVolume", scene.lumen.lattice->fluidVolume()}};
+  }
+  return lumen;
+}
+
+Report speciesOf(const Finished& done) {
+  Report all = Report::array();
+  for (std::size_t s = 0; s < done.scene.species.size(); ++s) {
+    const SceneSpecies& species = done.scene.species[s];
+    Report one;
+    one["name"] = species.job.name;
+    one["origin"] = species.job.origin;
+    one["redCell"] = species.job.redCell;
+    one["request"] = requestText(species.job);
+    one["asked"] = species.count;
+    one["stock"] = species.job.stock;
+    one["placed"] = done.tally.counts[s];
+    one["keptByHemoCell"] = knowsAcceptance(done.scene) ? Report(done.kept.kept[s]) : Report(nullptr);
+    one["meshVolume"] = species.shape->volume();
+    one["hemocellVolume"] =
+        species.job.model.hemocellVolume ? Report(*species.job.model.hemocellVolume) : Report(nullptr);
+    one["vertices"] = species.shape->mesh().vertices.size();
+    one["triangles"] = species.shape->mesh().triangles.size();
+    one["size"] = vectorOf(boundingBox(species.shape->mesh()).size());
+    one["volumeFraction"] = done.tally.meshVolume[s] / done.scene.lumen.container->volume();
+    one["minimumDistanceFromSolid"] = species.job.minimumDistanceFromSolid;
+    one["file"] = species.mostCells() > 0 ? Report(species.job.name + ".pos") : Report(nullptr);
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+Report hematocritOf(const Finished& done) {
+  const double lumen = done.scene.lumen.container->volume(), fluid = done.scene.lumen.fluidVolume();
+  Report all = Report::array();
+  for (const HematocritConvention& one : hematocritConventions(done.job, done.tally))
+    all.push_back(
+        {{"convention", one.key},
+         {"text", one.text},
+         {"redVolume", one.volume},
+         {"ofLumen", one.volume / lumen},
+         {"ofFluidNodes", done.scene.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)}});
+  return all;
+}
+
+Report certificateOf(const Certificate& certificate) {
+  return {{"clean", certificate.clean()},
+          {"cells", certificate.cells},
+          {"pairs", certificate.pairsTested},
+          {"overlapping", certificate.overlapping.size()},
+          {"misplaced", certificate.misplaced.size()},
+          {"minimumGap", gapOf(certificate.minimumGap)},
+          {"minimumWallGap", gapOf(certificate.minimumWallGap)},
+          {"gapsMeasuredUpTo", gapOfInterest}};
+}
+
+Report keptOf(const Finished& done) {
+  if (!knowsAcceptance(done.scene)) return nullptr;
+  std::int64_t kept = 0;
+  for (const std::int64_t n : done.kept.kept) kept += n;
+  Report all = {{"kept", kept}, {"dropped", done.result.cellCount - kept}};
+  all["reasons"] = Report::array();
+  for (const auto& [reason, cells] : done.kept.reasons)
+    all["reasons"].push_back({{"reason", reason}, {"cells", cells}});
+  return all;
+}
+
+Report profileOf(const Profile& profile, const std::vector<SceneSpecies>& species) {
+  Report all = {
+      {"begin", profile.begin}, {"width", profile.width}, {"lumen", profile.lumen}, {"red", profile.red}};
+  all["species"] = Report::array();
+  for (std::size_t s = 0; s < species.size(); ++s)
+    all["species"].push_back(
+        {{"name", species[s].job.name}, {"fraction", profile.fraction[s]}, {"error", profile.error[s]}});
+  return all;
+}
+
+Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
+  Report all;
+  all["pointsPerCell"] = measures.pointsPerCell;
+  all["lumenPoints"] = measures.lumenPoints;
+  all["wall"] = nullptr;
+  if (measures.wall) {
+    all["wall"] = profileOf(*measures.wall, scene.species);
+    Report& layer = all["wall"]["cellFreeLayer"];
+    layer = Report::array();
+    for (const double share : {0.05, 0.5}) {
+      const auto thickness = layerBelow(*measures.wall, share);
+      layer.push_back({{"share", share}, {"thickness", thickness ? Report(*thickness) : Report(nullptr)}});
+    }
+  }
+  for (int k = 0; k < 3; ++k)
+    all["axial"][std::string(1, "xyz"[k])] = profileOf(measures.axial[k], scene.species);
+  all["gaps"] = Report::array();
+  all["orientation"] = Report::array();
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const GapHistogram& gaps = measures.gaps[s];
+    const bool any = gaps.minimum != 0.0 || gaps.mean != 0.0;
+    all["gaps"].push_back({{"name", scene.species[s].job.name},
+                           {"width", gaps.width},
+                           {"counts", gaps.counts},
+                           {"beyond", gaps.beyond},
+                           {"minimum", any ? Report(gaps.minimum) : Report(nullptr)},
+                           {"mean", any ? Report(gaps.mean) : Report(nullptr)},
+                           {"median", any ? Report(gaps.median) : Report(nullptr)}});
+    const OrientationOrder& order = measures.orientation[s];
+    Report tensor = Report::array();
+    for (int row = 0; row < 3; ++row) tensor.push_back(vectorOf(order.tensor.row(row)));
+    const bool none = order.cells == 0;
+    all["orientation"].push_back({{"name", scene.species[s].job.name},
+                                  {"cells", order.cells},
+                                  {"nematic", none ? Report(nullptr) : Report(order.nematic())},
+                                  {"eigenvalues", none ? Report(nullptr) : vectorOf(order.eigenvalues)},
+                                  {"director", none ? Report(nullptr) : vectorOf(order.director)},
+                                  {"cosines", order.cosines},
+                                  {"tensor", none ? Report(nullptr) : std::move(tensor)}});
+  }
+  return all;
+}
+
+Report statisticsOf(const Statistics& s) {
+  Report all = {{"blocks", s.blocks}, {"sweeps", s.sweeps}, {"repairs", s.repairs}};
+  all["regrowth"] = {{"rounds", s.regrowth.rounds}, {"cells", s.regrowth.cells}};
+  all["growth"] = nullptr;
+  if (s.growth)
+    all["growth"] = {{"iterations", s.growth->iterations},
+                     {"relaxations", s.growth->relaxations},
+                     {"relaxationsKept", s.growth->relaxationsKept}};
+  all["escape"] = Report::array();
+  for (const EscapePhase& phase : s.escape)
+    all["escape"].push_back({{"phase", phase.name},
+                             {"coverage", phase.coverage},
+                             {"full", phase.full},
+                             {"cells", phase.cells},
+                             {"tried", phase.tried},
+                             {"changed", phase.changed}});
+  return all;
+}
+
+/// The packing that was repeated, if one was: what `statistics` tells of a packing that was not.
+Report repeatedOf(const Repeated* repeated) {
+  if (!repeated) return nullptr;
+  const Job& job = repeated->job;
+  return {{"times", job.tiles},
+          {"boxSize", vectorOf(*job.boxSize)},
+          {"cells", repeated->result.cellCount},
+          {"hematocrit", job.hematocrit ? Report(*job.hematocrit) : Report(nullptr)},
+          {"certificate", certificateOf(repeated->result.certificate)},
+          {"statistics", statisticsOf(repeated->result.statistics)}};
+}
+
+Report timesOf(const Finished& done, const RunTimes& times) {
+  const Statistics& s = done.result.statistics;
+  return {{"ranks", done.ranks.size()},
+          {"wall", times.wall},
+          {"cpu", times.cpu},
+          {"placement", s.placementSeconds},
+          {"relaxation", s.relaxationSeconds},
+          {"growth", s.growthSeconds},
+          {"certificate", s.certificateSeconds}};
+}
+
+}  // namespace
+
+Report makeReport(const Finished& done, const PackingMeasures& measures, const RunTimes& times) {
+  Report all;
+  all["schema"] = "packMesh-report";
+  all["schemaVersion"] = reportVersion;
+  all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
+  all["command"] = done.job.commandWords;
+  all["outcome"] = done.result.outcome == Outcome::certified ? "certified" : "bestEffort";
+  all["configuration"] = configurationOf(done.job);
+  all["lumen"] = lumenOf(done.scene);
+  all["species"] = speciesOf(done);
+  all["hematocrit"] = hematocritOf(done);
+  all["certificate"] = certificateOf(done.result.certificate);
+  all["hemocell"] = keptOf(done);
+  all["measures"] = measuresOf(measures, done.scene);
+  all["statistics"] = statisticsOf(done.result.statistics);
+  all["repeated"] = repeatedOf(done.repeated);
+  all["times"] = timesOf(done, times);
+  return all;
+}
+
+std::string jsonText(const Report& report) {
+  // File names need not be UTF-8: what is not is replaced.
+  return report.dump(1, ' ', false, Report::error_handler_t::replace) + "\n";
+}
+
+}  // namespace packmesh::hemocell

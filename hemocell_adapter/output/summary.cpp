@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/summary.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/problem/clearances.h"
+#include "packMesh/core/version.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+const char* builderText(Builder builder) {
+  switch (builder) {
+    case Builder::tetgen:
+      return "planes from chords between cells that tetrahedra join";
+    case Builder::catFaces:
+      return "planes from CAT faces of tetrahedra";
+    case Builder::chords:
+      break;
+  }
+  return "planes from chords";
+}
+
+}  // namespace
+
+std::string requestText(const JobSpecies& species) {
+  if (species.count) return fmt::format("{} asked for", *species.count);
+  if (species.ratio)
+    return fmt::format("{:.15g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
+                       species.redCell ? "s" : "");
+  return "by hematocrit";
+}
+
+std::string distanceLine(const JobSpecies& species) {
+  return fmt::format("{}: minimum distance from solid {} µm ({})", species.name,
+                     species.minimumDistanceFromSolid, species.distanceFromSolidOrigin);
+}
+
+std::string gapText(double gap) {
+  if (std::isinf(gap)) return fmt::format("more than {:g} µm", gapOfInterest);
+  return fmt::format("{:.6f} µm", gap);
+}
+
+std::string versionLine(int ranks) {
+  return fmt::format("packMesh {} ({}), {} rank{}", version(), gitHash(), ranks, ranks == 1 ? "" : "s");
+}
+
+std::vector<std::string> lumenLines(const Scene& scene) {
+  const Lumen& lumen = scene.lumen;
+  std::vector<std::string> lines;
+  lines.push_back(
+      fmt::format("Lumen: {}{}{}", lumen.container->describe(), lumen.note.empty() ? "" : "; ", lumen.note));
+  std::string volumes = fmt::format("Lumen volume: {:.6g} µm³", lumen.container->volume());
+  if (lumen.lattice) {
+    const auto n = lumen.lattice->nodes();
+    volumes += fmt::format("; fluid nodes: {:.6g} µm³ ({} of {} x {} x {} at dx {:.6g} µm)",
+                           lumen.lattice->fluidVolume(), lumen.lattice->fluidNodes(), n[0], n[1], n[2],
+                           lumen.lattice->dx());
+  }
+  lines.push_back(volumes);
+  return lines;
+}
+
+namespace {
+
+/// What is there already, and where cells may be.
+std::vector<std::string> constraintLines(const Job& job, const SceneSpecies& species) {
+  const JobSpecies& s = species.job;
+  std::vector<std::string> lines;
+  if (!s.fixedFrom.empty())
+    lines.push_back(
+        fmt::format("{}: {} of them stay where {} has them", s.name, s.fixed.size(), s.fixedFrom));
+  if (!s.startFrom.empty()) {
+    const std::int64_t room = species.count - std::int64_t(s.fixed.size()),
+                       there = std::int64_t(s.start.size());
+    lines.push_back(fmt::format("{}: begins with {} of the {} cells of {}", s.name, std::min(room, there),
+                                there, s.startFrom));
+  }
+  if (s.cone)
+    lines.push_back(fmt::format("{}: thin axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})", s.name,
+                                s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
+                                s.cone->axis.y(), s.cone->axis.z()));
+  if (s.ownWallClearance > job.wallClearance)
+    lines.push_back(fmt::format("{}: {:.15g} µm from the wall", s.name, s.ownWallClearance));
+  return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> regionLines(const Job& job, const Scene& scene,
+                                     const std::vector<std::int64_t>& counts) {
+  std::vector<std::string> lines;
+  const double reference = scene.referenceVolume(job);
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    std::int64_t cells = 0;
+    double volume = 0.0;
+    for (std::size_t p = 0; p < scene.parts.size(); ++p) {
+      const SceneSpecies& species = scene.species[scene.parts[p].species];
+      if (!species.job.redCell) continue;
+      std::int64_t here = scene.parts[p].region == int(r) ? counts[p] : 0;
+      if (scene.parts[p].freedom.fixed)
+        for (const Pose& pose : scene.parts[p].start)
+          here += regionAt(scene.regions, pose.position) == int(r);
+      cells += here;
+      volume += double(here) * species.shape->volume();
+    }
+    lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
+                                scene.regions[r].name, volume / (reference * scene.regions[r].share), cells));
+  }
+  return lines;
+}
+
+std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks) {
+  std::vector<std::string> lines;
+  lines.push_back(versionLine(ranks));
+  if (job.config) lines.push_back(fmt::format("Case: {}", job.config->file.string()));
+  for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
+  if (job.hematocrit) {
+    std::string convention = job.redCellVolume
+                                 ? fmt::format("red cells counted as {:.15g} µm³", *job.redCellVolume)
+                                 : std::string("by mesh volume");
+    lines.push_back(fmt::format("Hematocrit asked for: {:.15g} of the {}, {}", *job.hematocrit,
+                                job.fluidVolume ? "fluid nodes" : "lumen", convention));
+  }
+  for (const SceneSpecies& species : scene.species) {
+    const Vec3 size = boundingBox(species.shape->mesh()).size();
+    lines.push_back(fmt::format("{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³",
+                                species.job.name, species.count, requestText(species.job), species.job.origin,
+                                species.shape->mesh().vertices.size(), size[0], size[1], size[2],
+                                species.shape->volume()));
+    if (species.acceptance) lines.push_back(distanceLine(species.job));
+  }
+  for (const SceneSpecies& species : scene.species)
+    for (const std::string& line : constraintLines(job, species)) lines.push_back(line);
+  for (const SceneRegion& region : scene.regions)
+    lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
+                                region.hematocrit, 100.0 * region.share));
+  if (job.inColumns) lines.push_back("Order: cells in columns, not at random");
+  if (job.method == Method::cat)
+    lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
+                                builderText(job.builder.value_or(Builder::chords))));
+  const Clearances most = clearanceLevels(job, scene).front();
+  const auto asked = [](bool automatic, double least) {
+    return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);
+  };
+  lines.push_back(fmt::format("Clearance asked for: {} between membranes, {} to the wall; seed {}{}",
+                              job.largestClearance ? "the largest" : asked(job.autoClearance, most.membranes),
+                              asked(job.autoWallClearance, most.wall), job.seed,
+                              job.rotate ? "" : "; no rotation"));
+  return lines;
+}
+
+std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally) {
+  std::vector<HematocritConvention> all = {{"mesh", "mesh volume (what is simulated)", tally.redMesh}};
+  if (tally.redCells > 0 && tally.hemocellKnown)
+    all.push_back({"hemocell", "<Volume> of the XML", tally.redHemocell});
+  all.push_back({"packCells", "97 µm³ a cell (packCells)", packCellsRedCellVolume * double(tally.redCells)});
+  if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume)
+    all.push_back({"asked", fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume),
+                   *job.redCellVolume * double(tally.redCells)});
+  return all;
+}
+
+std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally) {
+  const double lumen = scene.lumen.container->volume(), fluid = scene.lumen.fluidVolume();
+  std::vector<std::string> lines;
+  for (const HematocritConvention& one : hematocritConventions(job, tally))
+    lines.push_back(fmt::format(
+        "Hematocrit {:.4f} of the lumen{} by {}", one.volume / lumen,
+        scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", one.volume / fluid) : "",
+        one.text));
+  return lines;
+}
+
+void countReason(Kept& kept, const std::string& reason, std::int64_t times) {
+  for (auto& [text, count] : kept.reasons) {
+    if (text == reason) {
+      count += times;
+      return;
+    }
+  }
+  kept.reasons.emplace_back(reason, times);
+}
+
+std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
+                                   const Certificate& certificate, const Kept& kept, const RunTimes& times) {
+  const double lumen = scene.lumen.container->volume();
+  std::vector<std::string> lines;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const SceneSpecies& species = scene.species[s];
+    const std::string stock = species.job.stock > 0 ? fmt::format(" and {} in stock", species.job.stock) : "";
+    lines.push_back(fmt::format("{}: {} of {}{} placed, volume fraction {:.5f}", species.job.name,
+                                tally.counts[s], species.count, stock, tally.meshVolume[s] / lumen));
+  }
+  for (std::string& line : hematocritLines(job, scene, tally)) lines.push_back(std::move(line));
+  if (knowsAcceptance(scene)) {
+    std::int64_t all = 0, keeps = 0;
+    for (std::size_t s = 0; s < scene.species.size(); ++s) {
+      all += tally.counts[s];
+      keeps += kept.kept[s];
+    }
+    std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
+    if (keeps < all) {
+      for (const auto& [reason, count] : kept.reasons) text += fmt::format("; drops {}: {}", count, reason);
+      if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", job.dx);
+    }
+    lines.push_back(text);
+  }
+  lines.push_back(fmt::format("Certificate: {} ({} cell{}, {} pair{} proved apart); minimum gap {}",
+                              certificate.clean() ? "clean, no overlap" : "NOT CLEAN", certificate.cells,
+                              certificate.cells == 1 ? "" : "s", certificate.pairsTested,
+                              certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
+  const bool wall = scene.lumen.container->wall() != nullptr;
+  if (wall) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
+  if (job.clearance > 0.0 || job.wallClearance > 0.0)
+    lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", job.clearance,
+                                wall ? fmt::format(", {:.6g} µm to the wall", job.wallClearance) : ""));
+  constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]
+  lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall{}; seed {}; packMesh {} ({})", times.cpu,
+                              times.wall,
+                              times.wall > worthSaying ? fmt::format(" ({})", durationText(times.wall)) : "",
+                              job.seed, version(), gitHash()));
+  return lines;
+}
+
+std::vector<std::string> effortLines(const Statistics& s) {
+  std::vector<std::string> lines;
+  if (s.growth) {
+    const GrowthStatistics& g = *s.growth;
+    const double all = g.planeSeconds + g.programSeconds + g.stepBackSeconds + g.relaxationSeconds;
+    lines.push_back(fmt::format(
+        "Growth: {} iterations, {} relaxations when stalled ({} helped); {} of {} steps ran into another "
+        "cell, {} into the wall, {} were not taken",
+        g.iterations, g.relaxations, g.relaxationsKept, g.stepBack.violatingPairs, g.stepBack.steps,
+        g.stepBack.misplaced, g.stepBack.stayed));
+    lines.push_back(
+        fmt::format("Growth, CPU: planes {:.3f} s, programmes {:.3f} s, exact tests and stepping back {:.3f} "
+                    "s ({:.0f} %), "
+                    "relaxation {:.3f} s",
+                    g.planeSeconds, g.programSeconds, g.stepBackSeconds,
+                    all > 0.0 ? 100.0 * g.stepBackSeconds / all : 0.0, g.relaxationSeconds));
+    if (s.tetrahedra)
+      lines.push_back(
+          fmt::format("Tetrahedra: {} runs, {} attempts of TetGen, {} times finer levels, {} failures; CPU: "
+                      "{:.3f} s, CAT "
+                      "faces {:.3f} s",
+                      s.tetrahedra->runs, s.tetrahedra->attempts, s.tetrahedra->finer, s.tetrahedra->failures,
+                      s.tetrahedra->tetrahedraSeconds, s.tetrahedra->faceSeconds));
+    if (s.tetrahedra && s.tetrahedra->failures > 0)
+      lines.push_back("Tetrahedra, the last failure: " + s.tetrahedra->lastFailure);
+    for (const EscapePhase& phase : s.escape)
+      lines.push_back(fmt::format(
+          "Escape, {}: coverage {:.4f}, {} of {} cells full; {} tried, {} changed; CPU {:.3f} s", phase.name,
+          phase.coverage, phase.full, phase.cells, phase.tried, phase.changed, phase.seconds));
+    lines.push_back(fmt::format("CPU: start {:.3f} s, growth {:.3f} s, certificate {:.3f} s",
+                                s.placementSeconds, s.growthSeconds, s.certificateSeconds));
+  } else {
+    const RegrowthSums& r = s.regrowth;
+    if (r.rounds > 0)
+      lines.push_back(fmt::format(
+          "Regrowth: {} cells that met shrunk to {:.2f} at least and grown again in {} clusters{}; {} "
+          "iterations, CPU {:.3f} s",
+          r.cells, r.smallest, r.clusters, r.unfinished > 0 ? ", one of which did not finish" : "",
+          r.growth.iterations, r.seconds));
+    lines.push_back(
+        fmt::format("Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, "
+                    "certificate {:.3f} s",
+                    s.sweeps, s.repairs, s.placementSeconds, s.relaxationSeconds, s.certificateSeconds));
+  }
+  return lines;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Head and foot of a run, for people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/packing/packing_result.h"
+
+namespace packmesh::hemocell {
+
+/// Version, what was understood: lumen, species with the origin of their shapes, clearances, seed.
+std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks);
+
+/// Times of a run [s].
+struct RunTimes {
+  double cpu = 0.0, wall = 0.0;
+};
+
+/// How many cells HemoCell keeps of those in `cells`, per species.
+struct Kept {
+  std::vector<std::int64_t> kept;
+  std::vector<std::pair<std::string, std::int64_t>> reasons;  ///< why the others go, with their number
+};
+
+/// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
+/// @param tally of what was (or would be) written, with its certificate
+std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
+                                   const Certificate& certificate, const Kept& kept, const RunTimes& times);
+
+/// Red cells and hematocrit of each region, by where their centres are. @param counts of the scene's parts
+std::vector<std::string> regionLines(const Job& job, const Scene& scene,
+                                     const std::vector<std::int64_t>& counts);
+
+/// What packing took: sweeps or iterations, repairs or steps taken back, CPU time of the stages.
+std::vector<std::string> effortLines(const Statistics& statistics);
+
+/// A volume that a red cell can be said to have.
+struct HematocritConvention {
+  const char* key;      ///< for programs
+  std::string text;     ///< for people
+  double volume = 0.0;  ///< of all red cells [µm³]
+};
+std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally);
+
+/// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
+std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
+
+/// "by hematocrit", "12 asked for", "0.07 per red cell": how the number of cells was decided.
+std::string requestText(const JobSpecies& species);
+
+/// "RBC: minimum distance from solid 1 µm (pipeflow.cpp:91)".
+std::string distanceLine(const JobSpecies& species);
+
+/// "packMesh 0.1.0 (0123456789), 1 rank".
+std::string versionLine(int ranks);
+
+/// "0.0213 µm", "more than 1 µm".
+std::string gapText(double gap);
+
+/// "Lumen: periodic box 50 x 50 x 50 µm", volumes, lattice.
+std::vector<std::string> lumenLines(const Scene& scene);
+
+/// Adds `reason`, given so many times, to the list of reasons.
+void countReason(Kept& kept, const std::string& reason, std::int64_t times);
+
+}  // namespace packmesh::hemocell

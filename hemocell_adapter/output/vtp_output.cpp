@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/vtp_output.h"
+
+#include <functional>
+
+#include "hemocell_adapter/output/shared_files.h"
+#include "packMesh/io/vtp.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+using Place = VtpArray::Place;
+using Type = VtpArray::Type;
+
+/// An array and, when it is due, what this rank has of it.
+struct Part {
+  VtpArray array;
+  std::function<std::string()> own;
+};
+
+/// Cells of one species on this rank.
+struct OwnCells {
+  std::vector<std::size_t> at;  ///< in the result
+  std::int64_t first = 0;       ///< number of the first among those of its species
+  std::int64_t firstOfAll = 0;  ///< number of the species' first cell among all
+};
+
+class Writer {
+ public:
+  Writer(const Finished& done, const CellMeasures& measures)
+      : done_(done), measures_(measures), ranks_(done.ranks), files_(ranks_) {}
+
+  void operator()() {
+    std::int64_t before = 0;
+    for (std::size_t s = 0; s < done_.scene.species.size(); ++s) {
+      const SceneSpecies& species = done_.scene.species[s];
+      if (species.mostCells() == 0) continue;
+      OwnCells own;
+      for (std::size_t i = 0; i < done_.result.cells.size(); ++i)
+        if (done_.result.cells[i].species == int(s)) own.at.push_back(i);
+      int rank = 0;
+      for (const std::int64_t n : ranks_.gatherAll(std::vector{std::int64_t(own.at.size())}))
+        if (rank++ < ranks_.rank()) own.first += n;
+      own.firstOfAll = before;
+      before += done_.tally.counts[s];
+      const fs::path base = done_.job.outputDirectory / species.job.name;
+      if (done_.job.vtp) {
+        write(base.string() + ".vtp", centres(int(s), own),
+              {done_.tally.counts[s], done_.tally.counts[s], 0});
+        const TriangleMesh& mesh = species.shape->mesh();
+        write(base.string() + "_mesh.vtp", templateMesh(mesh),
+              {std::int64_t(mesh.vertices.size()), 0, std::int64_t(mesh.triangles.size())});
+      }
+      if (done_.job.vtpMeshes) {
+        const TriangleMesh& mesh = species.shape->mesh();
+        write(base.string() + "_cells.vtp", membranes(int(s), own),
+              {done_.tally.counts[s] * std::int64_t(mesh.vertices.size()), 0,
+               done_.tally.counts[s] * std::int64_t(mesh.triangles.size())});
+      }
+    }
+    files_.commit();
+  }
+
+ private:
+  void write(const fs::path& file, const std::vector<Part>& parts, const VtpSizes& sizes) {
+    std::vector<VtpArray> arrays;
+    for (const Part& part : parts) arrays.push_back(part.array);
+    files_.begin(file);
+    files_.append([&] { return vtpHead(sizes, arrays); });
+    for (const Part& part : parts) {
+      files_.append([&] { return vtpBegin(part.array); });
+      files_.appendParts(part.own());
+    }
+    files_.append(vtpEnd);
+    files_.end();
+  }
+
+  /// `each` fills the numbers of one cell, given its place in the result and its number in the species.
+  template <class T, class Each>
+  static Part part(VtpArray array, const OwnCells& own, Each each) {
+    return {std::move(array), [&own, each] {
+              std::vector<T> numbers;
+              for (std::size_t i = 0; i < own.at.size(); ++i)
+                each(own.at[i], own.first + std::int64_t(i), numbers);
+              return vtpNumbers(numbers);
+            }};
+  }
+
+  std::vector<Part> centres(int s, const OwnCells& own) const {
+    const std::int64_t n = done_.tally.counts[s];
+    const auto& cells = done_.result.cells;
+    using Whole = std::vector<std::int64_t>;
+    using Real = std::vector<double>;
+    const auto data = [&](const char* name, Type type, int components) {
+      return VtpArray{Place::data, name, type, components, n};
+    };
+    const auto add = [](Real& to, const Vec3& v) { to.insert(to.end(), v.data(), v.data() + 3); };
+    return {
+        part<double>(
+            {Place::points, "", Type::float64, 3, n}, own,
+            [&, add](std::size_t i, std::int64_t, Real& to) { add(to, cells[i].placement.translation); }),
+        part<std::int64_t>({Place::vertexConnectivity, "", Type::int64, 1, n}, own,
+                           [](std::size_t, std::int64_t number, Whole& to) { to.push_back(number); }),
+        part<std::int64_t>({Place::vertexOffsets, "", Type::int64, 1, n}, own,
+                           [](std::size_t, std::int64_t number, Whole& to) { to.push_back(number + 1); }),
+        part<std::int64_t>(
+            data("id", Type::int64, 1), own,
+            [&own](std::size_t, std::int64_t number, Whole& to) { to.push_back(own.firstOfAll + number); }),
+        part<std::int64_t>(data("species", Type::int64, 1), own,
+                           [s](std::size_t, std::int64_t, Whole& to) { to.push_back(s); }),
+        part<double>(data("gap", Type::float64, 1), own,
+                     [&](std::size_t i, std::int64_t, Real& to) { to.push_back(measures_.gap[i]); }),
+        part<double>(
+            data("local_hematocrit", Type::float64, 1), own,
+            [&](std::size_t i, std::int64_t, Real& to) { to.push_back(measures_.localHematocrit[i]); }),
+        part<double>(data("orientation", Type::float64, 4), own,
+                     [&](std::size_t i, std::int64_t, Real& to) {
+                       const Quaternion& q = done_.result.poses[i].orientation;
+                       to.insert(to.end(), {q.w(), q.x(), q.y(), q.z()});
+                     }),
+        part<double>(data("thin_axis", Type::float64, 3), own,
+                     [&, add](std::size_t i, std::int64_t, Real& to) {
+                       add(to, Vec3(cells[i].placement.linear.col(1)));
+                     }),
+    };
+  }
+
+  /// Of the first rank alone.
+  std::vector<Part> templateMesh(const TriangleMesh& mesh) const {
+    const auto vertices = std::int64_t(mesh.vertices.size()), triangles = std::int64_t(mesh.triangles.size());
+    const bool first = ranks_.rank() == 0;
+    return {{{Place::points, "", Type::float64, 3, vertices},
+             [&mesh, first] {
+               std::vector<double> numbers;
+               for (const Vec3& v : mesh.vertices) numbers.insert(numbers.end(), v.data(), v.data() + 3);
+               return first ? vtpNumbers(numbers) : "";
+             }},
+            {{Place::polygonConnectivity, "", Type::int64, 1, 3 * triangles},
+             [&mesh, first] {
+               std::vector<std::int64_t> numbers;
+               for (const Triangle& t : mesh.triangles) numbers.insert(numbers.end(), t.begin(), t.end());
+               return first ? vtpNumbers(numbers) : "";
+             }},
+            {{Place::polygonOffsets, "", Type::int64, 1, triangles}, [triangles, first] {
+               std::vector<std::int64_t> numbers;
+               for (std::int64_t i = 1; i <= triangles; ++i) numbers.push_back(3 * i);
+               return first ? vtpNumbers(numbers) : "";
+             }}};
+  }
+
+  std::vector<Part> membranes(int s, const OwnCells& own) const {
+    const TriangleMesh& mesh = done_.scene.species[s].shape->mesh();
+    const auto vertices = std::int64_t(mesh.vertices.size()), triangles = std::int64_t(mesh.triangles.size());
+    const std::int64_t n = done_.tally.counts[s];
+    const auto& cells = done_.result.cells;
+    using Real = std::vector<float>;
+    const auto perTriangle = [&](const char* name, auto value) {
+      return part<float>({Place::data, name, Type::float32, 1, n * triangles}, own,
+                         [triangles, value](std::size_t i, std::int64_t, Real& to) {
+                           to.insert(to.end(), std::size_t(triangles), float(value(i)));
+                         });
+    };
+    return {
+        part<float>({Place::points, "", Type::float32, 3, n * vertices}, own,
+                    [&](std::size_t i, std::int64_t, Real& to) {
+                      for (const Vec3& v : mesh.vertices) {
+                        const Vec3 p = cells[i].placement(v);
+                        for (int k = 0; k < 3; ++k) to.push_back(float(p[k]));
+                      }
+                    }),
+        part<std::int64_t>(
+            {Place::polygonConnectivity, "", Type::int64, 1, 3 * n * triangles}, own,
+            [&mesh, vertices](std::size_t, std::int64_t number, std::vector<std::int64_t>& to) {
+              for (const Triangle& t : mesh.triangles)
+                for (const int v : t) to.push_back(number * vertices + v);
+            }),
+        part<std::int64_t>({Place::polygonOffsets, "", Type::int64, 1, n * triangles}, own,
+                           [triangles](std::size_t, std::int64_t number, std::vector<std::int64_t>& to) {
+                             for (std::int64_t i = 1; i <= triangles; ++i)
+                               to.push_back(3 * (number * triangles + i));
+                           }),
+        part<std::int32_t>(
+            {Place::data, "id", Type::int32, 1, n * triangles}, own,
+            [&own, triangles](std::size_t, std::int64_t number, std::vector<std::int32_t>& to) {
+              to.insert(to.end(), std::size_t(triangles), std::int32_t(own.firstOfAll + number));
+            }),
+        perTriangle("gap", [&](std::size_t i) { return measures_.gap[i]; }),
+        perTriangle("local_hematocrit", [&](std::size_t i) { return measures_.localHematocrit[i]; }),
+    };
+  }
+
+  const Finished& done_;
+  const CellMeasures& measures_;
+  const Communicator& ranks_;
+  SharedFiles files_;
+};
+
+}  // namespace
+
+std::vector<fs::path> vtpFiles(const Job& job, const Scene& scene) {
+  std::vector<fs::path> files;
+  for (const SceneSpecies& species : scene.species) {
+    if (species.mostCells() == 0) continue;
+    const std::string base = (job.outputDirectory / species.job.name).string();
+    if (job.vtp) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
+    if (job.vtpMeshes) files.emplace_back(base + "_cells.vtp");
+  }
+  return files;
+}
+
+void writeVtp(const Finished& done, const CellMeasures& measures) {
+  Writer(done, measures)();
+}
+
+}  // namespace packmesh::hemocell

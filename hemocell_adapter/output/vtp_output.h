@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packings as plain VTK files.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "hemocell_adapter/output/outputs.h"
+
+namespace packmesh::hemocell {
+
+/// The files that writeVtp() writes.
+std::vector<std::filesystem::path> vtpFiles(const Job& job, const Scene& scene);
+
+/// With --vtp `<Cell>.vtp`, a vertex for each cell with what is measured of it, and `<Cell>_mesh.vtp`, the
+/// mesh to be put there; with --vtp-meshes `<Cell>_cells.vtp`, all membranes. All ranks call; the bytes do
+/// not depend on their number. @throws AgreedFailure
+void writeVtp(const Finished& done, const CellMeasures& measures);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/clearances.h"
+
+#include <algorithm>
+
+namespace packmesh::hemocell {
+namespace {
+
+/// The room that is aimed at, in lattice spacings.
+constexpr double wallRoom = 1.0, membraneRoom = 0.1;
+
+/// Shares of it that are tried.
+constexpr double shares[] = {1.0, 0.5, 0.25, 0.0};
+
+/// An attempt with more clearance than is demanded ends after so many sweeps of a cell in all, but not before
+/// the least number of sweeps nor after the largest. HemoCell's pipe keeps all of the room in 60 at 0.45 and
+/// in 155 at 0.48, half of it in 104 at 0.50; a narrow inlet with 76 cells at 0.30 takes 544, half a second.
+constexpr std::int64_t cheapCellSweeps = 160000, leastSweeps = 160, mostSweeps = 600;
+
+/// Sweeps of an attempt to find the largest clearance.
+constexpr std::int64_t thoroughSweeps = 600;
+
+/// Time for the largest clearance when no limit is given [s]; where the search ends by itself: a step of this
+/// share of the clearance, at least so much [µm].
+constexpr double defaultSearch = 60.0, finestShare = 0.02, finestStep = 0.001;
+
+/// Share of the time that is left which an attempt with more clearance than is demanded may take.
+constexpr double shareOfTime = 0.1;
+
+/// A limit of time is more than nothing, which would be none [s].
+constexpr double leastSeconds = 1e-9;
+
+/// Whether a packing that is there is only to be certified again: it stays as it is.
+bool givenWhole(const Scene& scene) {
+  return std::all_of(scene.parts.begin(), scene.parts.end(),
+                     [](const ScenePart& part) { return std::int64_t(part.start.size()) >= part.count; });
+}
+
+/// Doubles the clearance between membranes while that succeeds, then halves the step.
+void widen(const std::function<double()>& timeLeft, const Attempt& attempt, RoomyPacking& best) {
+  double lo = best.clearances.membranes, hi = 0.0;  // hi: failed; 0: nothing yet
+  while (timeLeft() > 0.0) {
+    const double finest = std::max(finestStep, finestShare * lo);
+    if (hi > 0.0 && hi - lo <= finest) return;
+    Clearances wider = best.clearances;
+    wider.membranes = hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep);
+    auto result = attempt(wider, {thoroughSweeps, timeLeft(), false});
+    if (result && result->outcome == Outcome::interrupted) {
+      best.result = std::move(*result);
+      return;
+    }
+    if (result && result->outcome == Outcome::certified) {
+      best = {std::move(*result), wider};
+      lo = wider.membranes;
+    } else {
+      hi = wider.membranes;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene) {
+  const Clearances demanded = {job.clearance, job.wallClearance};
+  if (job.asPackCells || job.method != Method::relaxation || givenWhole(scene)) return {demanded};
+  const bool membranes = job.autoClearance || job.largestClearance;
+  // Faces through which blood flows: the same gap to the cells beyond them.
+  const double toWall = scene.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;
+  const bool wall = job.autoWallClearance && scene.lumen.container->wall();
+  std::vector<Clearances> levels;
+  for (const double share : shares) {
+    Clearances level = demanded;
+    if (membranes) level.membranes = std::max(demanded.membranes, share * membraneRoom * job.dx);
+    if (wall) level.wall = std::max(demanded.wall, share * toWall * job.dx);
+    levels.push_back(level);
+    if (!membranes && !wall) break;
+  }
+  return levels;
+}
+
+Job withClearances(const Job& job, const Clearances& clearances) {
+  Job one = job;
+  one.clearance = clearances.membranes;
+  one.wallClearance = clearances.wall;
+  return one;
+}
+
+RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,
+                          std::int64_t cells, const std::function<double()>& elapsed,
+                          const Attempt& attempt) {
+  const std::int64_t cheapSweeps =
+      std::clamp(cheapCellSweeps / std::max<std::int64_t>(1, cells), leastSweeps, mostSweeps);
+  RoomyPacking best;
+  for (std::size_t i = first; i < levels.size(); ++i) {
+    const bool last = i + 1 == levels.size();
+    const double left = job.maxSeconds > 0.0 ? std::max(job.maxSeconds - elapsed(), leastSeconds) : 0.0;
+    const AttemptLimits limits =
+        last ? AttemptLimits{0, left, true} : AttemptLimits{cheapSweeps, shareOfTime * left, false};
+    auto result = attempt(levels[i], limits);
+    if (!result) continue;
+    best = {std::move(*result), levels[i]};
+    if (best.result.outcome != Outcome::outOfReach) break;
+  }
+  const double most = job.maxSeconds > 0.0 ? job.maxSeconds : defaultSearch;
+  if (job.largestClearance && best.result.outcome == Outcome::certified)
+    widen([&] { return most - elapsed(); }, attempt, best);
+  return best;
+}
+
+}  // namespace packmesh::hemocell

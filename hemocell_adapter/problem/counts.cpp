@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/counts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+std::int64_t rounded(double cells, const std::string& name) {
+  if (!(cells <= specs::largestCount)) {
+    throw InputError(fmt::format("{:.3g} cells of '{}' are too many; at most {:.0f} can be packed", cells,
+                                 name, specs::largestCount));
+  }
+  return std::llround(cells);
+}
+
+/// The red cells of a request.
+struct RedCells {
+  const CountedSpecies* filler = nullptr;      ///< the hematocrit decides how many
+  double countedVolume = 0.0, counted = 0.0;   ///< of those with a count [µm³], cells
+  double ratioVolume = 0.0, ratioShare = 0.0;  ///< of those with a ratio: per red cell of any species
+};
+
+RedCells redCellsOf(const std::vector<CountedSpecies>& species) {
+  RedCells red;
+  for (const CountedSpecies& s : species) {
+    if (!s.redCell) continue;
+    if (s.count) {
+      red.countedVolume += double(*s.count) * s.volume;
+      red.counted += double(*s.count);
+    } else if (s.ratio) {
+      red.ratioVolume += *s.ratio * s.volume;
+      red.ratioShare += *s.ratio;
+    } else if (red.filler) {
+      throw InputError(
+          fmt::format("the hematocrit cannot decide both '{}' and '{}': give one a count or a ratio",
+                      red.filler->name, s.name));
+    } else {
+      red.filler = &s;
+    }
+  }
+  if (red.ratioShare >= 1.0)
+    throw InputError(fmt::format(
+        "the ratios of red cells add up to {:.15g}: each is a share of all red cells, so together "
+        "they must stay below 1",
+        red.ratioShare));
+  return red;
+}
+
+/// How many red cells of all species there are, before rounding.
+double redCellNumber(const RedCells& red, std::optional<double> hematocrit, double lumenVolume) {
+  const double others = 1.0 - red.ratioShare;
+  if (!red.filler || !hematocrit) return red.counted / others;
+  // T red cells in all: h V = counted + T · ratioVolume + (T · others - counted cells) · v, solved for T.
+  const double v = red.filler->volume;
+  const double all =
+      (*hematocrit * lumenVolume - red.countedVolume + red.counted * v) / (red.ratioVolume + others * v);
+  if (all * others < red.counted)
+    throw InputError(fmt::format("the red cells with counts{} alone exceed the hematocrit {:.15g}",
+                                 red.ratioShare > 0.0 ? ", and those with ratios that go with them," : "",
+                                 *hematocrit));
+  return all;
+}
+
+/// What decides the number of a species, in the order in which the numbers follow from each other.
+enum class By { count, ratioOfRedCells, hematocrit, ratioToRedCells };
+
+By decidedBy(const CountedSpecies& s) {
+  if (s.count) return By::count;
+  if (s.ratio) return s.redCell ? By::ratioOfRedCells : By::ratioToRedCells;
+  return By::hematocrit;
+}
+
+}  // namespace
+
+std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
+                                     std::optional<double> hematocrit, double lumenVolume) {
+  const double expected = redCellNumber(redCellsOf(species), hematocrit, lumenVolume);
+  double redVolume = 0.0;
+  std::int64_t redCells = 0;
+  const auto numberOf = [&](const CountedSpecies& s, By by) -> std::int64_t {
+    switch (by) {
+      case By::count:
+        return *s.count;
+      case By::ratioOfRedCells:
+        return rounded(expected * *s.ratio, s.name);
+      case By::hematocrit:
+        if (!hematocrit) return 0;
+        return rounded(std::max(0.0, (*hematocrit * lumenVolume - redVolume) / s.volume), s.name);
+      case By::ratioToRedCells:
+        return rounded(double(redCells) * *s.ratio, s.name);
+    }
+    return 0;
+  };
+  std::vector<std::int64_t> counts(species.size(), 0);
+  for (const By by : {By::count, By::ratioOfRedCells, By::hematocrit, By::ratioToRedCells})
+    for (std::size_t i = 0; i < species.size(); ++i) {
+      if (decidedBy(species[i]) != by) continue;
+      counts[i] = numberOf(species[i], by);
+      if (!species[i].redCell) continue;
+      redVolume += double(counts[i]) * species[i].volume;
+      redCells += counts[i];
+    }
+  std::int64_t total = 0;
+  for (const std::int64_t count : counts) total += count;
+  if (total == 0) {
+    throw InputError(
+        hematocrit ? fmt::format("nothing to pack: hematocrit {:.15g} of {:.6g} µm³ is less than half a cell",
+                                 *hematocrit, lumenVolume)
+                   : std::string("nothing to pack: every count is 0"));
+  }
+  if (double(total) > specs::largestCount) {
+    throw InputError(
+        fmt::format("{} cells are too many; at most {:.0f} can be packed", total, specs::largestCount));
+  }
+  return counts;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/densest_known.h"
+
+#include <fmt/format.h>
+
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Cells of one kind of shape, and the densest packing of them.
+struct DensestKnown {
+  const char* cells;
+  double fraction;
+  const char* source;
+  bool (*includes)(const JobSpecies&);
+};
+
+bool isModel(const JobSpecies& s, Construction construction) {
+  return s.kind == JobSpecies::Template::model && s.model.construction == construction;
+}
+
+constexpr DensestKnown known[] = {
+    {"red cells", 0.74, "rigid ones reached 0.7155: Xu et al., Appl. Math. Mech. 40, 737 (2019)",
+     [](const JobSpecies& s) { return isModel(s, Construction::rbcFromSphere); }},
+    {"ellipsoids", 0.7707, "Donev et al., Phys. Rev. Lett. 92, 255506 (2004)", [](const JobSpecies& s) {
+       return s.kind == JobSpecies::Template::ellipsoid || isModel(s, Construction::ellipsoidFromSphere) ||
+              isModel(s, Construction::wbcSphere);
+     }}};
+
+/// So many cells do not fill a lumen with walls better than a periodic box.
+constexpr std::int64_t many = 100;
+
+}  // namespace
+
+void refuseBeyondKnown(const Scene& scene) {
+  const Container& lumen = *scene.lumen.container;
+  const bool periodic = lumen.period().minCoeff() > 0.0;
+  for (const DensestKnown& kind : known) {
+    double volume = 0.0;
+    std::int64_t cells = 0;
+    for (const SceneSpecies& species : scene.species) {
+      if (!kind.includes(species.job)) continue;
+      volume += double(species.count) * species.shape->volume();
+      cells += species.count;
+    }
+    const double fraction = volume / lumen.volume();
+    if (fraction > kind.fraction && (periodic || cells >= many))
+      throw InputError(
+          fmt::format("the {} asked for fill {:.4f} of the lumen; no packing of {} beyond {:.4g} is "
+                      "known ({}). Lower the number; --best-effort packs as many as it can",
+                      kind.cells, fraction, kind.cells, kind.fraction, kind.source));
+  }
+}
+
+}  // namespace packmesh::hemocell

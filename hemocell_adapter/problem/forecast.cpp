@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/forecast.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "hemocell_adapter/base/duration.h"
+#include "packMesh/core/random.h"
+#include "packMesh/packing/pack.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Time of a red cell in a periodic box of 50 µm [ms], by volume fraction: one core at 2.5 GHz, AVX-512.
+/// (From 0.60 on 2.5 times what was measured on an EPYC that is 2.5 times as fast.)
+struct Measured {
+  double fraction, milliseconds;
+};
+constexpr Measured measured[] = {{0.10, 0.02}, {0.20, 0.025}, {0.30, 0.037}, {0.35, 0.047}, {0.45, 0.085},
+                                 {0.50, 0.14}, {0.55, 0.28},  {0.58, 0.75},  {0.60, 3.4},   {0.61, 26.0}};
+
+/// Per tenfold number of cells beyond a thousand: larger packings take more sweeps.
+constexpr double growthPerDecade = 0.15;
+
+/// Cells lie along walls less densely than elsewhere, as if a layer of this thickness were empty [µm]: at a
+/// smooth wall, and at the faces of nodes that HemoCell forbids, between which membranes reach.
+constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
+
+/// Memory [MB]: the program, and a cell in it.
+constexpr double ofProgram = 25.0, ofThousandCells = 1.4;
+
+/// Share of efficiency that a further rank has.
+constexpr double efficiency = 0.85;
+
+/// Points at which the room in front of walls is measured.
+constexpr int points = 12000;
+
+double millisecondsAt(double fraction) {
+  const Measured* upper = std::find_if(std::begin(measured), std::end(measured) - 1,
+                                       [&](const Measured& m) { return m.fraction >= fraction; });
+  if (upper == std::begin(measured)) return upper->milliseconds;
+  const Measured* lower = upper - 1;
+  const double t = (fraction - lower->fraction) / (upper->fraction - lower->fraction);
+  return lower->milliseconds * std::pow(upper->milliseconds / lower->milliseconds, t);
+}
+
+/// What a random sample of a lumen says of the room in front of the wall of a species.
+struct RoomSample {
+  double share = 1.0;         ///< of the lumen, where a body may be
+  double effective = 1.0;     ///< the same without the empty layer
+  std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
+};
+
+/// Points from which a cell is tried, at most.
+constexpr std::size_t trials = 8;
+
+/// The i-th of points that fill the unit cube evenly (Roberts' additive recurrence: powers of the root of
+/// x⁴ = x + 1).
+Vec3 evenlySpread(int i) {
+  constexpr double root = 1.2207440846057596;
+  Vec3 p;
+  for (int k = 0; k < 3; ++k) {
+    const double x = 0.5 + double(i + 1) / std::pow(root, k + 1);
+    p[k] = x - std::floor(x);
+  }
+  return p;
+}
+
+class LumenSample {
+ public:
+  explicit LumenSample(const Container& container) : wall_(container.wall()) {
+    if (!wall_) return;
+    const Box bounds = container.bounds();
+    for (int i = 0; i < points; ++i) {
+      const Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenlySpread(i));
+      const double distance = wall_->distance(p).distance;
+      if (distance < 0.0) continue;
+      inside_.push_back(p);
+      distances_.push_back(distance);
+    }
+  }
+
+  /// @param wall of the species, nullptr: the container's @param clearance to it [µm]
+  const RoomSample& room(const Wall* wall, double clearance) {
+    const auto [it, isNew] = rooms_.try_emplace({wall, clearance});
+    if (isNew && wall_) it->second = measured(wall, clearance);
+    return it->second;
+  }
+
+ private:
+  RoomSample measured(const Wall* wall, double clearance) const {
+    RoomSample room;
+    std::vector<std::pair<double, std::size_t>> depths;
+    std::size_t bodies = 0, effective = 0;
+    for (std::size_t i = 0; i < inside_.size(); ++i) {
+      const double smooth = distances_[i] - clearance;
+      const double depth = wall ? wall->distance(inside_[i]).distance - clearance : smooth;
+      bodies += depth >= 0.0;
+      effective += depth >= (wall ? emptyLayerAtNodes : emptyLayer) && smooth >= emptyLayer;
+      depths.emplace_back(depth, i);
+    }
+    const double all = std::max<double>(1.0, double(inside_.size()));
+    room.share = double(bodies) / all;
+    room.effective = double(effective) / all;
+    const std::size_t some = std::min(trials, depths.size());
+    std::partial_sort(depths.begin(), depths.begin() + std::ptrdiff_t(some), depths.end(), std::greater<>());
+    for (std::size_t k = 0; k < some; ++k) room.deepest.push_back(inside_[depths[k].second]);
+    return room;
+  }
+
+  const Wall* wall_;
+  std::vector<Vec3> inside_;
+  std::vector<double> distances_;  ///< of them to wall_ [µm]
+  std::map<std::pair<const Wall*, double>, RoomSample> rooms_;
+};
+
+/// Whether a single cell of the species can be brought to lie in the lumen, from where there is most room.
+bool findsPlace(const Job& job, const Scene& scene, const SceneSpecies& species, const RoomSample& room) {
+  constexpr std::int64_t sweeps = 300;
+  PackingProblem problem;
+  Freedom freedom;
+  freedom.cone = species.job.cone;
+  freedom.extraWallClearance = wallClearanceOf(job, species.job) - job.wallClearance;
+  problem.species.push_back(
+      {species.job.name, species.shape, 1, species.wall, species.job.redCell, {Pose()}, freedom});
+  problem.container = scene.lumen.container;
+  problem.wallClearance = job.wallClearance;
+  problem.rotate = job.rotate;
+  problem.limits.maxSweeps = sweeps;
+  problem.limits.fewerCells = false;
+  for (std::size_t i = 0; i < room.deepest.size(); ++i) {
+    Pose& start = problem.species.front().start.front();
+    start.position = room.deepest[i];
+    const auto u = uniform4(1, RandomStream::orientation, i, 0);
+    if (job.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
+    if (species.job.cone) start.orientation = species.job.cone->nearest(start.orientation);
+    if (pack(problem).outcome == Outcome::certified) return true;
+  }
+  return room.deepest.empty();
+}
+
+/// An estimate, with as many digits as it deserves.
+std::string about(double seconds) {
+  if (seconds < 1.0) return "less than a second";
+  const double unit = std::pow(10.0, std::floor(std::log10(seconds)) - 1.0);
+  return "about " + durationText(std::round(seconds / unit) * unit);
+}
+
+/// What makes a packing harder in a way that nothing is known about.
+std::string leftOut(const Job& job, const Scene& scene) {
+  std::int64_t fixed = 0;
+  bool cones = !job.rotate;
+  for (const SceneSpecies& species : scene.species) {
+    fixed += std::int64_t(species.job.fixed.size());
+    cones = cones || species.job.cone;
+  }
+  std::vector<std::string> reasons;
+  if (fixed > 0) reasons.push_back(fmt::format("that {} cell{} must stay", fixed, fixed == 1 ? "" : "s"));
+  if (cones) reasons.push_back("that orientations are bound");
+  if (!job.regions.empty()) reasons.push_back("regions denser than the mean");
+  return fmt::format("{}", fmt::join(reasons, ", "));
+}
+
+Forecast forecastOf(const Job& job, const Scene& scene, LumenSample& sample) {
+  Forecast forecast;
+  const double lumen = scene.lumen.container->volume();
+  double volume = 0.0;
+  for (const SceneSpecies& species : scene.species) {
+    const double n = double(species.count), own = species.shape->volume();
+    forecast.cells += species.count;
+    volume += n * own;
+    forecast.roomShares.push_back(1.0);
+    if (species.count == 0) continue;
+    const RoomSample& room = sample.room(species.wall.get(), wallClearanceOf(job, species.job));
+    forecast.roomShares.back() = room.share;
+    const double grown = n * (own + 0.5 * job.clearance * surfaceArea(species.shape->mesh()));
+    forecast.effectiveFraction +=
+        room.effective > 0.0 ? grown / (lumen * room.effective) : std::numeric_limits<double>::infinity();
+  }
+  forecast.fraction = volume / lumen;
+  forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
+  if (forecast.effectiveFraction > Forecast::possible) return forecast;
+  double milliseconds = 0.0;
+  for (const SceneSpecies& species : scene.species) {
+    constexpr double redCellVertices = 642.0, fixedShare = 0.3;
+    const double vertices = double(species.shape->mesh().vertices.size()) / redCellVertices;
+    milliseconds += double(species.count) * (fixedShare + (1.0 - fixedShare) * std::min(vertices, 3.0)) *
+                    millisecondsAt(forecast.effectiveFraction);
+  }
+  const double decades = std::max(0.0, std::log10(double(forecast.cells) / 1000.0));
+  forecast.seconds = 1e-3 * milliseconds * (1.0 + growthPerDecade * decades);
+  return forecast;
+}
+
+/// Where cells may be, if that is less than the lumen.
+std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast) {
+  constexpr double worthTelling = 0.995;
+  std::vector<std::string> lines;
+  const double lumen = scene.lumen.container->volume();
+  for (std::size_t s = 0; s < scene.species.size(); ++s)
+    if (forecast.roomShares[s] < worthTelling)
+      lines.push_back(
+          fmt::format("{} may be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
+                      "what HemoCell keeps leave no more",
+                      scene.species[s].job.name, forecast.roomShares[s], forecast.roomShares[s] * lumen));
+  return lines;
+}
+
+/// Why the cells cannot be packed, whatever is tried; nothing when that is not known.
+std::optional<std::string> impossible(const Job& job, const Scene& scene, const Forecast& forecast,
+                                      LumenSample& sample) {
+  const double lumen = scene.lumen.container->volume();
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const SceneSpecies& species = scene.species[s];
+    if (species.count <= std::int64_t(species.job.fixed.size())) continue;
+    const double volume = double(species.count) * species.shape->volume();
+    if (volume > forecast.roomShares[s] * lumen)
+      return fmt::format("{} {} have {:.4g} µm³, more than there is room for", species.count,
+                         species.job.name, volume);
+    if (!findsPlace(job, scene, species, sample.room(species.wall.get(), wallClearanceOf(job, species.job))))
+      return fmt::format("not even one {} finds a place in the lumen", species.job.name);
+  }
+  return {};
+}
+
+}  // namespace
+
+Forecast forecastOf(const Job& job, const Scene& scene) {
+  LumenSample sample(*scene.lumen.container);
+  return forecastOf(job, scene, sample);
+}
+
+std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks) {
+  LumenSample sample(*scene.lumen.container);
+  const Forecast f = forecastOf(job, scene, sample);
+  std::vector<std::string> lines;
+  std::string cells = fmt::format("{} cells with {:.4f} of the lumen's volume", f.cells, f.fraction);
+  if (f.effectiveFraction < 1.0)
+    cells += fmt::format(", as hard to pack as {:.3f} in a periodic box", f.effectiveFraction);
+  lines.push_back(cells);
+  for (std::string& line : roomLines(scene, f)) lines.push_back(std::move(line));
+  if (job.inColumns)
+    lines.push_back(
+        "In columns: the box decides what there is room for, up to 0.65 at 50 µm, less in small ones. The "
+        "figures below are those of random packings");
+  const std::optional<std::string> never = impossible(job, scene, f, sample);
+  if (never)
+    lines.push_back(fmt::format("Out of reach: {}", *never));
+  else if (f.effectiveFraction <= Forecast::easy)
+    lines.push_back(fmt::format("Within reach: {:.3f} below {:.2f}, where packing begins to take long",
+                                Forecast::easy - f.effectiveFraction, Forecast::easy));
+  else if (f.effectiveFraction <= Forecast::possible)
+    lines.push_back(
+        fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; "
+                    "--max-time and --best-effort bound it{}",
+                    Forecast::easy, Forecast::possible, columnsInstead(job, scene)));
+  else
+    lines.push_back(fmt::format(
+        "Probably out of reach: {}, the densest that was reached; --max-time and --best-effort give the "
+        "densest "
+        "there is{}",
+        f.effectiveFraction < 1.0
+            ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
+            : fmt::format("far above {:.2f}", Forecast::possible),
+        columnsInstead(job, scene)));
+  if (job.method == Method::cat)
+    lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
+  else if (never || !f.seconds)
+    lines.push_back("Time: cannot be told; --max-time bounds it");
+  else
+    lines.push_back(fmt::format(
+        "Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
+        about(*f.seconds),
+        ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
+  lines.push_back(
+      fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
+  const double tiles = double(job.tiles[0]) * job.tiles[1] * job.tiles[2];
+  if (tiles > 1.0)
+    lines.push_back(
+        fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
+                    "of the larger "
+                    "box comes on top of the time",
+                    job.tiles[0], job.tiles[1], job.tiles[2], tiles * double(f.cells),
+                    ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
+  if (const std::string left = leftOut(job, scene); !left.empty())
+    lines.push_back(fmt::format("Not in these figures: {}; with them it is harder and takes longer", left));
+  if (job.realisations > 1)
+    lines.push_back(
+        fmt::format("{} realisations, one after the other: each takes this time", job.realisations));
+  return lines;
+}
+
+}  // namespace packmesh::hemocell

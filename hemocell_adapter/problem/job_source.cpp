@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/job_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/value_specs.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// What HemoCell makes of a distance: it stores whole micrometres.
+int truncated(double distance) {
+  return static_cast<int>(distance);
+}
+
+bool isDistance(double value) {
+  const ValueSpec spec = specs::distanceFromSolid();
+  return value >= spec.low && value <= spec.high;
+}
+
+std::string originText(const std::string& where, double distance) {
+  if (distance == truncated(distance)) return where;
+  return fmt::format("{}: {:.15g}, which HemoCell truncates to whole µm", where, distance);
+}
+
+std::string howToState(const std::string& name) {
+  return fmt::format(
+      "state it by <species name=\"{0}\" minimumDistanceFromSolid=\"...\"/> or "
+      "--minimum-distance-from-solid {0} d",
+      name);
+}
+
+/// The calls that set the distance of one species.
+struct Found {
+  const DistanceCall* largest = nullptr;
+  const DistanceCall* other = nullptr;  ///< of another distance
+};
+
+Found callsFor(const std::string& name, const CaseSource& source) {
+  Found found;
+  const auto distance = [](const DistanceCall* call) { return truncated(*call->distance); };
+  for (const DistanceCall& call : source.distances) {
+    if (call.name != name || !call.distance || !isDistance(*call.distance)) continue;
+    if (!found.largest) {
+      found.largest = &call;
+    } else if (distance(&call) > distance(found.largest)) {
+      found.other = found.largest;
+      found.largest = &call;
+    } else if (!found.other && distance(&call) < distance(found.largest)) {
+      found.other = &call;
+    }
+  }
+  return found;
+}
+
+/// One line for each call that does not tell the distance of a species that must be known.
+void warnOfUnknownCalls(Job& job, const std::vector<std::string>& unstated) {
+  for (const DistanceCall& call : job.source.distances) {
+    if (unstated.empty() || (call.name && call.distance && isDistance(*call.distance))) continue;
+    if (call.name && std::find(unstated.begin(), unstated.end(), *call.name) == unstated.end()) continue;
+    const char* what = call.distance && isDistance(*call.distance) ? "which cell this is for"
+                       : call.name                                 ? "the distance"
+                                                                   : "what this sets";
+    job.warnings.push_back(fmt::format("{}: {}: {} cannot be told from the code; {}", call.where, call.text,
+                                       what, howToState(call.name.value_or(unstated.front()))));
+  }
+}
+
+}  // namespace
+
+void settleDistancesFromSolid(Job& job) {
+  if (!job.config) return;
+  std::vector<std::string> unstated;
+  for (const JobSpecies& species : job.species)
+    if (!species.statedDistanceFromSolid) unstated.push_back(species.name);
+  if (!unstated.empty()) {
+    for (const std::string& file : job.source.unread) job.warnings.push_back(file);
+    if (job.source.files.empty())
+      job.warnings.push_back(fmt::format(
+          "no C++ file beside {}: the minimum distance from solid of {} is assumed to be 0 µm. Cases that "
+          "call setInitialMinimumDistanceFromSolid (most of HemoCell's do, with 1) lose cells at the wall "
+          "then; {}",
+          job.config->file.filename().string(), fmt::join(unstated, ", "), howToState(unstated.front())));
+  }
+  warnOfUnknownCalls(job, unstated);
+  const bool allRead = !job.source.files.empty() && job.source.unread.empty();
+  const bool anyUnnamed = std::any_of(job.source.distances.begin(), job.source.distances.end(),
+                                      [](const DistanceCall& call) { return !call.name; });
+  for (JobSpecies& species : job.species) {
+    const Found found = callsFor(species.name, job.source);
+    const int inCode = found.largest ? truncated(*found.largest->distance) : 0;
+    if (species.statedDistanceFromSolid) {
+      const double stated = *species.statedDistanceFromSolid;
+      species.minimumDistanceFromSolid = truncated(stated);
+      species.distanceFromSolidOrigin = originText("stated", stated);
+      if (found.largest && inCode != truncated(stated))
+        job.warnings.push_back(fmt::format(
+            "the minimum distance from solid of {} is stated to be {} µm, but {} says {} µm: the stated one "
+            "is taken",
+            species.name, truncated(stated), found.largest->where, inCode));
+      continue;
+    }
+    species.minimumDistanceFromSolid = inCode;
+    if (found.largest) {
+      species.distanceFromSolidOrigin = originText(found.largest->where, *found.largest->distance);
+      if (found.other)
+        job.warnings.push_back(fmt::format(
+            "{} and {} set different minimum distances from solid for {}: the larger one, {} µm, is "
+            "taken; {}",
+            found.other->where, found.largest->where, species.name, inCode, howToState(species.name)));
+    } else {
+      const bool known = allRead && !anyUnnamed &&
+                         std::none_of(job.source.distances.begin(), job.source.distances.end(),
+                                      [&](const DistanceCall& call) { return call.name == species.name; });
+      species.distanceFromSolidOrigin =
+          !known ? "assumed" : fmt::format("not set in {}", fmt::join(job.source.files, ", "));
+    }
+  }
+}
+
+namespace {
+
+/// What the code says, when it is one thing: the direction at least.
+std::optional<PreInletCall> callOf(const CaseSource& source) {
+  std::optional<PreInletCall> one;
+  for (const PreInletCall& call : source.preInlets) {
+    if (!call.direction) return {};
+    if (one && one->direction != call.direction) return {};
+    if (!one)
+      one = call;
+    else if (one->slice != call.slice || !(one->ranges == call.ranges))
+      one->slice.reset();
+  }
+  return one;
+}
+
+/// The inlet stands in C++ code, and is not guessed.
+[[noreturn]] void refuseUnknownPreInlet(const Job& job) {
+  std::string calls;
+  for (const PreInletCall& call : job.source.preInlets)
+    calls += fmt::format(" {}: {} is not literal enough to be read.", call.where, call.text);
+  throw InputError(fmt::format(
+      "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only. Its place "
+      "stands "
+      "in the case's C++ code.{} Find preInletFromSlice(Direction::Xpos, slice) or "
+      "autoPreinletFromBoundary(Direction::Xpos) there, and say --pre-inlet Xpos or <packing><preInlet> Xpos "
+      "</preInlet> (and the plane by <preInletSlice>, where the slice is not the outermost plane). Or "
+      "describe "
+      "the inlet in <packing><container>, with its low corner at the origin",
+      job.config->file.string(), calls));
+}
+
+}  // namespace
+
+void choosePreInlet(Job& job, const Settings& settings) {
+  const bool detailed = settings.preInletSlice || !settings.preInletRanges.empty();
+  const bool needed = job.config && job.config->hasPreInlet && !job.container;
+  if (!settings.preInlet && !needed) {
+    if (detailed) throw UsageError("slice and range of a pre-inlet need its direction: --pre-inlet Xpos");
+    return;
+  }
+  if (!needed && !(job.config && job.config->hasPreInlet && job.config->preInletLength))
+    throw InputError("--pre-inlet is for cases whose config.xml has <preInlet><parameters><lengthN>");
+  const std::optional<PreInletCall> call = callOf(job.source);
+  if (!settings.preInlet && !call && detailed)
+    throw UsageError("slice and range of a pre-inlet need its direction: --pre-inlet Xpos");
+  if (!settings.preInlet && (!call || (!call->slice && !settings.preInletSlice))) refuseUnknownPreInlet(job);
+  if (!job.config->preInletLength)
+    throw InputError(fmt::format("{}: <preInlet> has no <parameters><lengthN>", job.config->file.string()));
+  if (!job.config->domain.geometry || job.container)
+    throw InputError(
+        job.config->file.string() +
+        ": a pre-inlet (--pre-inlet) is packed in cases with a <geometry>; describe another inlet in "
+        "<packing><container>, with its low corner at the origin");
+  PreInletPlace place = PreInletPlace::named(settings.preInlet ? *settings.preInlet : *call->direction);
+  const bool same = call && PreInletPlace::named(*call->direction).isTowards(place);
+  if (call && !same)
+    job.warnings.push_back(
+        fmt::format("the pre-inlet is stated to be {}, but {} says Direction::{}: the "
+                    "stated one is taken",
+                    *settings.preInlet, call->where, *call->direction));
+  if (same) {
+    place.slice = call->slice;
+    place.ranges = call->ranges;
+    place.origin = call->where;
+    place.allOutlines = call->slice.has_value();
+    if (!call->slice && !settings.preInletSlice)
+      job.warnings.push_back(
+          fmt::format("{}: {}: the slice cannot be told from the code; the outermost one with fluid is taken "
+                      "(--pre-inlet-slice, --pre-inlet-range state it)",
+                      call->where, call->text));
+  }
+  const PreInletPlace inCode = place;
+  if (settings.preInletSlice) place.slice = settings.preInletSlice;
+  if (!settings.preInletRanges.empty()) {
+    place.ranges = settings.preInletRanges;
+    std::sort(place.ranges.begin(), place.ranges.end(),
+              [](const NodeRange& a, const NodeRange& b) { return a.axis < b.axis; });
+    for (const NodeRange& range : place.ranges)
+      if (range.axis == place.axis)
+        throw InputError(fmt::format(
+            "--pre-inlet-range {}: the inlet is along {}; its ranges are those of the other two axes",
+            toString(range), "xyz"[place.axis]));
+  }
+  const bool differs = place.slice != inCode.slice || !(place.ranges == inCode.ranges);
+  if (differs) {
+    place.origin = "as stated";
+    place.allOutlines = false;
+    if (inCode.slice) job.preInletInCode = inCode;
+  }
+  job.preInlet = place;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/random.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Share of a region's hematocrit that is worth a warning when it is missed.
+constexpr double noticeable = 0.1;
+
+std::string bitsOf(const Pose& pose) {
+  std::array<double, 7> numbers{};
+  for (int k = 0; k < 3; ++k) numbers[k] = pose.position[k];
+  for (int k = 0; k < 4; ++k) numbers[3 + k] = pose.orientation.coeffs()[k];
+  return {reinterpret_cast<const char*>(numbers.data()), sizeof numbers};
+}
+
+/// `count` of the poses, drawn without bias, in their order.
+std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed,
+                        std::uint64_t stream) {
+  if (count >= std::int64_t(poses.size())) return poses;
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    order.emplace_back(uniform4(seed, RandomStream::draw, i, std::uint32_t(stream))[0], i);
+  std::sort(order.begin(), order.end());
+  std::vector<std::size_t> chosen;
+  for (std::int64_t i = 0; i < count; ++i) chosen.push_back(order[i].second);
+  std::sort(chosen.begin(), chosen.end());
+  std::vector<Pose> some;
+  for (const std::size_t i : chosen) some.push_back(poses[i]);
+  return some;
+}
+
+std::vector<Pose> posesOf(const std::vector<PosLine>& lines) {
+  std::vector<Pose> poses;
+  for (const PosLine& line : lines) poses.push_back(poseOf(line));
+  return poses;
+}
+
+/// `total` cells shared out in proportion to the weights, the largest remainders first.
+std::vector<std::int64_t> sharedOut(std::int64_t total, const std::vector<double>& weights) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::vector<std::int64_t> counts;
+  std::vector<std::pair<double, std::size_t>> remainders;
+  std::int64_t left = total;
+  for (std::size_t r = 0; r < weights.size(); ++r) {
+    const double exact = sum > 0.0 ? double(total) * weights[r] / sum : 0.0;
+    counts.push_back(std::int64_t(exact));
+    remainders.emplace_back(double(counts[r]) - exact, r);
+    left -= counts[r];
+  }
+  std::sort(remainders.begin(), remainders.end());
+  for (std::size_t k = 0; left > 0; --left, ++k) ++counts[remainders[k % remainders.size()].second];
+  return counts;
+}
+
+/// `total` cells shared out in proportion to the weights, of which `there` are where they are already.
+/// @return the others
+std::vector<std::int64_t> sharedOutBesides(std::int64_t total, std::vector<double> weights,
+                                           const std::vector<std::int64_t>& there) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  std::int64_t others = total;
+  for (std::size_t r = 0; r < weights.size(); ++r) {
+    weights[r] = std::max(0.0, (sum > 0.0 ? double(total) * weights[r] / sum : 0.0) - double(there[r]));
+    others -= there[r];
+  }
+  return sharedOut(std::max<std::int64_t>(0, others), weights);
+}
+
+std::vector<std::int64_t> fixedInRegions(const Scene& scene, const SceneSpecies& species) {
+  std::vector<std::int64_t> fixed(scene.regions.size(), 0);
+  for (const PosLine& line : species.job.fixed) ++fixed[regionAt(scene.regions, line.position)];
+  return fixed;
+}
+
+/// Volume by which a cell counts in the hematocrit [µm³].
+double countedVolume(const Job& job, const SceneSpecies& species) {
+  return job.redCellVolume.value_or(species.shape->volume());
+}
+
+class Parting {
+ public:
+  Parting(const Job& job, const Scene& scene) : job_(job), scene_(scene) {}
+
+  std::vector<ScenePart> operator()() {
+    if (!scene_.regions.empty()) shareOutRedCells();
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) divide(int(s));
+    return std::move(parts_);
+  }
+
+ private:
+  Freedom freedomOf(const SceneSpecies& species) const {
+    Freedom freedom;
+    freedom.cone = species.job.cone;
+    freedom.extraWallClearance = wallClearanceOf(job_, species.job) - job_.wallClearance;
+    return freedom;
+  }
+
+  void divide(int s) {
+    const SceneSpecies& species = scene_.species[s];
+    const auto fixed = posesOf(species.job.fixed);
+    if (std::int64_t(fixed.size()) > species.count)
+      throw InputError(fmt::format("{}: holds {} cells that are to stay, but only {} '{}' are asked for",
+                                   species.job.fixedFrom, fixed.size(), species.count, species.job.name));
+    if (!fixed.empty()) {
+      ScenePart part{s, species.job.name + ", fixed", std::int64_t(fixed.size()), fixed, {}, -1};
+      part.freedom.fixed = true;
+      part.freedom.extraWallClearance = wallClearanceOf(job_, species.job) - job_.wallClearance;
+      parts_.push_back(std::move(part));
+    }
+    const std::int64_t toPlace = species.count - std::int64_t(fixed.size());
+    if (scene_.regions.empty() || !species.job.redCell)
+      free(s, -1, toPlace, posesOf(species.job.start));
+    else
+      freeInRegions(s);
+  }
+
+  void freeInRegions(int s) {
+    const SceneSpecies& species = scene_.species[s];
+    const std::size_t regions = scene_.regions.size();
+    std::vector<std::vector<Pose>> start(regions);
+    for (const Pose& pose : posesOf(species.job.start))
+      start[regionAt(scene_.regions, pose.position)].push_back(pose);
+    for (std::size_t r = 0; r < regions; ++r) {
+      if (toPlace_[s][r] < 0)
+        throw InputError(fmt::format("{}: more of its cells are in {} than the hematocrit there allows",
+                                     species.job.fixedFrom, scene_.regions[r].name));
+      free(s, int(r), toPlace_[s][r], std::move(start[r]));
+    }
+  }
+
+  /// Shares the red cells out among the regions: those with a count or a ratio as the hematocrit asked for is
+  /// shared out, and then those that the hematocrit decides, so that all together come to it.
+  void shareOutRedCells() {
+    std::vector<double> left;  // of each region's red cells, over the reference volume
+    for (const SceneRegion& region : scene_.regions) left.push_back(region.share * region.hematocrit);
+    const std::vector<double> asked = left;
+    toPlace_.resize(scene_.species.size());
+    for (const bool byHematocrit : {false, true})
+      for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+        const SceneSpecies& species = scene_.species[s];
+        if (!species.job.redCell || byHematocrit != (!species.job.count && !species.job.ratio)) continue;
+        const std::vector<std::int64_t> fixed = fixedInRegions(scene_, species);
+        toPlace_[s] =
+            byHematocrit ? sharedOut(species.count, left) : sharedOutBesides(species.count, asked, fixed);
+        const double cell = countedVolume(job_, species) / scene_.referenceVolume(job_);
+        for (std::size_t r = 0; r < left.size(); ++r) {
+          if (byHematocrit) toPlace_[s][r] -= fixed[r];
+          left[r] = std::max(0.0, left[r] - cell * double(toPlace_[s][r] + fixed[r]));
+        }
+      }
+  }
+
+  /// A part of cells that may move.
+  void free(int s, int region, std::int64_t count, std::vector<Pose> start) {
+    if (count == 0 && region >= 0) return;
+    const SceneSpecies& species = scene_.species[s];
+    ScenePart part{s, species.job.name, count, {}, freedomOf(species), region};
+    if (region >= 0) {
+      part.name +=
+          region + 1 < int(scene_.regions.size()) ? fmt::format(", region {}", region + 1) : ", rest";
+      part.freedom.home = scene_.regions[region].region;
+    }
+    part.start = drawn(std::move(start), count, job_.seed, parts_.size());
+    if (job_.rotate && part.freedom.cone)
+      for (Pose& pose : part.start) pose.orientation = part.freedom.cone->nearest(pose.orientation);
+    parts_.push_back(std::move(part));
+  }
+
+  const Job& job_;
+  const Scene& scene_;
+  std::vector<ScenePart> parts_;
+  std::vector<std::vector<std::int64_t>> toPlace_;  ///< red cells that may move, by species and region
+};
+
+}  // namespace
+
+std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen) {
+  std::vector<SceneRegion> regions;
+  if (job.regions.empty()) return regions;
+  const Box bounds = lumen.container->bounds();
+  const Vec3 period = lumen.container->period();
+  std::vector<std::shared_ptr<const Container>> earlier;
+  std::vector<std::string> notices;
+  double rest = 1.0;
+  for (const RegionRequest& request : job.regions) {
+    std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, notices);
+    const auto region = std::make_shared<Region>(body, earlier, bounds, period);
+    const double share = volumeInLumen(*region, *lumen.container) / lumen.container->volume();
+    if (!(share > 0.0))
+      throw InputError(
+          fmt::format("{}: this region lies outside the lumen or in earlier ones", request.body.where));
+    regions.push_back({fmt::format("region {}", regions.size() + 1), region, share, request.hematocrit});
+    rest = std::max(0.0, rest - share);
+    earlier.push_back(std::move(body));
+  }
+  regions.push_back({"the rest", std::make_shared<Region>(nullptr, earlier, bounds, period), rest,
+                     job.hematocrit.value_or(0.0)});
+  return regions;
+}
+
+int regionAt(const std::vector<SceneRegion>& regions, const Vec3& point) {
+  for (std::size_t r = 0; r + 1 < regions.size(); ++r)
+    if (regions[r].region->contains(point)) return int(r);
+  return int(regions.size()) - 1;
+}
+
+std::vector<ScenePart> makeParts(const Job& job, const Scene& scene) {
+  return Parting(job, scene)();
+}
+
+std::vector<std::string> examineRegions(const Job& job, const Scene& scene) {
+  std::vector<std::string> warnings;
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    const SceneRegion& region = scene.regions[r];
+    double volume = 0.0;
+    std::int64_t cells = 0;
+    for (const ScenePart& part : scene.parts) {
+      const SceneSpecies& species = scene.species[part.species];
+      if (!species.job.redCell) continue;
+      const std::int64_t here = part.freedom.fixed      ? fixedInRegions(scene, species)[r]
+                                : part.region == int(r) ? part.count
+                                                        : 0;
+      cells += here;
+      volume += double(here) * countedVolume(job, species);
+    }
+    const double size = region.share * scene.referenceVolume(job), asked = region.hematocrit * size;
+    const bool listed = r < job.regions.size();
+    if (cells == 0 && asked > 0.0) {
+      const std::string what = fmt::format(
+          "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
+      if (listed)
+        throw InputError(
+            fmt::format("{}: {}; make the region larger, or leave it out", job.regions[r].body.where, what));
+      warnings.push_back(fmt::format("outside the regions there will be no red cell: {}", what));
+    } else if (std::abs(volume - asked) > noticeable * asked) {
+      warnings.push_back(
+          fmt::format("{} is so small that whole cells cannot meet its hematocrit: {:.4f} with {} "
+                      "red cell{}, {:.15g} asked for",
+                      region.name, volume / size, cells, cells == 1 ? "" : "s", region.hematocrit));
+    }
+  }
+  return warnings;
+}
+
+void ReadLines::add(const PosLine& line) {
+  lines_.emplace(bitsOf(poseOf(line)), line);
+}
+
+PosLine ReadLines::lineOf(const Pose& pose) const {
+  if (!lines_.empty()) {
+    const auto found = lines_.find(bitsOf(pose));
+    if (found != lines_.end()) return found->second;
+  }
+  return posLineOf(pose);
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A periodic packing repeated in a larger box.
+#pragma once
+
+#include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+inline bool isTiled(const Job& job) {
+  return job.tiles != std::array<int, 3>{1, 1, 1};
+}
+
+/// The job of packing the larger box, whose cells all have a place to begin with: those of `result`, a cell's
+/// images one after the other. All ranks call; each gets all cells.
+/// @throws InputError when the box is not periodic along an axis that it is repeated along, or there are too
+/// many cells
+Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, const Communicator& ranks);
+
+/// @throws InputError as above, before anything has been packed
+void requireTileable(const Job& job, const Scene& scene);
+
+}  // namespace packmesh::hemocell

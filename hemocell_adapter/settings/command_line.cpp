@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/settings/command_line.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "hemocell_adapter/base/exit_codes.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Options that are commands of their own.
+struct CommandOption {
+  const char* name;
+  Command command;
+  bool packCells;
+};
+constexpr CommandOption commandOptions[] = {{"help", Command::help, true},
+                                            {"version", Command::version, false},
+                                            {"reference", Command::reference, false},
+                                            {"print-config-reference", Command::reference, false},
+                                            {"man", Command::man, false},
+                                            {"completion", Command::completion, false}};
+
+/// What a word after the dashes can stand for.
+struct Candidate {
+  std::string name;
+  bool packCells;
+  const Setting* setting;  ///< nullptr: a command
+  Command command;
+};
+
+std::vector<Candidate> allCandidates() {
+  std::vector<Candidate> all;
+  for (const Setting& setting : settingsTable()) {
+    if (*setting.option) all.push_back({setting.option, setting.packCells, &setting, Command::pack});
+  }
+  for (const CommandOption& option : commandOptions)
+    all.push_back({option.name, option.packCells, nullptr, option.command});
+  return all;
+}
+
+/// The option that `word` (without dashes and value) names, in full or by a unique prefix.
+Candidate resolve(const std::string& word, const std::string& asTyped) {
+  const std::vector<Candidate> all = allCandidates();
+  std::vector<Candidate> matches, packCellsMatches;
+  for (const Candidate& candidate : all) {
+    if (candidate.name == word) return candidate;
+    if (candidate.name.compare(0, word.size(), word) != 0) continue;
+    matches.push_back(candidate);
+    if (candidate.packCells) packCellsMatches.push_back(candidate);
+  }
+  if (packCellsMatches.size() == 1) return packCellsMatches.front();
+  if (matches.size() == 1) return matches.front();
+  std::vector<std::string> names;
+  if (!matches.empty()) {
+    for (const Candidate& match : matches) names.push_back("--" + match.name);
+    throw UsageError(fmt::format("option '{}' is ambiguous: {}", asTyped, alternatives(names)));
+  }
+  for (const Candidate& candidate : all) names.push_back(candidate.name);
+  const auto nearest = nearestName(word, names);
+  throw UsageError(
+      fmt::format("unknown option '{}'{}", asTyped,
+                  nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; --help lists them all"));
+}
+
+std::string usage(const Setting& setting) {
+  std::string text = fmt::format("--{}", setting.option);
+  if (setting.flag) return text;
+  for (const ValueSpec& value : setting.values) text += fmt::format(" {}", value.placeholder);
+  return text;
+}
+
+class Parser {
+ public:
+  explicit Parser(const std::vector<std::string>& words) : words_(words) {}
+
+  CommandLine parse() {
+    bool optionsEnded = false;
+    while (next_ < words_.size()) {
+      const std::string& word = words_[next_++];
+      if (!optionsEnded && word == "--") {
+        optionsEnded = true;
+      } else if (!optionsEnded && looksLikeOption(word)) {
+        option(word);
+      } else {
+        positionals_.push_back(word);
+      }
+    }
+    if (isCommand_) return result_;
+    understandPositionals();
+    for (std::size_t i = 0, r = 0; i < words_.size(); ++i) {
+      while (r < restart_.size() && restart_[r].second <= i) ++r;
+      if (r == restart_.size() || i < restart_[r].first) result_.words.push_back(words_[i]);
+    }
+    return result_;
+  }
+
+ private:
+  /// "-" and negative numbers are no options.
+  static bool looksLikeOption(const std::string& word) {
+    return word.size() > 1 && word[0] == '-' && !toNumber(word).has_value();
+  }
+
+  void option(const std::string& word) {
+    const bool twoDashes = word[1] == '-';
+    std::string name = word.substr(twoDashes ? 2 : 1);
+    std::optional<std::string> attached;
+    if (const auto equals = name.find('='); equals != std::string::npos) {
+      attached = name.substr(equals + 1);
+      name.resize(equals);
+    }
+    if (!twoDashes && !name.empty()) {
+      // -h 0.3, -h=0.3 and, when no option is called like this, -h0.3.
+      if (const Setting* setting = byLetter(name[0]); setting && (name.size() == 1 || !isPrefix(name))) {
+        if (name.size() > 1 && setting->flag) throw UsageError(fmt::format("unknown option '{}'", word));
+        if (name.size() > 1 && !attached) attached = name.substr(1);
+        assign(*setting, attached, word);
+        return;
+      }
+    }
+    const std::string typed = word.substr(0, word.find('='));
+    const Candidate candidate = resolve(name, typed);
+    if (candidate.setting) {
+      const std::size_t begin = next_ - 1;
+      assign(*candidate.setting, attached, typed);
+      if (candidate.name == "restart") restart_.emplace_back(begin, next_);
+    } else if (!isCommand_) {
+      result_.command = candidate.command;
+      isCommand_ = true;
+    }
+  }
+
+  static const Setting* byLetter(char letter) {
+    for (const Setting& setting : settingsTable()) {
+      if (setting.letter == letter) return &setting;
+    }
+    return nullptr;
+  }
+
+  static bool isPrefix(const std::string& name) {
+    const auto all = allCandidates();
+    return std::any_of(all.begin(), all.end(),
+                       [&](const Candidate& c) { return c.name.compare(0, name.size(), name) == 0; });
+  }
+
+  void assign(const Setting& setting, std::optional<std::string> attached, const std::string& typed) {
+    Assignment assignment{&setting, {}, next_ - 1};
+    for (std::size_t i = 0; i < setting.values.size(); ++i) {
+      std::string text;
+      if (i == 0 && attached) {
+        text = *attached;
+      } else if (setting.flag) {
+        text = "true";
+      } else if (next_ < words_.size() && !looksLikeOption(words_[next_])) {
+        text = words_[next_++];
+      } else {
+        throw UsageError(fmt::format("option '{}' needs {} ({}); the {} is missing", typed,
+                                     setting.values.size() == 1 ? "a value" : "more values", usage(setting),
+                                     setting.values[i].placeholder));
+      }
+      try {
+        assignment.values.push_back(parseValue(setting.values[i], text));
+      } catch (const InputError& error) {
+        const std::string which =
+            setting.values.size() > 1 ? fmt::format(", {}", setting.values[i].placeholder) : "";
+        throw UsageError(fmt::format("option '--{}'{}: {}", setting.option, which, error.what()));
+      }
+    }
+    result_.assignments.push_back(std::move(assignment));
+  }
+
+  void understandPositionals() {
+    const auto check = std::find(positionals_.begin(), positionals_.end(), "check");
+    if (check != positionals_.end()) {
+      result_.command = Command::check;
+      positionals_.erase(check);
+    }
+    const bool checkBox = result_.settings().checkBox.value_or(false);
+    const bool ownLumen = result_.settings().container.has_value();
+    if (positionals_.empty()) {
+      if (ownLumen) return;
+      result_.restartAlone = !restart_.empty() && !checkBox && result_.command == Command::pack;
+      if (result_.restartAlone) return;
+      if (checkBox) throw UsageError("check --box needs three sizes: check --box sX sY sZ");
+      throw UsageError(result_.command == Command::check
+                           ? "what is to be checked? Give a config.xml or --box sX sY sZ [µm]"
+                           : "what is to be packed into? Give a config.xml or three sizes sX sY sZ [µm]");
+    }
+    if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {
+      result_.configFile = positionals_.front();
+      return;
+    }
+    if (positionals_.size() != 3 && checkBox) {
+      throw UsageError(fmt::format("check --box needs three sizes: check --box sX sY sZ; found '{}'",
+                                   fmt::join(positionals_, " ")));
+    }
+    if (positionals_.size() != 3) {
+      const bool numbers = std::all_of(positionals_.begin(), positionals_.end(),
+                                       [](const std::string& word) { return toNumber(word).has_value(); });
+      throw UsageError(fmt::format("expected a config.xml or three sizes sX sY sZ [µm], found {} {}{}: {}",
+                                   positionals_.size(), numbers ? "size" : "word",
+                                   positionals_.size() == 1 ? "" : "s", fmt::join(positionals_, " ")));
+    }
+    if (ownLumen) throw UsageError("sizes sX sY sZ exclude --cylinder, --sphere and --vessel");
+    result_.sizes = {positionals_[0], positionals_[1], positionals_[2]};
+  }
+
+  const std::vector<std::string>& words_;
+  std::size_t next_ = 0;
+  std::vector<std::string> positionals_;
+  CommandLine result_;
+  std::vector<std::pair<std::size_t, std::size_t>> restart_;  ///< words [first, second) of --restart
+  bool isCommand_ = false;
+};
+
+bool given(const CommandLine& commandLine, const std::string& option) {
+  return std::any_of(commandLine.assignments.begin(), commandLine.assignments.end(),
+                     [&](const Assignment& a) { return option == a.setting->option; });
+}
+
+/// Of two descriptions of one cell one would be lost.
+void refuseTwoShapes(const CommandLine& c) {
+  std::map<std::string, std::string> described;  // by which option
+  for (const Assignment& a : c.assignments) {
+    const std::string option = a.setting->option;
+    if (option != "cell" && option != "cell-mesh") continue;
+    const std::string& name = std::get<std::string>(a.values.front());
+    const auto [by, isNew] = described.try_emplace(name, option);
+    if (!isNew)
+      throw UsageError(
+          fmt::format("option '--{}': cell '{}' is described already, by '--{}'", option, name, by->second));
+  }
+}
+
+/// What an option is about when it may be given several times: a cell, a parameter, a file named like a cell.
+std::string subjectOf(const Assignment& a) {
+  const Kind kind = a.setting->values.front().kind;
+  const bool several = a.setting->values.size() > 1 && (kind == Kind::name || kind == Kind::choice);
+  if (!several && !a.setting->repeats) return "";
+  if (const auto* number = std::get_if<std::int64_t>(&a.values.front())) return std::to_string(*number);
+  const auto* text = std::get_if<std::string>(&a.values.front());
+  if (!text) return "";
+  return kind == Kind::text ? std::filesystem::path(*text).stem().string() : *text;
+}
+
+/// Options given twice. Those before the word `from` may be overridden.
+void refuseTwice(const CommandLine& c, std::size_t from) {
+  std::map<std::pair<const Setting*, std::string>, const Assignment*> known;
+  for (const Assignment& a : c.assignments) {
+    const std::string option = a.setting->option;
+    if (a.word < from || option == "export") continue;
+    const auto [other, isNew] = known.try_emplace({a.setting, subjectOf(a)}, &a);
+    if (isNew || other->second->values == a.values) continue;
+    throw UsageError(fmt::format(
+        "option '--{}' is given twice{}, with different values; one of them would be lost", option,
+        other->first.second.empty() ? "" : fmt::format(" for '{}'", other->first.second)));
+  }
+}
+
+/// Options that contradict each other or the mode.
+void checkCombination(const CommandLine& c) {
+  refuseTwoShapes(c);
+  if (given(c, "hematocrit")) {
+    for (const char* other : {"rbc", "plt"}) {
+      if (given(c, other)) {
+        throw UsageError(
+            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit decides the number{}", other,
+                        other == std::string("plt") ? ", --plt_ratio that of platelets" : ""));
+      }
+    }
+  }
+  if (c.command == Command::check)
+    for (const Assignment& a : c.assignments)
+      if (a.setting->packingOnly)
+        throw UsageError(fmt::format("option '--{}' is for packing, not for check", a.setting->option));
+  if (given(c, "quiet") && given(c, "verbose")) throw UsageError("--quiet excludes --verbose");
+  const char* lumen = nullptr;
+  for (const char* option : {"cylinder", "sphere", "vessel"}) {
+    if (!given(c, option)) continue;
+    if (lumen) throw UsageError(fmt::format("--{} excludes --{}: there is one lumen", lumen, option));
+    lumen = option;
+  }
+  if (!c.configFile && given(c, "minimum-distance-from-solid")) {
+    throw UsageError(
+        "option '--minimum-distance-from-solid' is for cases: without a config.xml there are no solid nodes");
+  }
+  if (given(c, "box") && c.command != Command::check) {
+    throw UsageError("option '--box' belongs to check; to pack a box give its sizes alone: sX sY sZ");
+  }
+  if (c.configFile) {
+    for (const char* boxOnly : {"dx", "keep-all", "box"}) {
+      if (given(c, boxOnly)) {
+        throw UsageError(fmt::format("option '--{}' is for boxes; in a case config.xml decides", boxOnly));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Settings CommandLine::settings() const {
+  return withOptions({}, *this);
+}
+
+Settings withOptions(Settings base, const CommandLine& commandLine) {
+  for (const Assignment& assignment : commandLine.assignments)
+    assignment.setting->apply(base, assignment.values);
+  return base;
+}
+
+CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
+                             std::size_t earlier) {
+  const bool asPackCells = std::filesystem::path(programName).filename() == "packCells";
+  if (arguments.empty()) {
+    throw UsageError("nothing to do: give a config.xml or three sizes sX sY sZ [µm]; --help explains");
+  }
+  CommandLine result = Parser(arguments).parse();
+  result.asPackCells = asPackCells;
+  result.words.insert(result.words.begin(), programName);
+  checkCombination(result);
+  if (!asPackCells) refuseTwice(result, earlier);
+  return result;
+}
+
+}  // namespace packmesh::hemocell

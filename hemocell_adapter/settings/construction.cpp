@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/settings/construction.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+struct NamedConstruction {
+  Construction construction;
+  const char* name;
+};
+constexpr NamedConstruction constructions[] = {
+    {Construction::rbcFromSphere, "RBC_FROM_SPHERE"},
+    {Construction::ellipsoidFromSphere, "ELLIPSOID_FROM_SPHERE"},
+    {Construction::wbcSphere, "WBC_SPHERE"},
+    {Construction::meshFromStl, "MESH_FROM_STL"},
+};
+
+}  // namespace
+
+std::string toString(Construction construction) {
+  for (const NamedConstruction& entry : constructions)
+    if (entry.construction == construction) return entry.name;
+  return "unknown";
+}
+
+std::optional<Construction> constructionFromString(const std::string& text) {
+  for (const NamedConstruction& entry : constructions)
+    if (text == entry.name) return entry.construction;
+  return {};
+}
+
+std::vector<std::string> constructionNames() {
+  std::vector<std::string> names;
+  for (const NamedConstruction& entry : constructions) names.emplace_back(entry.name);
+  return names;
+}
+
+std::vector<std::string> meshFrameNames() {
+  return {"hemocell", "file"};
+}
+
+std::optional<MeshFrame> meshFrameFromString(const std::string& text) {
+  if (text == "hemocell") return MeshFrame::hemocell;
+  if (text == "file") return MeshFrame::file;
+  return {};
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/settings/packing_section.h"
+
+// Reading `<packing>`.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+#include <unordered_set>
+
+#include "hemocell_adapter/base/xml_tags.h"
+#include "hemocell_adapter/settings/settings_table.h"
+#include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/error.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+using tinyxml2::XMLElement;
+namespace fs = std::filesystem;
+
+std::string didYouMean(const std::string& name, const std::vector<std::string>& known) {
+  const auto nearest = nearestName(name, known);
+  if (nearest) return fmt::format("did you mean '{}'?", *nearest);
+  return fmt::format("known are {}", fmt::join(known, ", "));
+}
+
+template <typename Table>
+std::vector<std::string> names(const Table& table) {
+  std::vector<std::string> all;
+  for (const auto& row : table) all.emplace_back(row.name);
+  return all;
+}
+
+/// Applies the attributes of `element` by `table`; required ones have an empty default and are named in
+/// `needed`.
+template <typename Table, typename Target>
+void readAttributes(const XMLElement& element, const Table& table, Target& target, const fs::path& file) {
+  for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
+    bool known = false;
+    for (const auto& row : table) {
+      if (std::string(row.name) != attribute->Name()) continue;
+      known = true;
+      try {
+        row.apply(target, parseValue(row.value, attribute->Value()));
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}, attribute {}: {}", placeOf(element, file), row.name, error.what()));
+      }
+    }
+    if (!known) {
+      throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file),
+                                   attribute->Name(), didYouMean(attribute->Name(), names(table))));
+    }
+  }
+}
+
+void require(const XMLElement& element, const char* attribute, const ValueSpec& spec, const fs::path& file) {
+  if (element.Attribute(attribute)) return;
+  throw InputError(fmt::format("{}: the attribute {} is missing; expected {}", placeOf(element, file),
+                               attribute, expectation(spec)));
+}
+
+void refuseContent(const XMLElement& element, const fs::path& file) {
+  if (element.FirstChildElement() || !trimmed(textOf(element)).empty()) {
+    throw InputError(fmt::format("{}: has contents; its values are attributes: <{} name=\"...\"/>",
+                                 placeOf(element, file), element.Name()));
+  }
+}
+
+/// `hint(name)` tells what to write instead of the attribute `name`.
+template <typename Hint>
+void refuseAttributes(const XMLElement& element, const fs::path& file, Hint&& hint) {
+  if (const auto* attribute = element.FirstAttribute()) {
+    throw InputError(fmt::format("{}: unknown attribute '{}'; {}", placeOf(element, file), attribute->Name(),
+                                 hint(attribute->Name(), attribute->Value())));
+  }
+}
+
+/// Of a tag whose value is its text.
+void refuseAttributes(const XMLElement& element, const fs::path& file) {
+  refuseAttributes(element, file, [&](const char*, const char* value) {
+    return fmt::format("expected <{0}> {1} </{0}>", element.Name(), value);
+  });
+}
+
+void refuseText(const XMLElement& element, const fs::path& file) {
+  const std::string text = trimmed(textOf(element));
+  if (!text.empty()) throw InputError(fmt::format("{}: stray text '{}'", placeOf(element, file), text));
+}
+
+SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
+  SpeciesRequest species;
+  require(element, "name", speciesAttributes().front().value, file);
+  refuseContent(element, file);
+  readAttributes(element, speciesAttributes(), species, file);
+  if (species.count && species.ratio) {
+    throw InputError(fmt::format("{}: has a count and a ratio; one of them decides", placeOf(element, file)));
+  }
+  if (species.meshFile && species.ellipsoidAxes) {
+    throw InputError(
+        fmt::format("{}: is a mesh file and an ellipsoid; one of them it can be", placeOf(element, file)));
+  }
+  for (std::optional<fs::path>* path : {&species.meshFile, &species.fixed, &species.start})
+    if (*path) **path = file.parent_path() / **path;
+  return species;
+}
+
+SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>& alsoKnown,
+                       const fs::path& file) {
+  for (const SolidTag& tag : solidTags()) {
+    if (std::string(tag.name) != element.Name()) continue;
+    SolidRequest solid;
+    solid.kind = tag.kind;
+    solid.where = placeOf(element, file);
+    for (const SolidAttribute& attribute : tag.attributes) {
+      if (!*attribute.fallback) require(element, attribute.name, attribute.value, file);
+    }
+    refuseContent(element, file);
+    readAttributes(element, tag.attributes, solid, file);
+    if (solid.kind == SolidRequest::Kind::mesh) solid.file = file.parent_path() / solid.file;
+    return solid;
+  }
+  std::vector<std::string> known = names(solidTags());
+  known.insert(known.end(), alsoKnown.begin(), alsoKnown.end());
+  throw InputError(
+      fmt::format("{}: unknown tag; {}", placeOf(element, file), didYouMean(element.Name(), known)));
+}
+
+ContainerRequest readContainer(const XMLElement& element, const fs::path& file) {
+  ContainerRequest container;
+  const auto bodiesHaveAttributes = [](const char*, const char*) {
+    return "expected <box>, <cylinder>, <sphere> or <mesh> inside, which have attributes";
+  };
+  refuseAttributes(element, file, bodiesHaveAttributes);
+  refuseText(element, file);
+  for (const XMLElement* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name == "obstacles") {
+      refuseAttributes(*child, file, bodiesHaveAttributes);
+      refuseText(*child, file);
+      for (const XMLElement* solid = child->FirstChildElement(); solid; solid = solid->NextSiblingElement()) {
+        container.obstacles.push_back(readSolid(*solid, {}, file));
+      }
+    } else if (name == "nodes") {
+      ValueSpec spec;
+      spec.kind = Kind::vector;
+      spec.unit = "lattice nodes";
+      spec.low = 1;
+      refuseAttributes(*child, file);
+      container.nodes = std::get<Vec3>(valueOf(*child, spec, file));
+    } else if (container.lumen) {
+      throw InputError(
+          fmt::format("{}: a second body; a container is one body from which <obstacles> are subtracted",
+                      placeOf(*child, file)));
+    } else {
+      container.lumen = readSolid(*child, {"obstacles", "nodes"}, file);
+    }
+  }
+  return container;
+}
+
+/// The value of a tag, or its several values between blanks.
+std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSpec>& specs,
+                            const fs::path& file) {
+  if (specs.size() == 1) return {valueOf(element, specs[0], file)};
+  std::istringstream text(textOf(element));
+  std::vector<std::string> words;
+  for (std::string word; text >> word;) words.push_back(word);
+  std::vector<Value> values;
+  try {
+    for (std::size_t i = 0; i < specs.size(); ++i)
+      values.push_back(parseValue(specs[i], i < words.size() ? words[i] : ""));
+    if (words.size() > specs.size())
+      throw InputError(fmt::format("expected {} words, found {}", specs.size(), words.size()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
+  }
+  return values;
+}
+
+RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
+  struct Attribute {
+    const char* name;
+    ValueSpec value;
+    std::function<void(RegionRequest&, const Value&)> apply;
+  };
+  ValueSpec fraction = specs::hematocrit();
+  fraction.lowExcluded = false;
+  const std::vector<Attribute> attributes = {
+      {"hematocrit", fraction, [](RegionRequest& r, const Value& v) { r.hematocrit = std::get<double>(v); }}};
+  RegionRequest region;
+  require(element, "hematocrit", fraction, file);
+  readAttributes(element, attributes, region, file);
+  refuseText(element, file);
+  const XMLElement* body = element.FirstChildElement();
+  if (!body || body->NextSiblingElement())
+    throw InputError(fmt::format("{}: expected one body inside: <box>, <cylinder>, <sphere> or <mesh>",
+                                 placeOf(element, file)));
+  region.body = readSolid(*body, {}, file);
+  return region;
+}
+
+}  // namespace
+
+Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
+  Settings settings;
+  std::unordered_set<std::string> named;  // species
+  std::vector<std::string> known = {"species", "container", "growth", "region"};
+  for (const Setting& setting : settingsTable()) {
+    if (*setting.tag) known.emplace_back(setting.tag);
+  }
+  refuseText(packing, file);
+  refuseAttributes(packing, file, [&](const char* name, const char* value) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) return didYouMean(name, known);
+    return fmt::format("expected it as a tag inside: <{0}> {1} </{0}>", name, value);
+  });
+  for (const XMLElement* child = packing.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    const std::string name = child->Name();
+    if (name == "species") {
+      const SpeciesRequest species = readSpecies(*child, file);
+      if (!named.insert(species.name).second) {
+        throw InputError(
+            fmt::format("{}: a second species called '{}' (<fixed> and <start> of one come after it)",
+                        placeOf(*child, file), species.name));
+      }
+      requireRoomForSpecies(settings);
+      settings.species.push_back(species);
+      continue;
+    }
+    if (name == "region") {
+      settings.regions.push_back(readRegion(*child, file));
+      continue;
+    }
+    const Setting* found = nullptr;
+    for (const Setting& setting : settingsTable()) {
+      if (*setting.tag && name == setting.tag) found = &setting;
+    }
+    if (!found || !found->repeats) onlyChild(packing, child->Name(), file);
+    if (name == "container") {
+      settings.container = readContainer(*child, file);
+      continue;
+    }
+    if (name == "growth") {
+      refuseContent(*child, file);
+      readAttributes(*child, growthParameters(), settings.growth.emplace(), file);
+      continue;
+    }
+    if (!found) {
+      throw InputError(
+          fmt::format("{}: unknown tag in <packing>; {}", placeOf(*child, file), didYouMean(name, known)));
+    }
+    refuseAttributes(*child, file);
+    std::vector<Value> values = valuesOf(*child, found->values, file);
+    if (name == "fixed" || name == "start")
+      values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
+    found->apply(settings, values);
+    if (name == "fixed" || name == "start") named.insert(settings.species.back().name);
+  }
+  if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
+  if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;
+  return settings;
+}
+
+}  // namespace packmesh::hemocell

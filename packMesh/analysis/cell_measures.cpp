@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/analysis/cell_measures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "packMesh/certificate/certified_cells.h"
+#include "packMesh/shape/inner_points.h"
+
+namespace packmesh {
+namespace {
+
+/// Boxes of the local hematocrit have about this edge [µm]; points in each that tell how much of it is lumen,
+/// along each axis.
+constexpr double edgeOfBoxes = 10.0;
+constexpr int lumenPoints = 6;
+
+/// The volume of a cell is shared out evenly among so many points in it.
+constexpr int pointsOfCell = 64;
+
+/// Gaps are looked for below this first [µm], and then below so many times as much each time.
+constexpr double firstLevel = 0.02, levelGrowth = 4.0;
+
+/// Volumes are summed in whole numbers of this [µm³], so that the sum does not depend on who adds what.
+constexpr double volumeStep = 0x1p-20;
+
+/// The lumen's bounding box, cut into boxes.
+class Boxes {
+ public:
+  explicit Boxes(const Container& container) : bounds_(container.bounds()), period_(container.period()) {
+    for (int k = 0; k < 3; ++k)
+      count_[k] = std::max<std::int64_t>(1, std::llround((bounds_.hi[k] - bounds_.lo[k]) / edgeOfBoxes));
+  }
+  std::int64_t count() const { return count_[0] * count_[1] * count_[2]; }
+  Vec3 size() const {
+    const Vec3 all = bounds_.hi - bounds_.lo;
+    return {all[0] / double(count_[0]), all[1] / double(count_[1]), all[2] / double(count_[2])};
+  }
+  std::int64_t of(const Vec3& p) const {
+    std::int64_t at[3];
+    for (int k = 0; k < 3; ++k) {
+      double x = (p[k] - bounds_.lo[k]) / (bounds_.hi[k] - bounds_.lo[k]);
+      if (period_[k] > 0.0) x -= std::floor(x);
+      at[k] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(x * double(count_[k]))), 0,
+                                       count_[k] - 1);
+    }
+    return (at[2] * count_[1] + at[1]) * count_[0] + at[0];
+  }
+  Vec3 corner(std::int64_t box) const {
+    const Vec3 each = size();
+    const std::int64_t x = box % count_[0], y = box / count_[0] % count_[1],
+                       z = box / (count_[0] * count_[1]);
+    return bounds_.lo + each.cwiseProduct(Vec3(double(x), double(y), double(z)));
+  }
+
+ private:
+  Box bounds_;
+  Vec3 period_;
+  std::array<std::int64_t, 3> count_{};
+};
+
+/// Volume of the part of a box that is lumen [µm³].
+double lumenIn(const Boxes& boxes, std::int64_t box, const Wall* wall) {
+  const Vec3 size = boxes.size(), corner = boxes.corner(box);
+  if (!wall) return size.prod();
+  int inside = 0;
+  for (int i = 0; i < lumenPoints; ++i)
+    for (int j = 0; j < lumenPoints; ++j)
+      for (int k = 0; k < lumenPoints; ++k) {
+        const Vec3 at = (Vec3(i, j, k).array() + 0.5) / lumenPoints;
+        inside += wall->distance(corner + at.cwiseProduct(size)).distance > 0.0;
+      }
+  return size.prod() * std::max(inside, 1) / (lumenPoints * lumenPoints * lumenPoints);
+}
+
+class Measuring {
+ public:
+  Measuring(const PackingProblem& problem, const CertificateInput& input)
+      : problem_(problem), input_(input), cells_(input_) {}
+
+  CellMeasures operator()() const {
+    const std::vector<double> gaps = gapsOfAll();
+    const std::vector<double> hematocrits = localHematocrits();
+    CellMeasures own;
+    for (std::int64_t i = 0; i < cells_.count(); ++i) {
+      if (!cells_.isOwn(i)) continue;
+      own.gap.push_back(gaps[i]);
+      own.localHematocrit.push_back(hematocrits[i]);
+    }
+    return own;
+  }
+
+ private:
+  const PlacedCell& cell(std::int64_t i) const { return (*input_.cells)[i]; }
+
+  /// Of own cells; of others something larger. Gaps are looked for below a level that rises: what is nearer
+  /// than the level before is known by then, so that far distances are measured for lonely cells alone.
+  /// A gap below the limit is exact, whatever the limit, so that the result does not depend on the order.
+  std::vector<double> gapsOfAll() const {
+    std::vector<double> gaps(cells_.count(), farthestGap);
+    const PeriodicNeighbors neighbors = cells_.neighbors();
+    double known = 0.0;  // gaps below this are final
+    const auto stillOpen = [&](std::int64_t i) {
+      return cells_.isOwn(i) && gaps[i] >= known ? gaps[i] : 0.0;
+    };
+    for (double level = firstLevel; known < farthestGap; level *= levelGrowth) {
+      level = std::min(level, farthestGap);
+      for (std::int64_t i = 0; i < cells_.count(); ++i)
+        neighbors.forEachNear(i, level, true, [&](const NearPair& pair) {
+          double &a = gaps[pair.first], &b = gaps[pair.second];
+          const double limit = std::min(level, std::max(stillOpen(pair.first), stillOpen(pair.second)));
+          if (limit == 0.0 || !(pair.apart < limit)) return;
+          const double gap = cells_.relation(pair, limit).gap;
+          a = std::min(a, gap);
+          b = std::min(b, gap);
+        });
+      known = level;
+    }
+    return gaps;
+  }
+
+  /// Of own cells; of others 0.
+  std::vector<double> localHematocrits() const {
+    std::vector<std::vector<Vec3>> points;
+    for (std::size_t s = 0; s < problem_.species.size(); ++s)
+      points.push_back(innerPoints(*problem_.species[s].shape, pointsOfCell));
+    const Boxes boxes(*problem_.container);
+    std::vector<std::int64_t> red(boxes.count(), 0);  // [steps]
+    for (std::int64_t i = 0; i < cells_.count(); ++i) {
+      if (!cells_.isOwn(i) || !problem_.species[cell(i).species].inHematocrit) continue;
+      const std::vector<Vec3>& inCell = points[cell(i).species];
+      const auto each = std::llround(cells_.volume(i) / volumeStep / double(inCell.size()));
+      for (const Vec3& p : inCell) red[boxes.of(cell(i).placement(p))] += each;
+    }
+    problem_.communicator.sum(red);
+    std::vector<double> hematocrit(red.size(), -1.0);  // as they are asked for
+    std::vector<double> local(cells_.count(), 0.0);
+    for (std::int64_t i = 0; i < cells_.count(); ++i) {
+      if (!cells_.isOwn(i)) continue;
+      const std::vector<Vec3>& inCell = points[cell(i).species];
+      for (const Vec3& p : inCell) {
+        const std::int64_t box = boxes.of(cell(i).placement(p));
+        double& h = hematocrit[box];
+        if (h < 0.0) h = volumeStep * double(red[box]) / lumenIn(boxes, box, problem_.container->wall());
+        local[i] += h / double(inCell.size());
+      }
+    }
+    return local;
+  }
+
+  const PackingProblem& problem_;
+  const CertificateInput& input_;
+  const CertifiedCells cells_;
+};
+
+}  // namespace
+
+CellMeasures measureCells(const PackingProblem& problem, const CertificateInput& input) {
+  return Measuring(problem, input)();
+}
+
+}  // namespace packmesh

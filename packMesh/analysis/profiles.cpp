@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/analysis/profiles.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "packMesh/analysis/cell_measures.h"
+#include "packMesh/analysis/wall_depth.h"
+#include "packMesh/core/random.h"
+#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/shape/inner_points.h"
+
+namespace packmesh {
+namespace {
+
+/// Sums are made of whole numbers of these, so that they do not depend on who adds what.
+constexpr double volumeStep = 0x1p-26, cosineStep = 0x1p-30;
+
+/// Points of all cells together, with walls whose distance takes some microseconds, too; what each cell has
+/// at least and at most.
+constexpr std::int64_t pointsOfAll = 1 << 20, pointsAtMeshes = 1 << 18;
+constexpr std::int64_t fewestPerCell = 16, mostPerCell = 4096;
+constexpr double pointsOfLumen = 1 << 18;
+
+/// Layers are as thin as the first of these [µm] with which there are not too many.
+constexpr std::array<double, 9> widths = {0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0};
+constexpr double mostLayers = 200.0;
+
+std::int64_t whole(double value, double step) {
+  return std::llround(value / step);
+}
+
+/// Layers between 0 and `length`, of about the same width.
+Profile layersOf(double begin, double length, bool exactly) {
+  Profile profile;
+  profile.begin = begin;
+  for (const double width : widths) {
+    profile.width = width;
+    if (length <= mostLayers * width) break;
+  }
+  const double layers = std::max(1.0, std::ceil(length / profile.width - 1e-9));
+  if (exactly) profile.width = length / layers;
+  profile.lumen.resize(static_cast<std::size_t>(layers), 0.0);
+  return profile;
+}
+
+class Measuring {
+ public:
+  Measuring(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
+            const std::array<bool, 3>& ends)
+      : problem_(problem),
+        container_(*problem.container),
+        cells_(cells),
+        ends_(ends),
+        bounds_(container_.bounds()),
+        period_(container_.period()),
+        wall_(container_.wall()) {
+    if (wall_) depth_.emplace(*wall_, bounds_);
+    const std::int64_t all = problem.communicator.sum(static_cast<std::int64_t>(cells.size()));
+    const std::int64_t points = wall_ && !wall_->closedForm() ? pointsAtMeshes : pointsOfAll;
+    measures_.pointsPerCell =
+        static_cast<int>(std::clamp(points / std::max<std::int64_t>(1, all), fewestPerCell, mostPerCell));
+  }
+
+  PackingMeasures operator()(const std::vector<double>& gaps) {
+    for (int k = 0; k < 3; ++k) measures_.axial[k] = layersOf(bounds_.lo[k], bounds_.size()[k], true);
+    sampleLumen();
+    profileCells();
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+      measures_.gaps.push_back(gapsOf(static_cast<int>(s), gaps));
+      measures_.orientation.push_back(orderOf(static_cast<int>(s)));
+    }
+    return std::move(measures_);
+  }
+
+ private:
+  /// Distance to the wall; nothing outside the lumen.
+  std::optional<double> toWall(const Vec3& p) const {
+    const double distance = (*depth_)(p);
+    if (!(distance > 0.0)) return {};
+    return distance;
+  }
+  bool isNearerToEnd(const Vec3& p, double distance) const {
+    for (int k = 0; k < 3; ++k)
+      if (ends_[k] && period_[k] == 0.0 && std::min(p[k] - bounds_.lo[k], bounds_.hi[k] - p[k]) <= distance)
+        return true;
+    return false;
+  }
+
+  static int layerOf(const Profile& profile, double x) {
+    return std::clamp(static_cast<int>(std::floor((x - profile.begin) / profile.width)), 0,
+                      profile.layers() - 1);
+  }
+
+  /// The volumes of the layers, and how deep the lumen is.
+  void sampleLumen() {
+    const Vec3 size = bounds_.size();
+    if (!wall_) {
+      for (int k = 0; k < 3; ++k)
+        std::fill(measures_.axial[k].lumen.begin(), measures_.axial[k].lumen.end(),
+                  size.prod() / measures_.axial[k].layers());
+      return;
+    }
+    const double edge = std::cbrt(size.prod() / pointsOfLumen);
+    std::int64_t n[3];
+    for (int k = 0; k < 3; ++k) n[k] = std::max<std::int64_t>(1, std::llround(size[k] / edge));
+    measures_.lumenPoints = n[0] * n[1] * n[2];
+    const Communicator& ranks = problem_.communicator;
+    std::array<std::vector<std::int64_t>, 3> slices;
+    for (int k = 0; k < 3; ++k) slices[k].assign(measures_.axial[k].lumen.size(), 0);
+    std::vector<double> depths;
+    double deepest = -1.0;
+    const Vec3 cube(size[0] / double(n[0]), size[1] / double(n[1]), size[2] / double(n[2]));
+    const auto look = [&](const Vec3& p) {
+      const auto distance = toWall(p);
+      if (!distance) return;
+      for (int k = 0; k < 3; ++k) ++slices[k][layerOf(measures_.axial[k], p[k])];
+      if (isNearerToEnd(p, *distance)) return;
+      depths.push_back(*distance);
+      deepest = std::max(deepest, *distance);
+    };
+    // Block by block, so that those outside the lumen are done with at once.
+    constexpr std::int64_t edgeOfBlock = 6;
+    std::int64_t blocks[3];
+    for (int k = 0; k < 3; ++k) blocks[k] = (n[k] + edgeOfBlock - 1) / edgeOfBlock;
+    const std::int64_t all = blocks[0] * blocks[1] * blocks[2];
+    const double reach = 0.5 * double(edgeOfBlock) * cube.norm();
+    for (std::int64_t b = all * ranks.rank() / ranks.size(); b < all * (ranks.rank() + 1) / ranks.size();
+         ++b) {
+      const std::int64_t low[3] = {b % blocks[0] * edgeOfBlock, b / blocks[0] % blocks[1] * edgeOfBlock,
+                                   b / (blocks[0] * blocks[1]) * edgeOfBlock};
+      Vec3 middle = bounds_.lo;
+      for (int k = 0; k < 3; ++k) middle[k] += cube[k] * (double(low[k]) + 0.5 * double(edgeOfBlock));
+      if (wall_->distance(middle).distance + reach < -wall_->slack()) continue;
+      for (std::int64_t z = low[2]; z < std::min(n[2], low[2] + edgeOfBlock); ++z)
+        for (std::int64_t y = low[1]; y < std::min(n[1], low[1] + edgeOfBlock); ++y)
+          for (std::int64_t x = low[0]; x < std::min(n[0], low[0] + edgeOfBlock); ++x) {
+            const auto u = uniform4(0, RandomStream::sample, std::uint64_t((z * n[1] + y) * n[0] + x), 0);
+            look(bounds_.lo + cube.cwiseProduct(Vec3(double(x) + u[0], double(y) + u[1], double(z) + u[2])));
+          }
+    }
+    deepest = ranks.max(deepest);
+    const double each = size.prod() / double(measures_.lumenPoints);
+    for (int k = 0; k < 3; ++k) {
+      ranks.sum(slices[k]);
+      for (std::size_t i = 0; i < slices[k].size(); ++i)
+        measures_.axial[k].lumen[i] = each * double(slices[k][i]);
+    }
+    if (deepest < 0.0) return;  // all faces are ends
+    measures_.wall = layersOf(0.0, deepest, false);
+    std::vector<std::int64_t> counts(measures_.wall->lumen.size(), 0);
+    for (const double depth : depths) ++counts[layerOf(*measures_.wall, depth)];
+    ranks.sum(counts);
+    for (std::size_t i = 0; i < counts.size(); ++i) measures_.wall->lumen[i] = each * double(counts[i]);
+    volumeOfPoint_ = each;
+  }
+
+  /// Volumes of cells in layers, in steps, and how many points that were.
+  struct Sums {
+    explicit Sums(const Profile& profile, std::size_t species)
+        : layers(profile.lumen.size()), volume(layers * species, 0), points(volume) {}
+    void add(int species, int layer, std::int64_t steps) {
+      volume[species * layers + layer] += steps;
+      ++points[species * layers + layer];
+    }
+    std::size_t layers;
+    std::vector<std::int64_t> volume, points;
+  };
+
+  void profileCells() {
+    const std::size_t species = problem_.species.size();
+    std::vector<std::vector<Vec3>> points;
+    for (const Species& one : problem_.species)
+      points.push_back(innerPoints(*one.shape, measures_.pointsPerCell));
+    std::vector<Sums> axial;
+    for (const Profile& profile : measures_.axial) axial.emplace_back(profile, species);
+    std::optional<Sums> wall;
+    if (measures_.wall) wall.emplace(*measures_.wall, species);
+    for (const PlacedCell& cell : cells_) {
+      const std::vector<Vec3>& inCell = points[cell.species];
+      const double volume = problem_.species[cell.species].shape->volume() / double(inCell.size());
+      const std::int64_t each = whole(volume, volumeStep);
+      for (const Vec3& body : inCell) {
+        const Vec3 p = wrapped(cell.placement(body), bounds_, period_);
+        for (int k = 0; k < 3; ++k) axial[k].add(cell.species, layerOf(measures_.axial[k], p[k]), each);
+        if (!wall) continue;
+        const double distance = std::max(0.0, toWall(p).value_or(0.0));
+        if (!isNearerToEnd(p, distance)) wall->add(cell.species, layerOf(*measures_.wall, distance), each);
+      }
+    }
+    for (int k = 0; k < 3; ++k) finish(measures_.axial[k], axial[k]);
+    if (wall) finish(*measures_.wall, *wall);
+  }
+
+  void finish(Profile& profile, Sums& sums) const {
+    problem_.communicator.sum(sums.volume);
+    problem_.communicator.sum(sums.points);
+    profile.red.assign(sums.layers, 0.0);
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+      std::vector<double>& fraction = profile.fraction.emplace_back(sums.layers, 0.0);
+      std::vector<double>& error = profile.error.emplace_back(sums.layers, 0.0);
+      for (std::size_t i = 0; i < sums.layers; ++i) {
+        const double volume = volumeStep * double(sums.volume[s * sums.layers + i]);
+        if (volume == 0.0 || profile.lumen[i] == 0.0) continue;
+        fraction[i] = volume / profile.lumen[i];
+        const double ofLumen = wall_ ? volumeOfPoint_ / profile.lumen[i] : 0.0;
+        error[i] = fraction[i] * std::sqrt(1.0 / double(sums.points[s * sums.layers + i]) + ofLumen);
+        if (problem_.species[s].inHematocrit) profile.red[i] += fraction[i];
+      }
+    }
+  }
+
+  GapHistogram gapsOf(int species, const std::vector<double>& gaps) const {
+    GapHistogram histogram;
+    histogram.counts.assign(static_cast<std::size_t>(std::llround(farthestGap / histogram.width)), 0);
+    const auto bins = static_cast<int>(histogram.counts.size());
+    constexpr double gapStep = 0x1p-30;
+    std::int64_t sum = 0, own = 0;
+    double least = farthestGap;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (cells_[i].species != species) continue;
+      if (gaps[i] >= farthestGap) {
+        ++histogram.beyond;
+        continue;
+      }
+      ++histogram.counts[std::clamp(static_cast<int>(std::floor(gaps[i] / histogram.width)), 0, bins - 1)];
+      sum += whole(gaps[i], gapStep);
+      ++own;
+      least = std::min(least, gaps[i]);
+    }
+    const Communicator& ranks = problem_.communicator;
+    ranks.sum(histogram.counts);
+    histogram.beyond = ranks.sum(histogram.beyond);
+    const std::int64_t near = ranks.sum(own);
+    sum = ranks.sum(sum);
+    least = ranks.min(least);
+    if (near == 0) return histogram;
+    histogram.minimum = least;
+    histogram.mean = gapStep * double(sum) / double(near);
+    std::int64_t below = 0;
+    for (int i = 0; i < bins; ++i) {
+      if (2 * (below + histogram.counts[i]) >= near) {
+        const double part = (0.5 * double(near) - double(below)) / double(histogram.counts[i]);
+        histogram.median = (i + part) * histogram.width;
+        break;
+      }
+      below += histogram.counts[i];
+    }
+    return histogram;
+  }
+
+  OrientationOrder orderOf(int species) const {
+    std::vector<std::int64_t> tenths(30, 0), sums(6, 0);  // of xx, yy, zz, xy, xz, yz
+    OrientationOrder order;
+    for (const PlacedCell& cell : cells_) {
+      if (cell.species != species) continue;
+      ++order.cells;
+      const Vec3 n = cell.placement.linear.col(1).normalized();
+      for (int k = 0; k < 3; ++k) ++tenths[10 * k + std::min(9, static_cast<int>(10.0 * std::abs(n[k])))];
+      constexpr int pairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+      for (int k = 0; k < 6; ++k) sums[k] += whole(n[pairs[k][0]] * n[pairs[k][1]], cosineStep);
+    }
+    problem_.communicator.sum(sums);
+    problem_.communicator.sum(tenths);
+    for (int k = 0; k < 30; ++k) order.cosines[k / 10][k % 10] = tenths[k];
+    order.cells = problem_.communicator.sum(order.cells);
+    if (order.cells == 0) return order;
+    const auto mean = [&](int k) { return cosineStep * double(sums[k]) / double(order.cells); };
+    Mat3 moments;
+    moments << mean(0), mean(3), mean(4), mean(3), mean(1), mean(5), mean(4), mean(5), mean(2);
+    order.tensor = 1.5 * moments - 0.5 * Mat3::Identity();
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(order.tensor);
+    order.eigenvalues = solver.eigenvalues().reverse();
+    order.director = solver.eigenvectors().col(2);
+    int largest = 0;
+    order.director.cwiseAbs().maxCoeff(&largest);
+    if (order.director[largest] < 0.0) order.director = -order.director;
+    return order;
+  }
+
+  const PackingProblem& problem_;
+  const Container& container_;
+  const std::vector<PlacedCell>& cells_;
+  const std::array<bool, 3> ends_;
+  const Box bounds_;
+  const Vec3 period_;
+  const Wall* const wall_;
+  std::optional<WallDepth> depth_;
+  double volumeOfPoint_ = 0.0;  ///< of the lumen's samples [µm³]
+  PackingMeasures measures_;
+};
+
+}  // namespace
+
+std::optional<double> layerBelow(const Profile& profile, double share) {
+  double volume = 0.0, red = 0.0;
+  for (int i = 0; i < profile.layers(); ++i) {
+    volume += profile.lumen[i];
+    red += profile.lumen[i] * profile.red[i];
+  }
+  if (!(red > 0.0)) return {};
+  const double wanted = share * red / volume;
+  double x = 0.0, before = 0.0;
+  for (int i = 0; i < profile.layers(); ++i) {
+    const double here = profile.middle(i), reached = profile.red[i];
+    if (reached >= wanted) return x + (here - x) * (wanted - before) / (reached - before);
+    x = here;
+    before = reached;
+  }
+  return {};
+}
+
+PackingMeasures measurePacking(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
+                               const std::vector<double>& gaps, const std::array<bool, 3>& ends) {
+  return Measuring(problem, cells, ends)(gaps);
+}
+
+}  // namespace packmesh

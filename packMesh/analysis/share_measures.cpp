@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/analysis/share_measures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "packMesh/analysis/cell_measures.h"
+#include "packMesh/parallel/periodic_images.h"
+
+namespace packmesh {
+namespace {
+
+/// A cell on its way to a rank that measures it, or needs it beside others.
+struct Traveller {
+  std::int64_t id;
+  int from, index;  ///< rank and place there
+  int species;
+  bool own;
+  double linear[9], translation[3];
+
+  PlacedCell cell() const {
+    return {species, {Eigen::Map<const Mat3>(linear), Eigen::Map<const Vec3>(translation)}};
+  }
+};
+
+struct Measured {
+  int index;
+  double gap, localHematocrit;
+};
+
+/// As many slices of the lumen across its longest axis as there are ranks.
+class Slices {
+ public:
+  Slices(const Container& container, int count)
+      : bounds_(container.bounds()), period_(container.period()), count_(count) {
+    bounds_.size().maxCoeff(&axis_);
+    width_ = bounds_.size()[axis_] / count;
+  }
+
+  int of(const Vec3& p) const {
+    const double x = wrapped(p, bounds_, period_)[axis_] - bounds_.lo[axis_];
+    return std::clamp(static_cast<int>(std::floor(x / width_)), 0, count_ - 1);
+  }
+
+  /// Whether `p`, or an image of it, is within `reach` of a slice.
+  bool isNear(const Vec3& p, int slice, double reach) const {
+    const double x = wrapped(p, bounds_, period_)[axis_] - bounds_.lo[axis_];
+    for (const int image : {0, -1, 1}) {
+      const double at = x + image * period_[axis_];
+      if (at >= slice * width_ - reach && at <= (slice + 1) * width_ + reach) return true;
+    }
+    return false;
+  }
+
+ private:
+  Box bounds_;
+  Vec3 period_;
+  int count_, axis_ = 0;
+  double width_ = 0.0;
+};
+
+/// Each rank's cells, with those that are near enough to matter; by id.
+std::vector<Traveller> sentToSlices(const PackingProblem& problem, const std::vector<PlacedCell>& own) {
+  const Communicator& ranks = problem.communicator;
+  const Slices slices(*problem.container, ranks.size());
+  double radius = 0.0;
+  for (const Species& species : problem.species) radius = std::max(radius, species.shape->radius());
+  const double reach = 2.0 * radius + farthestGap;
+  std::int64_t id = 0;
+  int rank = 0;
+  for (const std::int64_t cells : ranks.gatherAll(std::vector{static_cast<std::int64_t>(own.size())}))
+    if (rank++ < ranks.rank()) id += cells;
+  std::vector<std::vector<Traveller>> to(ranks.size());
+  for (std::size_t i = 0; i < own.size(); ++i, ++id) {
+    Traveller one{};
+    one.id = id;
+    one.from = ranks.rank();
+    one.index = static_cast<int>(i);
+    one.species = own[i].species;
+    const Placement& placement = own[i].placement;
+    Eigen::Map<Mat3>(one.linear) = placement.linear;
+    Eigen::Map<Vec3>(one.translation) = placement.translation;
+    const int owner = slices.of(placement.translation);
+    for (int slice = 0; slice < ranks.size(); ++slice) {
+      one.own = slice == owner;
+      if (one.own || slices.isNear(placement.translation, slice, reach)) to[slice].push_back(one);
+    }
+  }
+  std::vector<Traveller> here;
+  for (const std::vector<Traveller>& some : ranks.exchange(to))
+    here.insert(here.end(), some.begin(), some.end());
+  return here;  // ranks bring theirs in the order of their ids
+}
+
+}  // namespace
+
+CellMeasures measureShare(const PackingProblem& problem, const std::vector<PlacedCell>& own) {
+  const std::vector<Traveller> here = sentToSlices(problem, own);
+  std::vector<PlacedCell> cells;
+  std::vector<bool> isOwn;
+  for (const Traveller& one : here) {
+    cells.push_back(one.cell());
+    isOwn.push_back(one.own);
+  }
+  CertificateInput input;
+  for (const Species& species : problem.species) {
+    input.shapes.push_back(species.shape.get());
+    input.walls.push_back(problem.wallOf(species));
+  }
+  input.container = problem.container.get();
+  input.cells = &cells;
+  input.own = &isOwn;
+  const CellMeasures found = measureCells(problem, input);
+
+  std::vector<std::vector<Measured>> back(problem.communicator.size());
+  std::size_t n = 0;
+  for (const Traveller& one : here) {
+    if (!one.own) continue;
+    back[one.from].push_back({one.index, found.gap[n], found.localHematocrit[n]});
+    ++n;
+  }
+  CellMeasures measures;
+  measures.gap.resize(own.size());
+  measures.localHematocrit.resize(own.size());
+  for (const std::vector<Measured>& some : problem.communicator.exchange(back))
+    for (const Measured& one : some) {
+      measures.gap[one.index] = one.gap;
+      measures.localHematocrit[one.index] = one.localHematocrit;
+    }
+  return measures;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/certificate/certificate.h"
+
+#include "packMesh/certificate/certifier.h"
+
+namespace packmesh {
+
+Certificate certify(const CertificateInput& input, double largestGap) {
+  return Certifier(input, largestGap).certificate();
+}
+
+Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& numbers,
+                       const Communicator& communicator) {
+  struct Pair {
+    std::int64_t first, second;
+    double shift[3], gap;
+    bool contained;
+  };
+  struct Misplaced {
+    std::int64_t cell;
+    double gap;
+    int reason;
+  };
+  std::vector<Pair> pairs;
+  for (const OverlappingPair& p : own.overlapping)
+    pairs.push_back(
+        {numbers[p.first], numbers[p.second], {p.shift[0], p.shift[1], p.shift[2]}, p.gap, p.contained});
+  std::vector<Misplaced> misplaced;
+  std::string reasons;
+  for (const MisplacedCell& m : own.misplaced)
+    misplaced.push_back({numbers[m.cell], m.gap, static_cast<int>(m.reason.size())}), reasons += m.reason;
+
+  Certificate all;
+  all.complete = !communicator.any(!own.complete);
+  all.moreOverlaps = communicator.any(own.moreOverlaps);
+  all.cells = communicator.sum(own.cells);
+  all.pairsTested = communicator.sum(own.pairsTested);
+  all.minimumGap = communicator.min(own.minimumGap);
+  all.minimumWallGap = communicator.min(own.minimumWallGap);
+  for (const double volume : communicator.gatherAll(std::vector<double>{own.cellVolume}))
+    all.cellVolume += volume;
+  for (const Pair& p : communicator.gatherAll(pairs))
+    all.overlapping.push_back(
+        {p.first, p.second, Vec3(p.shift[0], p.shift[1], p.shift[2]), p.contained, p.gap});
+  sortByCells(all.overlapping);
+  const std::vector<char> text = communicator.gatherAll(std::vector<char>(reasons.begin(), reasons.end()));
+  auto at = text.begin();
+  for (const Misplaced& m : communicator.gatherAll(misplaced)) {
+    all.misplaced.push_back({m.cell, std::string(at, at + m.reason), m.gap});
+    at += m.reason;
+  }
+  std::sort(all.misplaced.begin(), all.misplaced.end(),
+            [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
+  return all;
+}
+
+std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
+                                          const std::vector<std::int64_t>& movedCells) {
+  const CertifiedCells cells(input);
+  const PeriodicNeighbors neighbors = cells.neighbors();
+  std::vector<bool> moved(cells.count(), false);
+  for (std::int64_t i : movedCells) moved[i] = true;
+  std::vector<OverlappingPair> out;
+  for (std::int64_t i = 0; i < cells.count(); ++i) {
+    if (!moved[i]) continue;
+    neighbors.forEachNear(i, input.requiredGap, false, [&](const NearPair& pair) {
+      const std::int64_t other = pair.first == i ? pair.second : pair.first;
+      if (other < i && moved[other]) return;  // was its turn
+      const MeshPairResult result = cells.relation(pair, input.requiredGap);
+      if (const auto fault = cells.faultOf(pair, result)) out.push_back(*fault);
+    });
+  }
+  sortByCells(out);
+  return out;
+}
+
+std::vector<OverlappingPair> findOverlaps(const CertificateInput& input) {
+  std::vector<std::int64_t> all(input.cells->size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int64_t>(i);
+  return findOverlaps(input, all);
+}
+
+}  // namespace packmesh

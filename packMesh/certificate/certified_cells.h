@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The cells of a CertificateInput, addressed by number. Internal to packMesh/stages/certificate.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/neighbors.h"
+
+namespace packmesh {
+
+class CertifiedCells {
+ public:
+  /// @param input must outlive this, and the vector it refers to
+  explicit CertifiedCells(const CertificateInput& input) : input_(input) {}
+
+  std::int64_t count() const { return static_cast<std::int64_t>(input_.cells->size()); }
+  bool isOwn(std::int64_t cell) const { return input_.own == nullptr || (*input_.own)[cell]; }
+  const Shape& shape(std::int64_t cell) const { return *input_.shapes[at(cell).species]; }
+  const Placement& placement(std::int64_t cell) const { return at(cell).placement; }
+  const Wall* wall(std::int64_t cell) const {
+    const std::size_t species = at(cell).species;
+    return species < input_.walls.size() ? input_.walls[species] : nullptr;
+  }
+  PlacedHierarchy mesh(std::int64_t cell) const { return {shape(cell).hierarchy(), placement(cell)}; }
+  Sphere sphere(std::int64_t cell) const { return boundingSphere(shape(cell).hierarchy(), placement(cell)); }
+  double volume(std::int64_t cell) const {
+    return shape(cell).volume() * std::abs(placement(cell).linear.determinant());
+  }
+
+  PeriodicNeighbors neighbors() const {
+    std::vector<Sphere> spheres(count());
+    for (std::int64_t i = 0; i < count(); ++i) spheres[i] = sphere(i);
+    return {std::move(spheres), input_.container ? input_.container->period() : Vec3(Vec3::Zero())};
+  }
+
+  /// The first as it is, the second moved by the shift. That sum is part of what is proven: the image of a
+  /// cell is its mesh placed with the moved translation.
+  MeshPairResult relation(const NearPair& pair, double largestGap) const {
+    Placement moved = placement(pair.second);
+    moved.translation += pair.shift;
+    return relate(shape(pair.first).hierarchy(), placement(pair.first), shape(pair.second).hierarchy(), moved,
+                  largestGap);
+  }
+
+  /// The fault of a pair, if it has one.
+  std::optional<OverlappingPair> faultOf(const NearPair& pair, const MeshPairResult& result) const {
+    if (result.relation == MeshRelation::apart && !(result.gap < input_.requiredGap)) return {};
+    const bool contained =
+        result.relation == MeshRelation::firstInside || result.relation == MeshRelation::secondInside;
+    return OverlappingPair{pair.first, pair.second, pair.shift, contained, result.gap};
+  }
+
+ private:
+  const PlacedCell& at(std::int64_t cell) const { return (*input_.cells)[cell]; }
+
+  const CertificateInput& input_;
+};
+
+inline void sortByCells(std::vector<OverlappingPair>& pairs) {
+  const auto key = [](const OverlappingPair& p) {
+    return std::make_tuple(p.first, p.second, p.shift[0], p.shift[1], p.shift[2]);
+  };
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const OverlappingPair& a, const OverlappingPair& b) { return key(a) < key(b); });
+}
+
+}  // namespace packmesh

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/field/distance_grid.h"
+
+#include <cmath>
+#include <limits>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/vector_text.h"
+#include "packMesh/mesh/closest_point.h"
+
+namespace packmesh {
+namespace {
+
+/// Largest grid [bytes].
+constexpr double largestGrid = 2e9;
+
+DistanceGrid emptyGrid(const Box& region, double spacing) {
+  if (region.empty() || !(spacing > 0.0) || !std::isfinite(spacing) || !region.size().allFinite())
+    throw InputError("a distance grid needs a region and a positive spacing, found a spacing of " +
+                     toText(spacing) + " µm");
+  DistanceGrid grid;
+  grid.origin = region.lo;
+  grid.spacing = spacing;
+  double bytes = sizeof(float);
+  for (int k = 0; k < 3; ++k) bytes *= std::max(2.0, std::ceil(region.size()[k] / spacing) + 1.0);
+  if (bytes > largestGrid)
+    throw InputError("a distance grid of " + toText(bytes / 1e9, 3) + " GB would be needed for a region of " +
+                     toText(region.size().x(), 4) + " x " + toText(region.size().y(), 4) + " x " +
+                     toText(region.size().z(), 4) + " µm at a spacing of " + toText(spacing, 4) +
+                     " µm; at most 2 GB are allowed: is the unit of length right?");
+  for (int k = 0; k < 3; ++k)
+    grid.nodes[k] = std::max(2, static_cast<int>(std::ceil(region.size()[k] / spacing)) + 1);
+  grid.value.resize(std::size_t(grid.nodes[0]) * grid.nodes[1] * grid.nodes[2]);
+  return grid;
+}
+
+/// Fills a grid: nodes beside the surface look at every triangle near them, then nearest triangles spread
+/// from node to node in sweeps (after P.-E. Danielsson, "Euclidean distance mapping", Computer Graphics and
+/// Image Processing 14, 1980, with triangles in place of pixels), then the band is searched exactly.
+class Sampler {
+ public:
+  Sampler(const TriangleMesh& mesh, DistanceGrid& grid) : mesh_(mesh), surface_(mesh), grid_(grid) {
+    nearest_.assign(grid.value.size(), -1);
+    grid_.value.assign(grid.value.size(), std::numeric_limits<float>::infinity());
+    step_[0] = 1;
+    step_[1] = grid.nodes[0];
+    step_[2] = step_[1] * grid.nodes[1];
+  }
+
+  void fill(double band) {
+    const double exact = std::max(band, 3.0 * grid_.spacing);
+    const bool bySearch = searchIsCheaper(exact);
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      seed(static_cast<int>(t), bySearch ? grid_.spacing : exact);
+    seedFaces();
+    sweep(2, +1);
+    sweep(2, -1);
+    finish(bySearch ? exact : 0.0);
+  }
+
+ private:
+  Vec3 position(int i, int j, int k) const { return grid_.origin + grid_.spacing * Vec3(i, j, k); }
+  /// Gives triangle t to node (i,j,k) if it is nearer than what the node has.
+  void offer(std::size_t node, int i, int j, int k, int t) {
+    if (t == nearest_[node]) return;
+    const float distance = static_cast<float>(surface_.onTriangle(t, position(i, j, k)).distance);
+    if (distance < grid_.value[node]) {
+      grid_.value[node] = distance;
+      nearest_[node] = t;
+    }
+  }
+
+  /// Whether to search the nearest triangle for every node of the band, or to offer every triangle to all
+  /// nodes that near: the latter costs less when triangles are large.
+  bool searchIsCheaper(double exact) const {
+    constexpr double searchPerOffer = 100.0;  // measured: 0.6 to 5 µs against 15 ns
+    double offers = 0.0;
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      Box box;
+      for (const int v : mesh_.triangles[t]) box.add(mesh_.vertices[v]);
+      offers += (box.size().array() + 2.0 * exact).prod();
+    }
+    return offers > searchPerOffer * 2.0 * exact * surfaceArea(mesh_);
+  }
+
+  /// Offers triangle t to the nodes less than `reach` off its plane and its bounding box, at least.
+  void seed(int t, double reach) {
+    Box box;
+    for (int c = 0; c < 3; ++c) box.add(mesh_.corner(t, c));
+    int lo[3], hi[3];
+    for (int k = 0; k < 3; ++k) {
+      const double first = std::ceil((box.lo[k] - reach - grid_.origin[k]) / grid_.spacing);
+      const double last = std::floor((box.hi[k] + reach - grid_.origin[k]) / grid_.spacing);
+      if (first > grid_.nodes[k] - 1 || last < 0.0) return;
+      lo[k] = static_cast<int>(std::max(0.0, first));
+      hi[k] = static_cast<int>(std::min<double>(grid_.nodes[k] - 1, last));
+    }
+    const Vec3& a = mesh_.corner(t, 0);
+    const Vec3 normal = (mesh_.corner(t, 1) - a).cross(mesh_.corner(t, 2) - a).normalized();
+    const double perNode = normal.x() * grid_.spacing;
+    for (int k = lo[2]; k <= hi[2]; ++k)
+      for (int j = lo[1]; j <= hi[1]; ++j) {
+        // Nodes i with |height + i perNode| <= reach
+        const double height = normal.dot(position(0, j, k) - a);
+        double first = lo[0], last = hi[0];
+        if (std::abs(perNode) * grid_.nodes[0] > reach) {
+          const double one = (-reach - height) / perNode, other = (reach - height) / perNode;
+          first = std::max(first, std::ceil(std::min(one, other)));
+          last = std::min(last, std::floor(std::max(one, other)));
+        } else if (std::abs(height) > 2.0 * reach) {
+          continue;
+        }
+        if (first > last) continue;
+        for (int i = static_cast<int>(first); i <= static_cast<int>(last); ++i)
+          offer(i + step_[1] * j + step_[2] * k, i, j, k, t);
+      }
+  }
+
+  /// Searches the nearest triangle for the nodes on the faces of the grid that the mesh passes, and for one
+  /// node at least: what lies outside the grid is known there, and spreads from there.
+  void seedFaces() {
+    const Box mesh = boundingBox(mesh_), box = grid_.box();
+    const auto search = [&](int i, int j, int k) {
+      offer(i + step_[1] * j + step_[2] * k, i, j, k, surface_.nearest(position(i, j, k)).triangle);
+    };
+    search(0, 0, 0);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int end = 0; end < 2; ++end) {
+        if (end == 0 ? mesh.lo[axis] >= box.lo[axis] : mesh.hi[axis] <= box.hi[axis]) continue;
+        int n[3];
+        n[axis] = end == 0 ? 0 : grid_.nodes[axis] - 1;
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        for (n[v] = 0; n[v] < grid_.nodes[v]; ++n[v])
+          for (n[u] = 0; n[u] < grid_.nodes[u]; ++n[u]) search(n[0], n[1], n[2]);
+      }
+  }
+
+  /// Lets the layers across `axis` learn from the layer before, in the given direction, and then within
+  /// themselves.
+  void sweep(int axis, int direction, int j = 0, int k = 0) {
+    const int n = grid_.nodes[axis];
+    for (int at = direction > 0 ? 0 : n - 1; at >= 0 && at < n; at += direction) {
+      const int before = at - direction;
+      const bool first = before < 0 || before >= n;
+      if (axis == 0) {
+        if (!first) learn(at, j, k, -direction * step_[0]);
+        continue;
+      }
+      if (!first)
+        for (int row = 0; row < (axis == 2 ? grid_.nodes[1] : 1); ++row)
+          for (int i = 0; i < grid_.nodes[0]; ++i)
+            learn(i, axis == 2 ? row : at, axis == 2 ? at : k, -direction * step_[axis]);
+      for (const int inner : {+1, -1}) sweep(axis - 1, inner, axis == 1 ? at : 0, axis == 2 ? at : k);
+    }
+  }
+
+  void learn(int i, int j, int k, std::ptrdiff_t from) {
+    const std::size_t node = i + step_[1] * j + step_[2] * k;
+    const int t = nearest_[node + from];
+    // A triangle gets nearer by at most the step.
+    if (t >= 0 && grid_.value[node + from] - grid_.spacing < grid_.value[node]) offer(node, i, j, k, t);
+  }
+
+  /// Searches the band exactly and gives every node its sign: beyond a spacing from the surface it is that of
+  /// the node beside it; nearer, it is looked up.
+  void finish(double exact) {
+    std::size_t node = 0;
+    for (int k = 0; k < grid_.nodes[2]; ++k)
+      for (int j = 0; j < grid_.nodes[1]; ++j)
+        for (int i = 0; i < grid_.nodes[0]; ++i, ++node) {
+          float& value = grid_.value[node];
+          const std::ptrdiff_t before = i > 0 ? step_[0] : j > 0 ? step_[1] : step_[2];
+          bool negative = node > 0 && std::signbit(grid_.value[node - before]);
+          // What spread may miss the nearest triangle by a little: hence more than `exact` is searched.
+          const bool search = value <= 1.05 * exact || node == 0;
+          if (search || value < 1.5 * grid_.spacing) {
+            const Vec3 p = position(i, j, k);
+            const ClosestPoint::Nearest nearest =
+                search ? surface_.nearest(p, nearest_[node]) : surface_.onTriangle(nearest_[node], p);
+            value = static_cast<float>(nearest.distance);
+            if (node == 0 || nearest.distance < 1.5 * grid_.spacing) negative = surface_.side(p, nearest) < 0;
+          }
+          if (negative) value = -value;
+        }
+  }
+
+  const TriangleMesh& mesh_;
+  const ClosestPoint surface_;
+  DistanceGrid& grid_;
+  std::vector<int> nearest_;  ///< nearest triangle of each node so far
+  std::ptrdiff_t step_[3];
+};
+
+}  // namespace
+
+DistanceGrid sampleDistance(const TriangleMesh& mesh, const Box& region, double spacing, double band) {
+  DistanceGrid grid = emptyGrid(region, spacing);
+  Sampler(mesh, grid).fill(band);
+  return grid;
+}
+
+}  // namespace packmesh

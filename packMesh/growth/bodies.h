@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Objects and their periodic images. Internal to packMesh/stages/growth.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "packMesh/growth/tetrahedra.h"
+
+namespace packmesh {
+
+/// "object 3", or its name.
+std::string nameOf(const TetrahedraInput& input, int object);
+
+/// Objects moved by whole periods into the bounds, and their images up to `margin` outside, sorted by where
+/// they are. Their points are not numbered yet.
+std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin);
+
+/// Where a body is.
+Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body);
+
+/// Surface of the container as far as bodies up to `margin` outside of the bounds may reach; nothing without
+/// a container.
+std::optional<MeshHierarchy> containerAround(const TetrahedraInput& input, double margin);
+
+/// Largest radius of the objects' bounding spheres [µm].
+double largestRadius(const TetrahedraInput& input);
+
+}  // namespace packmesh

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/chord_planes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace packmesh {
+namespace {
+
+/// Chords shorter than this take their direction from the distance field's gradient [µm].
+constexpr double shortChord = 1e-4;
+
+/// A wall closes in where it is nearer to points aside by more than this fraction of how far aside they are.
+constexpr double closingIn = 0.01;
+
+/// Shorter gradients of the wall's distance, as in the middle of a sphere, lead nowhere.
+constexpr double noDirection = 1e-6;
+
+/// How far outside of the bounds walls are sampled [µm].
+constexpr double beyondBounds = 1.0;
+
+/// Samples are padded to full clusters by repeating the last point.
+bool repeated(const SamplePoints& points, int i) {
+  return i % SamplePoints::width != 0 && points.x[i] == points.x[i - 1] && points.y[i] == points.y[i - 1] &&
+         points.z[i] == points.z[i - 1];
+}
+
+Vec3 pointOf(const SamplePoints& points, int i) {
+  return {points.x[i], points.y[i], points.z[i]};
+}
+
+}  // namespace
+
+ChordPlanes::ChordPlanes(const GrowthScene& scene) : scene_(scene) {
+  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+    const Shape& shape = *scene.shapes[s];
+    Species species{&shape,  SurfaceDistance(shape),       scene.walls[s],
+                    nullptr, LevelsOfDetail(shape.mesh()), {}};
+    if (species.wall && !species.wall->closedForm())
+      species.sampledWall = std::make_shared<const SampledWall>(
+          *species.wall, scene.container->bounds().grownBy(beyondBounds), species.wall->samplingSpacing());
+    for (int level = 0; level < species.levels.count(); ++level) {
+      const TriangleMesh& mesh = species.levels.mesh(level);
+      const double coarseness = std::sqrt(static_cast<double>(shape.mesh().vertices.size()) /
+                                          static_cast<double>(mesh.vertices.size()));
+      species.points.push_back(level == 0 ? shape.samples()
+                                          : sampleSurface(mesh, coarseness * shape.sampleSpacing()));
+    }
+    species_.push_back(std::move(species));
+  }
+}
+
+std::vector<ChordPlanes::Cell> ChordPlanes::cellsOf(const GrowthState& state,
+                                                    const PlaneRequest& request) const {
+  std::vector<Cell> cells;
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    const GrowingCell& c = state[i];
+    const Species& species = species_[c.species];
+    cells.push_back({c.species, c.pose.orientation.toRotationMatrix(), c.pose.position, c.pose.scale,
+                     c.frozen ? 0.0 : request.reach[i],
+                     &species.points[species.levels.indexOf(request.detail)], c.frozen,
+                     !c.frozen && request.shares.own(static_cast<std::int64_t>(i))});
+  }
+  return cells;
+}
+
+PlaneConstraints ChordPlanes::operator()(const GrowthState& state, const PlaneRequest& request) const {
+  const std::vector<Cell> cells = cellsOf(state, request);
+  std::vector<Sphere> spheres;
+  for (const Cell& c : cells)
+    spheres.push_back({c.position, c.scale * species_[c.species].shape->radius() + c.reach});
+  PlaneConstraints planes(state.size());
+  const PeriodicNeighbors neighbors(std::move(spheres), scene_.container->period());
+  for (std::size_t i = 0; i < state.size(); ++i)
+    neighbors.forEachNear(static_cast<std::int64_t>(i), scene_.clearance, true,
+                          [&](const NearPair& pair) { joinPair(pair, cells, planes); });
+  meetWalls(cells, planes);
+  return planes;
+}
+
+PlaneConstraints ChordPlanes::between(const GrowthState& state, const PlaneRequest& request,
+                                      const std::vector<NearPair>& pairs) const {
+  const std::vector<Cell> cells = cellsOf(state, request);
+  PlaneConstraints planes(state.size());
+  for (const NearPair& pair : pairs) joinPair(pair, cells, planes);
+  meetWalls(cells, planes);
+  return planes;
+}
+
+void ChordPlanes::meetWalls(const std::vector<Cell>& cells, PlaneConstraints& planes) const {
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (species_[cells[i].species].wall && cells[i].wanted) meetWall(static_cast<int>(i), cells, planes);
+}
+
+void ChordPlanes::joinPair(const NearPair& pair, const std::vector<Cell>& cells,
+                           PlaneConstraints& planes) const {
+  const Cell &a = cells[pair.first], &b = cells[pair.second];
+  if (!a.wanted && !b.wanted) return;
+  const Vec3 between = a.position - (b.position + pair.shift);
+  const double distance = between.norm();
+  if (distance > 0.0) {
+    const Vec3 direction = between / distance;
+    const double apart =
+        distance - a.scale * species_[a.species].shape->bound().support(a.rotation.transpose() * direction) -
+        b.scale * species_[b.species].shape->bound().support(b.rotation.transpose() * direction);
+    if (apart > a.reach + b.reach + scene_.clearance) return;
+  }
+  dropChords(static_cast<int>(pair.first), static_cast<int>(pair.second), pair.shift, cells, planes);
+  dropChords(static_cast<int>(pair.second), static_cast<int>(pair.first), -pair.shift, cells, planes);
+}
+
+/// Chords from the samples of one cell to the surface of another, seen from the body frame of the other.
+void ChordPlanes::dropChords(int from, int onto, const Vec3& ontoShift, const std::vector<Cell>& cells,
+                             PlaneConstraints& planes) const {
+  const Cell &a = cells[from], &b = cells[onto];
+  const SurfaceDistance& field = species_[b.species].field;
+  const Mat3 toBody = b.rotation.transpose() / b.scale;
+  const Mat3 linear = a.scale * toBody * a.rotation;
+  const Vec3 offset = toBody * (a.position - b.position - ontoShift);
+  const double ratio = a.scale / b.scale, limit = (a.reach + b.reach + scene_.clearance) / b.scale;
+  const SamplePoints& points = *a.points;
+  for (int cluster = 0; cluster < points.clusters; ++cluster) {
+    const Vec3 center(points.centerX[cluster], points.centerY[cluster], points.centerZ[cluster]);
+    if (field.lowerBound(linear * center + offset) - ratio * points.radius[cluster] > limit) continue;
+    for (int i = cluster * SamplePoints::width; i < (cluster + 1) * SamplePoints::width; ++i) {
+      if (repeated(points, i)) continue;
+      const Vec3 vertex = pointOf(points, i);
+      const Vec3 p = linear * vertex + offset;
+      const SurfaceDistance::Sample sample = field.sample(p);
+      if (sample.distance > limit) continue;
+      const Vec3 foot = field.foot(p, sample);
+      const Vec3 chord = foot - p;
+      const double length = chord.norm();
+      const bool longEnough = sample.distance > 0.0 && b.scale * length > shortChord;
+      const Vec3 normal = b.rotation * (longEnough ? Vec3(chord / length) : Vec3(-sample.gradient));
+      const double share = a.frozen ? 0.0 : b.frozen ? 1.0 : 0.5;  // of the gap that is the first cell's
+      const Vec3 meeting = b.position + b.scale * (b.rotation * (p + share * chord)) +
+                           (0.5 - share) * scene_.clearance * normal;
+      if (a.wanted) planes[from].push_back({vertex, meeting + ontoShift, normal});
+      if (b.wanted) planes[onto].push_back({foot, meeting, -normal});
+    }
+  }
+}
+
+void ChordPlanes::meetWall(int cell, const std::vector<Cell>& cells, PlaneConstraints& planes) const {
+  const Cell& a = cells[cell];
+  const Species& species = species_[a.species];
+  const double limit = a.reach + scene_.wallClearance + species.wall->slack();
+  const auto near = [&](const Vec3& p, double radius) {
+    return species.toWall(p).distance <= limit + radius;
+  };
+  if (!near(a.position, a.scale * species.shape->radius())) return;
+  const SamplePoints& points = *a.points;
+  for (int cluster = 0; cluster < points.clusters; ++cluster) {
+    const Vec3 center(points.centerX[cluster], points.centerY[cluster], points.centerZ[cluster]);
+    if (!near(a.position + a.scale * (a.rotation * center), a.scale * points.radius[cluster])) continue;
+    for (int i = cluster * SamplePoints::width; i < (cluster + 1) * SamplePoints::width; ++i) {
+      if (repeated(points, i)) continue;
+      const Vec3 vertex = pointOf(points, i), p = a.position + a.scale * (a.rotation * vertex);
+      const WallDistance here = species.toWall(p);
+      if (here.distance > limit || here.gradient.norm() < noDirection) continue;
+      const double margin = scene_.wallClearance;  // near the wall its distance is precise, without slack
+      const Vec3 inward = here.gradient.normalized();
+      planes[cell].push_back({vertex, p - (here.distance - margin) * inward, -inward});
+      // The plane says nothing of a wall that curves inwards or has edges: where could the point run into it?
+      const Vec3 u = inward.unitOrthogonal(), v = inward.cross(u);
+      for (const Vec3& aside : {u, Vec3(-u), v, Vec3(-v)}) {
+        const Vec3 q = p + a.reach * aside;
+        const WallDistance there = species.toWall(q);
+        if (there.distance > here.distance - closingIn * a.reach || there.gradient.norm() < noDirection)
+          continue;
+        const Vec3 back = there.gradient.normalized(), foot = q - (there.distance - margin) * back;
+        if (back.dot(p - foot) > 0.0) planes[cell].push_back({vertex, foot, -back});
+      }
+    }
+  }
+}
+
+}  // namespace packmesh

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file One cell grows within its planes (thesis eqs. 3.1-3.3, 3.9, 3.10).
+#pragma once
+
+#include <vector>
+
+#include "packMesh/core/pose.h"
+#include "packMesh/growth/linear_program.h"
+#include "packMesh/growth/plane_constraint.h"
+
+namespace packmesh {
+
+/// Change of a pose. The rotation is the axis times twice the tangent of half the angle, so that poses need
+/// no trigonometry; for small angles it is the rotation vector [rad].
+struct GrowthStep {
+  double scale = 1.0;  ///< at the end of the step
+  Vec3 rotation = Vec3::Zero();
+  Vec3 translation = Vec3::Zero();  ///< [µm]
+};
+
+/// `pose` after a fraction of a step; exactly `pose` for 0.
+Pose stepped(const Pose& pose, const GrowthStep& step, double fraction = 1.0);
+
+/// Within what a step is looked for (eq. 3.3), and how.
+struct GrowthBounds {
+  double scale = 1.0;        ///< the barrier: largest scale; not less than the pose's
+  double rotation = 0.0;     ///< θ_max about each axis [rad]
+  double translation = 0.0;  ///< t_max along each axis [µm]
+  double padding = 0.0;      ///< p of eq. 3.10 [µm]
+  int linearisations = 1;
+  /// Cells that can reach the barrier are moved until their planes are at least this much further away than
+  /// the padding, or as far as possible [µm]; 0: they stay where they can reach it.
+  double margin = 0.0;
+  /// Objective of the rotation and translation, small against 1, the objective of the scale: chooses among
+  /// equally good steps.
+  Vec3 turn = Vec3::Zero(), push = Vec3::Zero();
+};
+
+/// Sequential linear programming: the rotation is linearised, the programme of seven variables solved, and
+/// again around its solution. A plane that is nearer than the padding keeps its distance, so that staying is
+/// always allowed.
+class GrowthProgram {
+ public:
+  /// Largest scale in the planes, never less than the pose's; at the barrier, largest distance from them.
+  /// Without planes the cell grows to the barrier where it is.
+  GrowthStep solve(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
+
+  int pivots() const { return pivots_; }  ///< of all programmes so far
+
+ private:
+  /// A plane and its vertex, relative to the centre of the cell.
+  struct Row {
+    Vec3 arm;  ///< vertex, turned by the pose at the beginning, at scale 1 [µm]
+    Vec3 normal;
+    double limit;  ///< normal · (vertex - centre at the beginning) may be so large [µm]
+  };
+  void takeRows(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
+  double roomAt(double scale) const;
+  bool improve(const GrowthBounds& bounds, bool atBarrier, GrowthStep& step);
+
+  std::vector<Row> rows_;
+  LinearProgram program_;
+  int pivots_ = 0;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Meshes with fewer vertices, for as long as cells are far apart (thesis, Adaptive Mesh Sampling).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "packMesh/mesh/triangle_mesh.h"
+
+namespace packmesh {
+
+/// Share of the vertices to be used (eq. 3.4): ρ(k) = α (1 + α^(1/β) - k)^(-β).
+///
+/// As printed, the exponent stands with k alone, which gives some 1 % for all k; read like this ρ rises from
+/// about α at k = 0 to exactly 1 at k = 1, as the thesis says it does.
+/// @param progress k, 0 at the initial scale, 1 at full scale
+/// Pre: 0 < alpha <= 1, beta > 0
+double resamplingFactor(double progress, double alpha, double beta);
+
+/// The mesh of which `mesh` is the refinement, every triangle cut into four (HemoCell's cells, refined
+/// icosahedra and octahedra); its vertices are among those of `mesh`. Nothing when it is not such a
+/// refinement.
+std::optional<TriangleMesh> unrefined(const TriangleMesh& mesh);
+
+/// `mesh` with about `vertices` vertices, a subset of its own: edges are collapsed in the order of the
+/// quadric error (M. Garland, P. Heckbert, SIGGRAPH 1997; OpenMesh). It may have more where fewer would be no
+/// closed surface.
+TriangleMesh decimated(const TriangleMesh& mesh, int vertices);
+
+/// The surface of a container with triangles of about the given mean area [µm²] (eq. 3.7: that of the
+/// objects' triangles): the longest edges are halved until there are enough triangles, or, where there are
+/// more, edges are collapsed, which changes the surface.
+TriangleMesh resampled(const TriangleMesh& surface, double meanArea);
+
+/// One mesh in several levels of detail.
+class LevelsOfDetail {
+ public:
+  /// Levels with a quarter of the vertices each, as unrefined() finds them, else by decimated(); the coarsest
+  /// one has at least 40 vertices, and none meets itself.
+  explicit LevelsOfDetail(const TriangleMesh& mesh);
+
+  /// The level whose share of the vertices is nearest to `share`, as a ratio.
+  const TriangleMesh& level(double share) const { return meshes_[indexOf(share)]; }
+  int indexOf(double share) const;
+  int count() const { return static_cast<int>(meshes_.size()); }
+  const TriangleMesh& mesh(int index) const { return meshes_[index]; }
+
+ private:
+  std::vector<TriangleMesh> meshes_;  ///< the mesh itself first
+};
+
+}  // namespace packmesh

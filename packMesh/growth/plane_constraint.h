@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The constraint that both builders of growth planes produce.
+#pragma once
+#include <vector>
+#include "packMesh/core/vector.h"
+namespace packmesh {
+/// A vertex of an object has to stay behind a plane: normal · (T(vertex) - point) <= 0 (THESIS eq. 3.2).
+struct PlaneConstraint {
+  Vec3 vertex;  ///< body frame [µm]
+  Vec3 point;   ///< on the plane, world frame, nearest image [µm]
+  Vec3 normal;  ///< unit, away from the object
+};
+/// The planes of each object.
+using PlaneConstraints = std::vector<std::vector<PlaneConstraint>>;
+}  // namespace packmesh

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file One run of the TetGen library (H. Si, "TetGen, a Delaunay-based quality tetrahedral mesh generator",
+/// ACM Trans. Math. Softw. 41(2), 2015). Internal to packMesh/stages/growth.
+///
+/// TetGen keeps global state: one run at a time in a process.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "packMesh/mesh/triangle_mesh.h"
+
+namespace packmesh {
+
+using Tetrahedron = std::array<int, 4>;
+
+struct TetgenInput {
+  std::vector<Vec3> points;         ///< [µm]
+  std::vector<Triangle> triangles;  ///< to be respected; empty: Delaunay tetrahedra of the points
+  std::vector<int> triangleLabels;  ///< per triangle, positive
+  std::vector<double> weights;      ///< per point [µm²]; empty: unweighted
+  bool keepHull = false;  ///< keep what lies outside all closed surfaces, too, up to the convex hull
+  bool regions = false;   ///< number the regions that the triangles bound
+  bool subfaces = false;  ///< list the triangles as they were cut up
+};
+
+struct TetgenOutput {
+  std::vector<Vec3> points;             ///< those given, as they are, then Steiner points
+  std::vector<int> steinerLabels;       ///< of the triangle each Steiner point lies on, 0: on none
+  std::vector<Tetrahedron> tetrahedra;  ///< of positive volume: (b-a)x(c-a)·(d-a) > 0
+  std::vector<int> regions;             ///< per tetrahedron, if asked for; 0: outside all surfaces
+  std::vector<Triangle> subfaces;       ///< if asked for; turned either way
+  std::vector<int> subfaceLabels;
+};
+
+/// Nothing, or what TetGen gave up with.
+struct TetgenFailure {
+  static constexpr int unknown = 2, badInput = 10, stopped = 12;
+  int code = 0;       ///< 0: it did not
+  std::string words;  ///< what TetGen printed
+  std::string text() const;
+};
+
+/// @param variant ways to cope with difficult input: 0 the fastest, up to tetgenVariants - 1
+/// @param failure set when TetGen gives up, the output is then empty
+/// @param stop polled while TetGen works, which it then does in a child process that can be ended; true gives
+/// up.
+///   Empty: TetGen works in this process
+/// Pre: triangles meet in common vertices and edges only. TetGen 1.5 cannot be trusted with others: it may
+/// throw, abort or never return.
+TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure,
+                       const std::function<bool()>& stop = {});
+
+inline constexpr int tetgenVariants = 3;
+
+}  // namespace packmesh

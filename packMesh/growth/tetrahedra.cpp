@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/tetrahedra.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "packMesh/core/error.h"
+#include "packMesh/growth/bodies.h"
+#include "packMesh/growth/missing_triangles.h"
+#include "packMesh/growth/tetgen_offenders.h"
+
+namespace packmesh {
+namespace {
+
+/// Spheres that reach beyond a tetrahedron by more than this many times its longest edge are cut off by
+/// surfaces.
+constexpr double blockedSphere = 2.0;
+/// A margin that was too small is enlarged so often, to what was needed and a little more.
+constexpr int marginTrials = 4;
+constexpr double marginExcess = 1.05;
+/// So small a share of the triangles may be cut through where mending it would take another run: growth steps
+/// back where that matters. Among 128 red cells there are none, among 512 there are 8 in 655360.
+constexpr double brokenShare = 1e-4;
+/// Constraining what is missing is given up after so many runs (one is enough, mostly).
+constexpr int sparseRounds = 5;
+/// Images have the same Steiner points after so many runs at most (two or three, mostly).
+constexpr int refinements = 8;
+
+/// One run's input and output. Triangles of body b are labelled 1 + b, those of the container 1 + bodies.
+struct Run {
+  TetgenInput tetgen;
+  TetgenOutput output;
+  Tetrahedra result;
+  std::optional<MeshHierarchy> container;
+  bool sparse = false;  ///< surfaces bound nothing that is to be removed: those that hold need no constraint
+};
+
+void addSurface(const TriangleMesh& mesh, int meshVertices, const Vec3& shift, int label, Run& run) {
+  const int first = static_cast<int>(run.tetgen.points.size());
+  for (const Vec3& v : mesh.vertices) run.tetgen.points.push_back(v + shift);
+  for (const Triangle& t : mesh.triangles)
+    run.tetgen.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  run.tetgen.triangleLabels.resize(run.tetgen.triangles.size(), 1 + label);
+  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v)
+    run.result.vertices.push_back(v < meshVertices ? v : -1);
+}
+
+/// Surfaces of the objects where they were given, with Steiner points that they shall have in any case.
+using Surfaces = std::vector<TriangleMesh>;
+
+Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surfaces) {
+  Run run;
+  run.result.margin = margin;
+  run.result.bodies = bodiesOf(input, margin);
+  run.container = containerAround(input, margin);
+  int label = 0;
+  for (TetrahedraBody& body : run.result.bodies) {
+    body.firstPoint = static_cast<int>(run.tetgen.points.size());
+    const TriangleMesh& mesh = input.objects[body.object].mesh->mesh();
+    const int vertices = static_cast<int>(mesh.vertices.size());
+    if (surfaces)
+      addSurface((*surfaces)[body.object], vertices, body.shift, label, run);
+    else
+      addSurface(placed(mesh, placementOf(input, body)), vertices, Vec3::Zero(), label, run);
+    run.result.labels.resize(run.tetgen.points.size(), label++);
+  }
+  if (run.container) {
+    const TriangleMesh& mesh = run.container->mesh();
+    addSurface(mesh, static_cast<int>(mesh.vertices.size()), Vec3::Zero(), label, run);
+  }
+  run.result.labels.resize(run.tetgen.points.size(), wallLabel);
+  if (input.kind == TetrahedraKind::delaunay) run.tetgen.triangles.clear();
+  run.tetgen.keepHull = !run.container;
+  run.tetgen.regions = input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace;
+  run.tetgen.subfaces = surfaces != nullptr;
+  run.sparse = run.tetgen.keepHull && !run.tetgen.regions && !run.tetgen.triangles.empty();
+  return run;
+}
+
+/// Constrains only the triangles that plain Delaunay tetrahedra will not respect, and those around them: most
+/// surfaces are unions of their faces anyway, and TetGen takes most of its time to make sure of it. What is
+/// missing all the same is constrained in the next run.
+/// @return whether all triangles are respected, but for a few in 10000
+bool constrainWhatIsMissing(const TetrahedraInput& input, Run& run, TetgenFailure& failure) {
+  const TetgenInput& all = run.tetgen;
+  const auto tolerated = static_cast<std::size_t>(brokenShare * static_cast<double>(all.triangles.size()));
+  TetgenInput some = all;
+  std::vector<char> chosen(all.triangles.size(), 0), near(all.points.size(), 0);
+  std::vector<int> missing = likelyMissing(all.triangles, all.points);
+  for (int round = 0; round < sparseRounds; ++round) {
+    for (const int t : missing)
+      for (const int p : all.triangles[t]) near[p] = 1;
+    some.triangles.clear();
+    some.triangleLabels.clear();
+    for (std::size_t t = 0; t < chosen.size(); ++t) {
+      const Triangle& corners = all.triangles[t];
+      chosen[t] = near[corners[0]] || near[corners[1]] || near[corners[2]];
+      if (!chosen[t]) continue;
+      some.triangles.push_back(corners);
+      some.triangleLabels.push_back(all.triangleLabels[t]);
+    }
+    run.output = runTetgen(some, 0, failure, input.stop);
+    if (failure.code != 0) return false;
+    missing = missingTriangles(all.triangles, run.output.tetrahedra, all.points.size());
+    // A chosen one is respected, if cut up by new points.
+    missing.erase(std::remove_if(missing.begin(), missing.end(), [&](int t) { return chosen[t]; }),
+                  missing.end());
+    if (missing.size() <= tolerated) return true;
+  }
+  return false;
+}
+
+void runUntilItWorks(const TetrahedraInput& input, Run& run) {
+  const int variants = run.tetgen.triangles.empty() ? 1 : tetgenVariants;
+  TetgenFailure failure;
+  for (int variant = 0; variant < variants; ++variant) {
+    ++run.result.attempts;
+    failure.code = TetgenFailure::unknown;
+    if (variant < input.failingAttempts || input.failingObject >= 0) continue;
+    if (variant == 0 && run.sparse && constrainWhatIsMissing(input, run, failure)) return;
+    run.output = runTetgen(run.tetgen, variant, failure, input.stop);
+    if (failure.code == 0) return;
+    if (failure.code == TetgenFailure::stopped) break;
+  }
+  throw TetrahedraError(
+      "TetGen gave up on the space between " + std::to_string(input.objects.size()) + " objects (" +
+          std::to_string(run.tetgen.points.size()) + " vertices) after " +
+          std::to_string(run.result.attempts) + " attempts: " + failure.text() +
+          (input.explain && failure.code != TetgenFailure::stopped ? "; " + offendersText(input) : ""),
+      run.result.attempts);
+}
+
+/// Steiner points have the label of the surface they are on; those within the volume that of the nearest
+/// point they are joined to.
+void labelSteinerPoints(Run& run) {
+  constexpr int unknown = std::numeric_limits<int>::min();
+  const TetgenOutput& output = run.output;
+  std::vector<int>& labels = run.result.labels;
+  const int given = static_cast<int>(labels.size()), wall = static_cast<int>(run.result.bodies.size()) + 1;
+  int missing = 0;
+  for (const int label : output.steinerLabels) {
+    labels.push_back(label == 0 ? unknown : label == wall ? wallLabel : label - 1);
+    missing += label == 0;
+  }
+  run.result.vertices.resize(labels.size(), -1);
+  while (missing > 0) {
+    struct Found {
+      double distance = std::numeric_limits<double>::infinity();
+      int label = unknown;
+    };
+    std::vector<Found> nearest(output.steinerLabels.size());
+    for (const Tetrahedron& t : output.tetrahedra)
+      for (const int p : t)
+        for (const int q : t) {
+          if (labels[p] != unknown || labels[q] == unknown) continue;
+          const double distance = (output.points[p] - output.points[q]).squaredNorm();
+          if (distance < nearest[p - given].distance) nearest[p - given] = {distance, labels[q]};
+        }
+    const int before = missing;
+    for (std::size_t s = 0; s < nearest.size(); ++s)
+      if (nearest[s].label != unknown) {
+        labels[given + s] = nearest[s].label;
+        --missing;
+      }
+    if (missing == before) throw TetrahedraError("TetGen made points that no surface is joined to");
+  }
+}
+
+bool joins(const Tetrahedra& out, const Tetrahedron& t) {
+  const int a = out.labels[t[0]];
+  return a != out.labels[t[1]] || a != out.labels[t[2]] || a != out.labels[t[3]];
+}
+
+bool touchesPrimary(const Tetrahedra& out, const Tetrahedron& t) {
+  return std::any_of(t.begin(), t.end(), [&](int p) { return out.isPrimary(out.labels[p]); });
+}
+
+/// Which of the regions are outside of all objects and inside the container. A region whose tetrahedra join
+/// different surfaces is; any other is decided by the middle of its largest tetrahedron.
+std::vector<char> freeRegions(const TetrahedraInput& input, const Run& run) {
+  const TetgenOutput& output = run.output;
+  const std::vector<Vec3>& p = output.points;
+  const int count =
+      output.regions.empty() ? 0 : 1 + *std::max_element(output.regions.begin(), output.regions.end());
+  std::vector<char> isFree(count, 0);
+  std::vector<double> volume(count, 0.0);
+  std::vector<int> largest(count, -1);
+  for (std::size_t i = 0; i < output.tetrahedra.size(); ++i) {
+    const Tetrahedron& t = output.tetrahedra[i];
+    const int region = output.regions[i];
+    if (joins(run.result, t)) isFree[region] = 1;
+    const double sixfold = (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]).dot(p[t[3]] - p[t[0]]);
+    if (sixfold > volume[region]) {
+      volume[region] = sixfold;
+      largest[region] = static_cast<int>(i);
+    }
+  }
+  for (int region = 0; region < count; ++region) {
+    if (isFree[region] || largest[region] < 0) continue;
+    const Tetrahedron& t = output.tetrahedra[largest[region]];
+    const Vec3 middle = 0.25 * (p[t[0]] + p[t[1]] + p[t[2]] + p[t[3]]);
+    const int label = run.result.labels[t[0]];
+    if (label == wallLabel) {
+      isFree[region] = isInside(middle, *run.container, Placement());
+    } else {
+      const TetrahedraBody& body = run.result.bodies[label];
+      isFree[region] = !isInside(middle, *input.objects[body.object].mesh, placementOf(input, body));
+    }
+  }
+  return isFree;
+}
+
+void keepTetrahedra(const TetrahedraInput& input, Run& run) {
+  const std::vector<Tetrahedron>& all = run.output.tetrahedra;
+  std::vector<Tetrahedron>& kept = run.result.tetrahedra;
+  if (run.tetgen.regions) {
+    const std::vector<char> isFree = freeRegions(input, run);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (isFree[run.output.regions[i]]) kept.push_back(all[i]);
+  } else {
+    std::copy_if(all.begin(), all.end(), std::back_inserter(kept),
+                 [&](const Tetrahedron& t) { return joins(run.result, t) && touchesPrimary(run.result, t); });
+  }
+}
+
+Run tetrahedraWithin(const TetrahedraInput& input, double margin, const Surfaces* surfaces = nullptr) {
+  Run run = prepare(input, margin, surfaces);
+  runUntilItWorks(input, run);
+  labelSteinerPoints(run);
+  keepTetrahedra(input, run);
+  run.result.points = std::move(run.output.points);
+  return run;
+}
+
+/// How far beyond the bounds anything could change the tetrahedra at primary bodies [µm].
+double neededMargin(const TetrahedraInput& input, const Tetrahedra& out) {
+  double needed = 0.0;
+  for (const Tetrahedron& t : out.tetrahedra) {
+    if (!joins(out, t) || !touchesPrimary(out, t)) continue;
+    const Vec3 &o = out.points[t[0]], a = out.points[t[1]] - o, b = out.points[t[2]] - o,
+               c = out.points[t[3]] - o;
+    double edge = 0.0;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < i; ++j) edge = std::max(edge, (out.points[t[i]] - out.points[t[j]]).norm());
+    const Vec3 bc = b.cross(c), ca = c.cross(a), ab = a.cross(b);
+    Vec3 center = (a.squaredNorm() * bc + b.squaredNorm() * ca + c.squaredNorm() * ab) / (2.0 * a.dot(bc));
+    double radius = center.norm();
+    if (!(radius <= blockedSphere * edge)) {
+      center = 0.25 * (a + b + c);
+      radius = blockedSphere * edge;
+    }
+    center += o;
+    for (int k = 0; k < 3; ++k)
+      if (input.period[k] > 0.0)
+        needed = std::max(
+            {needed, center[k] + radius - input.bounds.hi[k], input.bounds.lo[k] - center[k] + radius});
+  }
+  return needed;
+}
+
+/// Found with plain Delaunay tetrahedra, which are cheap.
+double sufficientMargin(TetrahedraInput input) {
+  input.kind = TetrahedraKind::delaunay;
+  input.kept = TetrahedraKept::joining;
+  input.failingAttempts = 0;
+  input.failingObject = -1;
+  const double spacing = std::cbrt(input.bounds.volume() / static_cast<double>(input.objects.size()));
+  double margin = largestRadius(input) + spacing;
+  for (int trial = 0; trial < marginTrials; ++trial) {
+    const double needed = neededMargin(input, tetrahedraWithin(input, margin).result);
+    if (needed <= margin) break;
+    margin = marginExcess * needed;
+  }
+  return margin;
+}
+
+/// Steiner points at primary bodies become part of the surfaces they lie on.
+/// @return whether there were any
+bool refine(const Run& run, Surfaces& surfaces) {
+  const Tetrahedra& out = run.result;
+  const int given = static_cast<int>(run.tetgen.points.size());
+  std::vector<int> bodyWithNewPoints(surfaces.size(), -1);
+  for (const Tetrahedron& t : out.tetrahedra) {
+    if (!touchesPrimary(out, t)) continue;
+    for (const int p : t)
+      if (p >= given && out.labels[p] != wallLabel)
+        bodyWithNewPoints[out.bodies[out.labels[p]].object] = out.labels[p];
+  }
+  // Of several images with points of their own one is chosen; what others lack they get from it.
+  std::vector<int> number(out.points.size(), -1);
+  bool refined = false;
+  for (std::size_t f = 0; f < run.output.subfaces.size(); ++f) {
+    const int label = run.output.subfaceLabels[f] - 1;
+    if (label >= static_cast<int>(out.bodies.size())) continue;
+    const TetrahedraBody& body = out.bodies[label];
+    if (bodyWithNewPoints[body.object] != label) continue;
+    TriangleMesh& surface = surfaces[body.object];
+    if (number[body.firstPoint] < 0) {  // its first subface
+      for (std::size_t v = 0; v < surface.vertices.size(); ++v)
+        number[body.firstPoint + v] = static_cast<int>(v);
+      surface.triangles.clear();
+      refined = true;
+    }
+    Triangle triangle = run.output.subfaces[f];
+    for (int& p : triangle) {
+      if (number[p] < 0) {
+        number[p] = static_cast<int>(surface.vertices.size());
+        surface.vertices.push_back(out.points[p] - body.shift);
+      }
+      p = number[p];
+    }
+    surface.triangles.push_back(triangle);
+  }
+  return refined;
+}
+
+Tetrahedra periodicFreeSpace(const TetrahedraInput& input, double margin) {
+  Surfaces surfaces;
+  for (const PlacedMesh& object : input.objects)
+    surfaces.push_back(placed(object.mesh->mesh(), object.placement));
+  int attempts = 0;
+  for (int trial = 0;; ++trial) {
+    Run run = tetrahedraWithin(input, margin, &surfaces);
+    attempts = run.result.attempts += attempts;
+    if (trial == refinements || !refine(run, surfaces)) return std::move(run.result);
+  }
+}
+
+}  // namespace
+
+Tetrahedra tetrahedralise(const TetrahedraInput& input) {
+  if (!input.valid) requireValid(input);
+  if (input.objects.empty()) throw InputError("there are no objects to put tetrahedra between");
+  const bool periodic = (input.period.array() > 0.0).any();
+  const double margin = periodic && !(input.margin > 0.0) ? sufficientMargin(input) : input.margin;
+  if (periodic && input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace)
+    return periodicFreeSpace(input, margin);
+  return tetrahedraWithin(input, margin).result;
+}
+
+std::vector<Tetrahedron> weightedDelaunay(const std::vector<Vec3>& points,
+                                          const std::vector<double>& weights) {
+  if (points.size() != weights.size())
+    throw InputError("weighted Delaunay tetrahedra need one weight per point");
+  TetgenInput input;
+  input.points = points;
+  input.weights = weights;
+  TetgenFailure failure;
+  TetgenOutput output = runTetgen(input, 0, failure);
+  if (failure.code != 0)
+    throw TetrahedraError("TetGen gave up on the weighted Delaunay tetrahedra of " +
+                          std::to_string(points.size()) + " points: " + failure.text());
+  return std::move(output.tetrahedra);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/touching_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+namespace packmesh {
+namespace {
+
+constexpr double fullTurn = 6.283185307179586;
+
+/// Edge from corner `k` of a triangle to the next one.
+struct HalfEdge {
+  int from, to, triangle, k;
+};
+
+bool before(const HalfEdge& a, const HalfEdge& b) {
+  return a.from != b.from ? a.from < b.from : a.to != b.to ? a.to < b.to : a.triangle < b.triangle;
+}
+
+int rootOf(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/// How far one has to turn from triangle a through the inside until triangle b, about their edge [rad].
+double turnThroughInside(const TriangleMesh& mesh, const HalfEdge& a, const HalfEdge& b) {
+  const Vec3& origin = mesh.vertices[a.from];
+  const Vec3 axis = (mesh.vertices[a.to] - origin).normalized();
+  const Vec3 first = mesh.corner(a.triangle, (a.k + 2) % 3) - origin;
+  const Vec3 second = mesh.corner(b.triangle, (b.k + 2) % 3) - origin;
+  // Seen along the axis, the inside of a triangle that faces outwards is clockwise of it.
+  const Vec3 across = axis.cross(first);
+  const double angle = std::atan2(-second.dot(across), second.dot(first - axis.dot(first) * axis));
+  return angle > 0.0 ? angle : angle + fullTurn;
+}
+
+}  // namespace
+
+TriangleMesh separateTouchingParts(const TriangleMesh& mesh) {
+  const int corners = 3 * static_cast<int>(mesh.triangles.size());
+  std::vector<HalfEdge> edges;
+  for (int c = 0; c < corners; ++c)
+    edges.push_back({mesh.triangles[c / 3][c % 3], mesh.triangles[c / 3][(c % 3 + 1) % 3], c / 3, c % 3});
+  std::sort(edges.begin(), edges.end(), before);
+
+  // Corners of triangles that are one vertex of the result.
+  std::vector<int> parent(corners);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto unite = [&](int a, int b) {
+    a = rootOf(parent, a);
+    b = rootOf(parent, b);
+    parent[std::max(a, b)] = std::min(a, b);
+  };
+  for (const HalfEdge& edge : edges) {
+    auto other = std::lower_bound(edges.begin(), edges.end(), HalfEdge{edge.to, edge.from, -1, 0}, before);
+    const auto begin = other;
+    double least = 2.0 * fullTurn;
+    for (auto at = begin; at != edges.end() && at->from == edge.to && at->to == edge.from; ++at) {
+      const bool single =
+          at == begin && (at + 1 == edges.end() || (at + 1)->from != edge.to || (at + 1)->to != edge.from);
+      const double turn = single ? 0.0 : turnThroughInside(mesh, edge, *at);
+      if (turn < least) {
+        least = turn;
+        other = at;
+      }
+    }
+    if (least > fullTurn) continue;  // open
+    unite(3 * edge.triangle + edge.k, 3 * other->triangle + (other->k + 1) % 3);
+    unite(3 * edge.triangle + (edge.k + 1) % 3, 3 * other->triangle + other->k);
+  }
+
+  TriangleMesh result;
+  std::vector<int> number(corners, -1);
+  for (int c = 0; c < corners; ++c) {
+    const int root = rootOf(parent, c);
+    if (number[root] < 0) {
+      number[root] = static_cast<int>(result.vertices.size());
+      result.vertices.push_back(mesh.vertices[mesh.triangles[c / 3][c % 3]]);
+    }
+    number[c] = number[root];
+  }
+  for (int t = 0; t < corners; t += 3) result.triangles.push_back({number[t], number[t + 1], number[t + 2]});
+  return result;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Convex hull of a mesh and its support function.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "packMesh/mesh/triangle_mesh.h"
+
+namespace packmesh {
+
+/// Convex hull of the vertices of a mesh, kept for one question: which vertex lies furthest in a direction?
+class ConvexHull {
+ public:
+  explicit ConvexHull(const TriangleMesh& mesh);
+
+  /// The hull's vertices [µm].
+  const std::vector<Vec3>& points() const { return points_; }
+
+  /// Index into points() of one that lies furthest along `direction` (not zero), up to a rounding error of
+  /// 1e-11 of the hull's size.
+  int furthest(const Vec3& direction) const {
+    int best = starts_[startCell(direction)];
+    double value = direction.dot(points_[best]);
+    // On a convex polytope, a vertex that no neighbour exceeds is the highest.
+    for (int at = -1; at != best;) {
+      at = best;
+      for (int n = firstNeighbor_[at]; n < firstNeighbor_[at + 1]; ++n) {
+        const double other = direction.dot(points_[neighbors_[n]]);
+        if (other > value) {
+          value = other;
+          best = neighbors_[n];
+        }
+      }
+    }
+    return best;
+  }
+
+ private:
+  /// Cells per side of a cube of directions; the search for a direction starts where it ends for the middle
+  /// of its cell.
+  static constexpr int cells = 8;
+  static int startCell(const Vec3& direction);
+
+  std::vector<Vec3> points_;
+  std::vector<int> firstNeighbor_, neighbors_;  ///< vertices joined to vertex i by an edge
+  std::array<int, 6 * cells * cells> starts_;
+};
+
+inline int ConvexHull::startCell(const Vec3& direction) {
+  const double x = std::abs(direction[0]), y = std::abs(direction[1]), z = std::abs(direction[2]);
+  const int axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
+  const int k = axis == 2 ? 0 : axis + 1, l = axis == 0 ? 2 : axis - 1;
+  const double scale = 0.5 * cells / std::abs(direction[axis]);
+  const int u = std::min(cells - 1, static_cast<int>(0.5 * cells + scale * direction[k]));
+  const int v = std::min(cells - 1, static_cast<int>(0.5 * cells + scale * direction[l]));
+  return ((2 * axis + (direction[axis] < 0.0)) * cells + u) * cells + v;
+}
+
+}  // namespace packmesh

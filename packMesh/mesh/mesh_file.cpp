@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/mesh_file.h"
+
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/exact_text.h"
+#include "packMesh/core/input_file.h"
+#include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/mesh/polygon_soup.h"
+
+namespace packmesh {
+namespace {
+
+std::string kindOf(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  if (ending == ".stl" || ending == ".off" || ending == ".ply" || ending == ".obj") return ending.substr(1);
+  throw InputError(file.string() + ": expected a mesh file ending in .stl, .off, .ply or .obj, found " +
+                   (ending.empty() ? "no ending" : "'" + ending + "'"));
+}
+
+std::string meshIn(const std::filesystem::path& file) {
+  std::string content = contentOf(file, "a mesh file");
+  if (content.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw InputError(file.string() + ": expected a mesh, found an empty file");
+  return content;
+}
+
+bool startsWithWord(const std::string& content, const char* word) {
+  const std::size_t from = content.find_first_not_of(" \t\r\n");
+  if (from == std::string::npos) return false;
+  for (std::size_t k = 0; word[k]; ++k)
+    if (from + k >= content.size() || (content[from + k] | 0x20) != word[k]) return false;
+  return true;
+}
+
+/// Binary files may begin with "solid" too, and their sizes tell them from text beyond doubt.
+PolygonSoup readStl(const std::string& content, const std::filesystem::path& file) {
+  std::uint32_t count = 0;
+  if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
+  const std::uint64_t binarySize = 84 + 50 * std::uint64_t(count);
+  if (content.size() >= 84 && content.size() == binarySize) return readBinaryStl(content);
+  const bool brokenBinary = content.size() >= 84 && content.find('\0') != std::string::npos;
+  if (startsWithWord(content, "solid") && !brokenBinary) return readTextStl(content, file);
+  if (content.size() < 84)
+    throw InputError(file.string() +
+                     ": expected an STL file: text that begins with 'solid', or at least 84 bytes");
+  throw InputError(file.string() + ": expected a binary STL file of " + std::to_string(binarySize) +
+                   " bytes for the " + std::to_string(count) + " triangles its header announces, found " +
+                   std::to_string(content.size()) + " bytes");
+}
+
+PolygonSoup readSoup(const std::filesystem::path& file) {
+  const std::string kind = kindOf(file);
+  const std::string content = meshIn(file);
+  if (kind == "stl") return readStl(content, file);
+  if (kind == "obj") return readObj(content, file);
+  const std::size_t headerEnd = std::min(content.find("end_header"), content.size());
+  if (kind == "ply") {
+    if (!startsWithWord(content, "ply"))
+      throw InputError(file.string() + ": expected a PLY file, beginning with 'ply'");
+    if (headerEnd == content.size())
+      throw InputError(file.string() + ": expected 'end_header' in the PLY file");
+    const bool binary = content.find("format binary") < headerEnd;
+    return binary ? readBinaryPly(content, file) : readTextPly(content, file);
+  }
+  const std::string firstLine = content.substr(0, content.find('\n'));
+  const bool binary = firstLine.find("BINARY") != std::string::npos;
+  return binary ? readBinaryOff(content, file) : readTextOff(content, file);
+}
+
+/// Cuts a polygon into a fan of triangles from the first corner from which all of them face the polygon's
+/// way.
+void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std::vector<Triangle>& out) {
+  int apex = 0;
+  if (n > 3) {
+    Vec3 normal = Vec3::Zero();
+    for (int k = 1; k + 1 < n; ++k)
+      normal +=
+          (vertices[corner[k]] - vertices[corner[0]]).cross(vertices[corner[k + 1]] - vertices[corner[0]]);
+    for (int candidate = 0; candidate < n; ++candidate) {
+      bool good = true;
+      for (int k = 1; k + 1 < n && good; ++k) {
+        const Vec3& a = vertices[corner[candidate]];
+        good = (vertices[corner[(candidate + k) % n]] - a)
+                   .cross(vertices[corner[(candidate + k + 1) % n]] - a)
+                   .dot(normal) > 0.0;
+      }
+      if (good) {
+        apex = candidate;
+        break;
+      }
+    }
+  }
+  for (int k = 1; k + 1 < n; ++k)
+    out.push_back({corner[apex], corner[(apex + k) % n], corner[(apex + k + 1) % n]});
+}
+
+ExactText textOf(const TriangleMesh& mesh, const std::string& kind) {
+  ExactText out;
+  if (kind == "stl") {
+    out << "solid packMesh\n";
+    for (const Triangle& t : mesh.triangles) {
+      const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+      out << "facet normal " << Vec3((b - a).cross(c - a).stableNormalized()) << "\nouter loop\n";
+      out << "vertex " << a << "\nvertex " << b << "\nvertex " << c << "\nendloop\nendfacet\n";
+    }
+    return out << "endsolid packMesh\n";
+  }
+  if (kind == "off") {
+    out << "OFF\n" << mesh.vertices.size() << " " << mesh.triangles.size() << " 0\n";
+  } else if (kind == "ply") {
+    out << "ply\nformat ascii 1.0\ncomment by packMesh, lengths in micrometres\nelement vertex "
+        << mesh.vertices.size() << "\nproperty double x\nproperty double y\nproperty double z\nelement face "
+        << mesh.triangles.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
+  }
+  const bool obj = kind == "obj";
+  for (const Vec3& v : mesh.vertices) out << (obj ? "v " : "") << v << "\n";
+  for (const Triangle& t : mesh.triangles)
+    out << (obj ? "f " : "3 ") << t[0] + obj << " " << t[1] + obj << " " << t[2] + obj << "\n";
+  return out;
+}
+
+}  // namespace
+
+TriangleMesh readMesh(const std::filesystem::path& file) {
+  PolygonSoup soup = readSoup(file);
+  if (soup.ends.empty()) throw InputError(file.string() + ": expected triangles, found none");
+  for (std::size_t v = 0; v < soup.vertices.size(); ++v)
+    if (!soup.vertices[v].allFinite())
+      throw InputError(file.string() + ": vertex " + std::to_string(v + 1) +
+                       " has a coordinate that is no finite number");
+  const std::vector<int> number = mergeEqualVertices(soup.vertices);
+  TriangleMesh mesh;
+  mesh.vertices = std::move(soup.vertices);
+  mesh.triangles.reserve(soup.ends.size());
+  for (int& corner : soup.corners) corner = number[corner];
+  int first = 0;
+  for (const int end : soup.ends) {
+    if (end - first < 3) throw InputError(file.string() + ": expected at least three corners in every face");
+    cutPolygon(mesh.vertices, soup.corners.data() + first, end - first, mesh.triangles);
+    first = end;
+  }
+  return mesh;
+}
+
+void writeMesh(const std::filesystem::path& file, const TriangleMesh& mesh) {
+  const ExactText text = textOf(mesh, kindOf(file));
+  std::ofstream stream(file, std::ios::binary);
+  stream << text.str();
+  stream.close();
+  if (!stream) throw InputError(file.string() + ": the mesh file cannot be written");
+}
+
+}  // namespace packmesh

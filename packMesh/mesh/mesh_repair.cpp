@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/mesh_repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/core/vector_text.h"
+#include "packMesh/mesh/flat_triangles.h"
+#include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/mesh/self_intersection.h"
+#include "packMesh/mesh/winding_number.h"
+
+namespace packmesh {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+std::string counted(std::size_t n, const std::string& one, const std::string& many) {
+  return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+/// One side of an edge: triangle t has it between its corners k and k+1.
+struct Side {
+  int lo, hi;  ///< the two vertices of the edge
+  int triangle;
+  bool forwards;  ///< the triangle runs from lo to hi
+  bool sameEdge(const Side& other) const { return lo == other.lo && hi == other.hi; }
+};
+
+std::vector<Side> sortedSides(const TriangleMesh& mesh) {
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.triangle < b.triangle;
+  });
+  return sides;
+}
+
+/// Edges that do not have exactly two triangles.
+struct EdgeFaults {
+  std::size_t open = 0, crowded = 0;
+  Side firstOpen{}, firstCrowded{};
+  std::vector<int> openVertices;
+};
+
+EdgeFaults findEdgeFaults(const std::vector<Side>& sides) {
+  EdgeFaults faults;
+  for (std::size_t from = 0, to = 0; from < sides.size(); from = to) {
+    for (to = from; to < sides.size() && sides[to].sameEdge(sides[from]);) ++to;
+    if (to - from == 1) {
+      if (faults.open++ == 0) faults.firstOpen = sides[from];
+      faults.openVertices.insert(faults.openVertices.end(), {sides[from].lo, sides[from].hi});
+    } else if (to - from > 2) {
+      if (faults.crowded++ == 0) faults.firstCrowded = sides[from];
+    }
+  }
+  return faults;
+}
+
+std::size_t removeCollapsed(TriangleMesh& mesh) {
+  const std::size_t before = mesh.triangles.size();
+  mesh.triangles.erase(
+      std::remove_if(mesh.triangles.begin(), mesh.triangles.end(),
+                     [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }),
+      mesh.triangles.end());
+  return before - mesh.triangles.size();
+}
+
+/// Joins vertices on open edges that differ by rounding only, if no open edge is left then and no triangle is
+/// so small that it collapses. Returns the number of vertices joined.
+std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double medianEdge) {
+  std::vector<int> rim = faults.openVertices;
+  std::sort(rim.begin(), rim.end());
+  rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
+  std::vector<Vec3> points;
+  for (const int v : rim) points.push_back(mesh.vertices[v]);
+  const double reach = std::min(tolerance::crackFraction * boundingBox(mesh).size().norm(),
+                                tolerance::crackEdgeFraction * medianEdge);
+  const std::vector<int> first = firstOfNearVertices(points, reach);
+  std::vector<int> target(mesh.vertices.size());
+  std::iota(target.begin(), target.end(), 0);
+  std::size_t joined = 0;
+  for (std::size_t k = 0; k < rim.size(); ++k) {
+    target[rim[k]] = rim[first[k]];
+    joined += first[k] != static_cast<int>(k);
+  }
+  if (joined == 0) return 0;
+  TriangleMesh closed = mesh;
+  for (Triangle& t : closed.triangles)
+    for (int& v : t) v = target[v];
+  if (removeCollapsed(closed) > 0) return 0;
+  const EdgeFaults left = findEdgeFaults(sortedSides(closed));
+  if (left.open > 0 || left.crowded > 0) return 0;
+  removeUnusedVertices(closed);
+  mesh = std::move(closed);
+  return joined;
+}
+
+/// How long edges are.
+struct EdgeLengths {
+  double median = 0.0;           ///< [µm]
+  std::vector<double> shortest;  ///< of the edges of each vertex [µm]
+};
+
+EdgeLengths edgeLengthsOf(const TriangleMesh& mesh) {
+  std::vector<double> shortest(mesh.vertices.size(), std::numeric_limits<double>::infinity()), all;
+  all.reserve(3 * mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      all.push_back((mesh.vertices[a] - mesh.vertices[b]).stableNorm());
+      for (const int v : {a, b}) shortest[v] = std::min(shortest[v], all.back());
+    }
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return {*middle, std::move(shortest)};
+}
+
+/// Refuses a vertex that is so far away from all its neighbours, compared with their own edges and with the
+/// median, that a coordinate of it must be wrong.
+void refuseOutlier(const TriangleMesh& mesh, const EdgeLengths& lengths, const std::string& name) {
+  const double least = tolerance::outlierEdges * lengths.median;
+  std::vector<double> around(mesh.vertices.size(), 0.0);  // the largest `shortest` of the neighbours
+  for (const Triangle& t : mesh.triangles)
+    for (const int a : t)
+      for (const int b : t)
+        if (a != b && lengths.shortest[a] > least) around[a] = std::max(around[a], lengths.shortest[b]);
+  for (std::size_t v = 0; v < around.size(); ++v)
+    if (lengths.shortest[v] > std::max(least, tolerance::outlierEdges * around[v]))
+      throw MeshError(name + ": the vertex at " + toText(mesh.vertices[v]) + " is " +
+                      toText(lengths.shortest[v], 3) +
+                      " away from all that it is joined with, where edges are mostly about " +
+                      toText(lengths.median, 3) + " long: is a coordinate corrupt?");
+}
+
+/// Turns triangles so that neighbours agree. `component` receives the connected component of each triangle.
+/// Returns the number of triangles turned, or nothing when the surface is one-sided.
+std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<Side>& sides,
+                                  std::vector<int>& component) {
+  struct Neighbour {
+    int triangle;
+    bool agrees;
+  };
+  const std::size_t n = mesh.triangles.size();
+  std::vector<Neighbour> neighbours(3 * n);
+  std::vector<int> used(n, 0);
+  for (std::size_t s = 0; s + 1 < sides.size(); s += 2) {
+    const int a = sides[s].triangle, b = sides[s + 1].triangle;
+    const bool agrees = sides[s].forwards != sides[s + 1].forwards;
+    neighbours[3 * a + used[a]++] = {b, agrees};
+    neighbours[3 * b + used[b]++] = {a, agrees};
+  }
+  component.assign(n, -1);
+  std::vector<char> turned(n, 0);
+  std::size_t turnedInAll = 0;
+  int components = 0;
+  for (std::size_t seed = 0; seed < n; ++seed) {
+    if (component[seed] >= 0) continue;
+    std::vector<int> reached{static_cast<int>(seed)};
+    component[seed] = components;
+    std::size_t turnedHere = 0;
+    for (std::size_t k = 0; k < reached.size(); ++k)
+      for (int e = 0; e < 3; ++e) {
+        const Neighbour& next = neighbours[3 * reached[k] + e];
+        const char shouldTurn = next.agrees ? turned[reached[k]] : !turned[reached[k]];
+        if (component[next.triangle] < 0) {
+          component[next.triangle] = components;
+          turned[next.triangle] = shouldTurn;
+          turnedHere += shouldTurn;
+          reached.push_back(next.triangle);
+        } else if (turned[next.triangle] != shouldTurn) {
+          return std::nullopt;
+        }
+      }
+    if (2 * turnedHere > reached.size()) {  // the seed was the odd one
+      for (const int t : reached) turned[t] = !turned[t];
+      turnedHere = reached.size() - turnedHere;
+    }
+    turnedInAll += turnedHere;
+    ++components;
+  }
+  for (std::size_t t = 0; t < n; ++t)
+    if (turned[t]) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+  return turnedInAll;
+}
+
+/// A vertex where several fans of triangles touch, if there is one. Pre: every edge has two triangles.
+std::optional<int> findPinchedVertex(const TriangleMesh& mesh) {
+  // Around a vertex, corner (v, next, previous) continues with the corner whose next is this one's previous;
+  // all corners of a vertex must lie on one cycle. Pre: neighbours agree.
+  struct Corner {
+    int vertex, next, previous;
+  };
+  std::vector<Corner> corners;
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) corners.push_back({t[k], t[(k + 1) % 3], t[(k + 2) % 3]});
+  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+    return a.vertex != b.vertex ? a.vertex < b.vertex : a.next < b.next;
+  });
+  for (std::size_t from = 0, to = 0; from < corners.size(); from = to) {
+    for (to = from; to < corners.size() && corners[to].vertex == corners[from].vertex;) ++to;
+    std::size_t steps = 0;
+    int at = corners[from].next;
+    do {
+      const auto corner = std::lower_bound(corners.begin() + from, corners.begin() + to, at,
+                                           [](const Corner& c, int next) { return c.next < next; });
+      if (corner == corners.begin() + to || corner->next != at) break;
+      at = corner->previous;
+      ++steps;
+    } while (at != corners[from].next && steps <= to - from);
+    if (steps != to - from) return corners[from].vertex;
+  }
+  return std::nullopt;
+}
+
+/// Turns whole components so that the outermost ones face outwards, those inside them inwards, and so on.
+/// Returns the number turned. Pre: components do not meet.
+std::size_t orientComponents(TriangleMesh& mesh, const std::vector<int>& component, const std::string& name) {
+  const int components = 1 + *std::max_element(component.begin(), component.end());
+  std::vector<TriangleMesh> parts(components);
+  std::vector<Box> boxes(components);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    parts[component[t]].triangles.push_back(mesh.triangles[t]);
+    for (const int v : mesh.triangles[t]) boxes[component[t]].add(mesh.vertices[v]);
+  }
+  std::vector<bool> wrong(components);
+  std::size_t turned = 0;
+  for (int c = 0; c < components; ++c) {
+    const Vec3 at = mesh.vertices[parts[c].triangles[0][0]];
+    double sixVolumes = 0.0;
+    for (const Triangle& t : parts[c].triangles)
+      sixVolumes +=
+          (mesh.vertices[t[0]] - at).dot((mesh.vertices[t[1]] - at).cross(mesh.vertices[t[2]] - at));
+    const double size = boxes[c].size().norm();
+    if (std::abs(sixVolumes) < 6.0 * tolerance::zeroVolumeFraction * size * size * size)
+      throw MeshError(name + ": the surface at " + toText(at) + " encloses no volume (" +
+                      toText(sixVolumes / 6.0, 3) + " µm³)");
+    int depth = 0;
+    for (int other = 0; other < components; ++other)
+      depth += other != c && boxes[other].contains(at) &&
+               std::abs(solidAngle(mesh.vertices, parts[other].triangles, at)) > 2.0 * pi;
+    wrong[c] = (sixVolumes > 0.0) != (depth % 2 == 0);
+    turned += wrong[c];
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (wrong[component[t]]) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+  return turned;
+}
+
+void checkInput(const TriangleMesh& mesh, const std::string& name) {
+  if (mesh.triangles.empty()) throw MeshError(name + ": the mesh has no triangles");
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) {
+      if (v < 0 || v >= static_cast<int>(mesh.vertices.size()))
+        throw MeshError(name + ": a triangle names vertex " + std::to_string(v) + " of " +
+                        std::to_string(mesh.vertices.size()));
+      if (!mesh.vertices[v].allFinite())
+        throw MeshError(name + ": vertex " + std::to_string(v) +
+                        " has a coordinate that is no finite number");
+    }
+}
+
+std::string edgeText(const TriangleMesh& mesh, const Side& side) {
+  return "from " + toText(mesh.vertices[side.lo]) + " to " + toText(mesh.vertices[side.hi]);
+}
+
+}  // namespace
+
+std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name) {
+  checkInput(mesh, name);
+  std::vector<std::string> repairs;
+  const auto note = [&](std::size_t n, const std::string& verb, const std::string& one,
+                        const std::string& many) {
+    if (n > 0) repairs.push_back(name + ": " + verb + " " + counted(n, one, many));
+  };
+
+  const std::size_t given = mesh.vertices.size();
+  const std::vector<int> number = mergeEqualVertices(mesh.vertices);
+  for (Triangle& t : mesh.triangles)
+    for (int& v : t) v = number[v];
+  note(given - mesh.vertices.size(), "merged", "duplicate vertex", "duplicate vertices");
+  note(removeCollapsed(mesh), "removed", "collapsed triangle", "collapsed triangles");
+  if (mesh.triangles.empty()) throw MeshError(name + ": all triangles of the mesh are collapsed");
+  note(removeUnusedVertices(mesh), "removed", "unused vertex", "unused vertices");
+
+  const EdgeLengths lengths = edgeLengthsOf(mesh);
+  refuseOutlier(mesh, lengths, name);
+  std::vector<Side> sides = sortedSides(mesh);
+  EdgeFaults faults = findEdgeFaults(sides);
+  if (faults.open > 0 && faults.crowded == 0) {
+    if (const std::size_t joined = closeCracks(mesh, faults, lengths.median)) {
+      note(joined, "closed cracks by joining", "vertex that differed by rounding",
+           "vertices that differed by rounding");
+      sides = sortedSides(mesh);
+      faults = findEdgeFaults(sides);
+    }
+  }
+  if (faults.open > 0)
+    throw MeshError(name + ": the surface is not closed, it has " +
+                    counted(faults.open, "open edge", "open edges") + ", the first " +
+                    edgeText(mesh, faults.firstOpen));
+  if (faults.crowded > 0)
+    throw MeshError(name + ": the surface is not manifold, more than two triangles meet at " +
+                    counted(faults.crowded, "edge", "edges") + ", the first " +
+                    edgeText(mesh, faults.firstCrowded));
+
+  if (mesh.triangles.empty())
+    throw MeshError(name + ": its triangles cancel each other out, nothing is left");
+
+  std::vector<int> component;
+  const std::optional<std::size_t> turned = orient(mesh, sides, component);
+  if (!turned) throw MeshError(name + ": the surface is one-sided (like a Klein bottle), it has no inside");
+  note(*turned, "turned round", "triangle oriented against its neighbours",
+       "triangles oriented against their neighbours");
+  if (const std::optional<int> pinched = findPinchedVertex(mesh))
+    throw MeshError(name + ": the surface is not manifold, several parts of it touch in the vertex at " +
+                    toText(mesh.vertices[*pinched]));
+  note(removeFlatTriangles(mesh), "mended", "triangle without area", "triangles without area");
+  std::optional<TrianglePair> pair = findSelfIntersection(mesh);
+  if (pair) {  // flat triangles whose corners were rounded cross their neighbours
+    TriangleMesh mended = mesh;
+    const std::size_t slivers = removeFlatTriangles(mended, tolerance::sliverFlatness);
+    if (slivers > 0 && !findSelfIntersection(mended)) {
+      note(slivers, "mended", "sliver", "slivers");
+      mesh = std::move(mended);
+      pair.reset();
+    }
+  }
+  if (pair) {
+    const auto middle = [&](int t) {
+      return Vec3((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0);
+    };
+    if (pair->first == pair->second)
+      throw MeshError(name + ": the triangle around " + toText(middle(pair->first)) + " has no area");
+    throw MeshError(name + ": the surface meets itself, the triangles around " + toText(middle(pair->first)) +
+                    " and " + toText(middle(pair->second)) + " intersect");
+  }
+  note(orientComponents(mesh, component, name), "turned", "surface that was inside out",
+       "surfaces that were inside out");
+  return repairs;
+}
+
+}  // namespace packmesh

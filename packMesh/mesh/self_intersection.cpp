@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/self_intersection.h"
+
+#include <algorithm>
+
+#include "packMesh/mesh/predicates.h"
+#include "packMesh/mesh/triangle_intersection.h"
+#include "packMesh/mesh/triangle_tree.h"
+
+namespace packmesh {
+namespace {
+
+/// Whether two triangles meet elsewhere than in what they share.
+bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
+  Triangle a = mesh.triangles[s], b = mesh.triangles[t];
+  // Bring the shared vertices to the front of both.
+  int shared = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = shared; j < 3; ++j)
+      if (a[i] == b[j]) {
+        std::swap(a[i], a[shared]);
+        std::swap(b[j], b[shared]);
+        ++shared;
+        break;
+      }
+  const std::vector<Vec3>& v = mesh.vertices;
+  const Vec3 &a0 = v[a[0]], &a1 = v[a[1]], &a2 = v[a[2]], &b0 = v[b[0]], &b1 = v[b[1]], &b2 = v[b[2]];
+  switch (shared) {
+    case 0:
+      return trianglesMeet(a0, a1, a2, b0, b1, b2);
+    case 1:
+      // The common part is convex and holds the vertex; where more of it leaves one triangle, it does so
+      // through the edge opposite, still inside the other triangle.
+      return segmentMeetsTriangle(a1, a2, b0, b1, b2) || segmentMeetsTriangle(b1, b2, a0, a1, a2);
+    case 2: {
+      if (sideOfPlane(a0, a1, a2, b2) != 0) return false;
+      const int drop = axisShowing(a0, a1, a2);
+      return turnSeen(drop, a0, a1, a2) == turnSeen(drop, a0, a1, b2);  // folded onto each other
+    }
+    default:
+      return true;
+  }
+}
+
+}  // namespace
+
+std::optional<TrianglePair> findSelfIntersection(const TriangleMesh& mesh) {
+  std::optional<TrianglePair> found;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const int n = static_cast<int>(t);
+    if (axisShowing(mesh.corner(n, 0), mesh.corner(n, 1), mesh.corner(n, 2)) < 0) return TrianglePair(n, n);
+  }
+  TriangleTree(mesh).forEachPair([&](int s, int t) {
+    if (!found && meetBeyondShared(mesh, s, t)) found = std::minmax(s, t);
+  });
+  return found;
+}
+
+}  // namespace packmesh

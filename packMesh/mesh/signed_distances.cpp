@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/signed_distances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/triangle_kernel.h"
+
+namespace packmesh {
+namespace {
+
+constexpr int lanes = 16;
+
+/// Points along the edge of a block that is searched together.
+constexpr int blockEdge = 5;
+
+/// A block with no more points than this has no parts that are worth a look of their own.
+constexpr int smallBlock = 16;
+
+/// With more triangles that can be nearest than this, a block is cut; with no more than that, its parts are
+/// not worth a look of their own either.
+constexpr int mostCandidates = 100, fewCandidates = 6;
+
+/// Squared distances in floats err by less than this [µm].
+constexpr float rounding = 1e-4f;
+
+/// A block this many times its radius inside of the surface is not measured point by point.
+constexpr double farInside = 4.0;
+
+/// Neighbouring points: first[k] ... first[k] + count[k] - 1 along each axis.
+struct Block {
+  int first[3], count[3];
+  int points() const { return count[0] * count[1] * count[2]; }
+
+  /// Its part `k` of two along `axis`.
+  Block half(int axis, int k) const {
+    Block part = *this;
+    const int low = (count[axis] + 1) / 2;
+    part.first[axis] += k * low;
+    part.count[axis] = k == 0 ? low : count[axis] - low;
+    return part;
+  }
+};
+
+}  // namespace
+
+/// One call of sample().
+class SignedDistances::Search {
+ public:
+  Search(const SignedDistances& all, const std::array<std::vector<double>, 3>& coordinates, bool rough,
+         float* distances)
+      : all_(all), surface_(all.surface_), coordinates_(coordinates), rough_(rough), distance_(distances) {
+    slab_ = coordinates[0].size() * coordinates[1].size();
+    nearest_.resize(slab_ * coordinates[2].size());
+  }
+
+  void operator()() {
+    Block block;
+    int n[3];
+    for (int k = 0; k < 3; ++k) n[k] = static_cast<int>(coordinates_[k].size());
+    for (block.first[2] = 0; block.first[2] < n[2]; block.first[2] += blockEdge)
+      for (block.first[1] = 0; block.first[1] < n[1]; block.first[1] += blockEdge)
+        for (block.first[0] = 0; block.first[0] < n[0]; block.first[0] += blockEdge) {
+          for (int k = 0; k < 3; ++k) block.count[k] = std::min(blockEdge, n[k] - block.first[k]);
+          search(block);
+        }
+    giveSigns();
+  }
+
+ private:
+  static constexpr int inside = -1;  ///< in place of a nearest triangle: not measured, inside for sure
+
+  std::size_t indexOf(int i, int j, int k) const { return i + coordinates_[0].size() * j + slab_ * k; }
+  Vec3 position(int i, int j, int k) const {
+    return {coordinates_[0][i], coordinates_[1][j], coordinates_[2][k]};
+  }
+  Box boxOf(const Block& b) const {
+    return {position(b.first[0], b.first[1], b.first[2]),
+            position(b.first[0] + b.count[0] - 1, b.first[1] + b.count[1] - 1, b.first[2] + b.count[2] - 1)};
+  }
+  template <class Visit>
+  void forEach(const Block& b, Visit&& visit) const {
+    for (int k = b.first[2]; k < b.first[2] + b.count[2]; ++k)
+      for (int j = b.first[1]; j < b.first[1] + b.count[1]; ++j)
+        for (int i = b.first[0]; i < b.first[0] + b.count[0]; ++i) visit(indexOf(i, j, k), position(i, j, k));
+  }
+
+  void search(const Block& block) {
+    const Box box = boxOf(block);
+    const Vec3 middle = box.center();
+    const double radius = 0.5 * box.size().norm();
+    const ClosestPoint::Nearest atMiddle = surface_.nearest(middle, hint_);
+    hint_ = atMiddle.triangle;
+    if (rough_ && farInside * radius <= atMiddle.distance && surface_.side(middle, atMiddle) < 0) {
+      forEach(block, [&](std::size_t n, const Vec3& p) {
+        distance_[n] = static_cast<float>(atMiddle.distance - (p - middle).norm());
+        nearest_[n] = inside;
+      });
+      return;
+    }
+    if (block.points() == 1) {
+      forEach(block, [&](std::size_t n, const Vec3&) {
+        distance_[n] = static_cast<float>(atMiddle.distance);
+        nearest_[n] = atMiddle.triangle;
+      });
+      return;
+    }
+    const double furthest = atMiddle.distance + 2.0 * radius + tolerance::culling;
+    near_.clear();
+    surface_.forEachNear(middle, furthest, [&](int t) {
+      if (surface_.onTriangle(t, middle).distance <= furthest) near_.push_back(t);
+      return static_cast<int>(near_.size()) <= mostCandidates;
+    });
+    if (static_cast<int>(near_.size()) > mostCandidates) {
+      forEachPart(block, [&](const Block& part) { search(part); });
+      return;
+    }
+    middle_ = middle;
+    facts_.clear();
+    for (const int t : near_) {
+      facts_.push_back(all_.facts_[t]);
+      for (int c = 0; c < 3; ++c) {
+        const Vec3 corner = surface_.corner(t, c) - middle;
+        for (int k = 0; k < 3; ++k) facts_.back().corner[c][k] = static_cast<float>(corner[k]);
+      }
+    }
+    compareParts(block);
+  }
+
+  template <class Visit>
+  static void forEachPart(const Block& block, Visit&& visit) {
+    for (int p = 0; p < 8; ++p) {
+      const Block part = block.half(0, p & 1).half(1, p >> 1 & 1).half(2, p >> 2);
+      if (part.points() > 0) visit(part);
+    }
+  }
+
+  /// Of the candidates of a block only some can be nearest in each of its parts.
+  void compareParts(const Block& block) {
+    const int candidates = static_cast<int>(facts_.size());
+    if (candidates <= fewCandidates || block.points() <= smallBlock) {
+      chosen_.resize(candidates);
+      std::iota(chosen_.begin(), chosen_.end(), 0);
+      compare(block);
+      return;
+    }
+    Block parts[8];
+    PointLanes middles{};
+    float radius[8], nearest[8];
+    int count = 0;
+    forEachPart(block, [&](const Block& part) {
+      const Box box = boxOf(part);
+      setLane(middles, count, box.center());
+      radius[count] = static_cast<float>(0.5 * box.size().norm());
+      nearest[count] = 1e30f;
+      parts[count++] = part;
+    });
+    toParts_.resize(lanes * candidates);
+    all_.kernels_.distances(middles, facts_.data(), candidates, toParts_.data());
+    for (int c = 0; c < candidates; ++c)
+      for (int p = 0; p < count; ++p) nearest[p] = std::min(nearest[p], toParts_[lanes * c + p]);
+    for (int p = 0; p < count; ++p) {
+      const float furthest = std::sqrt(nearest[p]) + 2.0f * radius[p] + rounding;
+      chosen_.clear();
+      for (int c = 0; c < candidates; ++c)
+        if (toParts_[lanes * c + p] <= furthest * furthest) chosen_.push_back(c);
+      compare(parts[p]);
+    }
+  }
+
+  void setLane(PointLanes& points, int lane, const Vec3& p) const {
+    const Vec3 from = p - middle_;
+    points.x[lane] = static_cast<float>(from.x());
+    points.y[lane] = static_cast<float>(from.y());
+    points.z[lane] = static_cast<float>(from.z());
+  }
+
+  void compare(const Block& block) {
+    std::size_t index[lanes];
+    PointLanes points{};
+    int used = 0;
+    const auto compareLanes = [&] {
+      float squared[lanes], nearest[lanes];
+      all_.kernels_.nearest(points, facts_.data(), chosen_.data(), static_cast<int>(chosen_.size()), squared,
+                            nearest);
+      for (int lane = 0; lane < used; ++lane) {
+        distance_[index[lane]] = std::sqrt(squared[lane]);
+        nearest_[index[lane]] = near_[chosen_[static_cast<int>(nearest[lane])]];
+      }
+      used = 0;
+    };
+    forEach(block, [&](std::size_t n, const Vec3& p) {
+      setLane(points, used, p);
+      index[used++] = n;
+      if (used == lanes) compareLanes();
+    });
+    if (used > 0) compareLanes();
+  }
+
+  /// Between neighbours on different sides lies the surface: both together are no further from it than they
+  /// are from each other.
+  void giveSigns() {
+    const int n[3] = {static_cast<int>(coordinates_[0].size()), static_cast<int>(coordinates_[1].size()),
+                      static_cast<int>(coordinates_[2].size())};
+    for (int k = 0; k < n[2]; ++k)
+      for (int j = 0; j < n[1]; ++j)
+        for (int i = 0; i < n[0]; ++i) {
+          const std::size_t here = indexOf(i, j, k);
+          if (nearest_[here] == inside || isInside(here, i, j, k)) distance_[here] = -distance_[here];
+        }
+  }
+  bool isInside(std::size_t here, int i, int j, int k) const {
+    const int axis = i > 0 ? 0 : j > 0 ? 1 : 2, at = axis == 0 ? i : axis == 1 ? j : k;
+    if (at > 0) {
+      const std::size_t before = here - (axis == 0 ? 1 : axis == 1 ? coordinates_[0].size() : slab_);
+      const double apart = coordinates_[axis][at] - coordinates_[axis][at - 1];
+      if (std::abs(distance_[before]) + distance_[here] > apart + rounding)
+        return std::signbit(distance_[before]);
+    }
+    const Vec3 p = position(i, j, k);
+    return surface_.side(p, surface_.onTriangle(nearest_[here], p)) < 0;
+  }
+
+  const SignedDistances& all_;
+  const ClosestPoint& surface_;
+  const std::array<std::vector<double>, 3>& coordinates_;
+  bool rough_;
+  float* distance_;  ///< without signs at first
+  std::size_t slab_;
+  std::vector<int> nearest_;
+  int hint_ = -1;
+  std::vector<int> near_;             ///< candidates: triangles that can be nearest in a block
+  Vec3 middle_;                       ///< what they are seen from
+  std::vector<TriangleFacts> facts_;  ///< of them
+  std::vector<int> chosen_;           ///< among them
+  std::vector<float> toParts_;        ///< their squared distances from the middles of parts
+};
+
+SignedDistances::SignedDistances(const TriangleMesh& mesh)
+    : surface_(mesh), kernels_(triangleKernels(chosenInstructionSet())) {
+  facts_.resize(mesh.triangles.size());
+  for (std::size_t t = 0; t < facts_.size(); ++t) {
+    const int n = static_cast<int>(t);
+    const Vec3 normal =
+        (mesh.corner(n, 1) - mesh.corner(n, 0)).cross(mesh.corner(n, 2) - mesh.corner(n, 0)).normalized();
+    for (int e = 0; e < 3; ++e) {
+      const Vec3 edge = mesh.corner(n, (e + 1) % 3) - mesh.corner(n, e), inward = normal.cross(edge);
+      const double square = edge.squaredNorm();
+      for (int k = 0; k < 3; ++k) {
+        facts_[t].edge[e][k] = static_cast<float>(edge[k]);
+        facts_[t].inward[e][k] = static_cast<float>(inward[k]);
+      }
+      facts_[t].perSquare[e] = square > 0.0 ? static_cast<float>(1.0 / square) : 0.0f;
+      facts_[t].normal[e] = static_cast<float>(normal[e]);
+    }
+  }
+}
+
+void SignedDistances::sample(const std::array<std::vector<double>, 3>& coordinates, bool rough,
+                             float* distances) const {
+  Search(*this, coordinates, rough, distances)();
+}
+
+}  // namespace packmesh

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Signed distances to a surface at many points at once.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/triangle_kernel.h"
+
+namespace packmesh {
+
+/// A mesh whose distances are asked for in blocks of points. Immutable.
+class SignedDistances {
+ public:
+  /// @param mesh closed and oriented outwards
+  explicit SignedDistances(const TriangleMesh& mesh);
+
+  /// Signed distances (positive outside, µm) at the points (x[i], y[j], z[k]), `x` fastest, exact to rounding
+  /// to float. Neighbouring points share the search for the triangles that can be nearest: they should be
+  /// nearer to each other than to most of the surface. Pre: coordinates ascend (equal ones are allowed).
+  /// @param rough points inside that are further from the surface than several times from their neighbours
+  /// are
+  ///   only told to be so far inside at least: three fifths of what they are or more
+  void sample(const std::array<std::vector<double>, 3>& coordinates, bool rough, float* distances) const;
+
+  const ClosestPoint& surface() const { return surface_; }
+
+ private:
+  class Search;
+
+  ClosestPoint surface_;
+  std::vector<TriangleFacts> facts_;  ///< of all triangles; the corners are set in a search
+  TriangleKernels kernels_;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/sphere_grid.h"
+
+#include <algorithm>
+#include <map>
+
+#include "packMesh/simd/lanes.h"
+
+namespace packmesh {
+
+SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
+  std::map<int, std::vector<int>> byLevel;
+  for (int i = 0; i < static_cast<int>(spheres.size()); ++i)
+    byLevel[spheres[i].radius > 0.0 ? std::ilogb(spheres[i].radius) : -1000].push_back(i);
+
+  for (const auto& [exponent, members] : byLevel) {
+    Level level;
+    for (int i : members) {
+      level.bounds.add(spheres[i].center);
+      level.largestRadius = std::max(level.largestRadius, spheres[i].radius);
+    }
+    // Cells as wide as the largest sphere, so that a row of three holds some ten of spheres that touch, but
+    // never many more cells than spheres.
+    const Vec3 size = level.bounds.size();
+    double width = std::max(2.0 * level.largestRadius, 1e-300);
+    const auto count = [&](double w) {
+      double product = 1.0;
+      for (int k = 0; k < 3; ++k) product *= std::floor(size[k] / w) + 1.0;
+      return product;
+    };
+    while (count(width) > static_cast<double>(members.size()) + 64.0) width *= 1.25;
+    for (int k = 0; k < 3; ++k) {
+      level.cells[k] = static_cast<int>(std::floor(size[k] / width)) + 1;
+      level.cellsPerLength[k] = 1.0 / width;
+    }
+
+    const auto cellOf = [&](const Vec3& p) {
+      return (std::int64_t(cellIndex(level, 2, p[2])) * level.cells[1] + cellIndex(level, 1, p[1])) *
+                 level.cells[0] +
+             cellIndex(level, 0, p[0]);
+    };
+    level.start.assign(std::int64_t(level.cells[0]) * level.cells[1] * level.cells[2] + 1, 0);
+    for (int i : members) ++level.start[cellOf(spheres[i].center) + 1];
+    for (std::size_t c = 1; c < level.start.size(); ++c) level.start[c] += level.start[c - 1];
+    level.entries.resize(members.size());
+    std::vector<int> next(level.start.begin(), level.start.end() - 1);
+    for (int i : members) level.entries[next[cellOf(spheres[i].center)]++] = {spheres[i], i};
+    level.origin = level.bounds.center();
+    level.rounding = static_cast<float>(1e-6 * (size.norm() + level.largestRadius));
+    for (std::vector<float>* values : {&level.x, &level.y, &level.z, &level.radius})
+      values->resize(members.size() + laneCount);
+    for (std::size_t e = 0; e < members.size(); ++e) {
+      const Sphere& sphere = level.entries[e].sphere;
+      const Vec3 at = sphere.center - level.origin;
+      level.x[e] = static_cast<float>(at.x());
+      level.y[e] = static_cast<float>(at.y());
+      level.z[e] = static_cast<float>(at.z());
+      level.radius[e] = static_cast<float>(sphere.radius);
+    }
+    levels_.push_back(std::move(level));
+  }
+}
+
+std::uint64_t SphereGrid::mayBeNear(const Level& level, int begin, int end, const Sphere& query,
+                                    double margin) {
+  const Vec3 at = query.center - level.origin;
+  const Lanes x = splat(static_cast<float>(at.x())), y = splat(static_cast<float>(at.y())),
+              z = splat(static_cast<float>(at.z()));
+  const auto own = static_cast<float>(query.radius + margin);
+  const float reach = own + 1e-6f * (own + static_cast<float>(at.norm())) + level.rounding;
+  const int count = std::min(end - begin, chunk);
+  std::uint64_t near = reach < 1e15f ? 0 : ~std::uint64_t{0};  // squares of more would overflow
+  for (int k = 0; k < count; k += laneCount) {
+    const int e = begin + k;
+    const Lanes dx = load(&level.x[e]) - x, dy = load(&level.y[e]) - y, dz = load(&level.z[e]) - z,
+                touch = load(&level.radius[e]) + splat(reach);
+    near |= std::uint64_t{bitsWhereLess(dx * dx + dy * dy + dz * dz, touch * touch)} << k;
+  }
+  return count < chunk ? near & ((std::uint64_t{1} << count) - 1u) : near;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Neighbour search among spheres of very different sizes.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "packMesh/core/box.h"
+
+namespace packmesh {
+
+struct Sphere {
+  Vec3 center;
+  double radius;
+};
+
+/// A hierarchy of uniform grids, one for each power of two of the radius, so that a few large spheres among
+/// many small ones cost nothing extra. Not periodic: periodic images are spheres of their own (ghosts).
+class SphereGrid {
+ public:
+  explicit SphereGrid(const std::vector<Sphere>& spheres);
+
+  /// Calls `visit(j)` for every sphere j whose surface comes nearer than `margin` to the surface of `query`.
+  /// The order depends on the spheres alone.
+  template <class Visit>
+  void forEachNear(const Sphere& query, double margin, Visit&& visit) const {
+    for (const Level& level : levels_) {
+      const double reach = query.radius + margin + level.largestRadius;
+      int lo[3], hi[3];
+      bool outside = false;
+      for (int k = 0; k < 3; ++k) {
+        lo[k] = cellIndex(level, k, query.center[k] - reach);
+        hi[k] = cellIndex(level, k, query.center[k] + reach);
+        outside |=
+            query.center[k] - reach > level.bounds.hi[k] || query.center[k] + reach < level.bounds.lo[k];
+      }
+      if (outside) continue;
+      for (int z = lo[2]; z <= hi[2]; ++z)
+        for (int y = lo[1]; y <= hi[1]; ++y) {
+          const std::int64_t row = (std::int64_t(z) * level.cells[1] + y) * level.cells[0];
+          const int end = level.start[row + hi[0] + 1];
+          for (int begin = level.start[row + lo[0]]; begin < end; begin += chunk)
+            for (std::uint64_t near = mayBeNear(level, begin, end, query, margin); near != 0;
+                 near &= near - 1) {
+              const Entry& entry = level.entries[begin + __builtin_ctzll(near)];
+              const double touch = query.radius + margin + entry.sphere.radius;
+              if ((entry.sphere.center - query.center).squaredNorm() < touch * touch) visit(entry.index);
+            }
+        }
+    }
+  }
+
+ private:
+  struct Entry {
+    Sphere sphere;
+    int index;
+  };
+  struct Level {
+    double largestRadius = 0.0;
+    Box bounds;
+    double cellsPerLength[3];
+    int cells[3];
+    std::vector<int> start;  ///< first entry of each cell, x fastest; one past the last at the end
+    std::vector<Entry> entries;
+    /// The entries once more, centres relative to `origin`, some more entries at the end.
+    std::vector<float> x, y, z, radius;
+    Vec3 origin;
+    float rounding;  ///< bounds the error of distances between these [µm]
+  };
+
+  /// So many entries are looked at together.
+  static constexpr int chunk = 64;
+
+  /// Which of the entries from `begin` on, up to `end` but no more than a chunk, may come nearer than
+  /// `margin` to the query: bit k stands for entry begin + k. No entry that does is left out.
+  static std::uint64_t mayBeNear(const Level& level, int begin, int end, const Sphere& query, double margin);
+
+  static int cellIndex(const Level& level, int axis, double coordinate) {
+    const double cell = std::floor((coordinate - level.bounds.lo[axis]) * level.cellsPerLength[axis]);
+    return cell <= 0.0 ? 0 : cell >= level.cells[axis] - 1 ? level.cells[axis] - 1 : static_cast<int>(cell);
+  }
+
+  std::vector<Level> levels_;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Words of a text file, line by line. Internal to packMesh/io.
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/vector.h"
+
+namespace packmesh {
+
+/// Hands out the lines of a text that hold something besides comments, cut into words. Independent of the
+/// locale.
+class TextScanner {
+ public:
+  /// @param comment lines are cut at this character; 0: there are no comments
+  TextScanner(std::string_view text, const std::filesystem::path& file, char comment)
+      : text_(text), file_(file.string()), comment_(comment) {}
+
+  /// Goes to the next line with words in it; false at the end of the text.
+  bool next() {
+    while (at_ < text_.size()) {
+      const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+      std::string_view line = text_.substr(at_, end - at_);
+      at_ = end + 1;
+      ++line_;
+      if (comment_) line = line.substr(0, std::min(line.find(comment_), line.size()));
+      split(line);
+      if (!words_.empty()) return true;
+    }
+    words_.clear();
+    return false;
+  }
+
+  /// As next(), but the text may not end here.
+  void need(const std::string& expected) {
+    if (!next())
+      throw InputError(file_ + ": the file ends after line " + std::to_string(line_) + ", expected " +
+                       expected);
+  }
+
+  const std::vector<std::string_view>& words() const { return words_; }
+
+  /// Word `k` of the line, lower case; empty where there is none.
+  std::string lower(std::size_t k) const {
+    std::string word(k < words_.size() ? words_[k] : std::string_view());
+    for (char& c : word)
+      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return word;
+  }
+
+  /// Word `k` of the line as a finite number.
+  double number(std::size_t k, const char* what) const {
+    double value = 0.0;
+    if (k >= words_.size() || !parse(words_[k], value)) fail(what, k);
+    if (!std::isfinite(value)) fail((std::string(what) + " that is a finite number").c_str(), k);
+    return value;
+  }
+
+  /// Word `k` of the line as an integer in [lo, hi].
+  long integer(std::size_t k, const char* what, long lo, long hi) const {
+    long value = 0;
+    if (k >= words_.size() || !parse(words_[k], value)) fail(what, k);
+    if (value < lo || value > hi)
+      fail((std::string(what) + " between " + std::to_string(lo) + " and " + std::to_string(hi)).c_str(), k);
+    return value;
+  }
+
+  /// Words k, k+1, k+2 as coordinates.
+  Vec3 point(std::size_t k) const {
+    return {number(k, "a coordinate"), number(k + 1, "a coordinate"), number(k + 2, "a coordinate")};
+  }
+
+  [[noreturn]] void fail(const std::string& expected, std::size_t k) const {
+    std::string found =
+        k < words_.size() ? "'" + std::string(words_[k].substr(0, 40)) + "'" : "the end of the line";
+    for (char& c : found)
+      if (static_cast<unsigned char>(c) < 32) c = '?';
+    throw InputError(file_ + ":" + std::to_string(line_) + ": expected " + expected + ", found " + found);
+  }
+
+  /// Whether all of `word` is a number of T's kind, which is then in `value`.
+  template <class T>
+  static bool parse(std::string_view word, T& value) {
+    if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+    const std::from_chars_result result = std::from_chars(word.data(), word.data() + word.size(), value);
+    if constexpr (std::is_floating_point_v<T>) {
+      // A number too small or too large for T: 0, or infinity, which the callers refuse.
+      if (result.ec == std::errc::result_out_of_range) value = T(outOfRange(word));
+      return result.ec != std::errc::invalid_argument && result.ptr == word.data() + word.size();
+    }
+    return result.ec == std::errc() && result.ptr == word.data() + word.size();
+  }
+
+ private:
+  static double outOfRange(std::string_view word) {
+    const std::size_t exponent = word.find_first_of("eE");
+    const bool tiny =
+        exponent != std::string_view::npos && exponent + 1 < word.size() && word[exponent + 1] == '-';
+    return tiny ? 0.0 : HUGE_VAL;
+  }
+
+  void split(std::string_view line) {
+    words_.clear();
+    constexpr std::string_view blanks = " \t\r\v\f";
+    for (std::size_t from = line.find_first_not_of(blanks); from != std::string_view::npos;) {
+      const std::size_t to = std::min(line.find_first_of(blanks, from), line.size());
+      words_.push_back(line.substr(from, to - from));
+      from = line.find_first_not_of(blanks, to);
+    }
+  }
+
+  std::string_view text_;
+  std::string file_;
+  char comment_;
+  std::size_t at_ = 0, line_ = 0;
+  std::vector<std::string_view> words_;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/triangle_intersection.h"
+
+#include <algorithm>
+#include <array>
+
+#include "packMesh/mesh/predicates.h"
+
+namespace packmesh {
+
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+/// Drops one coordinate: exact, and one-to-one on every plane that is not parallel to that axis.
+Vec2 project(const Vec3& p, int axis) {
+  return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
+}
+
+template <class Vector>
+bool boxesMeet(const Vector& p, const Vector& q, const Vector& r, const Vector& s) {
+  return (p.cwiseMin(q).array() <= r.cwiseMax(s).array()).all() &&
+         (r.cwiseMin(s).array() <= p.cwiseMax(q).array()).all();
+}
+
+/// The four turns that decide how two segments in the plane lie.
+struct SegmentTurns {
+  int pqr, pqs, rsp, rsq;
+
+  SegmentTurns(const Vec2& p, const Vec2& q, const Vec2& r, const Vec2& s)
+      : pqr(turn(p, q, r)), pqs(turn(p, q, s)), rsp(turn(r, s, p)), rsq(turn(r, s, q)) {}
+  bool collinear() const { return pqr == 0 && pqs == 0 && rsp == 0 && rsq == 0; }
+  /// Pre: not collinear. Each segment has points on both sides of, or on, the line through the other.
+  bool meet() const { return pqr * pqs <= 0 && rsp * rsq <= 0; }
+};
+
+bool segmentsMeet(const Vec2& p, const Vec2& q, const Vec2& r, const Vec2& s) {
+  const SegmentTurns turns(p, q, r, s);
+  return turns.collinear() ? boxesMeet(p, q, r, s) : turns.meet();
+}
+
+bool segmentsMeet(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
+  if (sideOfPlane(p, q, r, s) != 0) return false;
+  // Coplanar. A projection in which three of the points are not collinear is one-to-one on their plane.
+  for (int axis = 0; axis < 3; ++axis) {
+    const SegmentTurns turns(project(p, axis), project(q, axis), project(r, axis), project(s, axis));
+    if (!turns.collinear()) return turns.meet();
+  }
+  return boxesMeet(p, q, r, s);  // all on one line
+}
+
+/// Pre: abc not collinear, given counter-clockwise or clockwise as `orientation` says.
+bool triangleContains(const Vec2& a, const Vec2& b, const Vec2& c, int orientation, const Vec2& p) {
+  return turn(a, b, p) * orientation >= 0 && turn(b, c, p) * orientation >= 0 &&
+         turn(c, a, p) * orientation >= 0;
+}
+
+/// Pre: a, b, c, p, q coplanar, or a, b, c collinear.
+bool flatSegmentMeetsTriangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec2 a2 = project(a, axis), b2 = project(b, axis), c2 = project(c, axis);
+    const int orientation = turn(a2, b2, c2);
+    if (orientation == 0) continue;
+    const Vec2 p2 = project(p, axis), q2 = project(q, axis);
+    return triangleContains(a2, b2, c2, orientation, p2) || segmentsMeet(p2, q2, a2, b2) ||
+           segmentsMeet(p2, q2, b2, c2) || segmentsMeet(p2, q2, c2, a2);
+  }
+  // A degenerate triangle is the union of its edges.
+  return segmentsMeet(p, q, a, b) || segmentsMeet(p, q, b, c) || segmentsMeet(p, q, c, a);
+}
+
+/// Signs of the volumes pq spans with the edges of abc: they agree where the line pq passes abc.
+struct LineSigns {
+  int ab, bc, ca;
+
+  LineSigns(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c)
+      : ab(sideOfPlane(p, q, a, b)), bc(sideOfPlane(p, q, b, c)), ca(sideOfPlane(p, q, c, a)) {}
+  bool throughClosed() const { return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0); }
+  bool throughInterior() const { return ab != 0 && ab == bc && bc == ca; }
+};
+
+/// @param sideP, sideQ sides of the plane abc on which p and q lie
+bool segmentMeetsTriangle(const Vec3& p, const Vec3& q, int sideP, int sideQ, const Vec3& a, const Vec3& b,
+                          const Vec3& c) {
+  if (sideP * sideQ > 0) return false;
+  if (sideP == 0 && sideQ == 0) return flatSegmentMeetsTriangle(p, q, a, b, c);
+  // The segment meets the plane in one point; it lies in the triangle where the line passes through it.
+  return LineSigns(p, q, a, b, c).throughClosed();
+}
+
+bool anyEdgeMeetsTriangle(const std::array<const Vec3*, 3>& edges, const std::array<int, 3>& side,
+                          const Vec3& a, const Vec3& b, const Vec3& c) {
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3;
+    if (segmentMeetsTriangle(*edges[k], *edges[l], side[k], side[l], a, b, c)) return true;
+  }
+  return false;
+}
+
+bool allOnOneSide(const std::array<int, 3>& side) {
+  return side[0] != 0 && side[0] == side[1] && side[1] == side[2];
+}
+
+}  // namespace
+
+bool segmentMeetsTriangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+  return segmentMeetsTriangle(p, q, sideOfPlane(a, b, c, p), sideOfPlane(a, b, c, q), a, b, c);
+}
+
+bool segmentCrossesTriangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c) {
+  return sideOfPlane(a, b, c, p) * sideOfPlane(a, b, c, q) < 0 && LineSigns(p, q, a, b, c).throughInterior();
+}
+
+// An extreme point of the intersection of two triangles cannot be interior to both (two planes share at least
+// a line), so triangles meet exactly when an edge of one meets the other.
+bool trianglesMeet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
+                   const Vec3& b2) {
+  const std::array<int, 3> sideB = {sideOfPlane(a0, a1, a2, b0), sideOfPlane(a0, a1, a2, b1),
+                                    sideOfPlane(a0, a1, a2, b2)};
+  if (allOnOneSide(sideB)) return false;
+  const std::array<int, 3> sideA = {sideOfPlane(b0, b1, b2, a0), sideOfPlane(b0, b1, b2, a1),
+                                    sideOfPlane(b0, b1, b2, a2)};
+  if (allOnOneSide(sideA)) return false;
+  return anyEdgeMeetsTriangle({&b0, &b1, &b2}, sideB, a0, a1, a2) ||
+         anyEdgeMeetsTriangle({&a0, &a1, &a2}, sideA, b0, b1, b2);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Triangle meshes: the truth about every cell and vessel.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "packMesh/core/box.h"
+#include "packMesh/core/pose.h"
+
+namespace packmesh {
+
+using Triangle = std::array<int, 3>;
+
+/// Indexed triangle mesh, vertices in µm, triangles counter-clockwise seen from outside.
+struct TriangleMesh {
+  std::vector<Vec3> vertices;
+  std::vector<Triangle> triangles;
+
+  const Vec3& corner(int triangle, int k) const { return vertices[triangles[triangle][k]]; }
+};
+
+/// Enclosed volume [µm³] by the divergence theorem; negative when the mesh is inside out. Pre: closed.
+double signedVolume(const TriangleMesh& mesh);
+
+/// Surface area [µm²].
+double surfaceArea(const TriangleMesh& mesh);
+
+/// Bounding box of all vertices [µm].
+Box boundingBox(const TriangleMesh& mesh);
+
+/// The mesh, or its vertices alone, with every vertex mapped by `placement`.
+TriangleMesh placed(const TriangleMesh& mesh, const Placement& placement);
+std::vector<Vec3> placedVertices(const TriangleMesh& mesh, const Placement& placement);
+
+/// The mesh with the orientation of every triangle turned round.
+void flip(TriangleMesh& mesh);
+
+}  // namespace packmesh

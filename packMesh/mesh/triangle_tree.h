@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Which triangles of a mesh are near a box, or near each other.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "packMesh/mesh/triangle_mesh.h"
+
+namespace packmesh {
+
+/// A tree of axis-aligned boxes over the triangles of a mesh that does not move. Boxes are exact: closed
+/// boxes that share a single point meet, nothing that meets is missed.
+class TriangleTree {
+ public:
+  explicit TriangleTree(const TriangleMesh& mesh);
+
+  /// Calls `visit(t)` for every triangle whose bounding box meets `box`.
+  template <class Visit>
+  void forEachNear(const Box& box, Visit&& visit) const {
+    int stack[64], top = 0;
+    if (!nodes_.empty()) stack[top++] = 0;
+    while (top > 0) {
+      const Node& node = nodes_[stack[--top]];
+      if (!node.box.meets(box)) continue;
+      if (node.count == 0) {
+        stack[top++] = node.first;
+        stack[top++] = node.first + 1;
+      } else {
+        for (int e = node.first; e < node.first + node.count; ++e)
+          if (boxes_[e].meets(box)) visit(order_[e]);
+      }
+    }
+  }
+
+  /// Calls `visit(t)` for every triangle whose bounding box is nearer to `p` than the bound, nearer ones
+  /// tending to come first. `visit` returns the new bound (squared [µm²]); `bound` is the first one.
+  template <class Visit>
+  void visitNearer(const Vec3& p, double bound, Visit&& visit) const {
+    struct Waiting {
+      double squared;
+      int node;
+    } stack[64];
+    int top = 0;
+    if (!nodes_.empty()) stack[top++] = {squaredDistance(nodes_[0].box, p), 0};
+    while (top > 0) {
+      const Waiting next = stack[--top];
+      if (!(next.squared < bound)) continue;
+      const Node& node = nodes_[next.node];
+      if (node.count == 0) {
+        Waiting near{squaredDistance(nodes_[node.first].box, p), node.first};
+        Waiting far{squaredDistance(nodes_[node.first + 1].box, p), node.first + 1};
+        if (far.squared < near.squared) std::swap(near, far);
+        if (far.squared < bound) stack[top++] = far;
+        if (near.squared < bound) stack[top++] = near;
+      } else {
+        for (int e = node.first; e < node.first + node.count; ++e)
+          if (squaredDistance(boxes_[e], p) < bound) bound = visit(order_[e]);
+      }
+    }
+  }
+
+  /// Calls `visit(s, t)` once for every two triangles whose bounding boxes meet.
+  template <class Visit>
+  void forEachPair(Visit&& visit) const {
+    std::vector<std::pair<int, int>> stack;
+    if (!nodes_.empty()) stack.emplace_back(0, 0);
+    while (!stack.empty()) {
+      const auto [i, j] = stack.back();
+      stack.pop_back();
+      const Node &a = nodes_[i], &b = nodes_[j];
+      if (i == j && a.count == 0) {
+        stack.insert(stack.end(), {{a.first, a.first}, {a.first + 1, a.first + 1}, {a.first, a.first + 1}});
+      } else if (i == j) {
+        for (int e = a.first; e < a.first + a.count; ++e)
+          for (int f = e + 1; f < a.first + a.count; ++f)
+            if (boxes_[e].meets(boxes_[f])) visit(order_[e], order_[f]);
+      } else if (a.box.meets(b.box)) {
+        if (a.count > 0 && b.count > 0) {
+          for (int e = a.first; e < a.first + a.count; ++e)
+            for (int f = b.first; f < b.first + b.count; ++f)
+              if (boxes_[e].meets(boxes_[f])) visit(order_[e], order_[f]);
+        } else if (b.count > 0 || (a.count == 0 && a.box.size().squaredNorm() > b.box.size().squaredNorm())) {
+          stack.insert(stack.end(), {{a.first, j}, {a.first + 1, j}});
+        } else {
+          stack.insert(stack.end(), {{i, b.first}, {i, b.first + 1}});
+        }
+      }
+    }
+  }
+
+ private:
+  struct Node {
+    Box box;
+    int first;  ///< first of its two children, or of its triangles in order_
+    int count;  ///< number of triangles; 0: has children
+  };
+
+  static double squaredDistance(const Box& box, const Vec3& p) {
+    return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).squaredNorm();
+  }
+
+  std::vector<Node> nodes_;
+  std::vector<int> order_;
+  std::vector<Box> boxes_;  ///< of the triangles, in the sequence of order_
+};
+
+}  // namespace packmesh

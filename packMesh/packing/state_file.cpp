@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/state_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/temporary_name.h"
+#include "packMesh/core/version.h"
+#include "packMesh/io/hdf5.h"
+#include "packMesh/io/seal.h"
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/problem_digest.h"
+
+namespace packmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kind[] = "state";
+constexpr std::int64_t schemaVersion = 2;
+
+/// No number of a run is so large, no cell so far outside the lumen's bounds, however small [µm].
+constexpr double mostPossible = 1e17, farthest = 100.0;
+
+/// Growth begins far above this scale (GrowthSettings::smallestScale).
+constexpr double smallestScale = 1e-12;
+
+/// Cells were taken out one by one, before there was a search for the densest packing.
+constexpr std::int64_t withdrawnStage = 3;
+
+/// No length but that of a path is as long [µm].
+double longestPossible(const PackingProblem& problem) {
+  return problem.container->bounds().size().norm() + farthest;
+}
+
+const char* textOf(const RunPosition& position) {
+  switch (position.stage) {
+    case Stage::relaxation:
+      return "relaxation";
+    case Stage::certificate:
+      return "certificate";
+    case Stage::repair:
+      return "repair";
+    case Stage::growth:
+      return "growth";
+  }
+  return "";
+}
+
+/// The cells, one table a property.
+struct CellTables {  // orientations as w, x, y, z, which ParaView takes
+  std::vector<std::int64_t> id;
+  std::vector<std::int32_t> species, deepInWall;
+  std::vector<double> position, orientation, scale, extraWallClearance, overlap, moved;
+};
+
+/// Calls visit(name, columns, table) for every table.
+template <class Tables, class Visit>
+void forEachTable(Tables& tables, Visit&& visit) {
+  visit("id", 1, tables.id);
+  visit("species", 1, tables.species);
+  visit("position", 3, tables.position);
+  visit("orientation", 4, tables.orientation);
+  visit("scale", 1, tables.scale);
+  visit("extra_wall_clearance", 1, tables.extraWallClearance);
+  visit("overlap", 1, tables.overlap);
+  visit("moved", 1, tables.moved);
+  visit("deep_in_wall", 1, tables.deepInWall);
+}
+
+CellTables tablesOf(const std::vector<BodyState>& cells) {
+  CellTables tables;
+  for (const BodyState& cell : cells) {
+    tables.id.push_back(cell.id);
+    tables.species.push_back(cell.species);
+    tables.position.insert(tables.position.end(), cell.pose.position, cell.pose.position + 3);
+    const double* q = cell.pose.orientation;
+    tables.orientation.insert(tables.orientation.end(), {q[3], q[0], q[1], q[2]});
+    tables.scale.push_back(cell.scale);
+    tables.extraWallClearance.push_back(cell.extraWallClearance);
+    tables.overlap.push_back(cell.overlap);
+    tables.moved.push_back(cell.moved);
+    tables.deepInWall.push_back(cell.deepInWall);
+  }
+  return tables;
+}
+
+/// Whether all tables have the same number of rows.
+bool alike(CellTables& tables) {
+  const std::size_t rows = tables.id.size();
+  bool same = true;
+  forEachTable(tables, [&](const char*, int columns, const auto& table) {
+    same = same && table.size() == rows * static_cast<std::size_t>(columns);
+  });
+  return same;
+}
+
+std::vector<BodyState> cellsOf(const CellTables& tables) {
+  std::vector<BodyState> cells(tables.id.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    BodyState& cell = cells[i];
+    cell = BodyState{};
+    cell.id = tables.id[i];
+    cell.species = tables.species[i];
+    std::copy_n(&tables.position[3 * i], 3, cell.pose.position);
+    const double* q = &tables.orientation[4 * i];
+    for (int k = 0; k < 4; ++k) cell.pose.orientation[k] = q[(k + 1) % 4];
+    cell.scale = tables.scale[i];
+    cell.extraWallClearance = tables.extraWallClearance[i];
+    cell.overlap = tables.overlap[i];
+    cell.moved = tables.moved[i];
+    cell.deepInWall = tables.deepInWall[i] != 0;
+  }
+  return cells;
+}
+
+/// Calls visit(name, table) for both tables of measures.
+template <class Measures, class Visit>
+void forEachMeasure(Measures& measures, Visit&& visit) {
+  visit("gap", measures.gap);
+  visit("local_hematocrit", measures.localHematocrit);
+}
+
+/// All numbers that are not of a cell, as arrays with a name.
+struct RunTables {
+  std::vector<std::int64_t> position, counters, counts, clearedPairs, disturbed, failedPairs, failures,
+      wallCells;
+  std::vector<std::int64_t> growth;
+  std::vector<double> lengths, wallDemands, growthNumbers, growthTaken;
+  std::vector<float> clearances;
+};
+
+template <class Tables, class Visit>
+void forEachRunTable(Tables& tables, Visit&& visit) {
+  visit("/run/position", 1, tables.position);
+  visit("/relaxation/counters", 1, tables.counters);
+  visit("/relaxation/lengths", 1, tables.lengths);
+  visit("/relaxation/counts", 1, tables.counts);
+  visit("/relaxation/extra_clearance_pairs", 2, tables.clearedPairs);
+  visit("/relaxation/extra_clearance", 1, tables.clearances);
+  visit("/relaxation/disturbed", 1, tables.disturbed);
+  visit("/run/failed_pairs", 2, tables.failedPairs);
+  visit("/run/failures", 1, tables.failures);
+  visit("/run/misplaced_cells", 1, tables.wallCells);
+  visit("/run/demanded_of_wall", 1, tables.wallDemands);
+  visit("/growth/position", 1, tables.growth);
+  visit("/growth/numbers", 1, tables.growthNumbers);
+  visit("/growth/taken", 1, tables.growthTaken);
+}
+
+RunTables runTablesOf(const PackingState& state) {
+  RunTables t;
+  const RunPosition& at = state.position;
+  t.position = {static_cast<std::int64_t>(at.stage),
+                at.fewer ? 1 : 0,
+                at.round,
+                at.schedule.part,
+                at.schedule.sweep,
+                state.repairs,
+                state.cellCount};
+  const RelaxationState& r = state.relaxation;
+  t.counters = {r.sweeps,          r.listedInSweep, r.coarsely ? 1 : 0,
+                r.last.totalSteps, r.last.contacts, r.last.thorough ? 1 : 0,
+                r.blocks[0],       r.blocks[1],     r.blocks[2]};
+  t.lengths = {r.skin, r.slack, r.last.deepest};
+  t.counts = r.counts;
+  for (const auto& [pair, extra] : r.extraClearance) {
+    t.clearedPairs.insert(t.clearedPairs.end(), {pair.first, pair.second});
+    t.clearances.push_back(extra);
+  }
+  t.disturbed.assign(r.disturbed.begin(), r.disturbed.end());
+  for (const auto& [pair, times] : state.failures) {
+    t.failedPairs.insert(t.failedPairs.end(), {pair.first, pair.second});
+    t.failures.push_back(times);
+  }
+  for (const auto& [cell, demanded] : state.demandedOfWall) {
+    t.wallCells.push_back(cell);
+    t.wallDemands.push_back(demanded);
+  }
+  const GrowthProgress& g = state.growth.progress;
+  t.growth = {state.growth.attempt, state.growth.iterations, g.barrier, g.iteration, g.since, g.failures};
+  t.growthNumbers = {g.sweeps, g.reference};
+  t.growthTaken = g.taken;
+  return t;
+}
+
+/// Pre: tables of the sizes that runTablesOf() gives.
+PackingState stateOf(const RunTables& t) {
+  PackingState state;
+  state.position = {
+      static_cast<Stage>(t.position[0]), t.position[1] != 0, t.position[2], {t.position[3], t.position[4]}};
+  state.repairs = t.position[5];
+  state.cellCount = t.position[6];
+  RelaxationState& r = state.relaxation;
+  r.sweeps = t.counters[0];
+  r.listedInSweep = t.counters[1];
+  r.coarsely = t.counters[2] != 0;
+  r.last.totalSteps = t.counters[3];
+  r.last.contacts = t.counters[4];
+  r.last.thorough = t.counters[5] != 0;
+  for (int k = 0; k < 3; ++k) r.blocks[k] = static_cast<int>(t.counters[6 + k]);
+  r.skin = t.lengths[0];
+  r.slack = t.lengths[1];
+  r.last.deepest = t.lengths[2];
+  r.counts = t.counts;
+  for (std::size_t i = 0; i < t.clearances.size(); ++i)
+    r.extraClearance[{t.clearedPairs[2 * i], t.clearedPairs[2 * i + 1]}] = t.clearances[i];
+  r.disturbed.insert(t.disturbed.begin(), t.disturbed.end());
+  for (std::size_t i = 0; i < t.failures.size(); ++i)
+    state.failures[{t.failedPairs[2 * i], t.failedPairs[2 * i + 1]}] = t.failures[i];
+  for (std::size_t i = 0; i < t.wallCells.size(); ++i)
+    state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
+  state.growth.attempt = t.growth[0];
+  state.growth.iterations = t.growth[1];
+  state.growth.progress = {t.growth[2],        t.growth[3],        t.growth[4],  t.growth[5],
+                           t.growthNumbers[0], t.growthNumbers[1], t.growthTaken};
+  return state;
+}
+
+bool ofTheRightSizes(const RunTables& t, std::size_t species) {
+  return t.position.size() == 7 && t.counters.size() == 9 && t.lengths.size() == 3 &&
+         (t.counts.empty() || t.counts.size() == species) &&
+         t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
+         t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
+         t.position[0] != withdrawnStage && t.position[0] <= static_cast<std::int64_t>(Stage::growth) &&
+         t.growth.size() == 6 && t.growthNumbers.size() == 2;
+}
+
+/// Whether numbers are ones a run can have: what follows computes with them unseen.
+bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
+  const auto from0To = [](double most) {
+    return [most](const auto& table) {
+      return std::all_of(table.begin(), table.end(),
+                         [most](auto x) { return x >= 0 && static_cast<double>(x) < most; });  // no NaN
+    };
+  };
+  const auto count = from0To(mostPossible), length = from0To(longestPossible(problem));
+  return count(run.position) && count(run.counters) && length(run.lengths) && count(run.counts) &&
+         count(run.failures) && length(run.clearances) && length(run.wallDemands) && count(run.growth) &&
+         count(run.growthNumbers) && count(run.growthTaken);
+}
+
+/// The same of cells. Their species are known.
+bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem& problem) {
+  const Box bounds = problem.container->bounds();
+  const Vec3 size = bounds.size();
+  constexpr double rounding = 1e-6;
+  const double longest = longestPossible(problem);
+  for (const BodyState& cell : cells) {
+    double turned = 0.0;
+    for (const double q : cell.pose.orientation) turned += q * q;
+    bool possible = std::abs(turned - 1.0) < rounding && cell.scale > smallestScale &&
+                    cell.scale < 1.0 + rounding && cell.extraWallClearance >= 0.0 &&
+                    cell.extraWallClearance < longest && cell.overlap >= 0.0 && cell.overlap < longest &&
+                    cell.moved >= 0.0 && cell.moved < mostPossible;
+    for (int k = 0; k < 3; ++k)  // periods are not always taken off at once
+      possible = possible && cell.pose.position[k] > bounds.lo[k] - size[k] - farthest &&
+                 cell.pose.position[k] < bounds.hi[k] + size[k] + farthest;
+    if (!possible) return false;
+  }
+  return true;
+}
+
+std::string writer() {
+  return std::string("packMesh ") + version() + " (" + gitHash() + ")";
+}
+
+void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
+              const PackingState& state) {
+  const Communicator& ranks = problem.communicator;
+  const auto mine = static_cast<std::int64_t>(state.cells.size());
+  std::int64_t first = 0;
+  const std::vector<std::int64_t> counts = ranks.gatherAll(std::vector<std::int64_t>{mine});
+  for (int rank = 0; rank < ranks.rank(); ++rank) first += counts[rank];
+
+  out.attribute("/", "unit", std::string("µm"));
+  out.attribute("/", "problem", digestOf(problem));
+  out.attribute("/", "lumen", problem.container->describe());
+  out.attribute("/", "seed", static_cast<std::int64_t>(problem.seed));
+  out.attribute("/", "stage", std::string(textOf(state.position)));
+  out.attribute("/", "iteration", state.relaxation.sweeps);
+  out.group("/command");
+  out.attribute("/command", "words", static_cast<std::int64_t>(command.size()));
+  for (std::size_t i = 0; i < command.size(); ++i)
+    out.attribute("/command", std::to_string(i).c_str(), command[i]);
+  out.group("/species");
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const std::string path = "/species/" + std::to_string(s);
+    out.group(path);
+    out.attribute(path, "name", problem.species[s].name);
+    out.attribute(path, "count", problem.species[s].count);
+    writeMesh(out, path, problem.species[s].shape->mesh());
+  }
+  out.group("/run");
+  out.group("/relaxation");
+  out.group("/growth");
+  out.group("/growth/best");
+  out.group("/cells");
+  const RunTables run = runTablesOf(state);
+  forEachRunTable(run,
+                  [&](const char* path, int columns, const auto& table) { out.table(path, columns, table); });
+  const CellTables cells = tablesOf(state.cells);
+  forEachTable(cells, [&](const char* name, int columns, const auto& table) {
+    out.table(std::string("/cells/") + name, state.cellCount, columns, first, table);
+  });
+  forEachMeasure(state.measures, [&](const char* name, const std::vector<double>& known) {
+    std::vector<double> table = known;
+    table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
+    out.table(std::string("/cells/") + name, state.cellCount, 1, first, table);
+  });
+  const CellTables best = tablesOf(state.growth.best);
+  forEachTable(best, [&](const char* name, int columns, const auto& table) {
+    out.table(std::string("/growth/best/") + name, columns, table);
+  });
+}
+
+/// Flushes to the disk and gives the file its name. @return what went wrong, or nothing
+std::string putInPlace(const fs::path& written, const fs::path& file) {
+  const int descriptor = ::open(written.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool flushed = descriptor >= 0 && (::fsync(descriptor) == 0 || errno == EINVAL);
+  if (descriptor >= 0) ::close(descriptor);
+  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0)
+    return std::string("cannot be put in place: ") + std::strerror(errno);
+  return "";
+}
+
+}  // namespace
+
+void writeState(const fs::path& name, const PackingProblem& problem, const std::vector<std::string>& command,
+                const PackingState& state) {
+  const Communicator& ranks = problem.communicator;
+  std::error_code ignored;
+  fs::path file = fs::is_symlink(name, ignored) ? fs::weakly_canonical(name, ignored) : name;
+  if (file.empty()) file = name;  // which cannot be written, and says why
+  const fs::path written = ranks.broadcast(temporaryName(file, 0, "new").string(), 0);  // that of rank 0
+  std::string error;
+  {
+    Hdf5Writer out(written, ranks, sealSize);
+    writeAll(out, problem, command, state);
+    if (!out.close()) error = "cannot be written (is the folder writable, the disk full?)";
+  }
+  if (!ranks.any(!error.empty())) {
+    if (ranks.rank() == 0) error = seal(written, {kind, schemaVersion, writer()});
+    if (ranks.rank() == 0 && error.empty()) error = putInPlace(written, file);
+  }
+  if (!ranks.any(!error.empty())) return;
+  if (ranks.rank() == 0) ::unlink(written.c_str());
+  throw InputError(file.string() + ": the state " + (error.empty() ? "cannot be written" : error));
+}
+
+StateHead readStateHead(const fs::path& file) {
+  requireSealed(file, kind, schemaVersion);
+  const Hdf5Reader in(file);
+  StateHead head;
+  head.stage = in.text("/", "stage");
+  head.digest = in.text("/", "problem");
+  head.cells = in.size("/cells/id")[0];
+  const std::int64_t words = in.integer("/command", "words");
+  for (std::int64_t i = 0; i < words; ++i)
+    head.command.push_back(in.text("/command", std::to_string(i).c_str()));
+  return head;
+}
+
+namespace {
+
+/// This rank's part.
+PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  if (in.text("/", "problem") != digestOf(problem))
+    in.fail("is the state of another problem (lumen, cells, numbers, clearances or seed differ)");
+  RunTables run;
+  forEachRunTable(run, [&](const char* path, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(path, columns);
+  });
+  const char* const misfit = "is damaged: its tables do not fit each other";
+  if (!ofTheRightSizes(run, problem.species.size())) in.fail(misfit);
+  const char* const impossible = "is damaged: it has numbers that no run has";
+  if (!ofPossibleNumbers(run, problem)) in.fail(impossible);
+  PackingState state = stateOf(run);
+  if (in.size("/cells/id")[0] != state.cellCount) in.fail(misfit);
+  const auto [first, end] = IdShares(state.cellCount, ranks).own();
+  CellTables cells;
+  forEachTable(cells, [&, from = first, count = end - first](const char* name, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
+  });
+  forEachMeasure(state.measures, [&, from = first, count = end - first](const char* name, auto& table) {
+    table = in.table<double>(std::string("/cells/") + name, 1, from, count);
+  });
+  CellTables best;
+  forEachTable(best, [&](const char* name, int columns, auto& table) {
+    using Number = typename std::decay_t<decltype(table)>::value_type;
+    table = in.table<Number>(std::string("/growth/best/") + name, columns);
+  });
+  if (!alike(best)) in.fail(misfit);
+  state.growth.best = cellsOf(best);
+  state.cells = cellsOf(cells);
+  std::int64_t all = state.cellCount;
+  if (state.position.stage != Stage::growth)
+    for (const Species& species : problem.species) all += species.count;
+  const auto unknown = [&](const BodyState& cell) {
+    return cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
+           cell.id >= all;
+  };
+  if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
+      std::any_of(state.growth.best.begin(), state.growth.best.end(), unknown))
+    in.fail("is damaged: it has a cell that the problem has not");
+  const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
+  if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end() ||
+      !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.growth.best, problem))
+    in.fail(impossible);
+  return state;
+}
+
+}  // namespace
+
+PackingState readState(const fs::path& file, const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  PackingState state;
+  std::string error;
+  const auto attempt = [&](const auto& work) {
+    try {
+      work();
+    } catch (const InputError& found) {
+      error = found.what();
+    }
+    if (ranks.any(!error.empty()))
+      throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
+  };
+  // No rank reads what may be damaged.
+  attempt([&] {
+    if (ranks.rank() == 0) requireSealed(file, kind, schemaVersion);
+  });
+  attempt([&] { state = readShare(Hdf5Reader(file), problem); });
+  return state;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/parallel/block_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace packmesh {
+namespace {
+
+/// Along each axis, so that all can be counted in an int.
+constexpr double mostBlocks = 1000.0;
+
+}  // namespace
+
+BlockGrid::BlockGrid(const Box& bounds, const Vec3& period, double interactionRange, double preferredEdge)
+    : lo_(bounds.lo) {
+  const double edge = std::max(2.0 * interactionRange, preferredEdge);
+  for (int k = 0; k < 3; ++k) {
+    int n = edge > 0.0 ? std::max(1, static_cast<int>(std::min(bounds.size()[k] / edge, mostBlocks))) : 1;
+    if (period[k] > 0.0 && n > 1) n -= n % 2;
+    blocks_[k] = n;
+    periodic_[k] = period[k] > 0.0;
+    blocksPerLength_[k] = n / bounds.size()[k];
+  }
+}
+
+int BlockGrid::blockOf(const Vec3& p) const {
+  int index[3];
+  for (int k = 0; k < 3; ++k) {
+    const double b = std::floor((p[k] - lo_[k]) * blocksPerLength_[k]);
+    index[k] = b <= 0.0 ? 0 : b >= blocks_[k] - 1 ? blocks_[k] - 1 : static_cast<int>(b);
+  }
+  return index[0] + blocks_[0] * (index[1] + blocks_[1] * index[2]);
+}
+
+std::array<int, 3> BlockGrid::indexOf(int block) const {
+  return {block % blocks_[0], block / blocks_[0] % blocks_[1], block / blocks_[0] / blocks_[1]};
+}
+
+int BlockGrid::colourOf(int block) const {
+  const auto [i, j, k] = indexOf(block);
+  return i % 2 + 2 * (j % 2) + 4 * (k % 2);
+}
+
+bool BlockGrid::has(int colour) const {
+  for (int k = 0; k < 3; ++k)
+    if ((colour >> k & 1) != 0 && blocks_[k] == 1) return false;
+  return true;
+}
+
+double BlockGrid::largestRange() const {
+  double range = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k)
+    if (blocks_[k] > 1) range = std::min(range, 0.5 / blocksPerLength_[k]);
+  return range;
+}
+
+std::vector<BlockGrid::Neighbor> BlockGrid::neighbors(int block) const {
+  const std::array<int, 3> index = indexOf(block);
+  std::vector<Neighbor> neighbors;
+  for (int n = 0; n < 27; ++n) {
+    const Step step = {static_cast<std::int8_t>(n % 3 - 1), static_cast<std::int8_t>(n / 3 % 3 - 1),
+                       static_cast<std::int8_t>(n / 9 - 1)};
+    if (step == Step{0, 0, 0}) continue;
+    int at[3];
+    bool there = true;
+    for (int k = 0; k < 3; ++k) {
+      at[k] = index[k] + step[k];
+      if (periodic_[k]) at[k] = (at[k] + blocks_[k]) % blocks_[k];
+      there = there && at[k] >= 0 && at[k] < blocks_[k];
+    }
+    if (there) neighbors.push_back({at[0] + blocks_[0] * (at[1] + blocks_[1] * at[2]), step});
+  }
+  return neighbors;
+}
+
+std::vector<int> BlockGrid::around(int block) const {
+  std::vector<int> around = {block};
+  for (const Neighbor& neighbor : neighbors(block)) around.push_back(neighbor.block);
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  return around;
+}
+
+double BlockGrid::squaredDistance(const Vec3& p, int block, const Step& step) const {
+  const std::array<int, 3> index = indexOf(block);
+  double squared = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    if (step[k] == 0) continue;
+    const double edge = 1.0 / blocksPerLength_[k], fromLow = p[k] - lo_[k] - index[k] * edge;
+    const double distance = std::max(0.0, step[k] < 0 ? fromLow : edge - fromLow);
+    squared += distance * distance;
+  }
+  return squared;
+}
+
+}  // namespace packmesh

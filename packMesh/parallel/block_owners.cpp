@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/parallel/block_owners.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace packmesh {
+namespace {
+
+/// Bits of the three indices, one after the other (Morton 1966).
+std::uint64_t mortonCode(const std::array<int, 3>& index) {
+  std::uint64_t code = 0;
+  for (int bit = 0; bit < 20; ++bit)
+    for (int k = 0; k < 3; ++k) code |= static_cast<std::uint64_t>(index[k] >> bit & 1) << (3 * bit + k);
+  return code;
+}
+
+}  // namespace
+
+BlockOwners::BlockOwners(const BlockGrid& blocks, const std::vector<std::int64_t>& work, int ranks)
+    : owner_(blocks.count(), 0) {
+  std::vector<std::uint64_t> code(blocks.count());
+  for (int b = 0; b < blocks.count(); ++b) code[b] = mortonCode(blocks.indexOf(b));
+  std::vector<int> order(blocks.count());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return code[a] < code[b]; });
+
+  double left = static_cast<double>(std::accumulate(work.begin(), work.end(), std::int64_t(0)));
+  double own = 0.0;
+  int rank = 0;
+  for (const int block : order) {
+    // The next rank begins where that brings this one nearer to an even share of what is left.
+    const double share = left / (ranks - rank), more = static_cast<double>(work[block]);
+    if (rank + 1 < ranks && own > 0.0 && own + 0.5 * more > share) {
+      left -= own;
+      own = 0.0;
+      ++rank;
+    }
+    owner_[block] = rank;
+    own += more;
+  }
+}
+
+}  // namespace packmesh

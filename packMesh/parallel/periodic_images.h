@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Periodic images.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "packMesh/core/box.h"
+
+namespace packmesh {
+
+/// Whole periods along each axis; 0 where the container is not periodic.
+using ImageShift = std::array<std::int8_t, 3>;
+
+inline Vec3 displacement(const ImageShift& shift, const Vec3& period) {
+  return {shift[0] * period[0], shift[1] * period[1], shift[2] * period[2]};
+}
+
+/// `p` moved by whole periods into [bounds.lo, bounds.hi) along the periodic axes.
+inline Vec3 wrapped(Vec3 p, const Box& bounds, const Vec3& period) {
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0) {
+      p[k] -= period[k] * std::floor((p[k] - bounds.lo[k]) / period[k]);
+      if (p[k] >= bounds.hi[k]) p[k] = bounds.lo[k];  // rounding of a tiny negative difference
+    }
+  return p;
+}
+
+/// Calls `visit(shift)` for every shift (the zero one included) by which a sphere around `p` (inside the
+/// bounds) comes within `reach` of the bounds again, in a fixed order.
+template <class Visit>
+void forEachImage(const Vec3& p, double reach, const Box& bounds, const Vec3& period, Visit&& visit) {
+  int lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0) {
+      lo[k] = static_cast<int>(std::ceil((bounds.lo[k] - reach - p[k]) / period[k]));
+      hi[k] = static_cast<int>(std::floor((bounds.hi[k] + reach - p[k]) / period[k]));
+    }
+  for (int z = lo[2]; z <= hi[2]; ++z)
+    for (int y = lo[1]; y <= hi[1]; ++y)
+      for (int x = lo[0]; x <= hi[0]; ++x)
+        visit(ImageShift{static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
+                         static_cast<std::int8_t>(z)});
+}
+
+}  // namespace packmesh

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A cell while it is being moved.
+#pragma once
+
+#include <cstdint>
+
+#include "packMesh/core/pose.h"
+#include "packMesh/relaxation/contact_kernel.h"
+
+namespace packmesh {
+
+struct Body {
+  Vec3 position = Vec3::Zero();  ///< [µm]
+  Quaternion orientation = Quaternion::Identity();
+  Mat3 rotation = Mat3::Identity();  ///< of `orientation`
+  double scale = 1.0;
+  int species = 0;
+  int block = 0;
+  std::int64_t id = 0;  ///< global, over all species
+
+  /// How long the way is that any of its points has come since pairs were listed, at most [µm]. What is found
+  /// out about its surroundings holds for some way.
+  double moved = 0.0;
+  double awayFromWallUntil = -1.0;  ///< the wall need not be looked at until `moved` is this
+  /// Until `moved` is wallMaskUntil, only these clusters of samples can touch the wall.
+  ClusterMask wallMask = allClusters;
+  double wallMaskUntil = -1.0;
+  bool deepInWall = true;           ///< was deep in the wall when last looked at, so coarse samples will do
+  bool rests = false;               ///< until it moves, its wall and its home need not be looked at
+  double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
+  bool changed = false;             ///< moved since other ranks were told
+  bool touched = false;             ///< moved since Relaxation::forgetTouched()
+  double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
+
+  /// Nothing is known of its surroundings.
+  void forgetSurroundings() {
+    moved = 0.0;
+    awayFromWallUntil = wallMaskUntil = -1.0;
+  }
+
+  Pose pose() const { return {scale, orientation, position}; }
+};
+
+}  // namespace packmesh

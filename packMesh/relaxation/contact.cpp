@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/relaxation/contact.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+#include <variant>
+
+#include "packMesh/core/tolerances.h"
+
+namespace packmesh {
+namespace {
+
+/// Inverse inertia of a cell of mass 1 and bounding radius R is this over R²: 0.2/µm² for the red cell, found
+/// best between 0.15 and 0.3; a solid sphere has 2.5.
+constexpr double inertiaFactor = 3.0;
+
+/// Masses follow volumes only within these bounds, so that a white cell can still be moved by platelets.
+constexpr double largestMassRatio = 10.0;
+
+/// One step turns or moves a cell no further than this [rad; fraction of its radius].
+constexpr double largestTurn = 0.4, largestStep = 0.5;
+
+/// Where the summed normals of a deep contact cancel to less than this, crossed discs would lock: the
+/// direction between the centres is mixed in.
+/// Deep: this much [µm], in thin cells this fraction of half their thickness; for pairs that failed the exact
+/// test, at all.
+constexpr double lockedNormal = 0.8, lockedDepth = 0.1, lockedFraction = 0.3;
+
+FieldView viewOf(const Shape& shape) {
+  FieldView view{};
+  if (const auto* profile = std::get_if<ProfileSurface>(&shape.field())) {
+    view.onGrid = false;
+    for (int k = 0; k < 6; ++k) view.p[k] = static_cast<float>(profile->p[k]);
+    view.a = static_cast<float>(profile->a);
+    view.c = static_cast<float>(profile->c);
+    view.bend = static_cast<float>(profile->bendBeyondRim());
+    view.curvature = static_cast<float>(profile->curvatureInside());
+  } else {
+    const auto& grid = std::get<DistanceGrid>(shape.field());
+    view.onGrid = true;
+    view.value = grid.value.data();
+    view.nodesPerLength = static_cast<float>(1.0 / grid.spacing);
+    for (int k = 0; k < 3; ++k) {
+      view.origin[k] = static_cast<float>(grid.origin[k]);
+      view.nodes[k] = grid.nodes[k];
+    }
+  }
+  const SupportBound& bound = shape.bound();
+  view.ring = static_cast<float>(bound.ring);
+  view.thickness = static_cast<float>(bound.semiAxes.maxCoeff());
+  const Box box = boundingBox(shape.mesh());
+  for (int k = 0; k < 3; ++k)
+    view.extent[k] = static_cast<float>(std::max(std::abs(box.lo[k]), std::abs(box.hi[k])));
+  return view;
+}
+
+SampleView viewOf(const SamplePoints& s) {
+  int shift = 0;
+  while (s.clusters > 64 << shift) ++shift;
+  return {s.clusters,       shift,
+          s.x.data(),       s.y.data(),
+          s.z.data(),       s.centerX.data(),
+          s.centerY.data(), s.centerZ.data(),
+          s.radius.data()};
+}
+
+/// So many times in a row a pair that touches is looked at only where it touched last.
+constexpr int mostQuickLooks = 1;
+
+/// Contacts no deeper than this are left alone [µm]: cells that were pushed apart then rest, where rounding
+/// would have them touch again and again.
+constexpr double negligible = 0.1 * tolerance::relaxationTolerance;
+
+}  // namespace
+
+SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume,
+                           Freedom freedomOfSpecies)
+    : samples(viewOf(shape.samples())),
+      coarseSamples(viewOf(shape.coarseSamples())),
+      field(viewOf(shape)),
+      bound(shape.bound()),
+      radius(shape.radius()),
+      inverseMass(freedomOfSpecies.fixed ? 0.0
+                                         : std::clamp(referenceVolume / shape.volume(),
+                                                      1.0 / largestMassRatio, largestMassRatio)),
+      inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
+      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * shape.halfThickness())),
+      wall(wallOfSpecies),
+      freedom(std::move(freedomOfSpecies)) {}
+
+/// One contact: the sampled body is to be pushed along `normal`, the other one back.
+struct ContactSolver::Contact {
+  Vec3 arm;      ///< from the centre of the pushed body to the point [µm]
+  Vec3 backArm;  ///< from the centre of the other body [µm]
+  Vec3 normal;   ///< unit
+  double depth;  ///< penetration into the clearance [µm]
+};
+
+ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period,
+                             double clearance, double wallClearance)
+    : models_(std::move(models)),
+      period_(period),
+      clearance_(clearance),
+      wallClearance_(wallClearance),
+      kernel_(contactKernel(chosenInstructionSet())),
+      wallKernel_(wallKernel(chosenInstructionSet())) {
+  std::map<const Wall*, const WallField*> fields;
+  for (SpeciesModel& model : models_) {
+    if (model.wall == nullptr) continue;
+    const WallField*& field = fields[model.wall];
+    if (field == nullptr) {
+      walls_.push_back(std::make_unique<WallField>(*model.wall, region));
+      field = walls_.back().get();
+    }
+    model.wallField = field;
+  }
+}
+
+/// How two bodies lie to each other: what the looks from either side share.
+struct ContactSolver::Meeting {
+  const Body &a, &b;
+  Vec3 fromB;  ///< from the centre of b to that of a [µm]
+  Mat3 turn;   ///< from a's frame to b's
+  double clearance;
+
+  Meeting(const Body& first, const Body& second, const Vec3& fromSecond, double wanted)
+      : a(first),
+        b(second),
+        fromB(fromSecond),
+        turn(second.rotation.transpose() * first.rotation),
+        clearance(wanted) {}
+
+  /// Map from the frame of a to that of b, or, from the other side, from b's to a's.
+  RelativeFrame frame(int side) const {
+    const Body &sampled = side == 0 ? a : b, &surface = side == 0 ? b : a;
+    const double ratio = sampled.scale / surface.scale;
+    const Vec3 t = surface.rotation.transpose() * fromB / (side == 0 ? surface.scale : -surface.scale);
+    RelativeFrame frame;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c)
+        frame.m[3 * r + c] = static_cast<float>(ratio * (side == 0 ? turn(r, c) : turn(c, r)));
+      frame.t[r] = static_cast<float>(t[r]);
+    }
+    frame.scale = static_cast<float>(ratio);
+    return frame;
+  }
+};
+
+bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely, double margin,
+                                ClusterMask& mask, Contact& contact, double& nearest,
+                                ClusterMask& touched) const {
+  const Body &sampled = side == 0 ? meeting.a : meeting.b, &surface = side == 0 ? meeting.b : meeting.a;
+  const double clearance = meeting.clearance;
+  ContactSums sums;
+  const SpeciesModel& model = models_[sampled.species];
+  kernel_(coarsely ? model.coarseSamples : model.samples, meeting.frame(side), models_[surface.species].field,
+          static_cast<float>(clearance / surface.scale), static_cast<float>(margin / surface.scale), mask,
+          sums);
+  nearest = surface.scale * sums.nearest;
+  touched = sums.touched;
+  if (!(sums.weight > 0.0f)) return false;
+
+  const double perWeight = 1.0 / sums.weight, perGradient = 1.0 / sums.gradient;
+  const Vec3 point =
+      surface.scale * (surface.rotation * (Vec3(sums.point[0], sums.point[1], sums.point[2]) * perWeight));
+  Vec3 normal = surface.rotation * (Vec3(sums.normal[0], sums.normal[1], sums.normal[2]) * perGradient);
+  contact.depth = surface.scale * sums.deepest;
+  if (contact.depth <= negligible) return false;
+  const double coherence = normal.norm();
+  const Vec3 fromSurface = side == 0 ? meeting.fromB : Vec3(-meeting.fromB);
+  if (coherence < lockedNormal &&
+      (contact.depth > models_[surface.species].lockedDepth || clearance > clearance_)) {
+    const double distance = fromSurface.norm();
+    if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;
+  }
+  const double length = normal.norm();
+  if (!(length > 1e-6)) return false;
+  contact.normal = normal / length;
+  contact.backArm = point;
+  contact.arm = point - fromSurface;
+  return true;
+}
+
+void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotation) const {
+  const Freedom& freedom = models_[body.species].freedom;
+  if (freedom.fixed) return;
+  body.changed = body.touched = true;
+  const double reach = models_[body.species].radius * body.scale;
+  Vec3 step = translation;
+  double length = step.norm();
+  if (length > largestStep * reach) {
+    step *= largestStep * reach / length;
+    length = largestStep * reach;
+  }
+  body.position += step;
+  double angle = 0.0;
+  if (rotate_) {
+    Vec3 turn = rotation;
+    angle = turn.norm();
+    if (angle > largestTurn) {
+      turn *= largestTurn / angle;
+      angle = largestTurn;
+    }
+    const Vec3 half = 0.5 * turn;
+    const Quaternion q = body.orientation;
+    const Vec3 v = q.vec() + q.w() * half + half.cross(q.vec());
+    body.orientation = Quaternion(q.w() - half.dot(q.vec()), v.x(), v.y(), v.z()).normalized();
+    if (freedom.cone) {
+      // Rotations whose quaternions are a chord c apart are 4 asin(c/2) <= 2.1 c apart for c <= 1.
+      body.orientation = freedom.cone->nearest(body.orientation);
+      const auto &now = body.orientation.coeffs(), &before = q.coeffs();
+      angle = std::min(2.0, 2.1 * std::min((now - before).norm(), (now + before).norm()));
+    }
+    body.rotation = body.orientation.toRotationMatrix();
+  }
+  body.moved += length + reach * angle;
+}
+
+void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
+  away.overlap += contact.depth;
+  back.overlap += contact.depth;
+  const SpeciesModel &a = models_[away.species], &b = models_[back.species];
+  const Vec3 turnA = contact.arm.cross(contact.normal), turnB = contact.backArm.cross(contact.normal);
+  const double inertiaA = rotate_ ? a.inverseInertia : 0.0, inertiaB = rotate_ ? b.inverseInertia : 0.0;
+  const double compliance =
+      a.inverseMass + b.inverseMass + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
+  const double impulse = omega_ * contact.depth / compliance;
+  move(away, impulse * a.inverseMass * contact.normal, impulse * inertiaA * turnA);
+  move(back, -impulse * b.inverseMass * contact.normal, -impulse * inertiaB * turnB);
+}
+
+void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
+  Body &a = bodies[pair.first], &b = bodies[pair.second];
+  if (models_[a.species].freedom.fixed && models_[b.species].freedom.fixed) return;
+  const double moved = a.moved + b.moved;
+  if (moved <= pair.apartUntil) return;
+  const double clearance = clearance_ + pair.extraClearance - slack_;
+  const Vec3 fromB = a.position - (b.position + displacement(pair.shift, period_));
+  const bool quick = mayLookQuickly(pair);
+  if (!quick) {
+    const double apart = boundedGap(a, b, fromB);
+    if (apart > clearance) {
+      pair.apartUntil = static_cast<float>(moved + apart - clearance + negligible);
+      return;
+    }
+  }
+
+  const Meeting meeting(a, b, fromB, clearance);
+  Contact contacts[2];
+  bool touching[2];
+  double nearest;
+  if ((quick && findKnownContacts(pair, meeting, contacts, touching)) ||
+      findContacts(pair, meeting, contacts, touching, nearest))
+    resolve(contacts, touching, a, b, sums);
+  else
+    pair.apartUntil = static_cast<float>(moved + nearest - clearance + negligible);
+}
+
+double ContactSolver::boundedGap(const Body& a, const Body& b, const Vec3& fromB) const {
+  const SpeciesModel &modelA = models_[a.species], &modelB = models_[b.species];
+  const double distance = fromB.norm();
+  const double bySpheres = distance - a.scale * modelA.radius - b.scale * modelB.radius;
+  if (bySpheres > clearance_ || !(distance > 1e-12)) return bySpheres;
+  const Vec3 direction = fromB / distance;
+  return distance - a.scale * modelA.bound.support(a.rotation.transpose() * direction) -
+         b.scale * modelB.bound.support(b.rotation.transpose() * direction);
+}
+
+void ContactSolver::resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
+                            SweepSums& sums) const {
+  for (int side = 0; side < 2; ++side) {
+    if (!touching[side]) continue;
+    sums.add(contacts[side].depth);
+    if (side == 0)
+      push(contacts[side], a, b);
+    else
+      push(contacts[side], b, a);
+  }
+}
+
+bool ContactSolver::mayLookQuickly(const ContactPair& pair) const {
+  return !thoroughly_ && pair.quickLooks < mostQuickLooks && (pair.touched[0] | pair.touched[1]) != 0;
+}
+
+bool ContactSolver::findKnownContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
+                                      bool (&touching)[2]) const {
+  ++pair.quickLooks;
+  for (int side = 0; side < 2; ++side) {
+    ClusterMask clusters = pair.touched[side], touched;
+    double nearest;
+    touching[side] = clusters != 0 &&
+                     findContact(meeting, side, pair.coarse, 0.0, clusters, contacts[side], nearest, touched);
+  }
+  return touching[0] || touching[1];
+}
+
+bool ContactSolver::findContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
+                                 bool (&touching)[2], double& nearest) const {
+  const double moved = meeting.a.moved + meeting.b.moved, clearance = meeting.clearance;
+  const auto lookAt = [&](bool coarsely, double margin, ClusterMask(&masks)[2]) {
+    double nearestOf[2];
+    for (int side = 0; side < 2; ++side)
+      touching[side] = findContact(meeting, side, coarsely, margin, masks[side], contacts[side],
+                                   nearestOf[side], pair.touched[side]);
+    nearest = std::min(nearestOf[0], nearestOf[1]);
+    pair.quickLooks = 0;
+    pair.coarse = coarsely;
+    pair.deep =
+        (touching[0] && contacts[0].depth > deepContact) || (touching[1] && contacts[1].depth > deepContact);
+    return touching[0] || touching[1];
+  };
+
+  if (pair.deep) {
+    ClusterMask all[2] = {allClusters, allClusters};
+    const bool found = lookAt(true, 0.0, all);
+    if (found && pair.deep) return true;
+    if (coarsely_) {
+      pair.deep = true;
+      nearest = -std::numeric_limits<double>::infinity();  // coarse samples say nothing of the gap
+      return found;
+    }
+  }
+  if (moved < pair.masksUntil) {
+    ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin
+    const bool found = lookAt(false, 0.0, masks);
+    nearest = std::min(nearest, clearance + (pair.masksUntil - moved));
+    return found;
+  }
+  pair.masksUntil = static_cast<float>(moved + expectedMotion_);
+  pair.masks[0] = pair.masks[1] = allClusters;
+  return lookAt(false, expectedMotion_, pair.masks);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Contacts between two bodies, and of a body with the wall: found and resolved.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "packMesh/container/container.h"
+#include "packMesh/relaxation/body.h"
+#include "packMesh/relaxation/contact_kernel.h"
+#include "packMesh/relaxation/freedom.h"
+#include "packMesh/relaxation/pair_list.h"
+#include "packMesh/relaxation/wall_field.h"
+#include "packMesh/shape/shape.h"
+
+namespace packmesh {
+
+/// Contacts deeper than this are found with coarse samples [µm]: sooner resolved than with fine ones, in
+/// which cells lock.
+constexpr double deepContact = 0.4;
+
+/// What relaxation needs to know of a species.
+struct SpeciesModel {
+  SampleView samples, coarseSamples;
+  FieldView field;
+  SupportBound bound;
+  double radius;                         ///< [µm]
+  double inverseMass;                    ///< of a cell of scale 1; 1 for the species of the median volume
+  double inverseInertia;                 ///< isotropic [1/µm²], times inverseMass
+  double lockedDepth;                    ///< deeper contacts may be locked ones [µm]
+  const Wall* wall;                      ///< nullptr: none
+  const WallField* wallField = nullptr;  ///< of the wall; set by the solver
+
+  Freedom freedom;
+
+  /// References `shape`, which must outlive the model.
+  /// @param referenceVolume volume of a cell of mass 1 [µm³]
+  SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume, Freedom freedom = {});
+};
+
+/// Sums over one sweep. They are exact, so that they do not depend on who summed what.
+struct SweepSums {
+  double deepest = 0.0;         ///< largest penetration into a clearance [µm]
+  std::int64_t totalSteps = 0;  ///< sum of the penetrations of all contacts, each rounded to steps
+  std::int64_t contacts = 0;
+  bool thorough = true;  ///< every pair was looked at all over
+
+  /// Sum of the penetrations of all contacts [µm].
+  double total() const { return static_cast<double>(totalSteps) / stepsPerMicrometre; }
+  /// Of a contact [µm].
+  double meanDepth() const { return contacts == 0 ? 0.0 : total() / static_cast<double>(contacts); }
+
+  void add(double depth) {
+    deepest = deepest > depth ? deepest : depth;
+    totalSteps += static_cast<std::int64_t>(depth * stepsPerMicrometre);
+    ++contacts;
+  }
+
+ private:
+  static constexpr double stepsPerMicrometre = 0x1p20;
+};
+
+/// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the cells of
+/// a contact are moved as rigid bodies, in proportion to their inverse masses and inertias, until `omega`
+/// times the penetration is gone.
+class ContactSolver {
+ public:
+  /// @param region where cells can be [µm]
+  ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period, double clearance,
+                double wallClearance);
+
+  /// @param slack penetrations up to this are left alone [µm]
+  void setPush(double omega, double slack) {
+    omega_ = omega;
+    slack_ = slack;
+  }
+  /// @param motion how far two cells may together be expected to move in some sweeps [µm]
+  void setExpectedMotion(double motion) { expectedMotion_ = motion; }
+
+  /// Look at every pair all over, also where it did not touch last.
+  void setThoroughly(bool thoroughly) { thoroughly_ = thoroughly; }
+  /// Coarse samples will do for all contacts.
+  void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
+  void setMobile(bool rotate) { rotate_ = rotate; }
+
+  /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
+  void resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
+
+  /// Resolves the contacts of a body with its wall and, if its species has a home, brings it there.
+  void resolveSurroundings(Body& body, SweepSums& sums) const;
+
+  const std::vector<SpeciesModel>& models() const { return models_; }
+
+ private:
+  struct Contact;
+  struct Meeting;
+  /// A distance that the surfaces of two bodies certainly have, by bounds around them [µm]; may be negative.
+  double boundedGap(const Body& a, const Body& b, const Vec3& fromB) const;
+  /// Samples of one body (side 0: of the first) in the surface of the other; see ContactKernel for `margin`
+  /// and `mask`.
+  bool findContact(const Meeting& meeting, int side, bool coarsely, double margin, ClusterMask& mask,
+                   Contact& contact, double& nearest, ClusterMask& touched) const;
+  /// Whether it will do to look at the clusters that touched when last looked at all over.
+  bool mayLookQuickly(const ContactPair& pair) const;
+  bool findKnownContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
+                         bool (&touching)[2]) const;
+  bool findContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2], bool (&touching)[2],
+                    double& nearest) const;
+  void resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
+               SweepSums& sums) const;
+  void resolveWall(Body& body, SweepSums& sums) const;
+  void resolveHome(Body& body, SweepSums& sums) const;
+  void push(const Contact& contact, Body& away, Body& back) const;
+  void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
+
+  std::vector<SpeciesModel> models_;
+  Vec3 period_;
+  double clearance_, wallClearance_;
+  double omega_ = 1.0, slack_ = 0.0;
+  bool rotate_ = true, coarsely_ = false, thoroughly_ = true;
+  double expectedMotion_ = 0.1;
+  ContactKernel kernel_;
+  WallKernel wallKernel_;
+  std::vector<std::unique_ptr<WallField>> walls_;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The innermost loop: how deep do the sample points of one cell reach into the surface of another.
+///
+/// A kernel: see packMesh/simd/instruction_set.h.
+#pragma once
+
+#include <cstdint>
+
+#include "packMesh/simd/instruction_set.h"
+
+namespace packmesh {
+
+/// A set of clusters: bit k stands for the 2^bitShift clusters from k * 2^bitShift on.
+using ClusterMask = std::uint64_t;
+constexpr ClusterMask allClusters = ~ClusterMask{0};
+
+/// The surface of a cell as the kernel sees it, in its body frame.
+struct FieldView {
+  bool onGrid;
+  // Closed form y² = P(a x² + c z²) (ProfileSurface).
+  float p[6], a, c;
+  float bend;       ///< beyond the rim P(s) = P'(1) (s - 1) + bend (s - 1)² [µm²]
+  float curvature;  ///< ProfileSurface::curvatureInside(), at least 1
+  // Sampled distance (DistanceGrid).
+  const float* value;
+  float origin[3], nodesPerLength;
+  int nodes[3];
+  // Disc + ellipsoid bound (SupportBound) and half extents: what lies outside of them is apart.
+  float ring, thickness, extent[3];
+};
+
+/// Sample points of a cell (SamplePoints).
+struct SampleView {
+  int clusters;
+  int bitShift;  ///< cluster k is bit k >> bitShift of a ClusterMask
+  const float *x, *y, *z;
+  const float *centerX, *centerY, *centerZ, *radius;
+};
+
+/// Map from the sampled cell's body frame to the other's: x -> m x + t; `scale` is the factor of m.
+struct RelativeFrame {
+  float m[9], t[3], scale;
+};
+
+/// Sums over the points nearer than the clearance, weighted by how much nearer they are; in the other's
+/// frame.
+struct ContactSums {
+  float weight;         ///< sum of penetrations
+  float point[3];       ///< sum of penetration * point
+  float normal[3];      ///< sum of penetration * outward gradient of a function that vanishes on the surface
+  float gradient;       ///< sum of penetration * length of that gradient
+  float deepest;        ///< largest penetration into the clearance
+  ClusterMask touched;  ///< clusters with a point nearer than the clearance
+  float nearest;        ///< no sample point is nearer to the surface than this (negative: inside)
+};
+
+/// Looks at the clusters in `mask`. When these are all, `mask` becomes the set of those with a point nearer
+/// than clearance + margin: as long as the two have not moved by more than the margin, no others can touch.
+using ContactKernel = void (*)(const SampleView&, const RelativeFrame&, const FieldView&, float clearance,
+                               float margin, ClusterMask& mask, ContactSums&);
+
+namespace kernel_portable {
+void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
+             ClusterMask& mask, ContactSums&);
+}
+namespace kernel_avx2 {
+void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
+             ClusterMask& mask, ContactSums&);
+}
+namespace kernel_avx512 {
+void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
+             ClusterMask& mask, ContactSums&);
+}
+
+/// The kernel for an instruction set. Pre: available(set).
+ContactKernel contactKernel(InstructionSet set);
+
+}  // namespace packmesh

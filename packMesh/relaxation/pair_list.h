@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Which cells may touch, sorted into the blocks that work on them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "packMesh/parallel/block_grid.h"
+#include "packMesh/parallel/periodic_images.h"
+#include "packMesh/relaxation/body.h"
+#include "packMesh/relaxation/contact_kernel.h"
+
+namespace packmesh {
+
+/// Two cells near each other: `second` displaced by `shift` periods is near `first`. A cell can be paired
+/// with its own image.
+struct ContactPair {
+  std::int32_t first, second;  ///< indices into the bodies, first.id <= second.id
+  ImageShift shift;
+  bool deep = true;             ///< reached deep into each other when last looked at: coarse samples will do
+  bool coarse = false;          ///< `touched` are clusters of the coarse samples
+  std::uint8_t quickLooks = 0;  ///< since the pair was looked at all over
+  float extraClearance = 0.0f;  ///< on top of the problem's clearance [µm]
+  /// The two need not be looked at until `moved`, the sum over both cells, is this [µm].
+  float apartUntil = -1.0f;
+  /// Until moved is this, only the clusters in the masks can touch the other cell [µm].
+  float masksUntil = -1.0f;
+  ClusterMask masks[2] = {allClusters, allClusters};
+  /// The clusters that touched when the pair was last looked at all over.
+  ClusterMask touched[2] = {0, 0};
+};
+
+struct PairList {
+  std::vector<ContactPair> pairs;   ///< sorted by block, then by ids and shift
+  std::vector<std::int64_t> start;  ///< first pair of each block; one past the last at the end
+};
+
+/// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`,
+/// each unordered pair of images once, assigned to the block of the cell with the smaller id; only pairs of
+/// blocks that are `own`. Pre: bodies wrapped into the bounds and sorted by block, then by id.
+PairList listPairs(
+    const std::vector<Body>& bodies, const std::vector<double>& radii, double margin, const Box& bounds,
+    const Vec3& period, int blocks, const std::function<bool(int)>& own = [](int) { return true; });
+
+}  // namespace packmesh

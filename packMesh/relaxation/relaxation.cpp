@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/relaxation/relaxation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/core/tolerances.h"
+
+namespace packmesh {
+namespace {
+
+/// The skin of the pair list [fraction of the largest radius]: wide while cells move far, thin when they
+/// rest.
+constexpr double thinnestSkin = 0.05, widestSkin = 0.2;
+
+/// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
+constexpr std::int64_t shortLived = 4, longLived = 30;
+
+/// Every so many sweeps it is found out anew how far cells move, and how much further than they touch pairs
+/// are looked at: what they move in some sweeps, within bounds [µm].
+constexpr std::int64_t foreseenFor = 10;
+constexpr double foreseenSweeps = 5.0;
+constexpr double smallestMotion = 0.01, largestMotion = 0.25;
+
+/// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
+/// [fraction of the largest radius].
+constexpr double coarseDepth = 0.015;
+/// How far cells may stray before pairs are listed anew, as long as not all of those that touch have to be
+/// known: until coarse samples no longer do [fraction of the largest radius], and after that [fraction of the
+/// skin].
+constexpr double coarseStray = 0.8, fineStray = 1.0;
+/// When all have to be known: no two cells come nearer than the list allows for.
+constexpr double completeStray = 0.5;
+
+/// When the deepest contact of a sweep was less than this, the next one looks at all pairs thoroughly [µm].
+constexpr double nearlyResolved = 3.0 * tolerance::relaxationTolerance;
+
+/// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
+constexpr double preferredBlockEdge = 6.5;
+
+/// Where cells are few, blocks are so large that there is one for so many cells.
+constexpr double fewestPerBlock = 50.0;
+
+/// Blocks are shared out among the ranks anew when one of them has so much more than its even share to do.
+constexpr double tolerableImbalance = 1.02;
+
+/// What a cell costs, in pairs.
+constexpr std::int64_t workOfCell = 4;
+
+double blockEdge(const Box& bounds, double largestRadius, const std::vector<std::int64_t>& counts) {
+  const auto bodies = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  const double perBody = bounds.volume() / static_cast<double>(bodies);  // infinite without any
+  return std::max(preferredBlockEdge * largestRadius, std::cbrt(fewestPerBlock * perBody));
+}
+
+/// Cells per species on all ranks.
+std::vector<std::int64_t> countsOf(const std::vector<Body>& bodies, std::size_t species,
+                                   const Communicator& communicator) {
+  std::vector<std::int64_t> counts(species, 0);
+  for (const Body& b : bodies) ++counts[b.species];
+  communicator.sum(counts);
+  return counts;
+}
+
+RelaxationState begun(RelaxationState state, const RelaxationInput& input, const std::vector<Body>& bodies,
+                      const Communicator& communicator) {
+  if (state.counts.empty()) state.counts = countsOf(bodies, input.shapes.size(), communicator);
+  return state;
+}
+
+/// Of the cell in the middle by volume; nullptr without any cell.
+const Shape* medianShape(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+  std::vector<std::size_t> species(counts.size());
+  std::iota(species.begin(), species.end(), 0);
+  std::stable_sort(species.begin(), species.end(), [&](std::size_t a, std::size_t b) {
+    return input.shapes[a]->volume() < input.shapes[b]->volume();
+  });
+  const std::int64_t all = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
+  std::int64_t before = 0;
+  for (const std::size_t s : species)
+    if (before += counts[s]; before > all / 2) return input.shapes[s];
+  return nullptr;
+}
+
+ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+  std::vector<SpeciesModel> models;
+  const Shape* median = medianShape(input, counts);
+  const double reference = median != nullptr ? median->volume() : 1.0;
+  for (std::size_t s = 0; s < input.shapes.size(); ++s)
+    models.emplace_back(*input.shapes[s], input.walls[s], reference,
+                        input.freedoms.empty() ? Freedom() : input.freedoms[s]);
+  double reach = 0.0;
+  for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
+  // Between two makings of lists no point of a cell gets further out of the bounds than this.
+  ContactSolver solver(std::move(models), input.bounds.grownBy(3.0 * reach), input.period, input.clearance,
+                       input.wallClearance);
+  solver.setMobile(input.rotate);
+  return solver;
+}
+
+double medianHalfThickness(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+  const Shape* median = medianShape(input, counts);
+  return median != nullptr ? median->halfThickness() : 1.0;
+}
+
+double largestRadius(const RelaxationInput& input) {
+  double radius = 0.0;
+  for (const Shape* shape : input.shapes) radius = std::max(radius, shape->radius());
+  return radius;
+}
+
+double largestReach(const RelaxationInput& input) {
+  double reach = 0.0;
+  for (const Shape* shape : input.shapes) {
+    const Sphere sphere = boundingSphere(shape->hierarchy(), Placement());
+    reach = std::max(reach, sphere.center.norm() + sphere.radius);
+  }
+  return reach;
+}
+
+/// How far from a cell's centre the certificate can look for others [µm].
+double certifiedRange(double reach, double clearance) {
+  return 2.0 * (reach + Relaxation::certifiedMotion) + std::max(gapOfInterest, clearance);
+}
+
+}  // namespace
+
+Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
+                       const Communicator& communicator, const RelaxationState& state)
+    : input_(input),
+      communicator_(communicator),
+      state_(begun(state, input, bodies, communicator)),
+      cellCount_(communicator.sum(static_cast<std::int64_t>(bodies.size()))),
+      solver_(makeSolver(input, state_.counts)),
+      halfThickness_(medianHalfThickness(input, state_.counts)),
+      largestRadius_(largestRadius(input)),
+      largestReach_(largestReach(input)),
+      blocks_(input.bounds, input.period,
+              std::max((2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
+                       0.5 * certifiedRange(largestReach_, input.clearance)),
+              blockEdge(input.bounds, largestRadius_, state_.counts)),
+      shared_(communicator, blocks_),
+      bodies_(std::move(bodies)) {
+  if (state_.skin <= 0.0) state_.skin = widestSkin * largestRadius_;
+  for (const auto& [pair, extra] : state_.extraClearance)
+    largestExtra_ = std::max(largestExtra_, static_cast<double>(extra));
+  state_.blocks = blocks_.counts();
+  for (const Shape* shape : input.shapes) radii_.push_back(shape->radius());
+  std::vector<std::int64_t> cellsOfBlock(blocks_.count(), 0);
+  for (const Body& body : bodies_)
+    ++cellsOfBlock[blocks_.blockOf(wrapped(body.position, input_.bounds, input_.period))];
+  shareOut(std::move(cellsOfBlock));
+  distribute();
+}
+
+void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
+  shared_.balance(std::move(workOfBlock));
+  blocksOfColour_.assign(BlockGrid::colours, {});
+  for (int b = 0; b < blocks_.count(); ++b)
+    if (shared_.owns(b)) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
+}
+
+double Relaxation::largestStray() const {
+  double square = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    square = std::max(square, (bodies_[i].position - listedAt_[i]).squaredNorm());
+  return std::sqrt(square);
+}
+
+/// Whether the next sweep is to look at all pairs thoroughly, unless coarse samples do.
+bool Relaxation::nearlyResolvedBefore() const {
+  return state_.sweeps == 0 || state_.last.deepest < nearlyResolved;
+}
+
+/// Whether coarse samples are enough for the next sweep.
+bool Relaxation::coarseWillDo() const {
+  return state_.coarsely && (state_.sweeps == 0 || state_.last.meanDepth() > coarseDepth * largestRadius_);
+}
+
+double Relaxation::allowedStray() const {
+  if (coarseWillDo()) return coarseStray * largestRadius_;
+  return (nearlyResolvedBefore() ? completeStray : fineStray) * state_.skin;
+}
+
+bool Relaxation::beginsAnew() const {
+  return !listed_ || state_.sweeps - state_.listedInSweep >= longestLived || stray_ > allowedStray();
+}
+
+/// Within this range of a rank's blocks its sweeps and its certificate need to know all cells [µm].
+double Relaxation::range() const {
+  return std::max(2.0 * largestRadius_ + input_.clearance + largestExtra_ + state_.skin,
+                  certifiedRange(largestReach_, input_.clearance));
+}
+
+/// Brings this rank's bodies to the owners of their blocks, and copies to those who need them. Pre: no
+/// copies.
+void Relaxation::distribute() {
+  for (Body& body : bodies_) {
+    body.position = wrapped(body.position, input_.bounds, input_.period);
+    body.block = blocks_.blockOf(body.position);
+  }
+  shared_.distribute(bodies_, range());
+}
+
+void Relaxation::refreshLists(bool atRest) {
+  const std::int64_t lasted = state_.sweeps - state_.listedInSweep;
+  if (state_.sweeps > 0 && lasted < shortLived) state_.skin *= 1.5;
+  if (lasted > longLived) state_.skin *= 0.7;
+  state_.skin = std::clamp(state_.skin, thinnestSkin * largestRadius_, widestSkin * largestRadius_);
+  movedBefore_ = 0.0;
+  foreseenInSweep_ = state_.listedInSweep;
+  expectMotion();
+  movedBefore_ = 0.0;
+  state_.listedInSweep = state_.sweeps;
+  list_ = PairList();  // never two lists at a time in memory
+
+  dropCopies();
+  if (isUneven()) shareOut(workOfBlock_);
+  distribute();
+  bodyStart_.assign(blocks_.count() + 1, 0);
+  for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
+  for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
+
+  for (Body& body : bodies_) {
+    body.forgetSurroundings();
+    body.rests = atRest && state_.disturbed.count(body.id) == 0;
+  }
+  listPairsOfOwn();
+  listedAt_.resize(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
+  listed_ = true;
+  stray_ = 0.0;
+}
+
+void Relaxation::listPairsOfOwn() {
+  list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + state_.skin, input_.bounds,
+                    input_.period, blocks_.count(), [&](int block) { return shared_.owns(block); });
+  const bool mayBeDeep = coarseWillDo() || state_.last.deepest > deepContact;
+  for (ContactPair& p : list_.pairs) {
+    p.deep = mayBeDeep;
+    if (bodies_[p.first].rests && bodies_[p.second].rests) p.apartUntil = 0.0f;
+  }
+  if (!state_.extraClearance.empty())
+    for (ContactPair& p : list_.pairs) {
+      const auto extra = state_.extraClearance.find({bodies_[p.first].id, bodies_[p.second].id});
+      if (extra != state_.extraClearance.end()) p.extraClearance = extra->second;
+    }
+  if (communicator_.alone()) return;
+  findBorder();
+  workOfBlock_.assign(blocks_.count(), 0);
+  for (const std::vector<int>& colour : blocksOfColour_)
+    for (const int b : colour)
+      workOfBlock_[b] =
+          list_.start[b + 1] - list_.start[b] + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
+}
+
+/// Finds out which blocks could change a body that another rank holds.
+void Relaxation::findBorder() {
+  const std::vector<char> shared = shared_.shared(bodies_.size());
+  atBorder_.assign(blocks_.count(), false);
+  for (const std::vector<int>& colour : blocksOfColour_)
+    for (const int b : colour) {
+      const auto pairs = list_.pairs.begin();
+      atBorder_[b] = std::any_of(shared.begin() + bodyStart_[b], shared.begin() + bodyStart_[b + 1],
+                                 [](char is) { return is != 0; }) ||
+                     std::any_of(pairs + list_.start[b], pairs + list_.start[b + 1],
+                                 [&](const ContactPair& p) { return shared[p.first] || shared[p.second]; });
+    }
+}
+
+/// Whether a rank has much more to do than an even share.
+bool Relaxation::isUneven() const {
+  if (communicator_.alone() || workOfBlock_.empty()) return false;
+  const std::int64_t own = std::accumulate(workOfBlock_.begin(), workOfBlock_.end(), std::int64_t(0));
+  const double most = communicator_.max(static_cast<double>(own));
+  return most > tolerableImbalance * static_cast<double>(communicator_.sum(own)) / communicator_.size();
+}
+
+/// Tells the solver how far two cells are together expected to move in some sweeps, by what they moved
+/// lately.
+void Relaxation::expectMotion() {
+  constexpr double stepsPerMicrometre = 0x1p20;
+  std::int64_t steps = 0;
+  for (const Body& body : bodies_)
+    if (owns(body)) steps += static_cast<std::int64_t>(body.moved * stepsPerMicrometre);
+  const double all = static_cast<double>(communicator_.sum(steps)) / stepsPerMicrometre;
+  const auto since = static_cast<double>(std::max<std::int64_t>(1, state_.sweeps - foreseenInSweep_));
+  const double perSweep =
+      (all - movedBefore_) / (since * static_cast<double>(std::max<std::int64_t>(1, cellCount_)));
+  solver_.setExpectedMotion(std::clamp(foreseenSweeps * 2.0 * perSweep, smallestMotion, largestMotion));
+  movedBefore_ = all;
+  foreseenInSweep_ = state_.sweeps;
+}
+
+void Relaxation::stirAll() {
+  stirred_.assign(blocks_.count(), true);
+}
+
+/// Whether the next sweep, with this slack, has nothing to do but where something was demanded since the last
+/// one, which resolved everything.
+bool Relaxation::restsAlready(double slack) const {
+  return state_.sweeps > 0 && state_.last.thorough && slack >= state_.slack &&
+         state_.last.deepest <= tolerance::relaxationTolerance - state_.slack;
+}
+
+void Relaxation::stirDisturbed() {
+  if (state_.disturbed.empty()) return;
+  for (const Body& body : bodies_)
+    if (state_.disturbed.count(body.id)) stir(body.block);
+  state_.disturbed.clear();
+}
+
+/// A cell of this block, or one near it, has moved.
+void Relaxation::stir(int block) {
+  for (const int b : blocks_.around(block)) stirred_[b] = true;
+}
+
+SweepSums Relaxation::sweep(double omega, double slack) {
+  const bool atRest = restsAlready(slack);
+  if (slack < state_.slack) listed_ = false;  // what was apart may touch
+  if (beginsAnew()) {
+    refreshLists(atRest);
+    stirred_.assign(blocks_.count(), !atRest);
+  } else if (state_.sweeps - foreseenInSweep_ >= foreseenFor) {
+    expectMotion();
+  }
+  stirDisturbed();
+  for (Body& body : bodies_) body.overlap = 0.0;
+  SweepSums sums;
+  solver_.setPush(omega, slack);
+  const bool coarsely = coarseWillDo();
+  sums.thorough = nearlyResolvedBefore() && !coarsely;
+  solver_.setThoroughly(sums.thorough);
+  if (slack < state_.slack || coarsely != state_.coarsely) stirAll();
+  state_.slack = slack;
+  state_.coarsely = coarsely;
+  solver_.setCoarsely(state_.coarsely);
+  for (int colour = 0; colour < BlockGrid::colours; ++colour) {
+    if (!blocks_.has(colour)) continue;
+    // Other ranks are told as early as can be, so that nobody waits.
+    for (const int block : blocksOfColour_[colour])
+      if (atBorder(block)) resolve(block, sums);
+    shared_.tell(bodies_);
+    for (const int block : blocksOfColour_[colour])
+      if (!atBorder(block)) resolve(block, sums);
+    for (const int block : shared_.hear(bodies_)) stir(block);
+  }
+  shared_.endTelling();
+  stray_ = largestStray();
+  if (!communicator_.alone()) addUp(sums);
+  ++state_.sweeps;
+  state_.last = sums;
+  return sums;
+}
+
+/// Resolves the contacts of a block, if any can have changed.
+void Relaxation::resolve(int block, SweepSums& sums) {
+  if (!std::exchange(stirred_[block], false)) return;
+  const std::int64_t before = sums.contacts;
+  for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
+    solver_.resolve(list_.pairs[p], bodies_, sums);
+  for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
+    solver_.resolveSurroundings(bodies_[i], sums);
+  if (sums.contacts > before) stir(block);
+}
+
+/// Over all ranks: the sums of a sweep, and how far cells have strayed.
+void Relaxation::addUp(SweepSums& sums) {
+  std::vector<std::int64_t> added = {sums.totalSteps, sums.contacts};
+  std::vector<double> largest = {sums.deepest, stray_};
+  communicator_.sumAndMax(added, largest);
+  sums.totalSteps = added[0];
+  sums.contacts = added[1];
+  sums.deepest = largest[0];
+  stray_ = largest[1];
+}
+
+void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
+  float& demanded = state_.extraClearance[std::minmax(first, second)];
+  const double most =  // more would reach beyond the blocks around
+      blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - input_.clearance;
+  demanded = static_cast<float>(std::min(demanded + extra, most));
+  largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
+  listed_ = false;
+  state_.disturbed.insert(first);
+  state_.disturbed.insert(second);
+}
+
+void Relaxation::demandWallClearance(std::int64_t id, double extra) {
+  for (Body& body : bodies_)
+    if (body.id == id) {
+      body.extraWallClearance += extra;
+      body.awayFromWallUntil = body.wallMaskUntil = -1.0;
+      body.rests = false;
+    }
+  state_.disturbed.insert(id);
+}
+
+void Relaxation::setPose(std::int64_t id, const Pose& pose) {
+  for (Body& body : bodies_)
+    if (body.id == id) {
+      body.position = pose.position;
+      body.orientation = pose.orientation;
+      body.rotation = pose.orientation.toRotationMatrix();
+      body.touched = true;
+    }
+  listed_ = false;
+  state_.disturbed.insert(id);
+}
+
+void Relaxation::remove(const std::vector<std::int64_t>& ids) {
+  const auto gone = [&](const Body& body) { return std::binary_search(ids.begin(), ids.end(), body.id); };
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
+  cellCount_ = communicator_.sum(static_cast<std::int64_t>(
+      std::count_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return owns(b); })));
+  listed_ = false;
+}
+
+void Relaxation::dropLists() {
+  list_ = PairList();
+  listed_ = false;
+  dropCopies();
+  distribute();
+}
+
+void Relaxation::dropCopies() {
+  bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), [&](const Body& b) { return !owns(b); }),
+                bodies_.end());
+}
+
+std::vector<Body> Relaxation::cells() const {
+  return cellsThat([&](const Body& body) { return owns(body); });
+}
+
+std::vector<Body> Relaxation::cellsAround() const {
+  return cellsThat([](const Body&) { return true; });
+}
+
+std::vector<Body> Relaxation::touchedCells() const {
+  return cellsThat([&](const Body& body) { return body.touched && owns(body); });
+}
+
+void Relaxation::forgetTouched() {
+  for (Body& body : bodies_) body.touched = false;
+}
+
+/// In the order of their ids, positions wrapped into the bounds.
+std::vector<Body> Relaxation::cellsThat(const std::function<bool(const Body&)>& fit) const {
+  std::vector<const Body*> order;
+  for (const Body& body : bodies_)
+    if (fit(body)) order.push_back(&body);
+  std::sort(order.begin(), order.end(), [](const Body* a, const Body* b) { return a->id < b->id; });
+  std::vector<Body> cells;
+  cells.reserve(order.size());
+  for (const Body* body : order) {
+    cells.push_back(*body);
+    cells.back().position = wrapped(body->position, input_.bounds, input_.period);
+  }
+  return cells;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/relaxation/schedule.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace packmesh {
+namespace {
+
+/// Above about 1.05 penetrations grow at high fractions.
+constexpr double hotOmega = 1.0;
+/// The end of an annealing.
+constexpr double coolOmega = 0.96;
+/// The end of repairs, where nothing is to rearrange.
+constexpr double repairOmega = 0.55;
+
+/// What is left of a tolerance when cells are settled: the rest of it is not touched.
+constexpr double settledFraction = 0.2;
+
+constexpr std::int64_t hotSweeps = 300;
+/// By then all is resolved up to 0.55; before, cells that were strewn at random are still on their way.
+constexpr std::int64_t untemperedSweeps = 60;
+/// At 0.60 everything is resolved early in the first annealing, at 0.61 in the second.
+constexpr double firstAnnealing = 2000.0;
+constexpr double annealingGrowth = 2.5;
+/// More than any run has time for.
+constexpr double longestAnnealing = 1e12;
+
+/// Mean penetrations that are let be, as fractions of half the thickness of a cell: at most and at the end of
+/// an annealing. Half as much needs twice the sweeps at 0.60; a little more, and cells may stay locked for
+/// ever from 0.61 on.
+constexpr double hotDepth = 0.23, coolDepth = 0.13;
+/// How much of omega is taken away for what is beyond.
+constexpr double tempering = 2.3;
+constexpr double leastOmega = 0.6;
+
+/// With fewer contacts per cell than this (a jam has 7), those left after the first sweeps are pairs that
+/// swing between two states for ever: thin parts that pierced each other.
+constexpr double fewContacts = 0.5;
+
+/// Mean penetrations [of half the thickness of a cell] at the end of the first part, of the first annealing
+/// and of later ones, above which more sweeps do not help: red cells that came free in the end had 0.24, 0.16
+/// and 0.12 at most, in boxes, tubes and spheres of any size. In a jam cells have at least so many contacts
+/// each.
+constexpr double jammedDepths[] = {0.3, 0.18, 0.15};
+constexpr double jammedContacts = 2.0;
+
+/// Whether the cells are locked in each other for good, as found at the end of a part of relax().
+bool jammed(const Relaxation& relaxation, std::int64_t part) {
+  const SweepSums& last = relaxation.lastSweep();
+  return static_cast<double>(last.contacts) > jammedContacts * static_cast<double>(relaxation.cellCount()) &&
+         last.meanDepth() > jammedDepths[std::min<std::int64_t>(part, 2)] * relaxation.halfThickness();
+}
+
+bool onlyFewContacts(const Relaxation& relaxation) {
+  return static_cast<double>(relaxation.lastSweep().contacts) <
+         fewContacts * static_cast<double>(relaxation.cellCount());
+}
+
+bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
+  return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
+}
+
+/// A value that goes evenly from one at the first sweep to another at the end.
+double between(double from, double to, std::int64_t sweep, std::int64_t sweeps) {
+  return from + (to - from) * (static_cast<double>(sweep) / static_cast<double>(sweeps));
+}
+
+/// Lowers omega as far as cells are deeper in each other than they should [of half their thickness].
+double tempered(double omega, double depth, const Relaxation& relaxation) {
+  const double excess = relaxation.lastSweep().meanDepth() / relaxation.halfThickness() - depth;
+  return std::max(leastOmega, omega - tempering * std::max(0.0, excess));
+}
+
+/// Sweeps with what `omega` is at each of them.
+bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int64_t sweeps,
+               Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, std::int64_t& at,
+               const char* stage, double slack = 0.0) {
+  for (; at < sweeps && !spent(relaxation, limits); ++at) {
+    if (limits.anew && relaxation.beginsAnew()) limits.anew();
+    const SweepSums sums = relaxation.sweep(omega(at), slack);
+    if (limits.tell) limits.tell(stage);
+    if (sums.thorough && sums.deepest <= tolerance) return true;
+  }
+  return false;
+}
+
+/// The sweeps of a part of relax().
+std::int64_t sweepsOf(std::int64_t part) {
+  if (part == 0) return hotSweeps;
+  const double sweeps = firstAnnealing * std::pow(annealingGrowth, static_cast<double>(part - 1));
+  return static_cast<std::int64_t>(std::min(sweeps, longestAnnealing));
+}
+
+}  // namespace
+
+std::int64_t sweepsOfRelax(std::int64_t parts) {
+  std::int64_t sweeps = 0;
+  for (std::int64_t part = 0; part < parts; ++part) sweeps += sweepsOf(part);
+  return sweeps;
+}
+
+bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at) {
+  const auto hot = [&](std::int64_t sweep) {
+    return sweep < untemperedSweeps ? hotOmega : tempered(hotOmega, hotDepth, relaxation);
+  };
+  const auto annealing = [&](std::int64_t sweep) {
+    const std::int64_t sweeps = sweepsOf(at.part);
+    return tempered(between(hotOmega, coolOmega, sweep, sweeps), between(hotDepth, coolDepth, sweep, sweeps),
+                    relaxation);
+  };
+  while (!spent(relaxation, limits)) {
+    const bool first = at.part == 0;
+    if (!first && at.sweep == 0 && onlyFewContacts(relaxation)) return true;
+    const std::int64_t sweeps = sweepsOf(at.part);
+    if (first ? sweepWith(hot, sweeps, relaxation, tolerance, limits, at.sweep, "relaxation")
+              : sweepWith(annealing, sweeps, relaxation, tolerance, limits, at.sweep, "annealing"))
+      return true;
+    if (at.sweep < sweeps) continue;  // spent
+    if (jammed(relaxation, at.part)) return false;
+    at = {at.part + 1, 0};
+  }
+  return false;
+}
+
+bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps, const ScheduleLimits& limits,
+            SchedulePosition& at) {
+  const auto omega = [=](std::int64_t sweep) { return between(hotOmega, repairOmega, sweep, sweeps); };
+  return sweepWith(omega, sweeps, relaxation, settledFraction * tolerance, limits, at.sweep, "repair",
+                   (1.0 - settledFraction) * tolerance);
+}
+
+}  // namespace packmesh

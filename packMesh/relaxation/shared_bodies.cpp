@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/relaxation/shared_bodies.h"
+
+#include <algorithm>
+#include <cstring>
+#include <tuple>
+
+#include "packMesh/relaxation/body_state.h"
+
+namespace packmesh {
+namespace {
+
+/// What a push changes.
+struct Change {
+  PlainPose pose;
+  double moved, overlap;
+  std::int64_t slot;
+};
+
+/// By block, then by id. Bodies are large, and mostly in order.
+void sortByBlock(std::vector<Body>& bodies) {
+  const auto before = [](const Body& a, const Body& b) {
+    return std::tie(a.block, a.id) < std::tie(b.block, b.id);
+  };
+  if (std::is_sorted(bodies.begin(), bodies.end(), before)) return;
+  struct Key {
+    std::int32_t block, index;
+    std::int64_t id;
+  };
+  std::vector<Key> keys;
+  keys.reserve(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    keys.push_back({bodies[i].block, static_cast<std::int32_t>(i), bodies[i].id});
+  std::sort(keys.begin(), keys.end(),
+            [](const Key& a, const Key& b) { return std::tie(a.block, a.id) < std::tie(b.block, b.id); });
+  std::vector<Body> sorted;
+  sorted.reserve(bodies.size());
+  for (const Key& key : keys) sorted.push_back(bodies[key.index]);
+  bodies = std::move(sorted);
+}
+
+}  // namespace
+
+SharedBodies::SharedBodies(const Communicator& communicator, const BlockGrid& blocks)
+    : communicator_(communicator), blocks_(blocks), rank_(communicator.rank()) {}
+
+void SharedBodies::balance(std::vector<std::int64_t> work) {
+  if (communicator_.alone()) return;
+  communicator_.sum(work);
+  owners_ = BlockOwners(blocks_, work, communicator_.size());
+  foreign_.clear();
+}
+
+template <class Visit>
+void SharedBodies::forEachHolder(const Body& body, double range, Visit&& visit) {
+  const auto [at, isNew] = foreign_.try_emplace(body.block);
+  std::vector<ForeignNeighbor>& foreign = at->second;
+  const int owner = owners_.of(body.block);
+  if (isNew) {
+    for (const BlockGrid::Neighbor& neighbor : blocks_.neighbors(body.block))
+      if (owners_.of(neighbor.block) != owner) foreign.push_back({owners_.of(neighbor.block), neighbor.step});
+    std::stable_sort(foreign.begin(), foreign.end(),
+                     [](const ForeignNeighbor& a, const ForeignNeighbor& b) { return a.rank < b.rank; });
+  }
+  visit(owner);
+  int last = owner;
+  for (const ForeignNeighbor& neighbor : foreign) {
+    if (neighbor.rank == last) continue;
+    if (blocks_.squaredDistance(body.position, body.block, neighbor.step) >= range * range) continue;
+    last = neighbor.rank;
+    visit(last);
+  }
+}
+
+void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
+  if (!communicator_.alone()) {
+    std::vector<std::vector<BodyState>> to(communicator_.size());
+    std::vector<Body> staying;
+    staying.reserve(bodies.size());
+    for (const Body& body : bodies)
+      forEachHolder(body, range, [&](int rank) {
+        if (rank == rank_)
+          staying.push_back(body);
+        else
+          to[rank].push_back(stateOf(body));
+      });
+    bodies = std::move(staying);
+    for (Body& body : bodies) body.changed = false;
+    for (const std::vector<BodyState>& states : communicator_.exchange(to))
+      for (const BodyState& state : states) bodies.push_back(bodyOf(state));
+  }
+  sortByBlock(bodies);
+  if (!communicator_.alone()) plan(bodies, range);
+}
+
+void SharedBodies::plan(const std::vector<Body>& bodies, double range) {
+  std::map<int, std::vector<std::int32_t>> common;
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    forEachHolder(bodies[i], range, [&](int rank) {
+      if (rank != rank_) common[rank].push_back(static_cast<std::int32_t>(i));
+    });
+  peers_.clear();
+  common_.clear();
+  for (auto& [rank, indices] : common) {
+    Communicator::Peer peer;
+    peer.rank = rank;
+    peer.received.resize(indices.size() * sizeof(Change));
+    peers_.push_back(std::move(peer));
+    common_.push_back(std::move(indices));
+  }
+}
+
+std::vector<char> SharedBodies::shared(std::size_t bodies) const {
+  std::vector<char> flags(bodies, 0);
+  for (const std::vector<std::int32_t>& indices : common_)
+    for (const std::int32_t i : indices) flags[i] = 1;
+  return flags;
+}
+
+void SharedBodies::tell(std::vector<Body>& bodies) {
+  if (peers_.empty()) return;
+  communicator_.awaitSent();
+  for (std::size_t p = 0; p < peers_.size(); ++p) {
+    peers_[p].send.clear();
+    for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
+      const Body& body = bodies[common_[p][slot]];
+      if (!body.changed) continue;
+      const Change change{PlainPose::of(body), body.moved, body.overlap, static_cast<std::int64_t>(slot)};
+      const auto* bytes = reinterpret_cast<const std::byte*>(&change);
+      peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);
+    }
+  }
+  communicator_.beginSwap(peers_);
+  for (const std::vector<std::int32_t>& indices : common_)
+    for (const std::int32_t i : indices) bodies[i].changed = false;
+}
+
+std::vector<int> SharedBodies::hear(std::vector<Body>& bodies) {
+  std::vector<int> blocks;
+  if (peers_.empty()) return blocks;
+  communicator_.endSwap(peers_);
+  for (std::size_t p = 0; p < peers_.size(); ++p)
+    for (std::size_t at = 0; at < peers_[p].length; at += sizeof(Change)) {
+      Change change;
+      std::memcpy(&change, &peers_[p].received[at], sizeof change);
+      Body& body = bodies[common_[p][change.slot]];
+      change.pose.giveTo(body);
+      body.moved = change.moved;
+      body.overlap = change.overlap;
+      body.touched = true;
+      if (blocks.empty() || blocks.back() != body.block) blocks.push_back(body.block);
+    }
+  return blocks;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Bodies on several ranks: who owns them, and how copies of them are kept alike.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "packMesh/parallel/block_owners.h"
+#include "packMesh/parallel/communicator.h"
+#include "packMesh/relaxation/body.h"
+
+namespace packmesh {
+
+/// A rank holds the bodies of its own blocks, and copies (ghosts) of those within a range of them: all that
+/// its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them
+/// works on it again. Poses travel, meshes do not.
+///
+/// All ranks call distribute(), tell() and hear() together. On one rank they do nothing.
+class SharedBodies {
+ public:
+  SharedBodies(const Communicator& communicator, const BlockGrid& blocks);
+
+  bool owns(int block) const { return owners_.of(block) == rank_; }
+
+  /// Shares the blocks out anew. @param work of each block, as far as this rank knows: summed over the ranks
+  void balance(std::vector<std::int64_t> work);
+
+  /// Brings every body to the rank that owns its block, and copies to the ranks with a block nearer to it
+  /// than `range` [µm]. Pre: `bodies` are this rank's own, each on one rank only, wrapped, blocks up to date.
+  /// Post: its own by the present owners, and copies, sorted by block, then by id; what a body knows of its
+  /// surroundings is lost.
+  void distribute(std::vector<Body>& bodies, double range);
+
+  /// Per body: whether another rank holds it, too. Pre: bodies where distribute() left them, as below.
+  std::vector<char> shared(std::size_t bodies) const;
+
+  /// Begins to tell the other ranks of all bodies that have `changed`.
+  void tell(std::vector<Body>& bodies);
+  /// Takes over what the other ranks tell. Pre: after tell(); no shared body has been changed since.
+  /// @return blocks of the bodies they changed, with repetitions
+  std::vector<int> hear(std::vector<Body>& bodies);
+  /// Waits until all that was told has gone.
+  void endTelling() const { communicator_.awaitSent(); }
+
+ private:
+  void plan(const std::vector<Body>& bodies, double range);
+  /// Calls visit(rank) for every rank that holds a body, each once: first the owner.
+  template <class Visit>
+  void forEachHolder(const Body& body, double range, Visit&& visit);
+
+  Communicator communicator_;
+  BlockGrid blocks_;
+  int rank_;
+  BlockOwners owners_;
+  /// What other ranks own around each block, as far as it has been asked for.
+  struct ForeignNeighbor {
+    int rank;
+    BlockGrid::Step step;
+  };
+  std::map<int, std::vector<ForeignNeighbor>> foreign_;  ///< by block; sorted by rank
+  std::vector<Communicator::Peer> peers_;
+  /// For each peer the bodies that it holds, too: indices, in the same order on both ranks.
+  std::vector<std::vector<std::int32_t>> common_;
+};
+
+}  // namespace packmesh

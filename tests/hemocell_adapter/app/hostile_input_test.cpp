@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Names, paths and files that nobody would give on purpose: each is refused in words that tell which, at
+// once.
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+using packmesh::hemocell::parseCommandLine;
+using packmesh::hemocell::UsageError;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Row {
+  std::string arguments;
+  int exitCode;
+  std::string message;
+  std::function<void(const fs::path&)> spoil = [](const fs::path&) {};
+};
+
+void requireRefused(const std::vector<Row>& rows) {
+  for (const Row& row : rows) {
+    const SampleCase folder;
+    row.spoil(folder.path());
+    const int before = folder.files();
+    const Ran ran = run(folder.path(), row.arguments);
+    INFO("packMesh " << row.arguments.substr(0, 300) << "\n" << ran.all().substr(0, 2000));
+    CHECK(ran.exitCode == row.exitCode);
+    CHECK_THAT(ran.err, Contains("(packMesh) (Error) ") && Contains(row.message));
+    CHECK(folder.files() == before);
+  }
+}
+
+std::string caseOf(const std::string& packing) {
+  return "<hemocell><domain><dx>5e-7</dx><refDirN>60</refDirN></domain><packing><walls>none</walls>" +
+         packing + "</packing></hemocell>";
+}
+
+std::string ellipsoids(int count) {
+  std::string species;
+  for (int i = 0; i < count; ++i)
+    species += fmt::format("<species name=\"c{}\" count=\"1\" ellipsoid=\"1 .5 1\"/>\n", i);
+  return species;
+}
+
+}  // namespace
+
+TEST_CASE("names of cells that no file or table can hold are refused", "[executable]") {
+  const std::string box = "20 20 20 --cell ", ellipsoid = " 1 2 2 2",
+                    expected = "expected a cell name of at most 100 bytes";
+  std::vector<Row> rows = {
+      {box + std::string(252, 'x') + ellipsoid, 1, expected},
+      {box + std::string(101, 'x') + ellipsoid, 1, expected},
+      {"20 20 20 --fixed a,b.pos", 2, "a,b.pos: the name before .pos is that of the cells; " + expected},
+      {"20 20 20 --rbc 1 --state '\x02.h5'", 5, "expected UTF-8 without control characters"},
+  };
+  for (const char* name : {"a,b",
+                           "a\x01"
+                           "b",
+                           "a\xff"
+                           "b",
+                           "\"a", "a\x7f", "a\xc2\x9b"}) {
+    rows.push_back({box + "'" + name + "'" + ellipsoid, 1, expected});
+    rows.push_back({"config.xml", 2, "config.xml:1: ", [name](const fs::path& folder) {
+                      const std::string quoted =
+                          fmt::format("<species name='{}' count='1' ellipsoid='1 1 1'/>", name);
+                      writeText(folder / "config.xml", caseOf(quoted));
+                    }});
+  }
+  requireRefused(rows);
+  const TemporaryFolder folder;
+  CHECK(run(folder.path(), box + std::string(100, 'x') + ellipsoid + " --vtp --export csv --state s.h5")
+            .exitCode == 0);
+  CHECK(run(folder.path(), "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv").exitCode == 0);
+}
+
+TEST_CASE("paths that lead nowhere are the user's to mend", "[executable]") {
+  const std::string longName(300, 'n'), pack = "20 20 20 --rbc 1 ";
+  std::string longPath;
+  while (longPath.size() < 5000) longPath += std::string(200, 'p') + '/';
+  const auto loop = [](const std::string& name) {
+    return [=](const fs::path& folder) { fs::create_symlink(name, folder / name); };
+  };
+  requireRefused({
+      {longName + ".xml --rbc 1", 2, ".xml: cannot be read: File name too long"},
+      {longPath + "config.xml --rbc 1", 2, "config.xml: cannot be read: File name too long"},
+      {"tube.stl/config.xml --rbc 1", 2, "tube.stl/config.xml: cannot be read: Not a directory"},
+      {"loop.xml --rbc 1", 2, "loop.xml: cannot be read: Too many levels of symbolic links",
+       loop("loop.xml")},
+      {"20 20 20 --cell-mesh a 1 loop.stl", 2, "loop.stl: cannot be read: Too many levels", loop("loop.stl")},
+      {"--restart " + longName, 2, "cannot be read: File name too long"},
+      {"20 20 20 --cell egg 1 1 1 1 --start " + longPath + "egg.pos", 2,
+       "cannot be read: File name too long"},
+      {pack + "--output-dir " + longPath, 5, "File name too long"},
+      {pack + "--output-dir " + longName, 5, "File name too long"},
+      {pack + "--output-dir tube.stl/deep", 5, "is not a folder"},
+      {pack + "--state " + longName, 5, "File name too long"},
+      {pack + "--report " + longName + ".json", 5, "File name too long"},
+      {pack + "--report " + longPath + "r.json", 5, "File name too long"},
+      {pack, 5, "RBC.pos: cannot be written: Too many levels of symbolic links", loop("RBC.pos")},
+      {"config.xml --hematocrit 0.2", 2, "tube.stl: cannot be read: Too many levels of symbolic links",
+       [&](const fs::path& folder) {
+         fs::remove(folder / "tube.stl");
+         loop("tube.stl")(folder);
+       }},
+      {"config.xml --hematocrit 0.2 --plt_ratio 0", 2, "RBC.xml: cannot be read: Too many levels",
+       [&](const fs::path& folder) {
+         fs::remove(folder / "RBC.xml");
+         loop("RBC.xml")(folder);
+       }},
+  });
+}
+
+TEST_CASE("pipes, devices and files that cannot be read are refused as input", "[executable]") {
+  const auto fifo = [](const std::string& name) {
+    return [=](const fs::path& folder) {
+      fs::remove(folder / name);
+      REQUIRE(mkfifo((folder / name).c_str(), 0600) == 0);
+    };
+  };
+  requireRefused({
+      {"config.xml --rbc 1", 2, "config.xml: is a pipe, expected an XML file", fifo("config.xml")},
+      {"config.xml --rbc 1", 2, "RBC.xml: is a pipe, expected an XML file", fifo("RBC.xml")},
+      {"config.xml --rbc 1", 2, "tube.stl: is a pipe, expected a mesh file", fifo("tube.stl")},
+      {"20 20 20 --cell-mesh a 1 a.off", 2, "a.off: is a pipe, expected a mesh file", fifo("a.off")},
+      {"20 20 20 --rbc 2 --fixed RBC.pos", 2, "RBC.pos: is a pipe, expected a .pos file", fifo("RBC.pos")},
+      {"check --box 20 20 20", 2, "RBC.pos: is a pipe, expected a .pos file", fifo("RBC.pos")},
+      {"--restart s.h5", 2, "s.h5: is a pipe, expected a state of packMesh", fifo("s.h5")},
+      {"20 20 20 --rbc 1 --state s.h5", 5, "s.h5: is not a file, so it cannot be replaced by one",
+       fifo("s.h5")},
+      // Of a regular file by its kind; what a process has at address 0 cannot be read.
+      {"20 20 20 --cell-mesh a 1 a.stl", 2, "a.stl: cannot be read: Input/output error",
+       [](const fs::path& folder) { fs::create_symlink("/proc/self/mem", folder / "a.stl"); }},
+  });
+}
+
+TEST_CASE("folders without permission are told from files that are not there", "[executable]") {
+  std::string asNobody;  // root may do everything
+  if (geteuid() == 0) {
+    if (std::system("setpriv --version > /dev/null 2>&1") != 0) return;
+    asNobody = "setpriv --reuid=65534 --regid=65534 --clear-groups ";
+  }
+  const SampleCase folder;
+  fs::permissions(folder.path(), fs::perms::all);
+  fs::copy_file(fs::path(PACKMESH_BIN_DIR) / "packMesh",
+                folder.path() / "program");  // its own may be out of reach
+  fs::create_directory(folder.path() / "locked");
+  fs::copy_file(folder.path() / "config.xml", folder.path() / "locked/config.xml");
+  fs::create_directory(folder.path() / "out");
+  fs::permissions(folder.path() / "out", fs::perms::all);
+  fs::create_symlink("../locked/RBC.pos", folder.path() / "out/RBC.pos");
+  fs::permissions(folder.path() / "locked", fs::perms::none);
+  const auto say = [&](const std::string& arguments) {
+    return run(folder.path(), arguments, (folder.path() / "program").string(), asNobody);
+  };
+  const Ran reading = say("locked/config.xml --rbc 1");
+  INFO(reading.all());
+  CHECK(reading.exitCode == 2);
+  CHECK_THAT(reading.err, Contains("locked/config.xml: cannot be read: Permission denied"));
+  const Ran linked = say("20 20 20 --rbc 1 --output-dir out");
+  INFO(linked.all());
+  CHECK(linked.exitCode == 5);
+  CHECK_THAT(linked.err, Contains("out/RBC.pos: cannot be written: Permission denied"));
+  const Ran state = say("20 20 20 --rbc 1 --output-dir out --state locked/s.h5");
+  INFO(state.all());
+  CHECK(state.exitCode == 5);
+  CHECK_THAT(state.err, Contains("locked"));
+  fs::permissions(folder.path() / "locked", fs::perms::all);
+}
+
+TEST_CASE("input of absurd sizes is refused, large input is read quickly", "[executable]") {
+  const auto config = [](const std::string& text) {
+    return [=](const fs::path& folder) { writeText(folder / "config.xml", text); };
+  };
+  std::string attributes;
+  for (int i = 0; i < 200'000; ++i) attributes += fmt::format("a{}=\"1\" ", i);
+  requireRefused({
+      {"config.xml", 2, "config.xml:2: a tag with more than 1000 attributes",
+       config(caseOf("<!-- <a = = = > -->\n<species name=\"RBC\" " + attributes + "/>"))},
+      {"config.xml", 2, "more than 10000 kinds of cells", config(caseOf(ellipsoids(10'001)))},
+  });
+  const TemporaryFolder folder;
+  writeText(folder.path() / "config.xml", caseOf(ellipsoids(2000)));
+  const Ran ran = run(folder.path(), "config.xml --validate");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("config.xml is valid"));
+}
+
+TEST_CASE("<packing> counts directly in <hemocell> alone", "[executable]") {
+  const std::string domain = "<domain>" + sampleDomain + "</domain>",
+                    packing = "<packing><seed>2</seed></packing>";
+  const auto config = [](const std::string& text) {
+    return [=](const fs::path& folder) { writeText(folder / "config.xml", text); };
+  };
+  requireRefused({
+      {"config.xml --rbc 1", 2, "config.xml:2: <packing>: stands outside of <hemocell>",
+       config("<hemocell>" + domain + "</hemocell>\n" + packing)},
+      {"config.xml --rbc 1", 2,
+       "config.xml:1: <packing>: stands in <domain>; it belongs directly into <hemocell>",
+       config("<hemocell><domain>" + sampleDomain + packing + "</domain></hemocell>")},
+      {"config.xml --rbc 1", 2, "config.xml:1: <Packing>: unknown tag, did you mean <packing>?",
+       config("<hemocell>" + domain + "<Packing/></hemocell>")},
+  });
+}
+
+TEST_CASE("check is understood wherever it stands", "[executable]") {
+  const SampleCase folder;
+  REQUIRE(run(folder.path(), "config.xml --rbc 5").exitCode == 0);
+  const Ran usual = run(folder.path(), "check config.xml"), other = run(folder.path(), "config.xml check");
+  INFO(other.all());
+  CHECK(other.exitCode == 0);
+  CHECK(other.out == usual.out);
+  CHECK_THAT(other.out, Contains("Verdict: clean"));
+}
+
+TEST_CASE("options given twice with different values are refused") {
+  const auto parse = [](const std::vector<std::string>& words, const char* name = "packMesh",
+                        std::size_t earlier = 0) {
+    return parseCommandLine(name, words, earlier).settings();
+  };
+  const std::vector<std::string> seeds = {"9", "9", "9", "--rbc", "1", "--seed", "1", "--seed", "2"};
+  CHECK_THROWS_WITH(parse(seeds), Contains("'--seed' is given twice, with different values"));
+  CHECK(parse(seeds, "packCells").seed == 2u);  // as packCells, where the last one counts
+  CHECK(parse(seeds, "packMesh", 7).seed == 2u);
+  CHECK_THROWS_AS(parse(seeds, "packMesh", 5), UsageError);
+  CHECK_THROWS_WITH(parse({"--restart", "a.h5", "--restart", "b.h5"}),
+                    Contains("'--restart' is given twice"));
+  CHECK_THROWS_WITH(parse({"9", "9", "9", "-h", ".3", "--hematocrit=.4"}),
+                    Contains("'--hematocrit' is given twice"));
+  CHECK_THROWS_WITH(parse({"9", "9", "9", "--rbc", "1", "--orient", "RBC", "1", "0", "0", "5", "--orient",
+                           "RBC", "0", "1", "0", "5"}),
+                    Contains("'--orient' is given twice for 'RBC'"));
+  CHECK_THROWS_WITH(parse({"9", "9", "9", "--fixed", "a/RBC.pos", "--fixed", "b/RBC.pos"}),
+                    Contains("twice for 'RBC'"));
+  CHECK_NOTHROW(parse({"9",   "9",       "9",         "--rbc",    "1",         "--rbc",  "1",        "--cell",
+                       "a",   "1",       "1",         "1",        "1",         "--cell", "b",        "1",
+                       "1",   "1",       "1",         "--growth", "alpha",     "0.1",    "--growth", "beta",
+                       "0.1", "--fixed", "a/RBC.pos", "--fixed",  "a/PLT.pos", "--vtp",  "--vtp"}));
+}
+
+TEST_CASE("columns of cells that are held to a direction are refused for that reason", "[executable]") {
+  requireRefused({{"40 40 40 --ends periodic --rbc 40 --order columns --orient RBC 0 0 1 5", 2,
+                   "cannot start in columns: its cells are held to a direction"}});
+}

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// The executable under mpirun, as batch jobs start it.
+#include "hemocell_adapter/base/ranks.h"
+
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "executable.h"
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::set<fs::path> filesIn(const fs::path& folder) {
+  std::set<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) files.insert(fs::relative(entry.path(), folder));
+  return files;
+}
+
+/// What a file says, but for the times of a report, with the number of ranks beside them.
+std::string withoutTimes(const fs::path& file) {
+  std::string text = readText(file);
+  const auto drop = [&](const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    if (at != text.npos) text.erase(at, text.find(to, at) - at);
+  };
+  if (file.extension() == ".json") drop("\n \"times\"", "}");
+  if (file.extension() == ".html") drop("Took ", " sweeps");
+  return text;
+}
+
+/// All that a run wrote beside the files that were there.
+std::string filesOf(const fs::path& folder, const std::set<fs::path>& before) {
+  std::string text;
+  for (const fs::path& file : filesIn(folder))
+    if (before.count(file) == 0) text += file.string() + "\n" + withoutTimes(folder / file);
+  return text;
+}
+
+/// What is said of the packing, without times, progress and the number of ranks.
+std::string storyOf(const std::string& out) {
+  std::istringstream lines(out);
+  std::string story, line;
+  while (std::getline(lines, line))
+    if (line.find("Time:") == line.npos && line.find("(packMesh) packMesh") == line.npos &&
+        line.find("Note:") == line.npos && line.find(": sweep ") == line.npos &&
+        line.find(": iteration ") == line.npos)
+      story += line + '\n';
+  return story;
+}
+
+int count(const std::string& text, const std::string& part) {
+  int n = 0;
+  for (std::size_t at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+/// Packs in a folder of its own on every number of ranks.
+void requireSameOnRanks(const std::string& arguments, const std::vector<int>& numbers = {1, 2, 3, 4, 8}) {
+  CAPTURE(arguments);
+  std::string files, story;
+  for (const int ranks : numbers) {
+    CAPTURE(ranks);
+    const SampleCase folder;
+    const std::set<fs::path> before = filesIn(folder.path());
+    // POV-Ray, which is slow and writes the date into its pictures, is not found.
+    const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(ranks) + " env PATH=");
+    INFO(ran.all());
+    REQUIRE(ran.exitCode == 0);
+    if (ranks == 1) {
+      files = filesOf(folder.path(), before);
+      story = storyOf(ran.out);
+      REQUIRE(files.size() > 1000);
+      continue;
+    }
+    CHECK((filesOf(folder.path(), before) == files));  // too long to print
+    CHECK(storyOf(ran.out) == story);
+    CHECK_THAT(ran.out, Contains(std::to_string(ranks) + " ranks"));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a case gives the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1 --pov --state state.h5");
+  requireSameOnRanks("config.xml --hematocrit 0.5 --max-iterations 10 --best-effort");
+}
+
+TEST_CASE("every kind of output is the same on 1, 2, 3 and 5 ranks, with both methods", "[ranks]") {
+  const std::string outputs =
+      " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export lammps";
+  requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs, {1, 2, 3, 5});
+  requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs, {1, 2, 3, 5});
+  requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp", {1, 2, 3, 5});
+}
+
+TEST_CASE("boxes and tubes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks("60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5");
+  requireSameOnRanks("80 30 30 --hematocrit 0.3 --state state.h5");
+  requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5");
+}
+
+TEST_CASE("method cat gives the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
+  requireSameOnRanks("12 12 12 --rbc 4 --plt 2 --method cat --builder tetgen --state state.h5");
+}
+
+TEST_CASE("escapes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks(
+      "--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5 --growth iterations "
+      "12 "
+      "--growth attempts 1");
+}
+
+TEST_CASE("CAT faces give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
+}
+
+TEST_CASE("tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks(
+      "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
+}
+
+TEST_CASE("columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks(
+      "60 60 60 --ends periodic --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 "
+      "--best-effort "
+      "--max-iterations 40");
+}
+
+TEST_CASE("layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+  requireSameOnRanks(
+      "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
+}
+
+TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[ranks]") {
+  struct Fault {
+    const char* arguments;
+    int exitCode;
+    const char* message;
+  };
+  for (const Fault& fault : {Fault{"config.xml --hematocrit 1.5", 1, "hematocrit"},
+                             Fault{"missing.xml --hematocrit 0.3", 2, "missing.xml"},
+                             Fault{"config.xml --hematocrit 0.7 --max-iterations 20", 3, "out of reach"},
+                             Fault{"config.xml --hematocrit 0.1 --output-dir RBC.xml", 5, "RBC.xml"}}) {
+    CAPTURE(fault.arguments);
+    const SampleCase folder;
+    const std::set<fs::path> before = filesIn(folder.path());
+    const Ran ran = run(folder.path(), fault.arguments, "packMesh", onRanks(3));
+    INFO(ran.all());
+    CHECK(ran.exitCode == fault.exitCode);
+    CHECK_THAT(ran.err, Contains(fault.message));
+    CHECK(count(ran.err, "(Error)") == 1);
+    CHECK(filesOf(folder.path(), before).empty());
+  }
+}
+
+TEST_CASE("a rank that finds other files than the first one ends all", "[ranks]") {
+  const SampleCase folder;
+  fs::create_directory(folder.path() / "other");
+  for (const auto& entry : fs::directory_iterator(folder.path()))
+    if (entry.is_regular_file()) fs::copy(entry.path(), folder.path() / "other");
+  writeText(folder.path() / "elsewhere", "[ \"$OMPI_COMM_WORLD_RANK\" = 1 ] && cd other\nexec \"$@\"\n");
+  const std::string prefix = onRanks(3) + " bash '" + (folder.path() / "elsewhere").string() + "'";
+  const std::string arguments = "config.xml --hematocrit 0.2 --output-dir .";
+  const Ran same = run(folder.path(), arguments, "packMesh", prefix);
+  INFO(same.all());
+  REQUIRE(same.exitCode == 0);
+  fs::remove(folder.path() / "RBC.pos");
+  writeText(folder.path() / "other/tube.stl", tubeStl(2.6, 0.75, 48));
+  const Ran other = run(folder.path(), arguments, "packMesh", prefix);
+  INFO(other.all());
+  REQUIRE(other.exitCode == 2);
+  REQUIRE_THAT(other.err, Contains("rank 1 has another problem than rank 0"));
+  REQUIRE(count(other.err, "(Error)") == 1);
+  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+}
+
+TEST_CASE("ranks without a block are idle, which is said", "[ranks]") {
+  const SampleCase folder;
+  const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the others had nothing to do"));
+}
+
+TEST_CASE("check under mpirun is done by one rank", "[ranks]") {
+  const SampleCase folder;
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2").exitCode == 0);
+  const Ran ran = run(folder.path(), "check config.xml", "packMesh", onRanks(2));
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(count(ran.out, "Verdict: clean") == 1);
+  writeText(folder.path() / "RBC.pos", "2\n5 6 7 0 0 0\n5 6 7 0 0 0\n");
+  CHECK(run(folder.path(), "check config.xml", "packMesh", onRanks(2)).exitCode == 4);
+}
+
+TEST_CASE("what all ranks find wrong is told once", "[ranks]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "50 50 50 --rbc 60 --clearance 20", "packMesh", onRanks(3));
+  INFO(ran.all());
+  CHECK(ran.exitCode == 2);
+  CHECK(count(ran.err, "(packMesh) (Error) ") == 1);
+  CHECK_THAT(ran.err, Contains("60 cells 20 µm apart need a lumen larger than"));
+  CHECK_THAT(ran.err, !Contains("MPI_ABORT"));
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What the README repeats of the program must be what the program says.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "executable.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/command_line.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using Catch::Matchers::Contains;
+
+TEST_CASE("README and help list the exit codes as they are", "[readme]") {
+  std::string readme = test::readText(README_FILE), help = helpText(false);
+  readme.erase(std::remove(readme.begin(), readme.end(), '`'), readme.end());
+  std::replace(help.begin(), help.end(), '\n', ' ');
+  while (help.find("  ") != help.npos) help.erase(help.find("  "), 1);
+  for (const ExitCodeMeaning& meaning : exitCodeMeanings) {
+    const std::string code = std::to_string(int(meaning.code));
+    CHECK_THAT(readme, Contains("\n| " + code + " | " + meaning.text + " |\n"));
+    CHECK_THAT(help, Contains(" " + code + " " + meaning.text + " "));
+  }
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/run_lock.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+
+#include "executable.h"
+#include "hemocell_adapter/base/exit_codes.h"
+
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+using packmesh::hemocell::ExitCode;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string small = "20 20 20 --rbc 3";
+
+}  // namespace
+
+TEST_CASE("two runs in one folder: the second is told who is there", "[executable]") {
+  const TemporaryFolder folder;
+  {
+    const RunLock held = RunLock::ofFolder(folder.path());
+    for (const std::string more : {"", " --realisations 2"}) {
+      const Ran second = run(folder.path(), small + more);
+      INFO(second.all());
+      CHECK(second.exitCode == int(ExitCode::cannotWrite));
+      CHECK_THAT(second.err, Contains("another packMesh is writing into this folder (process " +
+                                      std::to_string(getpid()) + " on "));
+      CHECK_THAT(second.err, Contains("--output-dir"));
+    }
+    CHECK(folder.files() == 1);
+    CHECK(run(folder.path(), small + " --validate").exitCode == 0);
+    CHECK(run(folder.path(), small + " --dry-run").exitCode == 0);
+    CHECK(run(folder.path(), small + " --output-dir other").exitCode == 0);
+    CHECK(run(folder.path() / "other", "check --box 20 20 20").exitCode == 0);
+    fs::copy_file(folder.path() / "other/RBC.pos", folder.path() / "RBC.pos");
+    CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
+    CHECK_THROWS_AS(RunLock::ofFolder(folder.path()), OutputError);
+  }
+  CHECK(run(folder.path(), small).exitCode == 0);
+  CHECK(folder.files() == 2);  // RBC.pos, other
+}
+
+TEST_CASE("two runs with one state: the second is refused wherever it packs", "[executable]") {
+  const TemporaryFolder folder;
+  {
+    const RunLock held = RunLock::ofFile(folder.path() / "s.h5");
+    const Ran second = run(folder.path(), small + " --output-dir other --state s.h5");
+    INFO(second.all());
+    CHECK(second.exitCode == int(ExitCode::cannotWrite));
+    CHECK_THAT(second.err, Contains("s.h5: another packMesh is writing it (process "));
+    CHECK(folder.files() == 1);  // the folder that stayed empty is gone
+  }
+  // What a killed run left of a state goes away; what other states have left stays.
+  writeText(folder.path() / ".s.h5.node7.12-0.new", "half");
+  writeText(folder.path() / ".t.h5.node7.12-0.new", "half");
+  CHECK(run(folder.path(), small + " --state s.h5").exitCode == 0);
+  CHECK_FALSE(fs::exists(folder.path() / ".s.h5.node7.12-0.new"));
+  CHECK(folder.files() == 4);  // RBC.pos, s.h5, s.xdmf, what is left of t.h5
+}
+
+TEST_CASE("a lock ends with its process, however that ends", "[executable]") {
+  const TemporaryFolder folder;
+  int ready[2];
+  REQUIRE(pipe(ready) == 0);
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    const RunLock held = RunLock::ofFolder(folder.path());
+    [[maybe_unused]] const ssize_t told = write(ready[1], "!", 1);
+    for (;;) pause();
+  }
+  char taken = 0;
+  REQUIRE(read(ready[0], &taken, 1) == 1);
+  CHECK(run(folder.path(), small).exitCode == int(ExitCode::cannotWrite));
+  kill(child, SIGKILL);
+  REQUIRE(waitpid(child, nullptr, 0) == child);
+  close(ready[0]);
+  close(ready[1]);
+  CHECK(fs::exists(folder.path() / ".packMesh.lock"));
+  CHECK(run(folder.path(), small).exitCode == 0);
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("a folder that was made for a run that wrote nothing goes away") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(),
+                      "15 15 15 --hematocrit 0.7 --max-iterations 20 --output-dir new/deep --state new/s.h5");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == int(ExitCode::outOfReach));
+  // The state of what was not reached is kept, to go on.
+  CHECK_FALSE(fs::exists(folder.path() / "new/deep"));
+  CHECK(fs::exists(folder.path() / "new/s.h5"));
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/base/plain_text.h"
+
+#include <catch2/catch.hpp>
+
+using namespace packmesh::hemocell;
+
+TEST_CASE("Plain text is UTF-8 without control characters") {
+  for (const char* good : {"", "RBC", "µm", "血", "\xF0\x9F\xA9\xB8"}) {
+    CHECK(isPlainText(good));
+    CHECK(plainText(good) == good);
+  }
+  CHECK(plainText("a\tb\n") == "a\tb\n");
+  const std::pair<std::string, std::string> bad[] = {
+      {"a\x01z", "a?z"},       {"\x1b[2J", "?[2J"}, {"\x7f", "?"},
+      {"\xff", "?"},           {"\xc0\xaf", "??"},  {"\xe2\x82", "??"},
+      {"\xed\xa0\x80", "???"}, {"\xc2\x9b", "??"},  {"\xf4\x90\x80\x80", "????"},
+      {"\xe0\x80\xaf", "???"}, {"µ\xc2", "µ?"}};
+  for (const auto& [text, plain] : bad) {
+    INFO(plain);
+    CHECK_FALSE(isPlainText(text));
+    CHECK(plainText(text) == plain);
+  }
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/base/value.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "packMesh/core/error.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using Catch::Matchers::Contains;
+
+namespace {
+
+ValueSpec spec(Kind kind) {
+  ValueSpec s;
+  s.kind = kind;
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("numbers are read wholly or not at all", "[value]") {
+  CHECK(toNumber("5e-7") == 5e-7);
+  CHECK(toNumber("+0.5") == 0.5);
+  CHECK(toNumber("-3") == -3.0);
+  for (const char* text : {"", "abc", "1.5x", "1,5", "+-1", "0x10", "1 2", "--1", " 1"}) {
+    CAPTURE(text);
+    CHECK_FALSE(toNumber(text));
+  }
+  CHECK(std::isinf(*toNumber("1e999")));
+}
+
+TEST_CASE("values keep to their kind and range", "[value]") {
+  ValueSpec fraction = spec(Kind::number);
+  fraction.low = 0;
+  fraction.lowExcluded = true;
+  fraction.high = 1;
+  fraction.highExcluded = true;
+  CHECK(std::get<double>(parseValue(fraction, " 0.3 ")) == 0.3);
+  for (const char* text : {"0", "1", "-0.1", "nan", "inf", "", "0.3.1", "1e999"}) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(parseValue(fraction, text), Contains("expected a number in (0, 1), found"));
+  }
+  ValueSpec count = spec(Kind::integer);
+  count.low = 0;
+  CHECK(std::get<std::int64_t>(parseValue(count, "50")) == 50);
+  CHECK(std::get<std::int64_t>(parseValue(count, "50.0")) == 50);
+  CHECK(std::get<std::int64_t>(parseValue(count, "1e3")) == 1000);
+  CHECK_THROWS_WITH(parseValue(count, "10.7"), Contains("expected a whole number >= 0, found '10.7'"));
+  CHECK_THROWS_WITH(parseValue(count, "-1"), Contains(">= 0"));
+  CHECK(std::get<bool>(parseValue(spec(Kind::boolean), "Yes")));
+  CHECK_THROWS_AS(parseValue(spec(Kind::boolean), "perhaps"), InputError);
+  CHECK(std::get<std::string>(parseValue(spec(Kind::axes), "zy")) == "yz");
+  CHECK(std::get<std::string>(parseValue(spec(Kind::axes), "none")).empty());
+  CHECK_THROWS_AS(parseValue(spec(Kind::axes), "xq"), InputError);
+  CHECK_THROWS_AS(parseValue(spec(Kind::axes), "xx"), InputError);
+  CHECK(std::get<std::int64_t>(parseValue(spec(Kind::axis), "Y")) == 1);
+  CHECK(std::get<Vec3>(parseValue(spec(Kind::vector), " 1 2\n3 ")) == Vec3(1, 2, 3));
+  CHECK_THROWS_AS(parseValue(spec(Kind::vector), "1 2"), InputError);
+  CHECK_THROWS_AS(parseValue(spec(Kind::vector), "1 2 3 4"), InputError);
+  CHECK_THROWS_AS(parseValue(spec(Kind::name), "../RBC"), InputError);
+  CHECK_THROWS_AS(parseValue(spec(Kind::name), "a b"), InputError);
+}
+
+TEST_CASE("slips of the fingers are recognised", "[value]") {
+  const std::vector<std::string> known = {"hematocrit", "seed", "clearance", "wallClearance"};
+  CHECK(nearestName("hematocrti", known) == std::string("hematocrit"));
+  CHECK(nearestName("hematokrit", known) == std::string("hematocrit"));
+  CHECK(nearestName("Seed", known) == std::string("seed"));
+  CHECK(nearestName("WALLC", known) == std::string("wallClearance"));
+  CHECK(nearestName("wallclearence", known) == std::string("wallClearance"));
+  CHECK_FALSE(nearestName("viscosity", known));
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/hemocell_limits.h"
+
+#include <catch2/catch.hpp>
+
+#include "sample_case.h"
+#include "tests/support/shapes.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+
+TEST_CASE("more cells than HemoCell can number need limits on two axes", "[hemocell_limits]") {
+  CHECK_FALSE(cellNumberWarning(0, {}));
+  CHECK_FALSE(cellNumberWarning(212622, {}));
+  const auto warning = cellNumberWarning(212623, {});
+  REQUIRE(warning);
+  CHECK_THAT(*warning, Contains("more than 212622") && Contains("setSystemPeriodicityLimit(0, 99);\n") &&
+                           Contains("setSystemPeriodicityLimit(1, 99);"));
+  CHECK_THAT(*cellNumberWarning(1000000, {}), Contains("Limit(0, 45)") && Contains("Limit(1, 45)"));
+  CHECK_THAT(*cellNumberWarning(10000000, {}), Contains("Limit(0, 14)"));
+  CHECK_THAT(*cellNumberWarning(2000000000, {}), Contains("whatever"));
+  // What the case says already.
+  CHECK_FALSE(cellNumberWarning(1000000, {{0.0, 45.0}, {1.0, 45.0}}));
+  CHECK(cellNumberWarning(1000000, {{0.0, 46.0}, {1.0, 46.0}}));
+  CHECK(cellNumberWarning(1000000, {{0.0, 45.0}}));
+  CHECK(cellNumberWarning(1000000, {{0.0, 45.0}, {1.0, {}}}));
+}
+
+TEST_CASE("a particleEnvelope narrower than a cell is warned of, with the number needed",
+          "[hemocell_limits]") {
+  const TriangleMesh red = buildTemplate(*defaultModel("RBC"), 0.5);
+  double longest = 0.0;
+  for (const Vec3& a : red.vertices)
+    for (const Vec3& b : red.vertices) longest = std::max(longest, (a - b).norm());
+  CHECK(longestExtent(red) == longest);
+  Domain domain;
+  domain.dx = 0.5;
+  CHECK_FALSE(envelopeWarning("RBC", red, domain));
+  domain.particleEnvelope = 16;  // 7.82 µm are 15.6 nodes
+  domain.particleEnvelopeWhere = "config.xml:9: <particleEnvelope>";
+  CHECK_FALSE(envelopeWarning("RBC", red, domain));
+  domain.particleEnvelope = 15;
+  const auto warning = envelopeWarning("RBC", red, domain);
+  REQUIRE(warning);
+  CHECK_THAT(*warning, Contains("config.xml:9: <particleEnvelope>: 15 is less") && Contains("15.6 nodes") &&
+                           Contains("At least 16 is needed"));
+}
+
+TEST_CASE("packing, dry run and check tell HemoCell's limits", "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "config.xml",
+            configXml(sampleDomain + "<particleEnvelope> 12 </particleEnvelope>"));
+  for (const char* arguments : {"config.xml --rbc 3 --dry-run", "config.xml --rbc 3", "check config.xml"}) {
+    const Ran ran = run(folder.path(), arguments);
+    INFO(arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.err, Contains("<particleEnvelope>: 12 is less") && Contains("At least 16"));
+  }
+  writeText(folder.path() / "config.xml",
+            configXml(sampleDomain + "<particleEnvelope> wide </particleEnvelope>"));
+  CHECK_THAT(run(folder.path(), "config.xml --rbc 3").err,
+             Contains("<particleEnvelope>: expected a whole number"));
+  const Ran many = run(folder.path(), "50 50 50 --ends periodic --hematocrit 0.3 --tile 9 9 9 --dry-run");
+  INFO(many.all());
+  CHECK_THAT(many.err, Contains("setSystemPeriodicityLimit(0, 76)"));
+  CHECK(run(folder.path(), "50 50 50 --ends periodic --hematocrit 0.3 --tile 5 5 5 --dry-run").err.empty());
+}

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/pos_file.h"
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <random>
+#include <sstream>
+
+#include "packMesh/core/error.h"
+#include "tests/support/decimal_comma.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+namespace fs = std::filesystem;
+using Catch::Matchers::Contains;
+
+namespace {
+
+struct Folder : test::TemporaryFolder {
+  fs::path write(const std::string& text, const std::string& name = "RBC.pos") const {
+    return TemporaryFolder::write(name, text);
+  }
+};
+
+std::string contentOf(const fs::path& file) {
+  std::stringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+Mat3 rotation(int axis, double degrees) {
+  return Eigen::AngleAxisd(degrees * M_PI / 180.0, Vec3::Unit(axis)).toRotationMatrix();
+}
+
+}  // namespace
+
+TEST_CASE("A .pos line turns about x, then y, then z, in degrees", "[pos]") {
+  const PosLine line{{1, 2, 3}, {30, 40, 50}};
+  const Placement placement = placementOf(line);
+  const Mat3 expected = rotation(2, 50) * rotation(1, 40) * rotation(0, 30);
+  CHECK((placement.linear - expected).norm() < 1e-15);
+  CHECK(placement.translation == Vec3(1, 2, 3));
+  CHECK((placementOf({Vec3::Zero(), {0, 0, 90}})(Vec3::UnitX()) - Vec3::UnitY()).norm() < 1e-15);
+  CHECK((placementOf({Vec3::Zero(), {0, 90, 0}})(Vec3::UnitZ()) - Vec3::UnitX()).norm() < 1e-15);
+  CHECK((placementOf({Vec3::Zero(), {90, 0, 0}})(Vec3::UnitY()) - Vec3::UnitZ()).norm() < 1e-15);
+}
+
+TEST_CASE("The .pos line of a pose maps as the pose does", "[pos]") {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  double worst = 0.0;
+  const auto check = [&](const Quaternion& q) {
+    const Pose pose{1.0, q, {normal(random), normal(random), normal(random)}};
+    const PosLine line = posLineOf(pose);
+    REQUIRE(line.position == pose.position);
+    REQUIRE(line.angles.cwiseAbs().maxCoeff() <= 180.0);
+    REQUIRE(std::abs(line.angles.y()) <= 90.0 + 1e-12);
+    worst =
+        std::max(worst, (placementOf(line).linear - q.normalized().toRotationMatrix()).cwiseAbs().maxCoeff());
+  };
+  for (int i = 0; i < 20000; ++i)
+    check(Quaternion(normal(random), normal(random), normal(random), normal(random)));
+  // At and near the gimbal lock, from both sides.
+  for (double sign : {-1.0, 1.0})
+    for (double away : {0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 1e-2})
+      for (int i = 0; i < 100; ++i)
+        check(Quaternion(rotation(2, 360.0 * normal(random)) * rotation(1, sign * (90.0 - away)) *
+                         rotation(0, 360.0 * normal(random))));
+  for (double a : {-180.0, -90.0, 0.0, 90.0, 180.0})
+    for (double b : {-180.0, -90.0, 0.0, 90.0, 180.0})
+      for (double c : {-180.0, -90.0, 0.0, 90.0, 180.0})
+        check(Quaternion(rotation(2, c) * rotation(1, b) * rotation(0, a)));
+  CHECK(worst < 1e-12);
+  CHECK(posLineOf({}).angles == Vec3::Zero());
+}
+
+TEST_CASE("A .pos text is plain, round-trips to the last bit and knows no -0", "[pos]") {
+  CHECK(formatPosHead(12) == "12\n");
+  CHECK(formatPosLines({}) == "");
+  CHECK(formatPosLines({{{1.5, -0.0, 3}, {30, -0.0, 1e-5}}}) == "1.5 0 3 30 0 1e-05\n");
+  CHECK(formatPosLines({posLineOf({1.0, Quaternion::Identity(), {-0.0, 0.1, 2}})}) == "0 0.1 2 0 0 0\n");
+  CHECK_THROWS(formatPosLines({{{1, 2, std::numeric_limits<double>::quiet_NaN()}, Vec3::Zero()}}));
+
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-200.0, 200.0);
+  std::vector<PosLine> lines(1000);
+  for (PosLine& line : lines)
+    for (int k = 0; k < 3; ++k) line.position[k] = uniform(random), line.angles[k] = uniform(random);
+  auto comma = std::make_unique<test::DecimalComma>();
+  const std::string text = formatPosHead(1000) + formatPosLines(lines);
+  const Folder folder;
+  const std::vector<PosLine> back = readPos(folder.write(text));
+  comma.reset();
+  REQUIRE(back.size() == lines.size());
+  bool same = true;
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    same = same && back[i].position == lines[i].position && back[i].angles == lines[i].angles;
+  CHECK(same);
+  CHECK(text.find("  ") == text.npos);
+  CHECK(text.find(" \n") == text.npos);
+
+  // As HemoCell reads it.
+  std::istringstream stream(text);
+  int count = 0;
+  double numbers[6];
+  stream >> count;
+  int read = 0;
+  while (stream >> numbers[0] >> numbers[1] >> numbers[2] >> numbers[3] >> numbers[4] >> numbers[5]) ++read;
+  CHECK(count == 1000);
+  CHECK(read == 1000);
+}
+
+TEST_CASE("readPos refuses what HemoCell would silently misread, and says where", "[pos]") {
+  const Folder folder;
+  const std::string good = "1 2 3 4 5 6\n";
+  struct Case {
+    std::string text, expected;
+  };
+  const Case cases[] = {
+      {"", ":1: the file is empty"},
+      {" \n\n", ":1: the file is empty"},
+      {good, ":1: expected the number of cells"},
+      {"x y z\n" + good, "found 'x y z'"},
+      {"# 1\n" + good, "found '# 1'"},
+      {"1.0\n" + good, "found '1.0'"},
+      {"-1\n", "found '-1'"},
+      {"99999999999999999999\n", "expected the number of cells"},
+      {"\xEF\xBB\xBF"
+       "1\n" +
+           good,
+       "byte order mark"},
+      {"2\n" + good, ":1: announces 2 cells, but 1 follow: HemoCell would make up the other 1"},
+      {"1\n# the first cell\n" + good, ":2: a comment"},
+      {"2\n" + good + "1 2 3 4 5 6 # fast\n", ":3: 8 fields"},
+      {"2\n" + good + "1 2 3 4 5\n", ":3: 5 fields, expected six numbers"},
+      {"2\n" + good + "1 2 3 4 5 6 7\n", ":3: 7 fields"},
+      {"1\n1 2 3 nan 5 6\n", ":2: field 4 (a): expected a finite number, found 'nan'"},
+      {"1\n1 2 inf 4 5 6\n", ":2: field 3 (z): expected a finite number, found 'inf'"},
+      {"1\n1e999 2 3 4 5 6\n", ":2: field 1 (x)"},
+      {"1\n1,5 2 3 4 5 6\n", "found '1,5'"},
+      {"1\n1 2 3 4 5 6;\n", "found '6;'"},
+      {"1\n1 2 3 4 5 x\n", ":2: field 6 (c): expected a finite number, found 'x'"},
+      {"1\n1 2 3 4 +-5 6\n", "found '+-5'"},
+      {std::string("1\n1 2 3 4 5 \0\x01\n", 14), "field 6 (c)"},
+  };
+  for (const Case& c : cases) {
+    CAPTURE(c.text);
+    const fs::path file = folder.write(c.text);
+    CHECK_THROWS_WITH(readPos(file), Contains(c.expected) && Contains(file.string()));
+  }
+  CHECK_THROWS_WITH(readPos(folder.path() / "none.pos"), Contains("none.pos: no such file"));
+  CHECK_THROWS_WITH(readPos(folder.path()), Contains("is a folder"));
+  CHECK_THROWS_AS(readPos(folder.path() / "none.pos"), InputError);
+}
+
+TEST_CASE("readPos accepts what HemoCell reads and warns of what other tools drop", "[pos]") {
+  const Folder folder;
+  std::vector<std::string> warnings;
+  CHECK(readPos(folder.write("0\n"), &warnings).empty());
+  CHECK(readPos(folder.write("2\n1 2 3 4 5 6\n1 2 3 4 5 -6.5e-1"), &warnings)[1].angles.z() == -0.65);
+  CHECK(readPos(folder.write("1\n+1 .5 3. 4 5 6\n\n\n"), &warnings)[0].position == Vec3(1, 0.5, 3));
+  CHECK(warnings.empty());
+
+  CHECK(readPos(folder.write("3\n1 2 3 4 5 6\n1\t2 3 4  5 6\n 1 2 3 4 5 6 \n"), &warnings).size() == 3);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("RBC.pos:3:") && Contains("pos_to_vtk drops") && Contains("2 lines"));
+
+  warnings.clear();
+  CHECK(readPos(folder.write("1\r\n1 2 3 4 5 6\r\n"), &warnings)[0].angles == Vec3(4, 5, 6));
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("RBC.pos:1: Windows line ends"));
+
+  warnings.clear();
+  CHECK(readPos(folder.write("2\n1 2 3 4 5 6\n\n1 2 3 4 5 6\n"), &warnings).size() == 2);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("RBC.pos:3: a blank line"));
+}
+
+TEST_CASE("readPos reads as many cells as are announced, as HemoCell does, and warns of the others",
+          "[pos]") {
+  const Folder folder;
+  std::vector<std::string> warnings;
+  const std::string good = "1 2 3 4 5 6\n";
+  CHECK(readPos(folder.write("1\n" + good + "\n" + good + "not a cell\n"), &warnings).size() == 1);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0],
+             Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell reads the first "
+                      "1 only, and so does packMesh"));
+  warnings.clear();
+  CHECK(readPos(folder.write("0\n" + good + good), &warnings).empty());
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell reads none of them"));
+}
+
+TEST_CASE("AtomicFiles puts all files in place at once, or none", "[pos]") {
+  const Folder folder;
+  const fs::path a = folder.path() / "RBC.pos", b = folder.path() / "PLT.pos";
+  folder.write("old", "RBC.pos");
+  ::chmod(a.c_str(), 0640);
+  {
+    AtomicFiles files;
+    files.add(a, "new a");
+    files.add(b, "new b");
+    CHECK(contentOf(a) == "old");
+    CHECK(!fs::exists(b));
+  }  // not committed
+  CHECK(contentOf(a) == "old");
+  CHECK(folder.files() == 1);
+
+  AtomicFiles files;
+  files.add(a, "new a");
+  files.add(b, std::string(200000, 'b'));
+  files.commit();
+  CHECK(contentOf(a) == "new a");
+  CHECK(contentOf(b) == std::string(200000, 'b'));
+  CHECK(folder.files() == 2);
+  struct stat info;
+  REQUIRE(::stat(a.c_str(), &info) == 0);
+  CHECK((info.st_mode & 0777) == 0640);
+}
+
+TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written", "[pos]") {
+  const Folder folder;
+  const fs::path a = folder.write("old", "RBC.pos");
+  SECTION("no such folder") {
+    AtomicFiles files;
+    files.add(a, "new");
+    CHECK_THROWS_WITH(files.add(folder.path() / "none" / "PLT.pos", "x"),
+                      Contains("cannot write in the folder"));
+  }
+  SECTION("a folder in the way") {
+    AtomicFiles files;
+    CHECK_THROWS_AS(files.add(folder.path(), "x"), InputError);
+  }
+  SECTION("twice the same") {
+    AtomicFiles files;
+    files.add(a, "new");
+    CHECK_THROWS_WITH(files.add(a, "newer"), Contains("twice"));
+  }
+  SECTION("a full disk, imitated by a limit on the size of files") {
+    struct rlimit before;
+    ::getrlimit(RLIMIT_FSIZE, &before);
+    struct rlimit small = before;
+    small.rlim_cur = 1000;
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    ::setrlimit(RLIMIT_FSIZE, &small);
+    std::string message;
+    {
+      AtomicFiles files;
+      try {
+        files.add(a, "new");
+        files.add(folder.path() / "PLT.pos", std::string(5000, 'x'));
+      } catch (const InputError& error) {
+        message = error.what();
+      }
+    }
+    ::setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    CHECK_THAT(message, Contains("PLT.pos: cannot be written"));
+  }
+  SECTION("a target that turns into a folder before the commit") {
+    AtomicFiles files;
+    files.add(a, "new");
+    files.add(folder.path() / "PLT.pos", "x");
+    files.add(folder.path() / "WBC.pos", "x");
+    fs::create_directory(folder.path() / "WBC.pos");
+    CHECK_THROWS_AS(files.commit(), InputError);
+    fs::remove(folder.path() / "WBC.pos");
+  }
+  CHECK(contentOf(a) == "old");
+  CHECK(folder.files() == 1);
+}
+
+TEST_CASE("AtomicFiles writes through a symbolic link", "[pos]") {
+  const Folder folder;
+  const fs::path real = folder.write("old", "real.pos"), link = folder.path() / "RBC.pos";
+  fs::create_symlink("real.pos", link);
+  AtomicFiles files;
+  files.add(link, "new");
+  files.commit();
+  CHECK(fs::is_symlink(link));
+  CHECK(contentOf(real) == "new");
+}

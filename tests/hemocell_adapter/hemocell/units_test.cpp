@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/units.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "packMesh/container/primitives.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+TEST_CASE("spacings that do not resolve cells are warned of, with the likely factor", "[units]") {
+  for (const double dx : {0.1, 0.25, 0.5, 1.0}) CHECK(!spacingWarning(dx, "x"));
+  CHECK_THAT(*spacingWarning(5.0, "c.xml:3: <dx>"),
+             Contains("c.xml:3: <dx>: a lattice spacing of 5 µm") && Contains("10 times too large"));
+  CHECK_THAT(*spacingWarning(500.0, "x"), Contains("1000 times too large"));
+  CHECK_THAT(*spacingWarning(0.0005, "x"), Contains("1000 times too small"));
+}
+
+TEST_CASE("the factor of a mesh in another unit is found", "[units]") {
+  CHECK(unitHint(50.0, 1.0, smallestVessel, largestVessel).empty());
+  CHECK_THAT(unitHint(5e-5, 1.0, smallestVessel, largestVessel), Contains("in m, the factor is 1000000"));
+  CHECK_THAT(unitHint(0.05, 1.0, smallestVessel, largestVessel), Contains("in mm, the factor is 1000"));
+  CHECK_THAT(unitHint(5e7, 1e6, smallestVessel, largestVessel), Contains("in µm, the factor is 1"));
+  CHECK_THAT(unitHint(0.01, 1.0, smallestVessel, largestVessel), Contains("in mm, the factor is 1000"));
+  CHECK(unitHint(1e-30, 1.0, smallestVessel, largestVessel).empty());
+}
+
+TEST_CASE("positions in another unit are recognised", "[units]") {
+  const auto pipe = makeCylinder({40, 12, 12}, 0, 12, 80, false);
+  std::mt19937 random(3);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<>(lo, hi)(random); };
+  std::vector<Vec3> positions;
+  while (positions.size() < 100) {
+    const Vec3 p(uniform(4, 76), uniform(0, 24), uniform(0, 24));
+    if (std::hypot(p.y() - 12, p.z() - 12) < 9) positions.push_back(p);
+  }
+  const auto found = [&](double scale, double dx) {
+    std::vector<Vec3> scaled;
+    for (const Vec3& p : positions) scaled.push_back(scale * p);
+    const auto factor = positionFactor(*pipe, scaled, 8000.0, dx);
+    return factor ? factor->factor : 1.0;
+  };
+  CHECK(found(1.0, 0.5) == 1.0);
+  CHECK(found(2.0, 0.5) == 0.5);  // lattice units
+  CHECK(found(4.0, 0.25) == 0.25);
+  CHECK(found(1e-6, 0.5) == 1e6);
+  CHECK(found(1e-3, 0.5) == 1e3);
+  CHECK(found(1.5, 0.5) == Approx(2.0 / 3.0));  // made for 0.75 µm
+  CHECK(found(0.1, 0.5) == 1.0);                // no unit explains it
+  positions.resize(3);
+  CHECK(found(2.0, 0.5) == 1.0);  // too few to tell
+}
+
+TEST_CASE("units that cannot be meant are told by the program", "[executable][units]") {
+  const SampleCase folder("<packing> <hematocrit> 0.1 </hematocrit> </packing>");
+  SECTION("dx ten times too large") {
+    std::string xml = readText(folder.path() / "config.xml");
+    xml.replace(xml.find("5e-7"), 4, "5e-6");
+    writeText(folder.path() / "config.xml", xml);
+    const Ran ran = run(folder.path(), "config.xml --validate");
+    INFO(ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.err,
+               Contains("config.xml:4: <dx>: a lattice spacing of 5 µm") && Contains("10 times too large"));
+    CHECK(run(folder.path(), "40 40 40 --rbc 2 --dx 0.5").err.empty());
+    CHECK_THAT(run(folder.path(), "40 40 40 --rbc 2 --dx 5").err,
+               Contains("option '--dx': a lattice spacing of 5 µm"));
+  }
+  SECTION("a vessel in metres or millimetres, and one with another factor") {
+    for (const auto& [unit, factor] : {std::pair("0.000001", "1000000"), {"0.001", "1000"}}) {
+      const double scale = std::stod(unit);
+      writeText(folder.path() / "small.stl", tubeStl(40 * scale, 10 * scale, 24));
+      const Ran ran = run(folder.path(), "--vessel small.stl 1 --open-axis x --rbc 5");
+      INFO(ran.all());
+      CHECK(ran.exitCode == 2);
+      CHECK_THAT(ran.err, Contains(std::string("the factor is ") + factor));
+      CHECK(run(folder.path(), std::string("--vessel small.stl ") + factor + " --open-axis x --rbc 5")
+                .err.empty());
+    }
+    writeText(folder.path() / "rod.stl", tubeStl(6e-6, 1e-6, 12));
+    CHECK_THAT(run(folder.path(), "20 20 20 --cell-mesh rod 2 rod.stl").err,
+               Contains("the factor is 1000000"));
+  }
+  SECTION("a <container> instead of the <geometry>") {
+    writeText(folder.path() / "config.xml",
+              configXml(sampleDomain,
+                        "<packing> <hematocrit> 0.1 </hematocrit> <container> <cylinder axis=\"x\" "
+                        "radius=\"7\" length=\"20\"/> </container> </packing>"));
+    CHECK_THAT(run(folder.path(), "config.xml --validate").err,
+               Contains("config.xml:6: <cylinder> replaces the <geometry>") && Contains("tube.stl"));
+    fs::remove(folder.path() / "tube.stl");
+    CHECK_THAT(run(folder.path(), "config.xml --validate").err, !Contains("replaces"));
+  }
+  SECTION(".pos files in lattice units") {
+    REQUIRE(run(folder.path(), "config.xml").exitCode == 0);
+    for (const char* name : {"RBC.pos", "PLT.pos"}) {
+      std::istringstream in(readText(folder.path() / name));
+      std::ostringstream out;
+      int count = 0;
+      in >> count;
+      out << count << '\n';
+      for (double x, y, z, a, b, c; in >> x >> y >> z >> a >> b >> c;)
+        out << 2 * x << ' ' << 2 * y << ' ' << 2 * z << ' ' << a << ' ' << b << ' ' << c << '\n';
+      writeText(folder.path() / name, out.str());
+    }
+    const Ran ran = run(folder.path(), "check config.xml");
+    INFO(ran.all());
+    CHECK(ran.exitCode == 4);
+    CHECK_THAT(ran.err, Contains("times 0.5") && Contains("lattice units"));
+  }
+}

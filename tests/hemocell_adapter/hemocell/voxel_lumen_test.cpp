@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/hemocell/voxel_lumen.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "packMesh/core/error.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+
+namespace {
+
+/// Fluid nodes at random, with one plane along x that is its own.
+std::shared_ptr<const Lattice> randomLattice(const std::array<int, 3>& nodes, double dx, int seed) {
+  std::mt19937 random(seed);
+  auto lattice = std::make_shared<Lattice>(nodes, dx);
+  for (int k = 0; k < nodes[2]; ++k)
+    for (int j = 0; j < nodes[1]; ++j)
+      for (int i = 0; i < nodes[0]; ++i) lattice->setFluid(i, j, k, random() % 3 != 0);
+  return lattice;
+}
+
+/// Whether the cube of the node at p is fluid; along x the lattice may repeat.
+bool inFluid(const Lattice& lattice, const Vec3& p, bool periodic) {
+  std::array<int, 3> at;
+  for (int k = 0; k < 3; ++k) at[k] = static_cast<int>(std::floor(p[k] / lattice.dx() + 0.5));
+  const auto [nx, ny, nz] = lattice.nodes();
+  if (periodic) at[0] = ((at[0] % nx) + nx) % nx;
+  return at[0] >= 0 && at[0] < nx && at[1] >= 0 && at[1] < ny && at[2] >= 0 && at[2] < nz &&
+         lattice.fluid(at[0], at[1], at[2]);
+}
+
+/// Whether a box meets or lies in what is not fluid, cube by cube.
+bool meetsSolid(const Lattice& lattice, const Box& box, bool periodic) {
+  const double dx = lattice.dx();
+  std::array<int, 3> lo, hi;
+  for (int k = 0; k < 3; ++k) {  // closed cubes that the closed box meets
+    lo[k] = static_cast<int>(std::ceil(box.lo[k] / dx - 0.5));
+    hi[k] = static_cast<int>(std::floor(box.hi[k] / dx + 0.5));
+  }
+  for (int k = lo[2]; k <= hi[2]; ++k)
+    for (int j = lo[1]; j <= hi[1]; ++j)
+      for (int i = lo[0]; i <= hi[0]; ++i)
+        if (!inFluid(lattice, dx * Vec3(i, j, k), periodic)) return true;
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("The surface of fluid nodes is closed and holds their volume", "[lattice][vessel]") {
+  for (const bool periodic : {false, true})
+    for (const std::array<int, 3> nodes : {std::array<int, 3>{1, 1, 1}, {9, 5, 6}, {70, 4, 3}, {2, 7, 1}}) {
+      const auto lattice = randomLattice(nodes, 0.5, nodes[0]);
+      const TriangleMesh surface = voxelSurface(*lattice, periodic);
+      CAPTURE(nodes[0], periodic);
+      if (!periodic) {
+        CHECK(signedVolume(surface) == Approx(lattice->fluidVolume()));
+        CHECK(isFilledByParity(surface));
+      }
+      std::size_t faces = 0;
+      for (int k = -1; k <= nodes[2]; ++k)
+        for (int j = -1; j <= nodes[1]; ++j)
+          for (int i = -1; i <= nodes[0]; ++i)
+            for (int axis = 0; axis < 3; ++axis) {
+              const Vec3 p = 0.5 * Vec3(i, j, k), q = p + 0.5 * Vec3::Unit(axis);
+              if (periodic && (i < 0 || i == nodes[0])) continue;
+              faces += inFluid(*lattice, p, periodic) != inFluid(*lattice, q, periodic);
+            }
+      CHECK(surface.triangles.size() == 2 * faces);
+    }
+}
+
+TEST_CASE("Fluid nodes as a lumen: distance, volume and exact verdicts", "[lattice][vessel]") {
+  std::mt19937 random(7);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<>(lo, hi)(random); };
+  for (const bool periodic : {false, true}) {
+    CAPTURE(periodic);
+    const auto lattice = randomLattice({8, 6, 7}, 0.5, 3);
+    const auto lumen = makeVoxelLumen(lattice, periodic);
+    CHECK(lumen->volume() == Approx(lattice->fluidVolume()));
+    CHECK(lumen->period() == Vec3(periodic ? 4.0 : 0.0, 0.0, 0.0));
+    const Box bounds = lumen->bounds();
+    CHECK(bounds.size().x() == Approx(4.0));
+    int wrongSide = 0, tooFar = 0;
+    for (int n = 0; n < 5000; ++n) {
+      const Vec3 p(uniform(-5, 9), uniform(-1, 4), uniform(-1, 4));
+      const double distance = lumen->wall()->distance(p).distance;
+      wrongSide += (distance > 0.0) != inFluid(*lattice, p, periodic);
+      const double r = distance - lumen->wall()->slack();
+      if (r > 0.0) tooFar += meetsSolid(*lattice, Box{p, p}.grownBy(r / std::sqrt(3.0)), periodic);
+    }
+    CHECK(wrongSide == 0);
+    CHECK(tooFar == 0);
+
+    NodeBlock block;
+    block.origin = Vec3(-4.25, -0.5, 0.25);
+    block.spacing = 0.25;
+    for (int& count : block.nodes) count = 9;
+    std::vector<float> sampled(9 * 9 * 9);
+    lumen->wall()->sample(block, sampled.data());
+    double worst = 0.0;
+    for (int k = 0, n = 0; k < 9; ++k)
+      for (int j = 0; j < 9; ++j)
+        for (int i = 0; i < 9; ++i, ++n)
+          worst = std::max(worst,
+                           std::abs(sampled[n] - lumen->wall()->distance(block.position(i, j, k)).distance));
+    CHECK(worst < 1e-6);
+
+    int objections = 0, wrong = 0;
+    for (int n = 0; n < 3000; ++n) {
+      Box box;
+      for (int corner = 0; corner < 2; ++corner)
+        box.add(Vec3(uniform(-4, 8), uniform(-1, 4), uniform(-1, 4)));
+      box.hi = box.lo +
+               (box.hi - box.lo).cwiseMin(Vec3(uniform(0.01, 0.8), uniform(0.01, 0.8), uniform(0.01, 0.8)));
+      const bool refused = lumen->wall()->objection(sample::box(box.lo, box.hi)).has_value();
+      wrong += refused != meetsSolid(*lattice, box, periodic);
+      objections += refused;
+    }
+    CHECK(wrong == 0);
+    CHECK(objections > 1000);
+    CHECK(objections < 2990);
+  }
+}
+
+TEST_CASE("The gap to the wall of fluid nodes is that to the nearest solid cube", "[lattice][vessel]") {
+  auto lattice = std::make_shared<Lattice>(std::array<int, 3>{12, 12, 12}, 0.5);
+  lattice->setFluid(6, 6, 6, false);  // its cube is [2.75, 3.25]³
+  const auto lumen = makeVoxelLumen(lattice, false);
+  const auto gap = [&](const Vec3& lo, const Vec3& hi) {
+    const MeshHierarchy box(sample::box(lo, hi));
+    const WallVerdict verdict = lumen->wall()->examine({box, Placement()}, 1.0);
+    REQUIRE(!verdict.objection);
+    return verdict.gap;
+  };
+  CHECK(gap({2.0, 2.9, 2.9}, {2.5, 3.1, 3.1}) == Approx(0.25));
+  CHECK(gap({2.0, 2.0, 2.0}, {2.5, 2.5, 2.5}) == Approx(0.25 * std::sqrt(3.0)));
+  CHECK(gap({0.0, 1.0, 1.0}, {0.5, 1.2, 1.2}) == Approx(0.25));  // the end of the lattice
+  CHECK(lumen->wall()->objection(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses a part of the wall");
+  CHECK(lumen->wall()->objection(sample::box({2.8, 2.8, 2.8}, {3.2, 3.2, 3.2})) == "is outside the lumen");
+  CHECK(lumen->wall()->objection(sample::box({2, 2, 2}, {2.75, 3, 3})) == "meets the wall");
+  for (int k = 0; k < 12; ++k)
+    for (int j = 0; j < 12; ++j) lattice->setFluid(0, 11, j, k, false);
+  CHECK_THROWS_AS(makeVoxelLumen(lattice, false), InputError);
+}

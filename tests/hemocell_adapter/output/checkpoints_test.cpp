@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Runs that are ended by signals, and go on.
+#include "hemocell_adapter/output/checkpoints.h"
+
+#include <sys/stat.h>
+
+#include <csignal>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <map>
+#include <random>
+
+#include "executable.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "packMesh/packing/state_file.h"
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+using packmesh::readStateHead;
+using packmesh::hemocell::ExitCode;
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string problem = "45 45 45 --ends periodic --hematocrit 0.57 --seed 3 --plt_ratio 0.05";
+
+std::string positions(const fs::path& folder) {
+  return readText(folder / "RBC.pos") + readText(folder / "PLT.pos");
+}
+
+/// A problem, what an undisturbed run of it writes, and how long it takes [s].
+struct Undisturbed {
+  std::string problem, positions;
+  double seconds = 0.0;
+};
+
+const std::string oftenSaved = " --checkpoint-every 0.001";
+
+Undisturbed undisturbed(const std::string& arguments, const std::string& launcher = "") {
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  const Ran ran = run(folder.path(), arguments + oftenSaved, "packMesh", launcher);
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  return {arguments, positions(folder.path()), took.count()};
+}
+
+/// How long a run is let be, at random: where a machine gets slower or faster meanwhile, this follows.
+class Moments {
+ public:
+  explicit Moments(double seconds) : seconds_(seconds) {}
+  std::string next() { return std::to_string(share_(random_) * seconds_); }
+  void wasTooLate() { seconds_ *= 0.9; }
+  void wasTooEarly() { seconds_ *= 1.1; }
+
+ private:
+  double seconds_;  ///< of an undisturbed run
+  std::mt19937 random_{1};
+  std::uniform_real_distribution<double> share_{0.02, 1.0};
+};
+
+/// Stops runs at random moments by one of the signals, in turn, and lets them go on.
+/// At least a quarter as often as `wanted` there is a state to go on from.
+void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::vector<std::string>& signals,
+                           const std::string& launcher = "") {
+  Moments moments(expected.seconds);
+  int kills = 0, saved = 0;
+  while (kills < wanted || saved < wanted / 4) {
+    REQUIRE(kills < 20 * wanted);
+    const TemporaryFolder folder;
+    for (int again = 0; again < 6; ++again) {
+      const bool begun = fs::exists(folder.path() / "state.h5");
+      saved += begun;
+      if (begun)
+        REQUIRE_NOTHROW(readStateHead(folder.path() / "state.h5"));  // without cells: not begun to grow
+      const std::string arguments = begun ? "--restart state.h5" : expected.problem + oftenSaved;
+      const std::string limit = moments.next();
+      const bool last = again == 5;
+      const std::string killer =
+          "timeout --foreground -s " + signals[again % signals.size()] + " " + limit + " ";
+      const Ran ran = run(folder.path(), arguments, "packMesh", (last ? "" : killer + "env ") + launcher);
+      CAPTURE(kills, again, limit, ran.exitCode, ran.all());
+      if (last) REQUIRE(ran.exitCode == 0);
+      if (ran.exitCode == 0 && !last) moments.wasTooLate();
+      if (ran.exitCode == 0) break;
+      ++kills;
+      if (!fs::exists(folder.path() / "state.h5")) moments.wasTooEarly();
+      // What is there is whole: the signal may have come when all was done.
+      for (const char* name : {"RBC.pos", "PLT.pos"})
+        if (fs::exists(folder.path() / name))
+          REQUIRE(expected.positions.find(readText(folder.path() / name)) != std::string::npos);
+    }
+    REQUIRE(positions(folder.path()) == expected.positions);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a run killed at any moments goes on to the same files") {
+  requireSameAfterKills(undisturbed(problem), 50, {"TERM", "KILL"});
+}
+
+TEST_CASE("growth killed at any moments goes on to the same files") {
+  const Undisturbed grown = undisturbed("18 18 18 --hematocrit 0.35 --plt_ratio 0 --method cat");
+  requireSameAfterKills(grown, 16, {"TERM", "KILL"});
+}
+
+TEST_CASE("two ranks stopped at any moments go on to the same files", "[ranks]") {
+  const Undisturbed packed = undisturbed("45 45 45 --hematocrit 0.5 --plt_ratio 0.05", onRanks(2));
+  requireSameAfterKills(packed, 6, {"TERM"}, onRanks(2));
+}
+
+TEST_CASE("a run goes on on another number of ranks, after a signal to all", "[ranks]") {
+  const std::string expected = undisturbed(problem).positions;
+  for (const int ranks : {1, 2, 3}) {
+    CAPTURE(ranks);
+    const TemporaryFolder folder;
+    // SIGTERM as soon as there is a state, or to a run that has ended.
+    writeText(folder.path() / "script", onRanks(ranks) + " '" PACKMESH_BIN_DIR "/packMesh' " + problem +
+                                            R"( --checkpoint-every 0.01 > out 2>&1 &
+pid=$!
+while kill -0 $pid 2> /dev/null && [ ! -f state.h5 ]; do sleep 0.02; done
+kill -TERM $pid 2> /dev/null
+wait $pid
+)");
+    REQUIRE(std::system(("cd '" + folder.path().string() + "' && bash script").c_str()) != -1);
+    INFO(readText(folder.path() / "out"));
+    REQUIRE(fs::exists(folder.path() / "state.h5"));
+    const Ran second = run(folder.path(), "--restart state.h5", "packMesh", onRanks(4 - ranks));
+    INFO(second.all());
+    REQUIRE(second.exitCode == 0);
+    REQUIRE(positions(folder.path()) == expected);
+  }
+}
+
+// But for repair, which lasts a millisecond: packing_state_test.cpp interrupts it.
+TEST_CASE("SIGTERM in any stage leaves the files of before, and a state of that stage") {
+  struct Case {
+    std::string arguments;
+    std::vector<std::string> stages;  ///< which it passes through
+  };
+  const std::string before = "1\n4 4 4 0 0 0\n";
+  for (const Case& wanted : {
+           Case{"70 70 70 --hematocrit 0.3 --plt_ratio 0", {"relaxation", "certificate"}},
+           Case{"25 25 25 --hematocrit 0.63 --plt_ratio 0 --max-time 1 --best-effort", {"relaxation"}},
+           Case{"18 18 18 --hematocrit 0.35 --plt_ratio 0 --method cat", {"growth"}},
+       }) {
+    Moments moments(undisturbed(wanted.arguments).seconds);
+    std::map<std::string, int> seen;  // runs stopped in each stage
+    const auto allSeen = [&] {
+      return std::all_of(wanted.stages.begin(), wanted.stages.end(),
+                         [&](auto& stage) { return seen[stage] > 0; });
+    };
+    for (int runs = 0; !allSeen(); ++runs) {
+      CAPTURE(wanted.arguments, runs);
+      REQUIRE(runs < 2000);
+      const TemporaryFolder folder;
+      writeText(folder.path() / "RBC.pos", before);
+      const Ran ran = run(folder.path(), wanted.arguments + " --state s.h5", "packMesh",
+                          "timeout --foreground --preserve-status -s TERM " + moments.next());
+      CAPTURE(ran.exitCode, ran.all());
+      if (ran.exitCode == 0) {
+        moments.wasTooLate();
+        continue;
+      }
+      REQUIRE((ran.exitCode == int(ExitCode::interrupted) ||
+               (ran.exitCode == 128 + SIGTERM && ran.all().empty())));  // before it knew of signals
+      REQUIRE(readText(folder.path() / "RBC.pos") == before);
+      const bool state = fs::exists(folder.path() / "s.h5");
+      if (!state) moments.wasTooEarly();
+      if (state) ++seen[readStateHead(folder.path() / "s.h5").stage];
+      const int companion = state;  // for ParaView
+      REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 1 + state + companion);
+    }
+  }
+}
+
+TEST_CASE("SIGUSR1 saves the state and the run goes on, SIGTERM saves it and says how to go on") {
+  const TemporaryFolder folder;
+  const std::string program = (fs::path(PACKMESH_BIN_DIR) / "packMesh").string();
+  // 0.62 takes minutes: it is still at it when the signals come.
+  writeText(folder.path() / "script",
+            "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
+pid=$!
+while kill -0 $pid; do
+  sleep 0.1
+  [ -s out ] && kill -USR1 $pid
+  [ -f s.h5 ] && break
+done
+kill -0 $pid && touch alive
+kill -TERM $pid
+wait $pid
+)");
+  const int status = std::system(("cd '" + folder.path().string() + "' && bash script").c_str());
+  REQUIRE(WIFEXITED(status));
+  REQUIRE(fs::exists(folder.path() / "alive"));
+  REQUIRE(WEXITSTATUS(status) == int(ExitCode::interrupted));
+  const std::string out = readText(folder.path() / "out");
+  REQUIRE_THAT(out, Contains("packMesh --restart s.h5"));
+  REQUIRE(readStateHead(folder.path() / "s.h5").cells > 400);
+  REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+}
+
+TEST_CASE("a finished run's state gives its files again, a case's state lies in its folder") {
+  const SampleCase folder;
+  const fs::path file = folder.path() / "state.h5";
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --checkpoint-every 1000").exitCode == 0);
+  const std::string whole = readText(folder.path() / "RBC.pos");
+  fs::remove(folder.path() / "RBC.pos");
+  const Ran again = run(folder.path(), "--restart=state.h5");
+  INFO(again.all());
+  REQUIRE(again.exitCode == 0);
+  REQUIRE(readText(folder.path() / "RBC.pos") == whole);
+  REQUIRE_THAT(again.out, Contains("Continuing from state.h5"));
+
+  const Ran other = run(folder.path(), "config.xml --hematocrit 0.4 --restart state.h5");
+  REQUIRE(other.exitCode == int(ExitCode::badInput));
+  REQUIRE_THAT(other.err, Contains("another problem"));
+  const Ran missing = run(folder.path(), "--restart nowhere.h5");
+  REQUIRE(missing.exitCode == int(ExitCode::badInput));
+  REQUIRE_THAT(missing.err, Contains("nowhere.h5: no such file"));
+  writeText(file, "not HDF5");
+  const Ran garbage = run(folder.path(), "--restart state.h5");
+  REQUIRE(garbage.exitCode == int(ExitCode::badInput));
+  REQUIRE_THAT(garbage.err, Contains("not a state of packMesh"));
+  const Ran check = run(folder.path(), "check config.xml --restart state.h5");
+  REQUIRE(check.exitCode == int(ExitCode::usage));
+}
+
+TEST_CASE("a state is written where a link leads, and where it cannot be the run fails after its cells") {
+  const SampleCase folder;
+  fs::create_directory(folder.path() / "elsewhere");
+  REQUIRE(run(folder.path(), "config.xml --rbc 3 --state elsewhere/state.h5").exitCode == 0);
+  fs::create_symlink("elsewhere/state.h5", folder.path() / "state.h5");
+  REQUIRE(run(folder.path(), "config.xml --rbc 4 --state state.h5").exitCode == 0);
+  CHECK(fs::is_symlink(folder.path() / "state.h5"));
+  CHECK(readStateHead(folder.path() / "elsewhere/state.h5").cells == 4);
+  const Ran ran = run(folder.path(), "config.xml --rbc 5 --state /proc/state.h5");
+  CHECK(ran.exitCode == 5);
+  CHECK_THAT(ran.err, Contains("/proc"));
+}
+
+TEST_CASE("a state's folder is made, and its companion with it") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  REQUIRE(ran.err.empty());
+  REQUIRE(readStateHead(folder.path() / "a/b/state.h5").cells > 10);
+  REQUIRE_THAT(readText(folder.path() / "a/b/state.xdmf"), Contains("state.h5:/cells/gap"));
+  // A state of that name is not written over.
+  REQUIRE(run(folder.path(), "20 20 20 --hematocrit 0.2 --state own.xdmf").exitCode == 0);
+  REQUIRE(readStateHead(folder.path() / "own.xdmf").cells > 10);
+}
+
+TEST_CASE("a state is not written over what is none, which is told before work begins", "[ranks]") {
+  const SampleCase folder;
+  const std::string config = readText(folder.path() / "config.xml");
+  fs::create_directory(folder.path() / "folder.h5");
+  REQUIRE(::mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
+  for (const char* name : {"config.xml", "folder.h5", "pipe", "RBC.pos", "cells.pov"}) {
+    const std::string arguments = std::string("config.xml --hematocrit 0.3 --state ") + name;
+    for (const int ranks : {1, 2}) {
+      const Ran ran = run(folder.path(), arguments, "packMesh", ranks > 1 ? onRanks(ranks) : "");
+      CAPTURE(name, ranks, ran.all());
+      REQUIRE(ran.exitCode == int(ExitCode::cannotWrite));
+      REQUIRE_THAT(ran.err, Contains(name));
+      REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
+    }
+  }
+  REQUIRE(readText(folder.path() / "config.xml") == config);
+  // An older state gives way.
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --state s.h5").exitCode == 0);
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --state s.h5").exitCode == 0);
+}
+
+TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "state.h5", "not HDF5");
+  for (const char* arguments :
+       {"--restart state.h5", "--restart nowhere.h5", "30 30 30 --hematocrit 0.2 --restart state.h5"}) {
+    const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
+    CAPTURE(arguments, ran.all());
+    REQUIRE(ran.exitCode == int(ExitCode::badInput));
+    REQUIRE_THAT(ran.all(), Contains("not a state of packMesh") || Contains("no such file"));
+  }
+  REQUIRE(run(folder.path(), "30 30 30 --checkpoint-every 0").exitCode == int(ExitCode::usage));
+  REQUIRE(run(folder.path(), "--restart").exitCode == int(ExitCode::usage));
+}

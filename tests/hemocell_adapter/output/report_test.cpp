@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Reports, VTK files and scenes, as users get them.
+#include "hemocell_adapter/output/report.h"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "hemocell_adapter/output/svg_plot.h"
+#include "hemocell_adapter/settings/settings_table.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+Report reportIn(const fs::path& file) {
+  return Report::parse(readText(file));
+}
+
+double sum(const Report& numbers) {
+  double all = 0.0;
+  for (const double n : numbers) all += n;
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a report says what the run did, in numbers that fit together", "[executable]") {
+  const SampleCase folder;
+  const Ran ran =
+      run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.2 --seed 3 --report out/report.json");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK_FALSE(fs::exists(folder.path() / "out/report.html"));
+  const Report report = reportIn(folder.path() / "out/report.json");
+  CHECK(report["schema"] == "packMesh-report");
+  CHECK(report["schemaVersion"] == 1);
+  CHECK(report["command"].back() == "out/report.json");
+  CHECK(report["outcome"] == "certified");
+  CHECK(report["certificate"]["clean"] == true);
+  CHECK(report["configuration"]["seed"] == 3);
+  CHECK(report["configuration"]["ends"] == "closed");
+  CHECK(report["lumen"]["lattice"]["dx"] == 0.5);
+  std::int64_t cells = 0;
+  for (const Report& species : report["species"]) {
+    std::ifstream pos(folder.path() / species["file"].get<std::string>());
+    std::int64_t n = -1;
+    pos >> n;
+    CHECK(species["placed"] == n);
+    CHECK(species["keptByHemoCell"] == n);
+    cells += n;
+  }
+  CHECK(report["certificate"]["cells"] == cells);
+  CHECK(report["hemocell"]["kept"] == cells);
+  CHECK(report["hematocrit"][0]["convention"] == "mesh");
+  CHECK(report["hematocrit"][0]["ofLumen"].get<double>() == Approx(0.3).margin(0.01));
+
+  // The profiles hold all cells; the lumen's volume is sampled.
+  const double red = report["hematocrit"][0]["redVolume"];
+  for (const auto& [axis, profile] : report["measures"]["axial"].items()) {
+    double volume = 0.0;
+    for (std::size_t i = 0; i < profile["red"].size(); ++i)
+      volume += profile["red"][i].get<double>() * profile["lumen"][i].get<double>();
+    CHECK(volume == Approx(red).epsilon(1e-3));
+    CHECK(sum(profile["lumen"]) == Approx(report["lumen"]["volume"].get<double>()).epsilon(0.1));
+  }
+  const Report& layer = report["measures"]["wall"]["cellFreeLayer"][0];
+  CHECK(layer["share"] == 0.05);
+  CHECK(layer["thickness"] > 0.0);
+  CHECK(layer["thickness"] < 1.5);
+  for (const Report& gaps : report["measures"]["gaps"]) {
+    const auto& species = report["species"][&gaps - &report["measures"]["gaps"][0]];
+    CHECK(sum(gaps["counts"]) + gaps["beyond"].get<double>() == species["placed"].get<double>());
+  }
+}
+
+TEST_CASE("the configuration in a report has every tag", "[report]") {
+  Job job;
+  job.boxSize = Vec3(20, 20, 20);
+  const Report all = configurationOf(job);
+  for (const Setting& setting : settingsTable())
+    if (*setting.tag) {
+      INFO(setting.tag);
+      CHECK(all.contains(setting.tag));
+    }
+  CHECK(all["walls"] == "none");
+  CHECK(all["ends"] == "closed");
+  for (const GrowthParameter& parameter : growthParameters()) {
+    job.method = Method::cat;
+    INFO(parameter.name);
+    CHECK(configurationOf(job)["growth"].contains(parameter.name));
+  }
+}
+
+TEST_CASE("reports, VTK files and scenes do not depend on the number of ranks", "[executable]") {
+  const SampleCase folder;
+  const std::string arguments =
+      "config.xml --hematocrit 0.25 --plt_ratio 0.3 --report report.json --vtp --vtp-meshes --pov "
+      "--output-dir ";
+  std::vector<std::vector<std::string>> written;
+  for (const int ranks : {1, 2, 3}) {
+    const Ran ran = run(folder.path(), arguments + "out", "packMesh", onRanks(ranks));
+    INFO(ran.all());
+    REQUIRE(ran.exitCode == 0);
+    Report report = reportIn(folder.path() / "report.json");
+    CHECK(report["times"]["ranks"] == ranks);
+    report.erase("times");
+    std::vector<std::string> texts = {report.dump()};
+    std::set<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder.path() / "out")) files.insert(entry.path());
+    CHECK(files.size() == 2 + 2 + 2 + 2 + 1);
+    for (const fs::path& file : files) texts.push_back(readText(file));
+    written.push_back(texts);
+    fs::remove_all(folder.path() / "out");
+  }
+  CHECK(written[0] == written[1]);
+  CHECK(written[0] == written[2]);
+}
+
+TEST_CASE("an HTML report has all in it, with a picture where POV-Ray is", "[executable]") {
+  const SampleCase folder;
+  const bool povray = GENERATE(true, false);
+  const std::string arguments = "config.xml --hematocrit 0.1 --report 'my report.html'";
+  const Ran ran = run(folder.path(), arguments, "packMesh", povray ? "" : "PATH=/nowhere");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("Wrote my report.html") && Contains("Wrote my report.json"));
+  const std::string html = readText(folder.path() / "my report.html");
+  CHECK((html.find("data:image/png;base64,iVBORw0KGgo") != html.npos) == povray);
+  CHECK((html.find("apt install povray") != html.npos) == !povray);
+  CHECK_THAT(html, Contains("<svg") && Contains("Certificate") && Contains("'my report.html'"));
+  CHECK_THAT(html, !Contains("http://") && !Contains("https://") && !Contains("<script"));
+}
+
+TEST_CASE("reports of one cell, and of species without any", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov", "packMesh",
+                      "PATH=/nowhere");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const Report report = reportIn(folder.path() / "report.json");
+  CHECK(report["measures"]["gaps"][0]["beyond"] == 1);
+  CHECK(report["measures"]["gaps"][0]["minimum"].is_null());
+  CHECK(report["measures"]["orientation"][0]["nematic"].get<double>() == Approx(1.0));
+  CHECK(report["measures"]["wall"].is_null());
+  CHECK(report["certificate"]["minimumGap"].is_null());
+  CHECK_FALSE(fs::exists(folder.path() / "PLT.vtp"));
+
+  // Too many: what is left of the platelets may be none.
+  const Ran fewer =
+      run(folder.path(),
+          "14 14 14 --hematocrit 0.72 --plt_ratio 0.05 --max-iterations 30 --best-effort --report fewer.json "
+          "--vtp --pov");
+  INFO(fewer.all());
+  REQUIRE(fewer.exitCode == 0);
+  CHECK(reportIn(folder.path() / "fewer.json")["outcome"] == "bestEffort");
+}
+
+TEST_CASE("reports and scenes of a lumen with obstacles", "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "config.xml",
+            configXml("<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>",
+                      "<packing><walls>yz</walls><container><obstacles>"
+                      "<cylinder axis=\"z\" center=\"10 10 11\" radius=\"3\" length=\"30\"/>"
+                      "<sphere center=\"3 16 16\" radius=\"2\"/>"
+                      "<mesh file=\"tube.stl\" scale=\"0.5\" offset=\"16 4 4\"/>"
+                      "</obstacles></container></packing>"));
+  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report report.json --pov");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const Report container = reportIn(folder.path() / "report.json")["configuration"]["container"];
+  INFO(container.dump(2));
+  CHECK(container["lumen"].is_null());
+  CHECK(container["obstacles"].size() == 3);
+  CHECK(container["obstacles"][0] == Report{{"kind", "cylinder"},
+                                            {"axis", "z"},
+                                            {"radius", 3.0},
+                                            {"length", 30.0},
+                                            {"center", {10.0, 10.0, 11.0}}});
+  CHECK(container["obstacles"][1] ==
+        Report{{"kind", "sphere"}, {"radius", 2.0}, {"center", {3.0, 16.0, 16.0}}});
+  CHECK(container["obstacles"][2]["kind"] == "mesh");
+  CHECK(container["obstacles"][2]["scale"] == 0.5);
+  CHECK(fs::file_size(folder.path() / "cells.pov") > 1000);
+}
+
+TEST_CASE("what is wrong with an output is said before packing", "[executable]") {
+  const SampleCase folder;
+  const std::string box = "25 25 25 --rbc 3 ";
+  const auto refused = [&](const std::string& arguments, int code) {
+    const Ran ran = run(folder.path(), arguments);
+    CHECK(ran.exitCode == code);
+    CHECK_FALSE(fs::exists(folder.path() / "RBC.pos"));
+    return ran.err;
+  };
+  CHECK_THAT(refused(box + "--report report.txt", 1),
+             Contains("option '--report': expected a file that ends in .json or .html, found 'report.txt'"));
+  CHECK_THAT(refused(box + "--report", 1), Contains("--report"));
+  CHECK_THAT(refused(box + "--report config.xml/report.json", 5), Contains("is not a folder"));
+  CHECK_THAT(refused(box + "--report /proc/report.json", 5), Contains("/proc: the folder is not writable"));
+  for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "cells.pov"}) {
+    fs::create_directory(folder.path() / taken);
+    CHECK_THAT(refused(box + "--report report.html --vtp --vtp-meshes --pov", 5),
+               Contains(std::string(taken) + ": is not a file"));
+    fs::remove(folder.path() / taken);
+  }
+  writeText(folder.path() / "config.xml",
+            configXml(sampleDomain, "<packing> <report> report.pdf </report> <vtp> maybe </vtp> </packing>"));
+  CHECK_THAT(refused("config.xml --hematocrit 0.1", 2), Contains("<vtp>") && Contains("maybe"));
+  writeText(folder.path() / "config.xml",
+            configXml(sampleDomain, "<packing> <report> report.pdf </report> </packing>"));
+  CHECK_THAT(refused("config.xml --hematocrit 0.1", 2), Contains("<report>: expected a file that ends in"));
+}
+
+TEST_CASE("plots keep to their frame and escape what they are given", "[report]") {
+  Plot plot{"a < b & \"c\"",
+            "x",
+            "y",
+            {{"<n>", "red", {0, 1, 2}, {1, 5, 2}, {}}},
+            {{1.0, "here"}, {9.0, "beyond"}}};
+  const std::string svg = svgOf(plot);
+  CHECK_THAT(svg, Contains("a &lt; b &amp; &quot;c&quot;") && Contains("&lt;n&gt;") && Contains("here"));
+  CHECK_THAT(svg, !Contains("beyond") && !Contains("nan") && !Contains("inf"));
+  plot.curves = {{"nothing", "red", {}, {}, {}}, {"flat", "red", {1, 2}, {0, 0}, {}, true}};
+  CHECK_THAT(svgOf(plot), !Contains("nan") && !Contains("inf"));
+}

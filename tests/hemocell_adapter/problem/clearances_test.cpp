@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Room between membranes and to the wall that nobody asked for, and the largest there is.
+#include "hemocell_adapter/problem/clearances.h"
+
+#include <catch2/catch.hpp>
+
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::vector<Clearances> levelsOf(const std::vector<std::string>& words,
+                                 const std::string& program = "packMesh") {
+  const Job job = makeJob(parseCommandLine(program, words));
+  return clearanceLevels(job, buildScene(job));
+}
+
+/// Packs what a rule allows, and remembers what it was asked.
+struct Packer {
+  std::function<Outcome(const Clearances&)> rule;
+  std::vector<Clearances> tried = {};
+  std::vector<AttemptLimits> limits = {};
+  double seconds = 0.0;
+
+  RoomyPacking pack(const Job& job, const std::vector<Clearances>& levels, std::size_t first = 0) {
+    return packWithRoom(
+        job, levels, first, 1000, [this] { return seconds; },
+        [this](const Clearances& c, const AttemptLimits& l) {
+          tried.push_back(c);
+          limits.push_back(l);
+          seconds += 1.0;
+          PackingResult result;
+          result.outcome = rule(c);
+          return std::optional<PackingResult>(std::move(result));
+        });
+  }
+};
+
+const std::vector<Clearances> threeLevels = {{0.05, 0.5}, {0.025, 0.25}, {0.0, 0.0}};
+
+double numberAfter(const std::string& text, const std::string& words) {
+  const std::size_t at = text.find(words);
+  REQUIRE(at != std::string::npos);
+  return std::stod(text.substr(at + words.size()));
+}
+
+}  // namespace
+
+TEST_CASE("room is aimed at where none is asked for, in lattice spacings", "[clearances]") {
+  const SampleCase folder;
+  const std::string config = (folder.path() / "config.xml").string();
+  const auto pipe = levelsOf({config, "--hematocrit", "0.3"});
+  CHECK(pipe.front().membranes == Approx(0.05));
+  CHECK(pipe.front().wall == Approx(0.5));
+  CHECK(pipe.back().membranes == 0.0);
+  CHECK(pipe.back().wall == 0.0);
+  for (std::size_t i = 1; i < pipe.size(); ++i) CHECK(pipe[i].wall < pipe[i - 1].wall);
+
+  const auto coarse = levelsOf({"30", "30", "30", "--rbc", "10", "--walls", "xyz", "--dx", "1"});
+  CHECK(coarse.front().membranes == Approx(0.1));
+  CHECK(coarse.front().wall == Approx(1.0));
+
+  const auto open = levelsOf({"30", "30", "30", "--rbc", "10"});
+  CHECK(open.front().wall == Approx(0.025));  // cells beyond the face then are as far as others
+
+  const auto periodic = levelsOf({"30", "30", "30", "--rbc", "10", "--ends", "periodic"});
+  CHECK(periodic.front().membranes == Approx(0.05));
+  CHECK(periodic.front().wall == 0.0);
+}
+
+TEST_CASE("clearances that are asked for are the only ones", "[clearances]") {
+  const auto both =
+      levelsOf({"30", "30", "30", "--rbc", "10", "--clearance", "0.2", "--wall-clearance", "0"});
+  REQUIRE(both.size() == 1);
+  CHECK(both.front().membranes == 0.2);
+  CHECK(both.front().wall == 0.0);
+  for (const Clearances& level : levelsOf({"30", "30", "30", "--rbc", "10", "--clearance", "0.2"}))
+    CHECK(level.membranes == 0.2);
+  const auto automatic = levelsOf({"30", "30", "30", "--rbc", "10", "--clearance", "auto"});
+  CHECK(automatic.front().membranes == Approx(0.05));
+  const auto packCells = levelsOf({"30", "30", "30", "--rbc", "10"}, "packCells");
+  REQUIRE(packCells.size() == 1);
+  CHECK(packCells.front().membranes == 0.0);
+}
+
+TEST_CASE("levels are tried until one is certified, the last without limits of its own", "[clearances]") {
+  Job job;
+  Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
+  const RoomyPacking packing = packer.pack(job, threeLevels);
+  CHECK(packing.clearances.wall == 0.25);
+  REQUIRE(packer.tried.size() == 2);
+  CHECK_FALSE(packer.limits[0].fewerCells);
+  CHECK(packer.limits[0].maxSweeps > 0);
+
+  Packer hard{[](const Clearances&) { return Outcome::outOfReach; }};
+  job.maxSeconds = 10.0;
+  const RoomyPacking fewer = hard.pack(job, threeLevels);
+  CHECK(fewer.result.outcome == Outcome::outOfReach);
+  REQUIRE(hard.tried.size() == 3);
+  CHECK(hard.limits[0].maxSeconds < 2.0);
+  CHECK(hard.limits[2].maxSweeps == 0);
+  CHECK(hard.limits[2].maxSeconds == Approx(8.0));
+  CHECK(hard.limits[2].fewerCells);
+
+  Packer stopped{[](const Clearances&) { return Outcome::interrupted; }};
+  CHECK(stopped.pack(job, threeLevels).result.outcome == Outcome::interrupted);
+  CHECK(stopped.tried.size() == 1);
+
+  Packer continued{[](const Clearances&) { return Outcome::certified; }};
+  CHECK(continued.pack(job, threeLevels, 1).clearances.wall == 0.25);
+}
+
+TEST_CASE("the largest clearance is found to two per cent, or as far as the time goes", "[clearances]") {
+  Job job;
+  job.largestClearance = true;
+  Packer packer{
+      [](const Clearances& c) { return c.membranes <= 0.3 ? Outcome::certified : Outcome::outOfReach; }};
+  const RoomyPacking packing = packer.pack(job, threeLevels);
+  CHECK(packing.result.outcome == Outcome::certified);
+  CHECK(packing.clearances.membranes <= 0.3);
+  CHECK(packing.clearances.membranes >= 0.98 * 0.3 - 0.001);
+  CHECK(packing.clearances.wall == 0.5);
+  CHECK(packer.tried.size() < 12);
+
+  Packer hurried{packer.rule};
+  job.maxSeconds = 3.0;
+  const RoomyPacking some = hurried.pack(job, threeLevels);
+  CHECK(some.result.outcome == Outcome::certified);
+  CHECK(hurried.tried.size() == 3);
+}
+
+TEST_CASE("a box is packed with cells that HemoCell keeps, and with room between them", "[clearances]") {
+  const TemporaryFolder folder;
+  const Ran packed = run(folder.path(), "25 25 25 --hematocrit 0.3");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  CHECK_THAT(packed.out, Contains("HemoCell keeps 62 of 62 cells"));
+  CHECK_THAT(packed.out, Contains("Clearance kept: 0.05 µm between membranes, 0.025 µm to the wall"));
+  CHECK(numberAfter(packed.out, "minimum gap ") >= 0.05);
+  CHECK_THAT(packed.all(), !Contains("HEMOCELL WOULD KEEP"));
+  const Ran checked = run(folder.path(), "check --box 25 25 25 --clearance 0.05");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 0);
+}
+
+TEST_CASE("a periodic box says loudly what HemoCell would keep", "[clearances]") {
+  const TemporaryFolder folder;
+  for (const char* program : {"packMesh", "packCells"}) {
+    const Ran packed = run(folder.path(),
+                           std::string("25 25 25 --hematocrit 0.3") +
+                               (std::string(program) == "packMesh" ? " --ends periodic" : ""),
+                           program);
+    INFO(packed.all());
+    REQUIRE(packed.exitCode == 0);
+    CHECK_THAT(packed.out, Contains("periodic box"));
+    CHECK_THAT(packed.err, Contains("HEMOCELL WOULD KEEP") && Contains("A HEMATOCRIT OF 0."));
+  }
+}
+
+TEST_CASE("room is given up where the hematocrit leaves none, demands are not", "[clearances]") {
+  const TemporaryFolder folder;
+  const std::string dense = "24 24 24 --hematocrit 0.585 --plt_ratio 0 --ends periodic ";
+  const Ran packed = run(folder.path(), dense);
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  CHECK(numberAfter(packed.out, "minimum gap ") < 0.05);
+  const Ran demanded = run(folder.path(), dense + "--clearance 0.3 --max-iterations 50");
+  CHECK(demanded.exitCode == 3);
+}
+
+TEST_CASE("the largest clearance can be asked for", "[clearances]") {
+  const TemporaryFolder folder;
+  const Ran packed = run(folder.path(), "20 20 20 --rbc 12 --clearance max");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  CHECK(numberAfter(packed.out, "Clearance kept: ") > 0.2);
+  CHECK(run(folder.path(), "20 20 20 --rbc 12 --clearance max --state s.h5").exitCode == 1);
+}

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What is said before packing, and on the way.
+#include "hemocell_adapter/problem/forecast.h"
+
+#include <catch2/catch.hpp>
+
+#include "hemocell_adapter/app/progress_log.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Planned {
+  Job job;
+  Scene scene;
+};
+
+Planned planned(std::vector<std::string> words) {
+  Planned p;
+  p.job = makeJob(parseCommandLine("packMesh", words));
+  p.scene = buildScene(p.job);
+  return p;
+}
+
+Forecast forecast(const std::vector<std::string>& words) {
+  const Planned p = planned(words);
+  return forecastOf(p.job, p.scene);
+}
+
+}  // namespace
+
+TEST_CASE("a periodic box is as hard as it is full, with walls and clearances harder", "[forecast]") {
+  const Forecast box =
+      forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4", "--plt_ratio", "0"});
+  CHECK(box.cells == 316);
+  CHECK(box.fraction == Approx(0.4005).margin(1e-4));
+  CHECK(box.effectiveFraction == Approx(box.fraction));
+  const Forecast apart = forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4",
+                                   "--plt_ratio", "0", "--clearance", "0.2"});
+  CHECK(apart.effectiveFraction > box.effectiveFraction + 0.04);
+  const Forecast walls = forecast(
+      {"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4", "--plt_ratio", "0", "--walls", "xyz"});
+  // The layer takes 1 - (1 - 2 · 0.55 / 40)³ = 8.0 % of the box.
+  CHECK(walls.effectiveFraction == Approx(box.fraction / 0.92).epsilon(0.01));
+  CHECK(walls.seconds > box.seconds);
+  double last = 0.0;
+  for (const char* h : {"0.1", "0.3", "0.4", "0.5", "0.55", "0.58", "0.6", "0.65"}) {
+    const Forecast f =
+        forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", h, "--plt_ratio", "0"});
+    if (f.seconds) CHECK(*f.seconds > last);
+    CHECK(f.seconds.has_value() == (f.effectiveFraction <= Forecast::possible));
+    last = f.seconds.value_or(last);
+  }
+}
+
+TEST_CASE("a forecast grows with the number of cells", "[forecast]") {
+  const Forecast small = forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4"});
+  const Forecast large = forecast({"400", "400", "400", "--ends", "periodic", "--hematocrit", "0.4"});
+  CHECK(*large.seconds > 1000.0 * *small.seconds);
+  CHECK(*large.seconds < 2000.0 * *small.seconds);
+  CHECK(large.megabytes > 400.0);
+}
+
+TEST_CASE("verdicts of a dry run", "[forecast]") {
+  const auto said = [](const std::vector<std::string>& words, int ranks = 1) {
+    const Planned p = planned(words);
+    std::string all;
+    for (const std::string& line : forecastLines(p.job, p.scene, ranks)) all += line + "\n";
+    return all;
+  };
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.45"}),
+             Contains("Within reach: 0.149 below 0.60"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.605"}),
+             Contains("At the limit"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.65"}),
+             Contains("Probably out of reach: 0.04"));
+  for (const char* fraction : {"0.605", "0.65"}) {
+    const auto ofBox = [&](const std::vector<std::string>& more) {
+      std::vector<std::string> words = {"50", "50", "50", "--ends", "periodic", "--hematocrit", fraction};
+      words.insert(words.end(), more.begin(), more.end());
+      return said(words);
+    };
+    CHECK_THAT(ofBox({}), Contains("--order columns"));
+    for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
+             {"--order", "columns"}, {"--walls", "z"}, {"--method", "cat"}, {"--noRotate"}})
+      CHECK_THAT(ofBox(more), !Contains("--order columns"));
+  }
+  CHECK_THAT(said({"500", "500", "500", "--ends", "periodic", "--hematocrit", "0.45"}, 8),
+             Contains("on 8 ranks"));
+  CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.3", "--method", "cat"}),
+             Contains("not known"));
+}
+
+TEST_CASE("a forecast is about the room that clearances, layers and HemoCell leave", "[forecast]") {
+  const std::vector<std::string> pipe = {"--cylinder", "x",        "12.5",        "50",
+                                         "--ends",     "periodic", "--hematocrit"};
+  const auto inPipe = [&](const char* hematocrit, const std::vector<std::string>& more) {
+    std::vector<std::string> words = pipe;
+    words.emplace_back(hematocrit);
+    words.insert(words.end(), more.begin(), more.end());
+    return planned(words);
+  };
+  const auto said = [](const Planned& p) {
+    std::string all;
+    for (const std::string& line : forecastLines(p.job, p.scene, 1)) all += line + "\n";
+    return all;
+  };
+  const Planned layered = inPipe("0.3", {"--cell-free-layer", "2"});
+  const Forecast f = forecastOf(layered.job, layered.scene);
+  REQUIRE(f.roomShares.size() == 2);
+  CHECK(f.roomShares[0] == Approx(10.5 * 10.5 / (12.5 * 12.5)).margin(0.01));
+  CHECK(f.roomShares[1] == 1.0);
+  // Red cells in their core less 0.55 µm, platelets in all of the pipe less that.
+  CHECK(f.effectiveFraction == Approx(0.3 * 12.5 * 12.5 / (9.95 * 9.95) + 0.001).margin(0.01));
+  CHECK_THAT(said(layered),
+             Contains("RBC may be in 0.7") && !Contains("PLT may") && Contains("Within reach"));
+  CHECK_THAT(said(inPipe("0.05", {"--cell-free-layer", "12"})),
+             Contains("Out of reach: 15 RBC have 1217 µm³, more than there is room for"));
+  CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "10"})),
+             Contains("Out of reach: not even one RBC finds a place") && Contains("Time: cannot be told"));
+  CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "8.3"})), Contains("Within reach"));
+  CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably out of reach: "));
+}
+
+TEST_CASE("a forecast knows what HemoCell leaves near solid nodes", "[executable]") {
+  const SampleCase folder;
+  const Ran near = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
+  CHECK_THAT(near.out, Contains("Within reach"));
+  const Ran far =
+      run(folder.path(), "config.xml --hematocrit 0.3 --minimum-distance-from-solid RBC 2 --dry-run");
+  INFO(far.all());
+  CHECK_THAT(far.out, Contains("RBC may be in 0.") && Contains("Probably out of reach"));
+}
+
+TEST_CASE("no time is told for what no packing reaches, and what is beyond all of them is refused",
+          "[forecast]") {
+  Planned p = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95", "--best-effort",
+                       "--max-time", "5400"});
+  ProgressLog log(p.job, p.scene, 1);
+  CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
+             Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
+  CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.75"}),
+                    Contains("red cells asked for fill 0.75") && Contains("beyond 0.74 is known") &&
+                        Contains("Xu et al.") && Contains("--best-effort"));
+  CHECK_NOTHROW(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.735"}));
+  CHECK_THROWS_WITH(planned({"30", "30", "30", "--cell", "ball", "800", "4", "4", "4"}),
+                    Contains("ellipsoids asked for fill 0.9") && Contains("Donev et al."));
+  // A few cells can fill a lumen that is made for them.
+  CHECK_NOTHROW(planned({"9", "9", "3", "--walls", "xyz", "--cell", "plate", "1", "8.3", "8.3", "2.4"}));
+}
+
+TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]") {
+  Planned p =
+      planned({"200", "200", "200", "--ends", "periodic", "--hematocrit", "0.55", "--max-time", "90"});
+  ProgressLog log(p.job, p.scene, 1);
+  const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
+  CHECK_THAT(relaxing,
+             Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
+                      "90 s at most, about "));
+  CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 1e6), !Contains("left"));
+  p.job.method = Method::cat;
+  CHECK_THAT(
+      ProgressLog(p.job, p.scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
+      Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
+}
+
+TEST_CASE("a dry run and a validation write nothing", "[executable]") {
+  const SampleCase folder;
+  Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Within reach") && Contains("Memory: about") &&
+                          Contains("nothing was packed or written") && !Contains("Not in these figures"));
+  fs::create_directory(folder.path() / "there");
+  writeText(folder.path() / "there/RBC.pos", "1\n6 8 8 0 0 0\n");
+  ran = run(folder.path(),
+            "config.xml --rbc 5 --fixed there/RBC.pos --orient RBC 1 0 0 30 --dry-run --report r.json");
+  INFO(ran.all());
+  CHECK_THAT(
+      ran.out,
+      Contains("Not in these figures: that 1 cell must stay, that orientations are bound; with them "));
+  CHECK_FALSE(fs::exists(folder.path() / "r.json"));
+  ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("config.xml is valid"));
+  ran = run(folder.path(), "config.xml --hematocrit 0.3 --plt 3 --validate");
+  CHECK(ran.exitCode == 1);
+  writeText(folder.path() / "tube.stl", tubeStl(2.4, 0.75, 48, true));
+  ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("open edge"));
+  for (const auto& entry : fs::directory_iterator(folder.path())) CHECK(entry.path().extension() != ".pos");
+}
+
+TEST_CASE("the manual page and the completion know every option", "[executable]") {
+  const std::string man = manText(), completion = completionText();
+  CHECK_THAT(man, Contains(".TH PACKMESH 1") && Contains(".SH EXIT STATUS"));
+  for (const char* option : {"hematocrit", "fixed", "dry\\-run", "checkpoint\\-every"})
+    CHECK_THAT(man, Contains(std::string("\\-\\-") + option));
+  const TemporaryFolder folder;
+  writeText(folder.path() / "completion", completion);
+  writeText(folder.path() / "config.xml", "");
+  writeText(folder.path() / "other.txt", "");
+  const auto completed = [&](const std::string& words, int position) {
+    const std::string out = (folder.path() / "out").string();
+    const std::string script = "cd '" + folder.path().string() + "' && . ./completion && COMP_WORDS=(" +
+                               words + ") && COMP_CWORD=" + std::to_string(position) +
+                               " && { _packMesh || true; } && echo \"${COMPREPLY[@]}\" > '" + out + "'";
+    writeText(folder.path() / "script", script);
+    CHECK(std::system(("bash '" + (folder.path() / "script").string() + "'").c_str()) == 0);
+    return readText(out);
+  };
+  CHECK(completed("packMesh --hema", 1) == "--hematocrit\n");
+  CHECK(completed("packMesh --dry", 1) == "--dry-run\n");
+  CHECK(completed("packMesh check --dry", 2) == "\n");
+  CHECK(completed("packMesh check --hema", 2) == "--hematocrit\n");
+  CHECK(completed("packMesh --print", 1) == "--print-config-reference\n");
+  CHECK(completed("packMesh --method c", 2) == "cat\n");
+  CHECK(completed("packMesh c", 1) == "config.xml check\n");
+  CHECK(completed("packMesh x.xml --open-axis ''", 3) == "x y z\n");
+}

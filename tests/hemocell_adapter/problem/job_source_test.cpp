@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/job_source.h"
+
+#include <catch2/catch.hpp>
+
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string distance(const std::string& arguments) {
+  return "  hemocell.setInitialMinimumDistanceFromSolid(" + arguments + "); // Micrometer! not LU\n";
+}
+
+std::string code(const std::string& statements) {
+  return "#include \"hemocell.h\"\nint main(int argc, char** argv) {\n" + statements + "}\n";
+}
+
+/// As the C++ file of a case, "" for none.
+void writeCode(const fs::path& folder, const std::string& text) {
+  fs::remove(folder / "case.cpp");
+  if (!text.empty()) writeText(folder / "case.cpp", text);
+}
+
+/// The job of a case with this C++ file.
+Job jobOf(const std::string& cpp, const std::string& packing = "",
+          std::vector<std::string> options = {"--rbc", "3", "--plt", "1"}) {
+  const SampleCase folder(packing);
+  writeCode(folder.path(), cpp);
+  options.insert(options.begin(), (folder.path() / "config.xml").string());
+  return makeJob(parseCommandLine("packMesh", options));
+}
+
+/// "RBC 1 case.cpp:3, PLT 0 assumed".
+std::string distancesOf(const Job& job) {
+  std::string text;
+  for (const JobSpecies& species : job.species)
+    text += (text.empty() ? "" : ", ") + species.name + " " +
+            std::to_string(species.minimumDistanceFromSolid) + " " + species.distanceFromSolidOrigin;
+  return text;
+}
+
+std::string warningsOf(const Job& job) {
+  std::string text;
+  for (const std::string& warning : job.warnings) text += warning + "\n";
+  return text;
+}
+
+const std::string inletCode =
+    "Box3D slice = flagMatrix->getBoundingBox();\nslice.x1 = slice.x1 - 5;\nslice.x0 = slice.x1;\n"
+    "hemocell.preInlet->preInletFromSlice(Direction::Xpos, slice);\n";
+
+/// A case with a pre-inlet and this C++ file.
+Job inletOf(const std::string& cpp, const std::vector<std::string>& options = {}) {
+  const SampleCase folder;
+  writeText(folder.path() / "config.xml",
+            "<hemocell><preInlet><parameters><lengthN> 40 </lengthN></parameters></preInlet><domain>" +
+                sampleDomain + "</domain></hemocell>");
+  writeCode(folder.path(), cpp.empty() ? "" : code(cpp));
+  std::vector<std::string> words = {(folder.path() / "config.xml").string(), "--rbc", "3"};
+  words.insert(words.end(), options.begin(), options.end());
+  return makeJob(parseCommandLine("packMesh", words));
+}
+
+}  // namespace
+
+TEST_CASE("the minimum distance from solid is what the case's C++ says", "[job_source]") {
+  Job job = jobOf(code(distance("\"RBC\", 1")));
+  CHECK(distancesOf(job) == "RBC 1 case.cpp:3, PLT 0 not set in case.cpp");
+  CHECK(warningsOf(job).empty());
+  job = jobOf(code(distance("\"RBC\", 1.9") + distance("\"PLT\", 0.5") + distance("\"WBC\", d")));
+  CHECK(distancesOf(job) ==
+        "RBC 1 case.cpp:3: 1.9, which HemoCell truncates to whole µm, PLT 0 case.cpp:4: 0.5, which HemoCell "
+        "truncates to whole µm");
+  CHECK(warningsOf(job).empty());  // of WBC there are none
+  job = jobOf(code(distance("\"RBC\", 1") + distance("\"RBC\", 2") + distance("\"RBC\", 1")));
+  CHECK(job.species[0].minimumDistanceFromSolid == 2);
+  CHECK_THAT(warningsOf(job),
+             Contains("case.cpp:3 and case.cpp:4 set different") && Contains("2 µm, is taken"));
+}
+
+TEST_CASE("what the C++ does not tell is a warning of its own", "[job_source]") {
+  Job job = jobOf("");
+  CHECK(distancesOf(job) == "RBC 0 assumed, PLT 0 assumed");
+  REQUIRE(job.warnings.size() == 1);
+  CHECK_THAT(job.warnings[0],
+             Contains("no C++ file beside config.xml") && Contains("of RBC, PLT is assumed"));
+  job = jobOf(code(distance("cell_type, 1") + distance("\"RBC\", cfg[\"d\"]") + distance("\"PLT\", -1")));
+  CHECK(distancesOf(job) == "RBC 0 assumed, PLT 0 assumed");
+  REQUIRE(job.warnings.size() == 3);
+  CHECK_THAT(
+      job.warnings[0],
+      Contains("case.cpp:3: setInitialMinimumDistanceFromSolid(cell_type, 1): which cell this is for"));
+  CHECK_THAT(job.warnings[1], Contains("case.cpp:4: ") && Contains("the distance cannot be told") &&
+                                  Contains("<species name=\"RBC\" minimumDistanceFromSolid="));
+  CHECK_THAT(job.warnings[2], Contains("case.cpp:5: ") && Contains("\"PLT\", -1)"));
+}
+
+TEST_CASE("a stated minimum distance wins over the C++, with a warning where they differ", "[job_source]") {
+  const std::string stated =
+      "<packing><species name=\"RBC\" count=\"3\" minimumDistanceFromSolid=\"0.5\"/></packing>";
+  Job job = jobOf(code(distance("\"RBC\", 1")), stated, {});
+  CHECK(distancesOf(job) == "RBC 0 stated: 0.5, which HemoCell truncates to whole µm");
+  REQUIRE(job.warnings.size() == 1);
+  CHECK_THAT(job.warnings[0], Contains("stated to be 0 µm, but case.cpp:3 says 1 µm"));
+  CHECK(warningsOf(jobOf(code(distance("\"RBC\", 0.3")), stated, {})).empty());
+  CHECK(warningsOf(jobOf("", stated, {})).empty());
+  job = jobOf(code(distance("name, 1")), stated, {"--minimum-distance-from-solid", "RBC", "2"});
+  CHECK(distancesOf(job) == "RBC 2 stated");
+  CHECK(warningsOf(job).empty());
+}
+
+TEST_CASE("the pre-inlet is where the case's C++ has it", "[job_source][pre_inlet]") {
+  Job job = inletOf(inletCode);
+  REQUIRE(job.preInlet);
+  CHECK(job.preInlet->axis == 0);
+  CHECK(job.preInlet->atHighEnd);
+  CHECK(job.preInlet->slice == -6);
+  CHECK(job.preInlet->ranges.empty());
+  CHECK(job.preInlet->allOutlines);
+  CHECK(job.preInlet->origin == "case.cpp:6");
+  job = inletOf(
+      "Box3D slice = flagMatrix->getBoundingBox(); slice.x0 = slice.x1; slice.y1 = 42;"
+      "hemocell.preInlet->preInletFromSlice(Direction::Xpos, slice);");
+  CHECK(job.preInlet->slice == -1);
+  CHECK(job.preInlet->ranges == std::vector<NodeRange>{{1, 0, 42}});
+  // With what is stated.
+  job = inletOf(inletCode, {"--pre-inlet", "Xpos"});
+  CHECK(job.preInlet->slice == -6);
+  CHECK_FALSE(job.preInletInCode);
+  job = inletOf(inletCode, {"--pre-inlet-slice", "last - 4", "--pre-inlet-range", "z", "1", "last"});
+  CHECK(toString(*job.preInlet) == "slice last - 4, z 1 last");
+  CHECK_FALSE(job.preInlet->allOutlines);
+  REQUIRE(job.preInletInCode);
+  CHECK(toString(*job.preInletInCode) == "slice last - 5");
+  job = inletOf(inletCode, {"--pre-inlet", "Xneg"});
+  CHECK_FALSE(job.preInlet->slice);
+  CHECK_THAT(warningsOf(job), Contains("stated to be Xneg, but case.cpp:6 says Direction::Xpos"));
+  job = inletOf(
+      "hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());",
+      {"--pre-inlet-slice", "7", "--pre-inlet-range", "x", "0", "8", "--pre-inlet-range", "y", "2", "last"});
+  CHECK(job.preInlet->axis == 2);
+  CHECK(job.preInlet->ranges == std::vector<NodeRange>{{0, 0, 8}, {1, 2, -1}});
+  job = inletOf("hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());", {"--pre-inlet", "Zpos"});
+  CHECK_THAT(warningsOf(job), Contains("the slice cannot be told from the code"));
+}
+
+TEST_CASE("a pre-inlet that cannot be told is refused, and the calls are named", "[job_source][pre_inlet]") {
+  using Catch::Matchers::Predicate;
+  CHECK_THROWS_WITH(inletOf(""), Contains("stands in the case's C++ code. Find preInletFromSlice"));
+  CHECK_THROWS_WITH(
+      inletOf("hemocell.preInlet->preInletFromSlice(direction, slice);"),
+      Contains("case.cpp:3: preInletFromSlice(direction, slice) is not literal enough to be read"));
+  CHECK_THROWS_WITH(inletOf(inletCode + "hemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos);"),
+                    Contains("case.cpp:6: ") && Contains("case.cpp:7: "));
+  CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "3"}), Contains("need its direction"));
+  CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "first"}),
+                    Contains("a plane of nodes: 0, 1 ... or last"));
+  CHECK_THROWS_WITH(inletOf(inletCode, {"--pre-inlet-range", "x", "0", "4"}),
+                    Contains("the inlet is along x"));
+  CHECK_THROWS_WITH(inletOf(inletCode, {"--pre-inlet-range", "y", "0", "all"}),
+                    Contains("pre-inlet-range', hi"));
+}
+
+TEST_CASE("a case whose C++ keeps cells from the wall is packed and checked so", "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "case.cpp", code(distance("\"RBC\", 1")));
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  CHECK(packed.err.empty());
+  CHECK_THAT(packed.out, Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n") &&
+                             Contains("PLT: minimum distance from solid 0 µm (not set in case.cpp)\n"));
+  const Ran checked = run(folder.path(), "check config.xml");
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("RBC: minimum distance from solid 1 µm (case.cpp:3)\n"));
+  // Packed without knowing it, HemoCell deletes cells, and check says so.
+  fs::rename(folder.path() / "case.cpp", folder.path() / "case.txt");
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --wall-clearance 0").exitCode == 0);
+  fs::rename(folder.path() / "case.txt", folder.path() / "case.cpp");
+  const Ran deleted = run(folder.path(), "check config.xml");
+  CHECK(deleted.exitCode == 4);
+  CHECK_THAT(deleted.out, Contains("nearer than 1 µm to a solid node"));
+}
+
+TEST_CASE("who asks for a cell without a file learns which there are", "[executable]") {
+  const SampleCase folder;
+  fs::rename(folder.path() / "RBC.xml", folder.path() / "RBC_HO.xml");
+  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.2");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("RBC.xml: no such file") &&
+                          Contains("there is PLT.xml, RBC_HO.xml. For that") &&
+                          Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
+}

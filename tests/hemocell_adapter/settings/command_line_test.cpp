@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/settings/command_line.h"
+
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "hemocell_adapter/base/exit_codes.h"
+
+using namespace packmesh::hemocell;
+using Catch::Matchers::Contains;
+
+namespace {
+
+CommandLine parse(const std::string& line, const std::string& program = "packMesh") {
+  std::istringstream words(line);
+  std::vector<std::string> arguments;
+  for (std::string word; words >> word;) arguments.push_back(word);
+  return parseCommandLine("/usr/bin/" + program, arguments);
+}
+
+std::int64_t countOf(const CommandLine& c, const std::string& name) {
+  const Settings settings = c.settings();
+  const SpeciesRequest* species = findSpecies(settings, name);
+  return species && species->count ? *species->count : -1;
+}
+
+}  // namespace
+
+TEST_CASE("every form of an option that getopt_long_only knows", "[command_line]") {
+  for (const char* line :
+       {"50 50 50 --hematocrit 0.3", "50 50 50 --hematocrit=0.3", "50 50 50 -hematocrit 0.3",
+        "50 50 50 -hematocrit=0.3", "50 50 50 -h 0.3", "-h 0.3 50 50 50", "50 -h 0.3 50 50",
+        "50 50 50 --hema 0.3", "--hem=0.3 50 50 50", "50 50 50 -h=0.3", "50 50 50 -h0.3",
+        "-r -s 5 50 50 50 -h 0.3", "--hematocrit 0.3 -- 50 50 50", "50 50 50 --hematocrit 0.3 -h 0.3"}) {
+    CAPTURE(line);
+    const CommandLine c = parse(line);
+    CHECK(c.settings().hematocrit == 0.3);
+    REQUIRE(c.sizes);
+    CHECK((*c.sizes)[2] == "50");
+  }
+}
+
+TEST_CASE("every option of packCells", "[command_line]") {
+  const CommandLine c = parse(
+      "50.5 60 70 --rbc 1 -plt 2 --wbc=3 --vrbc 4 -rbc_m 5 --plt_m 6 --plt_mko 7 --cell egg 8 3 4 5 "
+      "--noRotate "
+      "--allowRotate --scale 0.3 --maxiter 1000");
+  const char* names[] = {"RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko", "egg"};
+  for (int i = 0; i < 8; ++i) CHECK(countOf(c, names[i]) == i + 1);
+  const Settings s = c.settings();
+  CHECK(findSpecies(s, "egg")->ellipsoidAxes == packmesh::Vec3(3, 4, 5));
+  CHECK(s.rotate == false);
+  CHECK(s.maxIterations == 1000);
+  CHECK(s.ignoredScale == 0.3);
+  CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").settings().plateletRatio == 0.1);
+}
+
+TEST_CASE("methods and builders", "[command_line]") {
+  CHECK(!parse("9 9 9 --rbc 1").settings().method);
+  CHECK(parse("9 9 9 --rbc 1 --method cat").settings().method == packmesh::Method::cat);
+  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").settings().method == packmesh::Method::relaxation);
+  CHECK(parse("9 9 9 --rbc 1 --builder chords").settings().builder == packmesh::Builder::chords);
+  CHECK(parse("9 9 9 --rbc 1 --builder tetgen").settings().builder == packmesh::Builder::tetgen);
+  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").settings().builder == packmesh::Builder::catFaces);
+  CHECK(parse("9 9 9 --rbc 1 --escape").settings().escape == true);
+  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").settings(), Contains("cat"));
+}
+
+TEST_CASE("prefixes unique among packCells' options stay unique", "[command_line]") {
+  CHECK(parse("9 9 9 --max 7 --rbc 1").settings().maxIterations == 7);
+  CHECK(countOf(parse("9 9 9 --v 7"), "vRBC") == 7);
+  CHECK(parse("9 9 9 --noR --rbc 1").settings().rotate == false);
+  CHECK(parse("9 9 9 --sc 7 --rbc 1").settings().ignoredScale == 7.0);
+  CHECK_THROWS_WITH(parse("9 9 9 --he 0.3"), Contains("ambiguous: --hematocrit or --help"));
+  CHECK_THROWS_WITH(parse("9 9 9 --rb 3"), Contains("ambiguous"));
+}
+
+TEST_CASE("forms of the command", "[command_line]") {
+  CHECK(parse("config.xml").configFile == std::filesystem::path("config.xml"));
+  CHECK(parse("check config.xml").command == Command::check);
+  const CommandLine box = parse("check --box 1 2 3");
+  CHECK(box.command == Command::check);
+  REQUIRE(box.sizes);
+  CHECK(parse("--cylinder x 12.5 50 --rbc 3").settings().container->lumen->radius == 12.5);
+  CHECK(parse("--help").command == Command::help);
+  CHECK(parse("50 50 --help").command == Command::help);
+  CHECK(parse("--version").command == Command::version);
+  CHECK(parse("1 2 3 --rbc 1", "packCells").asPackCells);
+  CHECK_FALSE(parse("1 2 3 --rbc 1").asPackCells);
+}
+
+TEST_CASE("errors of the command line teach", "[command_line]") {
+  struct Row {
+    const char* line;
+    const char* message;
+  };
+  for (const Row& row : {
+           Row{"", "nothing to do"},
+           {"--rbc 3", "what is to be packed into"},
+           {"50 50", "expected a config.xml or three sizes"},
+           {"50 50 50 50", "found 4 sizes"},
+           {"a.xml b.xml", "found 2 words"},
+           {"50 50 50 --hematocrti 0.3", "unknown option '--hematocrti', did you mean '--hematocrit'?"},
+           {"50 50 50 --wibble", "unknown option '--wibble'"},
+           {"50 50 50 -j", "unknown option '-j'"},
+           {"50 50 50 --hematocrit", "needs a value (--hematocrit h)"},
+           {"50 50 50 --hematocrit --rbc 3", "needs a value"},
+           {"50 50 50 --hematocrit 30", "expected a number in (0, 1) [fraction], found '30'"},
+           {"50 50 50 --hematocrit -0.3", "found '-0.3'"},
+           {"50 50 50 --hematocrit nan", "found 'nan'"},
+           {"50 50 50 --rbc -5", "expected a whole number in [0, 100000000] [cells], found '-5'"},
+           {"50 50 50 --rbc 1e12", "found '1e12'"},
+           {"50 50 50 --rbc ten", "found 'ten'"},
+           {"50 50 50 --cell egg 3 1 2", "the d is missing"},
+           {"50 50 50 --cell egg 3 1 2 x", "option '--cell', d: expected a number"},
+           {"50 50 50 --cell ../egg 3 1 2 3", "a cell name"},
+           {"50 50 50 --hematocrit 0.3 --rbc 5", "excludes '--rbc'"},
+           {"50 50 50 --hematocrit 0.3 --plt 5", "excludes '--plt'"},
+           {"50 50 50 --ends open", "expected closed or periodic, found 'open'"},
+           {"50 50 50 --walls ab", "expected axes"},
+           {"50 50 50 --rbc 1 --box", "belongs to check"},
+           {"check --box 50 50", "three sizes"},
+           {"config.xml --dx 0.5", "for boxes"},
+           {"50 50 50 --quiet --verbose --rbc 1", "excludes"},
+           {"50 50 50 --sphere 3 --rbc 1", "exclude"},
+       }) {
+    CAPTURE(row.line);
+    CHECK_THROWS_AS(parse(row.line), UsageError);
+    CHECK_THROWS_WITH(parse(row.line), Contains(row.message));
+  }
+}
+
+TEST_CASE("help and reference list everything", "[command_line]") {
+  const std::string help = helpText(false), reference = referenceText();
+  for (const Setting& setting : settingsTable()) {
+    if (*setting.option) CHECK_THAT(help, Contains(std::string("--") + setting.option));
+    if (*setting.tag) CHECK_THAT(reference, Contains(std::string("<") + setting.tag + ">"));
+  }
+  for (const SpeciesAttribute& attribute : speciesAttributes())
+    CHECK_THAT(reference, Contains(attribute.name));
+  CHECK_THAT(help, Contains("Exit codes"));
+}
+
+TEST_CASE("no two settings share a name", "[command_line]") {
+  std::vector<std::string> names;
+  for (const Setting& setting : settingsTable()) {
+    for (const std::string& name : {std::string("--") + setting.option, std::string("<") + setting.tag}) {
+      if (name.size() > 2) {
+        CAPTURE(name);
+        CHECK(std::find(names.begin(), names.end(), name) == names.end());
+        names.push_back(name);
+      }
+    }
+    CHECK((*setting.option || *setting.tag));
+    CHECK((!setting.flag || (setting.values.size() == 1 && setting.values[0].kind == Kind::boolean)));
+    // The values of a tag that has several are words between blanks.
+    for (const ValueSpec& value : setting.values)
+      CHECK((!*setting.tag || setting.values.size() == 1 || value.kind == Kind::axis ||
+             value.kind == Kind::plane));
+  }
+}

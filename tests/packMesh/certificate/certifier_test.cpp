@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/certificate/certifier.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <random>
+
+#include "packMesh/container/primitives.h"
+#include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+void requireSame(const Certificate& found, const Certificate& expected) {
+  REQUIRE(found.cells == expected.cells);
+  REQUIRE(found.pairsTested == expected.pairsTested);
+  REQUIRE(found.cellVolume == expected.cellVolume);
+  REQUIRE(found.minimumGap == expected.minimumGap);
+  REQUIRE(found.minimumWallGap == expected.minimumWallGap);
+  REQUIRE(found.overlapping.size() == expected.overlapping.size());
+  for (std::size_t k = 0; k < found.overlapping.size(); ++k) {
+    const OverlappingPair &a = found.overlapping[k], &b = expected.overlapping[k];
+    REQUIRE(a.first == b.first);
+    REQUIRE(a.second == b.second);
+    REQUIRE(a.shift == b.shift);
+    REQUIRE(a.contained == b.contained);
+    REQUIRE(a.gap == b.gap);
+  }
+  REQUIRE(found.misplaced.size() == expected.misplaced.size());
+  for (std::size_t k = 0; k < found.misplaced.size(); ++k) {
+    const MisplacedCell &a = found.misplaced[k], &b = expected.misplaced[k];
+    REQUIRE(a.cell == b.cell);
+    REQUIRE(a.reason == b.reason);
+    REQUIRE(a.gap == b.gap);
+  }
+}
+
+/// Cells of three shapes in a container, some of which move now and then: anywhere, or, in a lattice of
+/// balls, around their sites.
+class Crowd {
+ public:
+  Crowd(unsigned seed, int count, std::shared_ptr<const Container> container, bool lattice = false)
+      : random_(seed), container_(std::move(container)), lattice_(lattice) {
+    for (const TriangleMesh& mesh :
+         {test::redCell(2), test::icosphere(1, 1.0), sample::torus(Vec3::Zero(), 1.5, 0.3, 8, 6)})
+      shapes_.push_back(std::make_unique<Shape>(mesh, ellipsoidProfile(3.9, 3.9, 3.9)));
+    for (int i = 0; i < count; ++i) {
+      cells_.push_back({lattice_ ? 1 : static_cast<int>(random_() % shapes_.size()), {}});
+      place(i);
+    }
+  }
+
+  CertificateInput input(double requiredGap, double requiredWallGap) const {
+    CertificateInput in;
+    for (const auto& shape : shapes_) in.shapes.push_back(shape.get());
+    in.walls.assign(shapes_.size(), container_->wall());
+    in.container = container_.get();
+    in.cells = &cells_;
+    in.requiredGap = requiredGap;
+    in.requiredWallGap = requiredWallGap;
+    return in;
+  }
+
+  static constexpr double spacing = 2.19;  ///< of the lattice [µm]
+
+  /// Moves a random part of the cells, those of `faults` first: anywhere, or a little.
+  std::vector<std::int64_t> move(const Certificate& faults) {
+    std::vector<std::int64_t> moved;
+    for (const OverlappingPair& p : faults.overlapping)
+      if (random_() % 4) moved.push_back(random_() % 2 ? p.first : p.second);
+    for (const MisplacedCell& m : faults.misplaced)
+      if (random_() % 4) moved.push_back(m.cell);
+    for (std::size_t more = random_() % 4; more > 0; --more) moved.push_back(random_() % cells_.size());
+    for (const std::int64_t cell : moved) {
+      if (random_() % 2)
+        place(cell);
+      else
+        cells_[cell].placement.translation += 0.02 * test::randomDirection(random_);
+    }
+    return moved;  // with repetitions
+  }
+
+ private:
+  void place(std::int64_t cell) {
+    const Box box = container_->bounds();
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const Vec3 at(unit(random_), unit(random_), unit(random_));
+    cells_[cell].placement = {test::randomRotation(random_), box.lo + at.cwiseProduct(box.size())};
+    if (lattice_) {
+      const Vec3 site(cell % sites, cell / sites % sites, cell / (sites * sites));
+      constexpr double jitter = 0.1;
+      cells_[cell].placement.translation = box.lo + spacing * site + jitter * (2.0 * at - Vec3::Ones());
+    }
+    for (int k = 0; k < 3; ++k)  // images are as good
+      if (container_->period()[k] > 0.0)
+        cells_[cell].placement.translation[k] +=
+            (static_cast<int>(random_() % 5) - 2) * container_->period()[k];
+  }
+
+  static constexpr int sites = 4;
+
+  std::mt19937 random_;
+  std::vector<std::unique_ptr<Shape>> shapes_;
+  std::vector<PlacedCell> cells_;
+  std::shared_ptr<const Container> container_;
+  bool lattice_;
+};
+
+}  // namespace
+
+TEST_CASE("A certificate brought up to date is, field by field, a certificate made anew", "[certificate]") {
+  const auto box = [](const Vec3& size, std::array<bool, 3> periodic) -> std::shared_ptr<const Container> {
+    return makeBox({Vec3(1, 2, 3), Vec3(1, 2, 3) + size}, periodic);
+  };
+  const std::vector<std::shared_ptr<const Container>> containers = {
+      box({22, 20, 24}, {true, true, true}),
+      box({7, 30, 9}, {true, false, true}),
+      box({24, 24, 24}, {false, false, false}),
+      makeCylinder({0, 0, 0}, 1, 9.0, 30.0, true),
+      makeSphere({5, 5, 5}, 12.0),
+      box(Vec3::Constant(4.0 * Crowd::spacing), {true, true, true})};
+  int rounds = 0, clean = 0, overlaps = 0, tooNear = 0, ownImages = 0, rising = 0, notMeasured = 0,
+      outside = 0, nearWall = 0;
+  for (unsigned seed = 0; seed < 8; ++seed)
+    for (std::size_t c = 0; c < containers.size(); ++c) {
+      const bool lattice = c == 5;
+      const double requiredGap = seed % 3 == 2 ? 0.1 : 0.0, requiredWallGap = seed % 2 ? 0.3 : 0.0;
+      const double interest = seed % 4 == 3 ? 0.1 : 1.0;
+      Crowd crowd(100 * seed + c, lattice ? 64 : seed < 4 ? 6 : 12, containers[c], lattice);
+      const CertificateInput input = crowd.input(requiredGap, requiredWallGap);
+      Certifier certifier(input, interest);
+      requireSame(certifier.certificate(), certify(input, interest));
+      for (int round = 0; round < 20; ++round, ++rounds) {
+        const double before = certifier.certificate().minimumGap;
+        certifier.update(crowd.move(certifier.certificate()));
+        const Certificate& now = certifier.certificate();
+        requireSame(now, certify(input, interest));
+        clean += now.clean();
+        rising += before > 0.0 && now.minimumGap > before && now.minimumGap < infinite;
+        notMeasured += now.minimumGap == infinite;
+        for (const OverlappingPair& p : now.overlapping) {
+          ++(p.gap > 0.0 ? tooNear : overlaps);
+          ownImages += p.first == p.second;
+        }
+        for (const MisplacedCell& m : now.misplaced) ++(m.gap > 0.0 ? nearWall : outside);
+      }
+    }
+  // All of it has come up.
+  CAPTURE(clean, overlaps, tooNear, ownImages, rising, notMeasured, outside, nearWall);
+  REQUIRE(rounds == 960);
+  REQUIRE(clean > 100);
+  REQUIRE(overlaps > 300);
+  REQUIRE(tooNear > 30);
+  REQUIRE(ownImages > 30);
+  REQUIRE(rising > 15);
+  REQUIRE(notMeasured > 20);
+  REQUIRE(outside > 100);
+  REQUIRE(nearWall > 20);
+}
+
+TEST_CASE("Cells that are not said to have changed are not looked at again", "[certificate]") {
+  const auto ball = std::make_shared<Shape>(test::icosphere(1, 1.0), ellipsoidProfile(1, 1, 1));
+  std::vector<PlacedCell> cells;
+  for (int i = 0; i < 5; ++i) cells.push_back({0, {Mat3::Identity(), Vec3(3.0 * i, 0, 0)}});
+  CertificateInput input;
+  input.shapes = {ball.get()};
+  input.cells = &cells;
+  Certifier certifier(input, 2.0);
+  REQUIRE(certifier.certificate().clean());
+  cells[0].placement.translation.x() = 2.5;  // meets cell 1, in secret
+  cells[4].placement.translation.x() += 0.25;
+  certifier.update({4});
+  REQUIRE(certifier.certificate().clean());
+  certifier.update({0});
+  REQUIRE(certifier.certificate().overlapping.size() == 1);
+  cells[0].placement.translation.x() = 0.0;
+  certifier.update({0});
+  REQUIRE(certifier.certificate().clean());
+  certifier.update({});
+  REQUIRE(certifier.certificate().clean());
+  REQUIRE(certifier.certificate().minimumGap == certify(input, 2.0).minimumGap);
+}
+
+TEST_CASE("The smallest gap is found again when the pair that had it parts", "[certificate]") {
+  const auto cube = std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1));
+  std::vector<PlacedCell> cells;
+  const double gaps[] = {0.25, 0.0625, 0.001953125, 0.5, 0.00390625};
+  double x = 0.0;
+  cells.push_back({0, {Mat3::Identity(), Vec3::Zero()}});
+  for (const double gap : gaps) {
+    x += 2.0 + gap;
+    cells.push_back({0, {Mat3::Identity(), Vec3(x, 0, 0)}});
+  }
+  CertificateInput input;
+  input.shapes = {cube.get()};
+  input.cells = &cells;
+  Certifier certifier(input);
+  REQUIRE(certifier.certificate().minimumGap == 0.001953125);
+  const auto part = [&](int after) {  // all cells after this one go aside
+    std::vector<std::int64_t> moved;
+    for (std::size_t i = after + 1; i < cells.size(); ++i) {
+      cells[i].placement.translation.y() += 16.0;
+      moved.push_back(static_cast<std::int64_t>(i));
+    }
+    certifier.update(moved);
+    return certifier.certificate().minimumGap;
+  };
+  REQUIRE(part(2) == 0.00390625);
+  REQUIRE(part(4) == 0.0625);
+  REQUIRE(part(1) == 0.25);
+  REQUIRE(part(0) == 0.5);
+  REQUIRE(part(3) == infinite);
+}
+
+TEST_CASE("After a pair that was too near has been repaired, the cells are examined once", "[certificate]") {
+  const auto ball = std::make_shared<Shape>(test::icosphere(1, 1.0), ellipsoidProfile(1, 1, 1));
+  const double required = 0.1, gap = required + 0.002;
+  std::vector<PlacedCell> cells;
+  for (const double x : {0.0, 2.0 + gap, 10.0, 12.0 + 0.5 * required, 20.0, 23.0})
+    cells.push_back({0, {Mat3::Identity(), Vec3(x, 0, 0)}});
+  CertificateInput input;
+  input.shapes = {ball.get()};
+  input.cells = &cells;
+  input.requiredGap = required;
+  std::int64_t examined = 0;
+  input.stop = [&] {
+    ++examined;
+    return false;
+  };
+  Certifier certifier(input);
+  REQUIRE(certifier.certificate().overlapping.size() == 1);
+  REQUIRE(certifier.certificate().minimumGap == Approx(0.5 * required));
+  REQUIRE(examined == static_cast<std::int64_t>(cells.size()));
+
+  examined = 0;
+  cells[3].placement.translation.x() += required;
+  certifier.update({3});
+  REQUIRE(certifier.certificate().clean());
+  REQUIRE(certifier.certificate().minimumGap == Approx(gap));
+  REQUIRE(examined == static_cast<std::int64_t>(cells.size()));
+}

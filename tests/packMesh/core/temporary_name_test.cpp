@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/core/temporary_name.h"
+
+#include <catch2/catch.hpp>
+
+using namespace packmesh;
+using Catch::Matchers::Contains;
+using Catch::Matchers::EndsWith;
+using Catch::Matchers::StartsWith;
+
+TEST_CASE("Temporary names carry host and process, and no target makes them too long", "[io]") {
+  const std::filesystem::path name = temporaryName("folder/state.h5", 7, "new");
+  CHECK(name.parent_path() == "folder");
+  CHECK_THAT(name.filename().string(), StartsWith(".state.h5.") && EndsWith("-7.new") &&
+                                           Contains(std::to_string(processNumber())) &&
+                                           Contains(hostName().substr(0, 60)));
+  CHECK(temporaryName("a", 0, "new") != temporaryName("a", 1, "new"));
+  CHECK_THAT(name.filename().string(), StartsWith(temporaryPrefix("folder/state.h5")));
+
+  std::string longest;
+  while (longest.size() < 250) longest += "血";
+  const std::string temporary = temporaryName(longest, 1000, "new").filename().string();
+  CHECK(temporary.size() < 256);
+  CHECK_THAT(temporary, StartsWith("." + longest.substr(0, 120) + "."));
+}

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/escape/escape.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/escape/holes.h"
+#include "packMesh/growth/plane_builder.h"
+#include "tests/support/bodies.h"
+
+using namespace packmesh;
+
+namespace {
+
+/// Bodies in a lumen.
+struct Scene {
+  std::vector<std::shared_ptr<const Shape>> shapes;
+  std::shared_ptr<const Container> lumen;
+  GrowthScene scene;
+  GrowthState state;
+  TetrahedraSums tetrahedra;
+
+  Scene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
+      : shapes(of), lumen(std::move(in)) {
+    for (const auto& shape : shapes) scene.shapes.push_back(shape.get());
+    scene.walls.assign(shapes.size(), lumen->wall());
+    scene.container = lumen.get();
+  }
+  void add(int species, double scale, const Vec3& at) {
+    state.push_back({species, Pose{scale, Quaternion::Identity(), at}});
+  }
+  std::vector<EscapePhase> operator()(const EscapeSettings& settings) {
+    const BuilderFactory factory = [this](const GrowthScene& part) {
+      return makeBuilder(Builder::chords, part, tetrahedra);
+    };
+    phases = escape(
+        scene, GrowthSettings(), settings, factory, {},
+        [this](const GrowthState& now) { CHECK(StepBack(scene).examine(now).clean()); }, state);
+    for (std::size_t k = 1; k < phases.size(); ++k)
+      CHECK(phases[k].coverage >= phases[k - 1].coverage - 1e-12);
+    return phases;
+  }
+  const EscapePhase& phase(const std::string& name) const {
+    for (const EscapePhase& p : phases)
+      if (p.name == name) return p;
+    throw std::out_of_range(name);
+  }
+  std::vector<EscapePhase> phases;
+};
+
+std::shared_ptr<const Container> twoRooms() {
+  // A tube with a wide and a narrow end, closed.
+  return makeVessel(sample::tube(
+                        0.0, 20.0, 41, 40, [](double x) { return Vec3(x, 0.0, 0.0); },
+                        [](double x) { return x < 8.0    ? 3.2
+                                              : x > 10.0 ? 1.6
+                                                         : 3.2 - 0.8 * (x - 8.0); }),
+                    {}, 0.2);
+}
+
+}  // namespace
+
+TEST_CASE("Swapping: the large body goes to the large room") {
+  Scene s({test::sphereShape(2.8), test::sphereShape(1.2)}, twoRooms());
+  s.add(0, 0.5, Vec3(16.0, 0.0, 0.0));
+  s.add(1, 1.0, Vec3(4.0, 0.0, 0.0));
+  s(EscapeSettings());
+  CHECK(s.phase("swapping").changed == 2);
+  CHECK(s.state[0].species == 1);
+  CHECK(s.state[1].species == 0);
+  CHECK(s.phases.back().full == 2);
+}
+
+TEST_CASE("Enlargement: a body grows into the room that its neighbours leave") {
+  Scene s({test::sphereShape(2.0)}, makeSphere(Vec3::Zero(), 6.0));
+  s.add(0, 1.0, Vec3(-3.5, 0.0, 0.0));
+  s.add(0, 0.4, Vec3(2.0, 0.0, 0.0));
+  s(EscapeSettings());
+  CHECK(s.phase("enlargement").changed == 1);
+  CHECK(s.phase("enlargement").full == 2);
+}
+
+TEST_CASE("Replacement: a body from the stock takes the place of one that does not fit") {
+  Scene s({test::sphereShape(4.0), std::make_shared<const Shape>(test::cube(3.2))},
+          makeSphere(Vec3::Zero(), 3.0));
+  // The sphere reaches 0.75 of its size; the cube full size, but that is less volume.
+  s.add(1, 0.5, Vec3::Zero());
+  s.state[0].species = 1;
+  EscapeSettings settings;
+  settings.stock = {1, 0};
+  s(settings);
+  CHECK(s.state.size() == 1);
+  // Enlargement made the cube full; nothing that is full is replaced.
+  CHECK(s.state[0].species == 1);
+  CHECK(s.state[0].pose.scale == 1.0);
+
+  Scene t({test::sphereShape(2.5), std::make_shared<const Shape>(test::cube(4.0))},
+          makeSphere(Vec3::Zero(), 3.0));
+  t.add(1, 0.4, Vec3::Zero());
+  settings.stock = {1, 0};
+  t(settings);
+  CHECK(t.phase("replacement").changed == 1);
+  CHECK(t.state[0].species == 0);
+  CHECK(t.state[0].pose.scale == 1.0);
+}
+
+TEST_CASE("Holes are free, apart from each other and found largest first") {
+  Scene s({test::sphereShape(1.0)}, makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {false, false, false}));
+  for (const double x : {1.5, 6.5})
+    for (const double y : {1.5, 6.5})
+      for (const double z : {1.5, 6.5}) s.add(0, 1.0, Vec3(x, y, z));
+  const std::vector<Sphere> holes = findHoles(s.scene, s.state, 0.5);
+  REQUIRE(!holes.empty());
+  // The middle is the largest one.
+  CHECK((holes[0].center - Vec3::Constant(4.0)).norm() < 0.05);
+  CHECK(holes[0].radius == Approx(2.5 * std::sqrt(3.0) - 1.0).epsilon(0.03));
+  for (std::size_t i = 0; i < holes.size(); ++i) {
+    for (const GrowingCell& cell : s.state)
+      CHECK((holes[i].center - cell.pose.position).norm() >= holes[i].radius + 0.98);
+    CHECK(s.lumen->wall()->distance(holes[i].center).distance >= holes[i].radius - 1e-9);
+    for (std::size_t j = 0; j < i; ++j) {
+      CHECK(holes[i].radius <= holes[j].radius);
+      CHECK((holes[i].center - holes[j].center).norm() >= holes[i].radius + holes[j].radius);
+    }
+  }
+}
+
+TEST_CASE("Hole filling takes what reaches full size, as long as the stock lasts") {
+  Scene s({test::sphereShape(1.0), test::sphereShape(2.0), test::sphereShape(20.0)},
+          makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {true, true, true}));
+  for (const double x : {2.0, 6.0})
+    for (const double y : {2.0, 6.0})
+      for (const double z : {2.0, 6.0}) s.add(0, 1.0, Vec3(x, y, z));
+  EscapeSettings settings;
+  settings.stock = {1, 1, 5};
+  s(settings);
+  CHECK(s.phase("hole filling").changed == 2);
+  REQUIRE(s.state.size() == 10);
+  CHECK(s.state[8].species == 1);
+  CHECK(s.state[9].species == 0);
+}
+
+TEST_CASE("A mixture in a vase: no phase lowers the coverage, all states valid") {
+  PackingProblem problem = test::mixtureIn(test::vase(), 9);
+  problem.growth.maxIterations = 20;
+  problem.growth.giveUpAfter = 1;
+  problem.escape.emplace();
+  problem.escape->orientations = 1;
+  problem.escape->swapRounds = 1;
+  problem.escape->groupSize = 6;
+  problem.escape->holes = 4;
+  problem.escape->stock = {1, 1, 1, 1, 1};
+  problem.observe = [&](const std::vector<PlacedCell>& cells) {
+    std::vector<const Shape*> shapes;
+    for (const Species& species : problem.species) shapes.push_back(species.shape.get());
+    const std::vector<const Wall*> walls(shapes.size(), problem.container->wall());
+    REQUIRE(certify({shapes, walls, problem.container.get(), &cells, 0.0}, 1e-3).clean());
+  };
+  const PackingResult result = pack(problem);
+  const std::vector<EscapePhase>& phases = result.statistics.escape;
+  REQUIRE(phases.size() == 6);
+  for (std::size_t k = 1; k < phases.size(); ++k) CHECK(phases[k].coverage >= phases[k - 1].coverage - 1e-12);
+  CHECK(phases.back().coverage > phases.front().coverage);
+  CHECK(result.certificate.clean());
+  for (std::size_t i = 1; i < result.cells.size(); ++i)
+    CHECK(result.cells[i - 1].species <= result.cells[i].species);
+}

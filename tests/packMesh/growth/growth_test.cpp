@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/growth.h"
+
+#include <catch2/catch.hpp>
+
+#include "packMesh/container/primitives.h"
+#include "packMesh/container/vessel.h"
+#include "packMesh/growth/barrier_relaxation.h"
+#include "packMesh/growth/chord_planes.h"
+#include "packMesh/growth/seeding.h"
+#include "tests/support/shapes.h"
+
+using namespace packmesh;
+
+namespace {
+
+struct Run {
+  std::vector<std::shared_ptr<const Shape>> shapes;
+  std::shared_ptr<const Container> container;
+  std::vector<std::int64_t> counts;
+  GrowthScene scene;
+  GrowthSettings settings;
+  GrowthState state;
+  GrowthStatistics statistics;
+  std::int64_t statesSeen = 0;
+
+  Run(std::vector<std::shared_ptr<const Shape>> of, std::shared_ptr<const Container> in,
+      std::vector<std::int64_t> howMany)
+      : shapes(std::move(of)), container(std::move(in)), counts(std::move(howMany)) {
+    for (const auto& shape : shapes) scene.shapes.push_back(shape.get());
+    scene.walls = std::vector<const Wall*>(shapes.size(), container->wall());
+    scene.container = container.get();
+  }
+
+  /// Grows; every accepted state is certified by itself, and no cell may be smaller than before.
+  bool operator()() {
+    std::vector<std::string> names(shapes.size(), "cell");
+    state = seed(scene, counts, names, settings);
+    const ChordPlanes chords(scene);
+    GrowthState last = state;
+    GrowthCallbacks callbacks;
+    callbacks.accepted = [&](const GrowthState& now, double barrier, const GrowthStatistics&) {
+      ++statesSeen;
+      std::vector<PlacedCell> cells;
+      for (std::size_t i = 0; i < now.size(); ++i) {
+        REQUIRE(now[i].pose.scale >= last[i].pose.scale);
+        REQUIRE(now[i].pose.scale <= barrier);
+        REQUIRE(container->bounds().contains(now[i].pose.position));
+        cells.push_back({now[i].species, now[i].pose.placement()});
+      }
+      REQUIRE(certify({scene.shapes, scene.walls, container.get(), &cells, scene.clearance}, 1e-3).clean());
+      last = now;
+    };
+    return grow(scene, settings, std::ref(chords), callbacks, state, statistics);
+  }
+};
+
+std::shared_ptr<const Container> periodicCube(double edge) {
+  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {true, true, true});
+}
+
+std::shared_ptr<const Container> sphereFor(const Shape& shape, int count, double fraction) {
+  return makeSphere(Vec3::Zero(), std::cbrt(0.75 / M_PI * count * shape.volume() / fraction));
+}
+
+}  // namespace
+
+TEST_CASE("Red cells grow in a periodic box, every state valid") {
+  Run run({test::redCellShape()}, periodicCube(16.0), {20});  // 0.40
+  CHECK(run());
+  CHECK(run.statistics.iterations > 5);
+  CHECK(run.statesSeen == run.statistics.iterations + run.statistics.relaxationsKept);
+  CHECK(run.statistics.planes > 0);
+  CHECK(run.statistics.pivots > 0);
+  for (const GrowingCell& cell : run.state) CHECK(cell.pose.scale == 1.0);
+}
+
+TEST_CASE("Five red cells grow in a sphere, every state valid") {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Run run({test::redCellShape()}, sphereFor(*test::redCellShape(), 5, 0.30), {5});
+    run.scene.seed = seed;
+    CHECK(run());
+  }
+}
+
+TEST_CASE("Any closed mesh grows in a sphere") {
+  for (const TriangleMesh& mesh :
+       {sample::torus(Vec3::Zero(), 3.0, 1.0, 32, 16), test::bumpyMesh(5), test::hookMesh()}) {
+    const auto shape = std::make_shared<const Shape>(mesh);
+    Run run({shape}, sphereFor(*shape, 8, 0.20), {8});
+    CHECK(run());
+  }
+}
+
+TEST_CASE("A mixture grows in a cylinder") {
+  Run run({test::redCellShape(), test::hemocellShape("PLT"), test::hemocellShape("WBC")},
+          makeCylinder(Vec3(12.0, 0.0, 0.0), 0, 10.0, 24.0, true), {20, 10, 1});
+  CHECK(run());
+}
+
+TEST_CASE("Growth keeps clearances and orientations") {
+  Run run({test::redCellShape()}, makeBox(Box{Vec3::Zero(), Vec3::Constant(18.0)}, {true, true, false}),
+          {16});
+  run.scene.clearance = 0.1;
+  run.scene.wallClearance = 0.3;
+  run.scene.rotate = false;
+  REQUIRE(run());
+  for (const GrowingCell& cell : run.state) {
+    CHECK(cell.pose.orientation.coeffs() == Quaternion::Identity().coeffs());
+    for (const Vec3& v : test::redCellShape()->mesh().vertices) {
+      const double z = cell.pose.placement()(v).z();
+      CHECK(std::min(z, 18.0 - z) >= 0.3);
+    }
+  }
+}
+
+TEST_CASE("The same seed gives the same bits, another one another packing") {
+  const auto poses = [](std::uint64_t seed) {
+    Run run({test::redCellShape()}, periodicCube(14.0), {12});
+    run.scene.seed = seed;
+    REQUIRE(run());
+    return run.state;
+  };
+  const GrowthState first = poses(1), again = poses(1), other = poses(2);
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    CHECK(first[i].pose.position == again[i].pose.position);
+    CHECK(first[i].pose.orientation.coeffs() == again[i].pose.orientation.coeffs());
+    CHECK(first[i].pose.position != other[i].pose.position);
+  }
+}
+
+TEST_CASE("Stalled growth is helped by a relaxation, and does without where that is not wanted") {
+  Run helped({test::redCellShape()}, periodicCube(16.0), {26});  // 0.52
+  CHECK(helped());
+  CHECK(helped.statistics.relaxationsKept > 0);
+  Run alone({test::redCellShape()}, periodicCube(16.0), {26});
+  alone.settings.relaxationSweeps = 0;
+  alone.settings.maxIterations = 20;
+  alone();
+  CHECK(alone.statistics.relaxations == 0);
+}
+
+TEST_CASE("What cannot fit ends, with every cell as large as it came") {
+  Run run({test::redCellShape()}, periodicCube(12.0), {16});  // 0.75
+  run.settings.maxIterations = 10;
+  run.settings.relaxationSweeps = 50;
+  CHECK(!run());
+  double mean = 0.0;
+  for (const GrowingCell& cell : run.state) mean += cell.pose.scale / 16.0;
+  CHECK(mean > 0.8);
+  CHECK(mean < 1.0);
+}
+
+TEST_CASE("Growth stops when asked to") {
+  Run run({test::redCellShape()}, periodicCube(16.0), {20});
+  run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
+  const ChordPlanes chords(run.scene);
+  GrowthCallbacks callbacks;
+  callbacks.stop = [&] { return run.statistics.iterations >= 3; };
+  CHECK(!grow(run.scene, run.settings, std::ref(chords), callbacks, run.state, run.statistics));
+  CHECK(run.statistics.iterations == 3);
+}
+
+TEST_CASE("Growth refuses a first state that is not valid, naming the cells") {
+  Run run({test::redCellShape()}, periodicCube(16.0), {3});
+  run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
+  const ChordPlanes chords(run.scene);
+  GrowthState overlapping = run.state;
+  overlapping[2].pose = overlapping[0].pose;
+  CHECK_THROWS_WITH(grow(run.scene, run.settings, std::ref(chords), {}, overlapping, run.statistics),
+                    Catch::Contains("cells 0 and 2 overlap"));
+  Run walled({test::redCellShape()}, makeSphere(Vec3::Zero(), 10.0), {3});
+  walled.state = seed(walled.scene, walled.counts, {"RBC"}, walled.settings);
+  const ChordPlanes walledChords(walled.scene);
+  walled.state[1].pose.position = Vec3(9.9, 0.0, 0.0);
+  CHECK_THROWS_WITH(
+      grow(walled.scene, walled.settings, std::ref(walledChords), {}, walled.state, walled.statistics),
+      Catch::Contains("cell 1 meets the wall"));
+}
+
+TEST_CASE("A relaxation at a scale either gives a valid state of that scale or changes nothing") {
+  Run run({test::redCellShape()}, periodicCube(16.0), {20});
+  run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
+  StepBack judge(run.scene);
+  REQUIRE(relaxAtScale(run.scene, 0.8, 400, {}, judge, run.state));
+  for (const GrowingCell& cell : run.state) CHECK(cell.pose.scale == 0.8);
+  CHECK(StepBack(run.scene).examine(run.state).clean());
+  const GrowthState before = run.state;
+  CHECK(!relaxAtScale(run.scene, 1.0, 1, {}, judge, run.state));
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    CHECK(run.state[i].pose.scale == 0.8);
+    CHECK(run.state[i].pose.position == before[i].pose.position);
+  }
+}

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/step_back.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "packMesh/container/primitives.h"
+#include "packMesh/growth/seeding.h"
+#include "tests/support/shapes.h"
+
+using namespace packmesh;
+
+namespace {
+
+struct Spheres {
+  std::shared_ptr<const Shape> shape = test::sphereShape(1.0);
+  std::unique_ptr<Container> container;
+  GrowthScene scene;
+  GrowthState state;
+
+  Spheres(std::unique_ptr<Container> in, const std::vector<Vec3>& centers) : container(std::move(in)) {
+    scene.shapes = {shape.get()};
+    scene.walls = {container->wall()};
+    scene.container = container.get();
+    for (const Vec3& center : centers) state.push_back({0, Pose{1.0, Quaternion::Identity(), center}});
+  }
+};
+
+std::unique_ptr<Container> cubeOf(double edge, bool periodic) {
+  return makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {periodic, periodic, periodic});
+}
+
+GrowthStep moveBy(const Vec3& translation) {
+  GrowthStep step;
+  step.translation = translation;
+  return step;
+}
+
+bool sameBits(const Pose& a, const Pose& b) {
+  return a.scale == b.scale && a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+}  // namespace
+
+TEST_CASE("Steps that keep cells apart are taken whole") {
+  Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
+  StepBackSums sums;
+  const auto taken =
+      StepBack(s.scene).take({moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
+  CHECK(s.state[0].pose.position.x() == 2.5);
+  CHECK(s.state[1].pose.position.x() == 5.5);
+  CHECK(taken == std::vector<double>{1.0, 1.0});
+  CHECK(sums.steps == 2);
+  CHECK(sums.violatingPairs == 0);
+}
+
+TEST_CASE("The steps of an offending pair are halved, others are not") {
+  Spheres s(cubeOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
+  StepBackSums sums;
+  const auto taken = StepBack(s.scene).take(
+      {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))}, s.state, sums);
+  CHECK(taken == std::vector<double>{0.5, 0.5, 1.0});
+  CHECK(s.state[0].pose.position.x() == 2.75);
+  CHECK(s.state[2].pose.position.x() == 11.5);
+  CHECK(sums.violatingPairs == 1);
+  CHECK(sums.stayed == 0);
+}
+
+TEST_CASE("A step that cannot be taken at all leaves the pose as it was, to the bit") {
+  Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
+  const GrowthState before = s.state;
+  GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
+  turn.rotation = Vec3(0.1, 0.2, 0.3);
+  StepBackSums sums;
+  const auto taken = StepBack(s.scene).take({turn, moveBy(Vec3::Zero())}, s.state, sums);
+  CHECK(taken[0] == 0.0);
+  CHECK(sameBits(s.state[0].pose, before[0].pose));
+  CHECK(sameBits(s.state[1].pose, before[1].pose));
+  CHECK(sums.stayed == 1);
+}
+
+TEST_CASE("Steps out of the lumen are taken back, so are steps nearer to the wall than the clearance") {
+  Spheres s(cubeOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
+  StepBackSums sums;
+  StepBack(s.scene).take({moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
+  CHECK(s.state[0].pose.position.x() == 1.25);
+  CHECK(sums.misplaced == 1);
+  s.scene.wallClearance = 0.19;
+  StepBack(s.scene).take({moveBy(Vec3(-0.2, 0, 0))}, s.state, sums);
+  CHECK(s.state[0].pose.position.x() == 1.25 - 0.2 / 4.0);
+}
+
+TEST_CASE("A required gap counts as part of the cells, and images are neighbours") {
+  Spheres s(cubeOf(10.0, true),
+            {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
+  s.scene.clearance = 0.3;
+  StepBackSums sums;
+  StepBack(s.scene).take({moveBy(Vec3(-0.8, 0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
+  CHECK(sums.violatingPairs == 1);
+  CHECK(s.state[0].pose.position.x() == 1.1);
+  StepBack(s.scene).take({moveBy(Vec3(0.0, 7.0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
+  CHECK(s.state[0].pose.position.y() == Approx(2.0));  // wrapped into the period
+}
+
+TEST_CASE("Whatever is proposed, states stay valid and no cell shrinks") {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const auto cell = test::redCellShape();
+  const auto container = cubeOf(14.0, true);
+  GrowthScene scene;
+  scene.shapes = {cell.get()};
+  scene.walls = {nullptr};
+  scene.container = container.get();
+  GrowthState state = seedRandomly(scene, {8}, {"RBC"}, 0.2);
+  StepBack stepBack(scene);
+  StepBackSums sums;
+  for (int round = 0; round < 40; ++round) {
+    const GrowthState before = state;
+    std::vector<GrowthStep> steps;
+    for (const GrowingCell& c : state) {
+      GrowthStep step = moveBy(2.0 * unit(random) * test::randomDirection(random));
+      step.scale = std::min(1.0, c.pose.scale + 0.2 * unit(random));
+      step.rotation = 0.5 * test::randomDirection(random);
+      steps.push_back(step);
+    }
+    stepBack.take(steps, state, sums);
+    CHECK(StepBack(scene).examine(state).clean());
+    for (std::size_t i = 0; i < state.size(); ++i) CHECK(state[i].pose.scale >= before[i].pose.scale);
+  }
+  CHECK(sums.violatingPairs > 20);
+}

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/mesh_file.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <limits>
+
+#include "packMesh/core/error.h"
+#include "tests/packMesh/sample_meshes.h"
+#include "tests/support/decimal_comma.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace packmesh;
+using Catch::Contains;
+
+namespace {
+
+using Folder = test::TemporaryFolder;
+
+std::string messageOf(const std::filesystem::path& file) {
+  try {
+    readMesh(file);
+  } catch (const InputError& error) {
+    REQUIRE_THAT(error.what(), Contains(file.filename().string()));
+    return error.what();
+  }
+  return "no error";
+}
+
+template <class T>
+void put(std::string& bytes, T value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+template <class T>
+void putBigEndian(std::string& bytes, T value) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  bytes.append(std::string(std::make_reverse_iterator(raw + sizeof(T)), std::make_reverse_iterator(raw)));
+}
+
+std::string binaryStl(const TriangleMesh& mesh, std::string header = "made by a test") {
+  header.resize(80, ' ');
+  put(header, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const Triangle& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) put(header, 0.0f);
+    for (const int v : t)
+      for (int k = 0; k < 3; ++k) put(header, static_cast<float>(mesh.vertices[v][k]));
+    put(header, std::uint16_t(0));
+  }
+  return header;
+}
+
+std::string binaryOffBody(const TriangleMesh& mesh, bool geomview) {
+  std::string out;
+  const auto add = [&](auto value) {
+    char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    if (geomview) std::reverse(bytes, bytes + sizeof value);
+    out.append(bytes, sizeof value);
+  };
+  for (const std::size_t count : {mesh.vertices.size(), mesh.triangles.size(), std::size_t(0)})
+    add(static_cast<std::int32_t>(count));
+  for (const Vec3& v : mesh.vertices)
+    for (int k = 0; k < 3; ++k) add(static_cast<float>(v[k]));
+  for (const Triangle& t : mesh.triangles) {
+    add(std::int32_t(3));
+    for (const int corner : t) add(std::int32_t(corner));
+    if (geomview) add(std::int32_t(0));
+  }
+  return out;
+}
+
+std::string binaryPly(const TriangleMesh& mesh, bool bigEndian) {
+  std::string bytes =
+      std::string("ply\nformat binary_") + (bigEndian ? "big" : "little") + "_endian 1.0\nelement vertex " +
+      std::to_string(mesh.vertices.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar quality\nelement face " +
+      std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Vec3& v : mesh.vertices) {
+    for (int k = 0; k < 3; ++k)
+      bigEndian ? putBigEndian(bytes, static_cast<float>(v[k])) : put(bytes, static_cast<float>(v[k]));
+    put(bytes, std::uint8_t(7));
+  }
+  for (const Triangle& t : mesh.triangles) {
+    put(bytes, std::uint8_t(3));
+    for (const int v : t) bigEndian ? putBigEndian(bytes, v) : put(bytes, v);
+  }
+  return bytes;
+}
+
+const char* tetrahedronOff =
+    "OFF\n# a comment\n4 4 6\n0.1 0 0\n1.1234567890123456 0 0\n0 1 0\n0 0 1\n"
+    "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+
+bool same(const TriangleMesh& a, const TriangleMesh& b) {
+  return a.vertices == b.vertices && a.triangles == b.triangles;
+}
+
+/// The mesh as an STL file numbers it: vertices by first appearance.
+TriangleMesh byFirstAppearance(const TriangleMesh& mesh) {
+  TriangleMesh out;
+  std::vector<int> number(mesh.vertices.size(), -1);
+  for (Triangle t : mesh.triangles) {
+    for (int& v : t) {
+      if (number[v] < 0) {
+        number[v] = static_cast<int>(out.vertices.size());
+        out.vertices.push_back(mesh.vertices[v]);
+      }
+      v = number[v];
+    }
+    out.triangles.push_back(t);
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("writeMesh and readMesh give back the same numbers in every kind of file", "[io]") {
+  const Folder folder;
+  TriangleMesh mesh = sample::sphere({1.0 / 3.0, 1e5, -2e-7}, 3.91, 7, 9);
+  mesh.vertices[3].x() = std::numeric_limits<double>::denorm_min();
+  for (const char* name : {"a.off", "a.ply", "a.obj", "A.OFF", "a.Ply", "a b é.OBJ"}) {
+    CAPTURE(name);
+    writeMesh(folder.path() / name, mesh);
+    REQUIRE(same(readMesh(folder.path() / name), mesh));
+  }
+  for (const char* name : {"a.stl", "a.STL"}) {
+    writeMesh(folder.path() / name, mesh);
+    REQUIRE(same(readMesh(folder.path() / name), byFirstAppearance(mesh)));
+  }
+}
+
+TEST_CASE("readMesh does not depend on the locale", "[io]") {
+  const Folder folder;
+  const test::DecimalComma comma;
+  REQUIRE(readMesh(folder.write("a.off", tetrahedronOff)).vertices[1].x() == 1.1234567890123456);
+}
+
+TEST_CASE("readMesh reads binary STL and binary PLY of both byte orders", "[io]") {
+  const Folder folder;
+  TriangleMesh mesh = sample::sphere({0.5, 1.0, -2.0}, 4.0, 6, 8);
+  for (Vec3& v : mesh.vertices)
+    for (int k = 0; k < 3; ++k) {
+      const volatile float rounded =
+          static_cast<float>(v[k]);  // volatile: g++ 12 drops a vectorised round trip
+      v[k] = rounded;
+    }
+  REQUIRE(same(readMesh(folder.write("a.stl", binaryStl(mesh))), byFirstAppearance(mesh)));
+  REQUIRE(
+      same(readMesh(folder.write("b.stl", binaryStl(mesh, "solid but binary"))), byFirstAppearance(mesh)));
+  REQUIRE(same(readMesh(folder.write("a.ply", binaryPly(mesh, false))), mesh));
+  REQUIRE(same(readMesh(folder.write("b.ply", binaryPly(mesh, true))), mesh));
+}
+
+TEST_CASE("readMesh reads binary OFF as Geomview and as OpenMesh write it", "[io]") {
+  const Folder folder;
+  const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3(1.0, 2.0, 4.0));
+  const std::string head = "OFF BINARY\n", geomview = head + binaryOffBody(mesh, true),
+                    openMesh = head + binaryOffBody(mesh, false);
+  CHECK(same(readMesh(folder.write("a.off", geomview)), mesh));
+  CHECK(same(readMesh(folder.write("b.off", openMesh)), mesh));
+  for (const std::string& text : {geomview, openMesh}) {
+    CHECK_THAT(messageOf(folder.write("c.off", text.substr(0, text.size() - 1))),
+               Contains("complete binary OFF"));
+    CHECK_THAT(messageOf(folder.write("c.off", text + "more")), Contains("complete binary OFF"));
+  }
+}
+
+TEST_CASE("readMesh believes no count that the file cannot hold", "[io]") {
+  const Folder folder;
+  const std::string ply = binaryPly(sample::box(Vec3::Zero(), Vec3::Ones()), false);
+  for (const std::string element : {"vertex 8", "face 12"}) {
+    std::string text = ply;
+    const std::size_t at = text.find("element " + element);
+    REQUIRE(at != text.npos);
+    text.replace(at, 8 + element.size(), "element " + element.substr(0, element.find(' ')) + " 200000000");
+    CHECK_THAT(messageOf(folder.write("a.ply", text)), Contains("complete binary PLY"));
+  }
+}
+
+TEST_CASE("readMesh loses no face, be it collapsed, repeated or not manifold", "[io]") {
+  const Folder folder;
+  const TriangleMesh mesh = readMesh(folder.write(
+      "a.off",
+      "OFF 5 6 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 -1\n3 0 1 2\n3 0 1 2\n3 0 1 3\n3 0 1 4\n3 0 0 1\n"
+      "3 1 0 3\n"));
+  REQUIRE(mesh.triangles.size() == 6);
+  REQUIRE(readMesh(folder.write("a.stl", binaryStl(mesh))).triangles.size() == 6);
+  writeMesh(folder.path() / "b.stl", mesh);
+  REQUIRE(readMesh(folder.path() / "b.stl").triangles.size() == 6);
+}
+
+TEST_CASE("readMesh merges equal vertices in the order of their first appearance", "[io]") {
+  const Folder folder;
+  const TriangleMesh mesh =
+      readMesh(folder.write("a.off", "OFF\n5 2 0\n0 0 0\n1 0 0\n0 1 0\n-0.0 0 0\n5 5 5\n3 0 1 2\n3 3 2 4\n"));
+  REQUIRE(mesh.vertices.size() == 4);
+  REQUIRE(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+}
+
+TEST_CASE("readMesh cuts polygons, understands OBJ indices and PLY properties", "[io]") {
+  const Folder folder;
+  const TriangleMesh obj = readMesh(folder.write("a.obj",
+                                                 "# comment\r\nmtllib none.mtl\r\no thing\r\nv 0 0 0\r\nv +1 "
+                                                 "0 0 1.0\r\nv 1 1 0\r\nv 0 1e0 0\r\nvt 0 0\r\n"
+                                                 "vn 0 0 1\r\ns off\r\nusemtl x\r\nf 1/1/1 2/1/1 3/1/1 "
+                                                 "4/1/1\r\nf -4 -3 -2\r\nf 1//1 2//1 3//1\r\nf 1/1 2/1 3/1"));
+  REQUIRE(obj.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}, {0, 1, 2}, {0, 1, 2}});
+  // An arrowhead must be cut from its notch.
+  const TriangleMesh arrow =
+      readMesh(folder.write("arrow.off",
+                            "COFF\n4 1 0\n0 0 0 1 1 1 1\n2 0.9 0 0 0 0 1\n0 2 0 0 0 0 1\n0.5 0.6 0 1 1 1 1\n"
+                            "4 0 1 2 3 0.5 0.5 0.5\n"));
+  REQUIRE(arrow.triangles.size() == 2);
+  for (const Triangle& t : arrow.triangles)
+    REQUIRE(
+        (arrow.vertices[t[1]] - arrow.vertices[t[0]]).cross(arrow.vertices[t[2]] - arrow.vertices[t[0]]).z() >
+        0.0);
+  const TriangleMesh ply = readMesh(folder.write(
+      "a.ply",
+      "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty uchar red\nproperty double z\nproperty "
+      "double y\n"
+      "property double x\nelement face 1\nproperty uchar flag\nproperty list uchar int vertex_index\n"
+      "end_header\n255 3 2 1\n0 0 1 0\n0 0 0 1\n1 3 0 1 2\n"));
+  REQUIRE(ply.vertices[0] == Vec3(1, 2, 3));
+  REQUIRE(ply.triangles.size() == 1);
+}
+
+TEST_CASE("readMesh reads text STL as programs write it", "[io]") {
+  const Folder folder;
+  const std::string facet =
+      "FACET normal nan nan nan\n OUTER LOOP\n vertex 0 0 0\n vertex 1 0 0\n vertex 0 1 0\n "
+      "endloop\nendfacet\n";
+  REQUIRE(readMesh(folder.write("a.stl", "solid a name with facet\r\n" + facet +
+                                             "endsolid a name\nsolid b\n" + facet + "endsolid"))
+              .triangles.size() == 2);
+}
+
+TEST_CASE("readMesh says what is wrong with a file", "[io][messages]") {
+  const Folder folder;
+  std::filesystem::create_directories(folder.path() / "folder.stl");
+  CHECK_THAT(messageOf(folder.path() / "none.stl"), Contains("no such file"));
+  CHECK_THAT(messageOf(folder.path() / "folder.stl"), Contains("is a folder, expected a mesh file"));
+  CHECK_THAT(messageOf(folder.write("a.vtk", "x")),
+             Contains("expected a mesh file ending in .stl, .off, .ply or .obj"));
+  CHECK_THAT(messageOf(folder.write("noending", "x")), Contains("no ending"));
+  CHECK_THAT(messageOf(folder.write("empty.stl", "")), Contains("empty file"));
+  CHECK_THAT(messageOf(folder.write("blank.obj", " \n\n")), Contains("empty file"));
+  CHECK_THAT(messageOf(folder.write("garbage.stl", "garbage")), Contains("text that begins with 'solid'"));
+  CHECK_THAT(messageOf(folder.write("garbage2.stl", std::string(500, 'x'))),
+             Contains("its header announces"));
+  CHECK_THAT(messageOf(folder.write("garbage.off", "garbage")),
+             Contains(":1: expected 'OFF', found 'garbage'"));
+  CHECK_THAT(messageOf(folder.write("garbage.ply", "garbage")), Contains("beginning with 'ply'"));
+  CHECK_THAT(messageOf(folder.write("garbage.obj", "%garbage")), Contains("keyword"));
+  CHECK_THAT(messageOf(folder.write("text.obj", "just some words")),
+             Contains("expected triangles, found none"));
+  CHECK_THAT(messageOf(folder.write("4.off", "4OFF\n1 1 1\n")), Contains("expected 'OFF'"));
+
+  const std::string off = tetrahedronOff;
+  CHECK_THAT(messageOf(folder.write("t1.off", off.substr(0, off.find("3 1 2 3")))),
+             Contains("expected face 3 of 4"));
+  CHECK_THAT(messageOf(folder.write("t2.off", off.substr(0, off.find("0 0 1")))),
+             Contains("expected vertex 4 of 4"));
+  CHECK_THAT(messageOf(folder.write("t3.off", "OFF\n")), Contains("numbers of vertices"));
+  CHECK_THAT(messageOf(folder.write("i1.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")),
+             Contains(":6: expected a vertex index between 0 and 2, found '3'"));
+  CHECK_THAT(messageOf(folder.write("i2.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 x\n")),
+             Contains("found 'x'"));
+  CHECK_THAT(messageOf(folder.write("i3.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n")),
+             Contains("the end of the line"));
+  CHECK_THAT(messageOf(folder.write("n1.off", "OFF\n3 1 0\n0 nan 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
+             Contains(":3: expected a coordinate that is a finite number, found 'nan'"));
+  CHECK_THAT(messageOf(folder.write("n2.off", "OFF\n3 1 0\n0 1e999 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
+             Contains("finite"));
+  CHECK_THAT(messageOf(folder.write("huge.off", "OFF\n99999999999999999999 1 0\n")),
+             Contains("the number of vertices"));
+  CHECK_THAT(messageOf(folder.write("none.off", "OFF\n0 0 0\n")), Contains("found none"));
+
+  CHECK_THAT(messageOf(folder.write("f1.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")),
+             Contains("names vertex 4"));
+  CHECK_THAT(messageOf(folder.write("f2.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n")),
+             Contains(":4: expected the index"));
+  CHECK_THAT(messageOf(folder.write("f3.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n")),
+             Contains("at least three corners"));
+  CHECK_THAT(messageOf(folder.write("f4.obj", "v 0 0 0\nv 1 0 0\nf 1 2 a\n")), Contains("found 'a'"));
+
+  const std::string stl =
+      "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+      "0\nendloop\nendfacet\n";
+  CHECK_THAT(messageOf(folder.write("t1.stl", stl)), Contains("'facet' or 'endsolid'"));
+  CHECK_THAT(messageOf(folder.write("t2.stl", stl.substr(0, 75))), Contains("expected"));
+  CHECK_THAT(messageOf(folder.write("t3.stl", "solid x\nendsolid x\n")), Contains("found none"));
+  CHECK_THAT(messageOf(folder.write("n.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 inf 0\n")),
+             Contains(":4:"));
+  const std::string binary = binaryStl(sample::box(Vec3::Zero(), Vec3::Ones()));
+  CHECK_THAT(
+      messageOf(folder.write("t4.stl", binary.substr(0, 400))),
+      Contains(
+          "expected a binary STL file of 684 bytes for the 12 triangles its header announces, found 400"));
+  std::string nan = binary;
+  const float value = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(&nan[84 + 12], &value, 4);
+  CHECK_THAT(messageOf(folder.write("n2.stl", nan)),
+             Contains("vertex 1 has a coordinate that is no finite number"));
+
+  const TriangleMesh cube = sample::box(Vec3::Zero(), Vec3::Ones());
+  CHECK_THAT(messageOf(folder.write("t.ply", binaryPly(cube, false).substr(0, 300))),
+             Contains("complete binary PLY"));
+  CHECK_THAT(messageOf(folder.write("h.ply", "ply\nformat ascii 1.0\n")), Contains("end_header"));
+  CHECK_THAT(messageOf(folder.write(
+                 "p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n")),
+             Contains("x, y and z"));
+}
+
+TEST_CASE("writeMesh says what is wrong", "[io][messages]") {
+  const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3::Ones());
+  REQUIRE_THROWS_WITH(writeMesh("/nonexistent/folder/a.stl", mesh), Contains("cannot be written"));
+  REQUIRE_THROWS_WITH(writeMesh("a.txt", mesh), Contains("expected a mesh file ending in"));
+}

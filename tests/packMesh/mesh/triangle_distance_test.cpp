@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/triangle_distance.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+#include <vector>
+
+#include "packMesh/mesh/triangle_intersection.h"
+
+using namespace packmesh;
+
+namespace {
+
+using RealTriangle = std::array<Vec3, 3>;
+
+/// Distance of the origin to the hull of the differences of two triangles: the least over all points,
+/// segments and triangles of them whose nearest point is interior.
+double distanceByDifferences(const RealTriangle& a, const RealTriangle& b) {
+  std::vector<Vec3> d;
+  for (const Vec3& p : a)
+    for (const Vec3& q : b) d.push_back(p - q);
+  double least = 1e300;
+  for (std::size_t i = 0; i < d.size(); ++i) {
+    least = std::min(least, d[i].norm());
+    for (std::size_t j = 0; j < d.size(); ++j) {
+      const Vec3 e = d[j] - d[i];
+      const double s = -d[i].dot(e) / e.squaredNorm();
+      if (s > 0.0 && s < 1.0) least = std::min(least, (d[i] + s * e).norm());
+      for (std::size_t k = j + 1; k < d.size(); ++k) {
+        Eigen::Matrix<double, 3, 2> edges;
+        edges << e, d[k] - d[i];
+        if (e.cross(d[k] - d[i]).norm() < 1e-9) continue;
+        const Eigen::Vector2d st = edges.colPivHouseholderQr().solve(-d[i]);
+        if (st[0] > 0.0 && st[1] > 0.0 && st.sum() < 1.0) least = std::min(least, (d[i] + edges * st).norm());
+      }
+    }
+  }
+  return least;
+}
+
+double distance(const RealTriangle& a, const RealTriangle& b) {
+  return triangleDistance(a[0], a[1], a[2], b[0], b[1], b[2]);
+}
+
+}  // namespace
+
+TEST_CASE("triangleDistance agrees with the hull of differences", "[exact]") {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> coordinate(-1.0, 1.0), size(0.05, 2.0);
+  int compared = 0;
+  for (int i = 0; i < 4000; ++i) {
+    RealTriangle a, b;
+    const double sizeA = size(random), sizeB = size(random);
+    for (Vec3& p : a) p = sizeA * Vec3(coordinate(random), coordinate(random), coordinate(random));
+    for (Vec3& p : b) p = sizeB * Vec3(coordinate(random), coordinate(random), coordinate(random));
+    if (i % 4 == 0) b[1] = b[0] + (a[1] - a[0]);        // parallel edges
+    if (i % 8 == 0) b[2] = b[0] + 0.3 * (a[2] - a[0]);  // parallel faces
+    if (trianglesMeet(a[0], a[1], a[2], b[0], b[1], b[2])) continue;
+    ++compared;
+    const double expected = distanceByDifferences(a, b);
+    REQUIRE(distance(a, b) == Approx(expected).margin(1e-12));
+    REQUIRE(distance(b, a) == Approx(expected).margin(1e-12));
+    const Vec3 far(65536.0, -32768.0, 8192.0);
+    for (RealTriangle* t : {&a, &b})
+      for (Vec3& p : *t) p += far;
+    REQUIRE(distance(a, b) == Approx(expected).margin(1e-10));
+  }
+  REQUIRE(compared > 1500);
+}
+
+TEST_CASE("triangleDistance of degenerate and touching triangles", "[exact]") {
+  const RealTriangle face = {Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)};
+  REQUIRE(distance(face, {Vec3(1, 1, 2), Vec3(1, 1, 2), Vec3(1, 1, 2)}) == 2.0);
+  REQUIRE(distance(face, {Vec3(-3, -4, 0), Vec3(-3, -4, 0), Vec3(-3, -4, 0)}) == 5.0);
+  REQUIRE(distance(face, {Vec3(1, 1, 1), Vec3(1, 1, 3), Vec3(1, 1, 2)}) == 1.0);
+  REQUIRE(distance(face, {Vec3(-1, -5, 1), Vec3(-1, 5, 1), Vec3(-1, 0, 1)}) == Approx(std::sqrt(2.0)));
+  REQUIRE(distance(face, {Vec3(1, 1, 0), Vec3(2, 1, 1), Vec3(1, 2, 1)}) == 0.0);
+  REQUIRE(distance(face, face) == 0.0);
+}

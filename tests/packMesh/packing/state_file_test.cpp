@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/state_file.h"
+
+#include <hdf5.h>
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/temporary_name.h"
+#include "packMesh/io/seal.h"
+#include "tests/support/packings.h"
+#include "tests/support/temporary_folder.h"
+
+using namespace packmesh;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+PackingProblem sampleProblem() {
+  return test::mixtureIn(test::periodicCube(25.0), 0.5, 3);
+}
+
+PackingState sampleState(PackingProblem problem) {
+  PackingState state;
+  problem.checkpoints = Checkpoints{[] { return true; }, [&](const PackingState& s) { state = s; }};
+  pack(problem);
+  state.failures[{1, 5}] = 3;
+  state.demandedOfWall[7] = 0.25;
+  state.relaxation.disturbed = {2, 9};
+  return state;
+}
+
+std::string readBytes(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+void writeBytes(const fs::path& file, const std::string& bytes) {
+  std::ofstream(file, std::ios::binary) << bytes;
+}
+
+}  // namespace
+
+TEST_CASE("A state reads back as it was written, and its bytes are the same every time") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5", again = folder.path() / "again.h5";
+  const PackingProblem problem = sampleProblem();
+  const PackingState state = sampleState(problem);
+  REQUIRE(state.cells.size() > 50);
+  writeState(file, problem, {"packMesh", "25 25 25", "two\nlines", ""}, state);
+
+  const StateHead head = readStateHead(file);
+  REQUIRE(head.command == std::vector<std::string>{"packMesh", "25 25 25", "two\nlines", ""});
+  REQUIRE(head.cells == state.cellCount);
+  const PackingState found = readState(file, problem);
+  REQUIRE(found.cellCount == state.cellCount);
+  REQUIRE(found.cells.size() == state.cells.size());
+  REQUIRE(found.failures == state.failures);
+  REQUIRE(found.demandedOfWall == state.demandedOfWall);
+  REQUIRE(found.relaxation.extraClearance == state.relaxation.extraClearance);
+  REQUIRE(found.relaxation.disturbed == state.relaxation.disturbed);
+  REQUIRE(found.relaxation.counts == state.relaxation.counts);
+  REQUIRE(found.relaxation.blocks == state.relaxation.blocks);
+  writeState(again, problem, head.command, found);
+  REQUIRE(readBytes(again) == readBytes(file));
+  REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
+}
+
+TEST_CASE("Files that are no state of this problem are refused by name") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5";
+  PackingProblem problem = sampleProblem();
+  writeState(file, problem, {}, sampleState(problem));
+  const std::string bytes = readBytes(file);
+  const auto refusal = [&] {
+    try {
+      readState(file, problem);
+    } catch (const InputError& error) {
+      REQUIRE_THAT(error.what(), Contains("state.h5"));
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  REQUIRE(refusal() == "none");
+
+  SECTION("missing") {
+    fs::remove(file);
+    REQUIRE_THAT(refusal(), Contains("no such file"));
+  }
+  SECTION("empty, text, a folder, a pipe") {
+    writeBytes(file, "");
+    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    writeBytes(file, "12\n1 2 3\n");
+    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    fs::remove(file);
+    fs::create_directory(file);
+    REQUIRE_THAT(refusal(), Contains("is a folder, expected a state of packMesh"));
+    fs::remove(file);
+    REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
+    REQUIRE_THAT(refusal(), Contains("is a pipe, expected a state of packMesh"));
+  }
+  SECTION("truncated") {
+    for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
+      writeBytes(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+      REQUIRE_THAT(refusal(), Contains("truncated"));
+    }
+  }
+  SECTION("another program's HDF5 file") {
+    H5Fclose(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
+    REQUIRE_THAT(refusal(), Contains("is an HDF5 file, but not a state of packMesh"));
+  }
+  SECTION("another version") {
+    std::string other = bytes;
+    const std::string version = ", version 2\n";
+    other.replace(other.find(version), version.size(), ", version 99");
+    writeBytes(file, other);
+    REQUIRE_THAT(refusal(), Contains("version 99") && Contains("this packMesh reads version 2"));
+  }
+  SECTION("a number changed") {
+    const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    const hid_t set = H5Dopen2(opened, "/cells/scale", H5P_DEFAULT);
+    std::vector<double> scales(static_cast<std::size_t>(H5Dget_storage_size(set)) / sizeof(double), 1.0);
+    scales[3] = 0.999;
+    H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, scales.data());
+    H5Dclose(set);
+    H5Fclose(opened);
+    REQUIRE_THAT(refusal(), Contains("damaged"));
+  }
+  SECTION("bits changed anywhere") {
+    std::mt19937 random(1);
+    for (int n = 0; n < 300; ++n) {
+      std::string damaged = bytes;
+      const std::size_t at = random() % (n % 3 == 0 ? sealSize : damaged.size());
+      damaged[at] ^= static_cast<char>(1u << random() % 8);
+      writeBytes(file, damaged);
+      REQUIRE(refusal() != "none");
+    }
+  }
+  SECTION("of another problem") {
+    problem.seed = 4;
+    REQUIRE_THAT(refusal(), Contains("another problem"));
+  }
+}
+
+TEST_CASE("What cannot be written leaves the older state") {
+  const test::TemporaryFolder folder;
+  const PackingProblem problem = sampleProblem();
+  const PackingState state = sampleState(problem);
+  REQUIRE_THROWS_WITH(writeState(folder.path() / "no such folder" / "state.h5", problem, {}, state),
+                      Contains("state.h5") && Contains("cannot be written"));
+  const fs::path file = folder.path() / "state.h5";
+  writeState(file, problem, {}, state);
+  const std::string bytes = readBytes(file);
+  fs::create_directory(temporaryName(file, 0, "new"));  // in the way
+  REQUIRE_THROWS_AS(writeState(file, problem, {}, state), InputError);
+  REQUIRE(readBytes(file) == bytes);
+  fs::create_directory(folder.path() / "folder.h5");
+  REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
+                      Contains("folder.h5: the state cannot be put in place"));
+  REQUIRE_FALSE(fs::exists(temporaryName(folder.path() / "folder.h5", 0, "new")));
+}
+
+TEST_CASE("States with numbers that no run has are refused, whoever sealed them") {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "state.h5";
+  const PackingProblem problem = sampleProblem();
+  const PackingState state = sampleState(problem);
+  const auto refused = [&](const auto& change) {
+    PackingState changed = state;
+    change(changed);
+    writeState(file, problem, {}, changed);
+    try {
+      readState(file, problem);
+    } catch (const InputError& error) {
+      return std::string(error.what()).find("is damaged") != std::string::npos;
+    }
+    return false;
+  };
+  REQUIRE_FALSE(refused([](PackingState&) {}));
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinite = std::numeric_limits<double>::infinity();
+  for (const double bad : {nan, infinite, -infinite, -1.0, 1e300}) {
+    CAPTURE(bad);
+    const bool negative = bad == -1.0;
+    CHECK((negative || refused([&](PackingState& s) { s.cells[1].pose.position[2] = bad; })));
+    CHECK(refused([&](PackingState& s) { s.cells[1].pose.orientation[0] = 2.0 * bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].scale = bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].extraWallClearance = bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].overlap = bad; }));
+    CHECK(refused([&](PackingState& s) { s.cells[1].moved = bad; }));
+    CHECK(refused([&](PackingState& s) { s.relaxation.skin = bad; }));
+    CHECK(refused([&](PackingState& s) { s.relaxation.slack = bad; }));
+    CHECK(refused([&](PackingState& s) { s.relaxation.last.deepest = bad; }));
+    CHECK(refused([&](PackingState& s) { s.demandedOfWall[0] = bad; }));
+  }
+  CHECK(refused([](PackingState& s) { s.cells[1].id = s.cells[0].id; }));
+  CHECK(refused([](PackingState& s) { s.cells[1].scale = 0.0; }));
+  CHECK(refused([](PackingState& s) { std::fill_n(s.cells[1].pose.orientation, 4, 0.0); }));
+  CHECK(refused([](PackingState& s) { s.position.round = -1; }));
+  CHECK(refused([](PackingState& s) { s.position.schedule.part = -1; }));
+  CHECK(refused([](PackingState& s) { s.position.schedule.sweep = -1; }));
+  CHECK(refused([](PackingState& s) { s.repairs = -1; }));
+  CHECK(refused([](PackingState& s) { s.relaxation.sweeps = -1; }));
+  CHECK(refused([](PackingState& s) { s.relaxation.blocks = {-1, 1, 1}; }));
+}

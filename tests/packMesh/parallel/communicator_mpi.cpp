@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/parallel/communicator.h"
+
+#include <catch2/catch.hpp>
+#include <numeric>
+
+using namespace packmesh;
+
+TEST_CASE("Reductions are over all ranks", "[mpi]") {
+  const Communicator ranks = Communicator::world();
+  const int n = ranks.size(), r = ranks.rank();
+  REQUIRE(ranks.sum(std::int64_t(r + 1)) == n * (n + 1) / 2);
+  REQUIRE(ranks.max(double(r)) == n - 1);
+  REQUIRE(ranks.min(double(-r)) == 1 - n);
+  REQUIRE(ranks.min(std::int64_t(n - r)) == 1);
+  REQUIRE(ranks.any(r == n - 1));
+  REQUIRE_FALSE(ranks.any(false));
+  std::vector<std::int64_t> sums = {1, r, -r};
+  ranks.sum(sums);
+  REQUIRE(sums == std::vector<std::int64_t>{n, n * (n - 1) / 2, -n * (n - 1) / 2});
+  sums = {1, r};
+  std::vector<double> maxima = {-1.0 - r, r - 0.5, 1e300};
+  ranks.sumAndMax(sums, maxima);
+  REQUIRE(sums == std::vector<std::int64_t>{n, n * (n - 1) / 2});
+  REQUIRE(maxima == std::vector<double>{-1.0, n - 1.5, 1e300});
+  for (int root = 0; root < n; ++root)
+    REQUIRE(ranks.broadcast("rank " + std::to_string(r), root) == "rank " + std::to_string(root));
+}
+
+TEST_CASE("What is sent arrives, nothing included", "[mpi]") {
+  const Communicator ranks = Communicator::world();
+  const int n = ranks.size(), r = ranks.rank();
+  std::vector<std::vector<int>> to(n);
+  for (int other = 0; other < n; ++other) to[other].assign((r + other) % 3, 100 * r + other);
+  const std::vector<std::vector<int>> received = ranks.exchange(to);
+  REQUIRE(static_cast<int>(received.size()) == n);
+  for (int other = 0; other < n; ++other)
+    REQUIRE(received[other] == std::vector<int>((r + other) % 3, 100 * other + r));
+
+  std::vector<int> expected;
+  for (int other = 0; other < n; ++other) expected.insert(expected.end(), other, other);
+  REQUIRE(ranks.gatherAll(std::vector<int>(r, r)) == expected);
+
+  std::vector<int> visited;
+  ranks.visitInOrder(std::vector<int>(r, r), [&](const std::vector<int>& part) {
+    visited.insert(visited.end(), part.begin(), part.end());
+  });
+  REQUIRE(visited == (r == 0 ? expected : std::vector<int>()));
+}
+
+TEST_CASE("Peers get messages of any length up to the longest, again and again", "[mpi]") {
+  const Communicator ranks = Communicator::world();
+  const std::int64_t before = ranks.traffic().bytes;
+  std::vector<Communicator::Peer> peers;
+  for (int other = 0; other < ranks.size(); ++other) {
+    if (other == ranks.rank()) continue;
+    peers.emplace_back();
+    peers.back().rank = other;
+    peers.back().received.resize(10);
+  }
+  for (int round = 0; round < 20; ++round) {
+    for (Communicator::Peer& peer : peers)
+      peer.send.assign((round + ranks.rank()) % 11, static_cast<std::byte>(ranks.rank()));
+    ranks.beginSwap(peers);
+    ranks.endSwap(peers);
+    for (const Communicator::Peer& peer : peers) {
+      REQUIRE(peer.length == static_cast<std::size_t>((round + peer.rank) % 11));
+      for (std::size_t k = 0; k < peer.length; ++k)
+        REQUIRE(peer.received[k] == static_cast<std::byte>(peer.rank));
+    }
+    ranks.awaitSent();
+  }
+  REQUIRE((ranks.alone() || ranks.traffic().bytes > before));
+}

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/relaxation/wall_kernel.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <random>
+
+#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/wall_field.h"
+#include "tests/support/shapes.h"
+#include "tests/support/walls.h"
+
+using namespace packmesh;
+using test::NamedContainer;
+
+namespace {
+
+Box regionOf(const Container& container) {
+  return container.bounds().grownBy(9.0);
+}
+
+/// Anywhere a cell can be where the wall is near.
+Body randomBody(const NamedContainer& c, double reach, std::mt19937& random) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const Box box = c.container->bounds().grownBy(0.4 * reach);
+  Body body;
+  for (int attempt = 0; attempt < 10000; ++attempt) {
+    body.position = box.lo + box.size().cwiseProduct(Vec3(unit(random), unit(random), unit(random)));
+    const double distance = c.wall().distance(body.position).distance;
+    if (distance < 1.2 * reach && distance > -reach) break;
+  }
+  body.rotation = test::randomRotation(random);
+  body.orientation = Quaternion(body.rotation);
+  body.scale = random() % 3 == 0 ? 0.7 : 1.0;
+  return body;
+}
+
+struct Looked {
+  WallSums sums;
+  ClusterMask mask = allClusters;
+};
+
+Looked look(InstructionSet set, const SampleView& samples, const WallFrame& frame, double clearance,
+            double margin = 0.0, ClusterMask mask = allClusters) {
+  Looked looked;
+  std::memset(static_cast<void*>(&looked.sums), 0, sizeof looked.sums);
+  looked.mask = mask;
+  wallKernel(set)(samples, frame, static_cast<float>(clearance), static_cast<float>(margin), looked.mask,
+                  looked.sums);
+  return looked;
+}
+
+bool sameBits(const Looked& a, const Looked& b) {
+  return std::memcmp(&a.sums, &b.sums, sizeof a.sums) == 0 && a.mask == b.mask;
+}
+
+SpeciesModel modelOf(const Shape& shape) {
+  return SpeciesModel(shape, nullptr, shape.volume());
+}
+
+/// Sixteen points as a cluster that is never culled.
+struct OneCluster {
+  explicit OneCluster(const std::vector<Vec3>& at) {
+    for (int k = 0; k < SamplePoints::width; ++k) {
+      const Vec3& p = at[k % at.size()];
+      x.push_back(static_cast<float>(p.x()));
+      y.push_back(static_cast<float>(p.y()));
+      z.push_back(static_cast<float>(p.z()));
+    }
+  }
+  SampleView view() const {
+    return {1, 1, x.data(), y.data(), z.data(), zero.data(), zero.data(), zero.data(), radius.data()};
+  }
+  Vec3 at(int k) const { return {x[k], y[k], z[k]}; }
+  std::vector<float> x, y, z, zero = std::vector<float>(16, 0.0f), radius = std::vector<float>(16, 1e3f);
+};
+
+/// So large that every point counts as touching, whereby the sums tell its distance.
+constexpr double everything = 40.0;
+
+double weightOf(const WallSums& sums) {
+  double weight = 0.0;
+  for (int k = 0; k < sums.contacts; ++k) weight += sums.contact[k].weight;
+  return weight;
+}
+
+/// What the kernel says of single points, against distance(p).
+template <class Distance>
+double worstError(const NamedContainer& c, const WallField& field, bool deep, std::mt19937& random,
+                  Distance&& expected) {
+  double worst = 0.0;
+  for (int n = 0; n < 400; ++n) {
+    Body body = randomBody(c, 4.0, random);
+    body.scale = 1.0;
+    const OneCluster one({Vec3(4.0 * test::randomDirection(random))});
+    const Vec3 p = body.position + body.rotation * one.at(0);
+    const Looked found = look(chosenInstructionSet(), one.view(), field.frameOf(body, 4.0, deep), everything);
+    REQUIRE(found.sums.contacts >= 1);  // several where the gradient vanishes
+    if (const auto distance = expected(p))
+      worst = std::max(worst, std::abs(everything - found.sums.contact[0].deepest - *distance));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("All instruction sets see the same wall to the bit", "[relaxation][kernel][wall]") {
+  std::vector<InstructionSet> others;
+  if (available(InstructionSet::avx2)) others.push_back(InstructionSet::avx2);
+  if (available(InstructionSet::avx512)) others.push_back(InstructionSet::avx512);
+  if (others.size() < 2) WARN("This processor lacks AVX2 or AVX-512: compared are " << others.size() + 1);
+
+  std::mt19937 random(1);
+  int touching = 0, apart = 0;
+  for (const NamedContainer& c : test::allContainers()) {
+    const WallField field(c.wall(), regionOf(*c.container));
+    for (const test::NamedShape& shape : test::allShapes()) {
+      CAPTURE(c.name, shape.name);
+      const SpeciesModel model = modelOf(*shape.shape);
+      for (int n = 0; n < 25; ++n) {
+        const Body body = randomBody(c, model.radius, random);
+        const SampleView& samples = n % 4 == 0 ? model.coarseSamples : model.samples;
+        const WallFrame frame = field.frameOf(body, model.radius * body.scale, n % 5 == 0);
+        const double margin = n % 3 == 0 ? 0.1 : 0.0;
+        const Looked expected = look(InstructionSet::portable, samples, frame, 0.02, margin);
+        ++(expected.sums.contacts > 0 ? touching : apart);
+        for (const InstructionSet set : others) {
+          REQUIRE(sameBits(look(set, samples, frame, 0.02, margin), expected));
+          REQUIRE(sameBits(look(set, samples, frame, 0.02, 0.0, expected.mask),
+                           look(InstructionSet::portable, samples, frame, 0.02, 0.0, expected.mask)));
+        }
+      }
+    }
+  }
+  REQUIRE(touching > 300);
+  REQUIRE(apart > 300);
+}
+
+TEST_CASE("Sixteen points at once are as far from the wall as each by itself", "[relaxation][kernel][wall]") {
+  std::mt19937 random(2);
+  for (const NamedContainer& c : test::allContainers()) {
+    CAPTURE(c.name);
+    const Box region = regionOf(*c.container);
+    const WallField field(c.wall(), region);
+    if (c.wall().closedForm()) {
+      const auto exact = [&](const Vec3& p) { return std::optional<double>(c.wall().distance(p).distance); };
+      REQUIRE(worstError(c, field, false, random, exact) < 2e-5);
+      continue;
+    }
+    const double spacing = c.wall().samplingSpacing();
+    const SampledWall fine(c.wall(), region, spacing), coarse(c.wall(), region, 1.0);
+    REQUIRE(worstError(c, field, false, random, [&](const Vec3& p) {
+              return std::optional<double>(fine.distance(p).distance);
+            }) < 2e-5);
+    REQUIRE(worstError(c, field, true, random, [&](const Vec3& p) {
+              return std::optional<double>(coarse.distance(p).distance);
+            }) < 5e-5);
+    // And that is the distance itself, where it matters: corners err by a quarter of the spacing.
+    const auto near = [&](const Vec3& p) {
+      const double distance = c.wall().distance(p).distance;
+      return std::abs(distance) < 1.0 ? std::optional<double>(distance) : std::nullopt;
+    };
+    REQUIRE(worstError(c, field, false, random, near) < 0.3 * spacing);
+
+    // Different points in the lanes.
+    for (int n = 0; n < 50; ++n) {
+      Body body = randomBody(c, 4.0, random);
+      body.scale = 1.0;
+      std::vector<Vec3> points;
+      for (int k = 0; k < 16; ++k) points.push_back(2.0 * test::randomDirection(random));
+      const OneCluster all(points);
+      double weight = 0.0;
+      for (int k = 0; k < 16; ++k)
+        weight += everything - fine.distance(body.position + body.rotation * all.at(k)).distance;
+      const Looked found =
+          look(chosenInstructionSet(), all.view(), field.frameOf(body, 4.0, false), everything);
+      REQUIRE(weightOf(found.sums) == Approx(weight).margin(2e-3));
+    }
+  }
+}
+
+TEST_CASE("Contacts with the wall are the sums over all sample points", "[relaxation][kernel][wall]") {
+  std::mt19937 random(3);
+  int touching = 0, several = 0;
+  for (const NamedContainer& c : test::allContainers()) {
+    const Box region = regionOf(*c.container);
+    const WallField field(c.wall(), region);
+    for (const test::NamedShape& shape : test::allShapes()) {
+      CAPTURE(c.name, shape.name);
+      const SpeciesModel model = modelOf(*shape.shape);
+      for (int n = 0; n < 12; ++n) {
+        const Body body = randomBody(c, model.radius, random);
+        const double clearance = n % 2 == 0 ? 0.02 : 0.3;
+        const WallFrame frame = field.frameOf(body, model.radius * body.scale, false);
+        const WallSums sums = look(chosenInstructionSet(), model.samples, frame, clearance).sums;
+        double weight = 0.0, deepest = 0.0, found = 0.0;
+        Vec3 point = Vec3::Zero(), foundPoint = Vec3::Zero();
+        for (int i = 0; i < 16 * model.samples.clusters; ++i) {
+          const Vec3 arm =
+              body.scale * (body.rotation * Vec3(model.samples.x[i], model.samples.y[i], model.samples.z[i]));
+          // The kernel itself, a point at a time: what it says of points is tested above.
+          const OneCluster one({Vec3(model.samples.x[i], model.samples.y[i], model.samples.z[i])});
+          const WallSums single = look(chosenInstructionSet(), one.view(), frame, everything).sums;
+          const double depth = clearance - (everything - single.contact[0].deepest);
+          if (depth <= 0.0) continue;
+          weight += depth;
+          point += depth * arm;
+          deepest = std::max(deepest, depth);
+        }
+        double foundDeepest = 0.0;
+        for (int k = 0; k < sums.contacts; ++k) {
+          found += sums.contact[k].weight;
+          foundPoint += Vec3(sums.contact[k].point[0], sums.contact[k].point[1], sums.contact[k].point[2]);
+          foundDeepest = std::max<double>(foundDeepest, sums.contact[k].deepest);
+        }
+        CAPTURE(n, sums.contacts, weight, found);
+        const double rounding = 1e-5 * (100.0 + weight);
+        REQUIRE(std::abs(found - weight) < rounding);
+        REQUIRE((foundPoint - point).norm() < model.radius * rounding);
+        REQUIRE(foundDeepest == Approx(deepest).margin(1e-4));
+        touching += weight > 0.0;
+        several += sums.contacts > 1;
+      }
+    }
+  }
+  REQUIRE(touching > 200);
+  REQUIRE(several > 20);
+}
+
+TEST_CASE("Without a contact, no sample point is nearer to the wall than the kernel says",
+          "[relaxation][kernel][wall]") {
+  std::mt19937 random(4);
+  int checked = 0;
+  for (const NamedContainer& c : test::allContainers()) {
+    const WallField field(c.wall(), regionOf(*c.container));
+    // The field may be too large by what its interpolation errs by.
+    const double error = c.wall().closedForm() ? 1e-4 : 0.3 * c.wall().samplingSpacing() + c.wall().slack();
+    for (const test::NamedShape& shape : test::allShapes()) {
+      CAPTURE(c.name, shape.name);
+      const SpeciesModel model = modelOf(*shape.shape);
+      for (int n = 0; n < 25; ++n) {
+        const Body body = randomBody(c, model.radius, random);
+        const WallFrame frame = field.frameOf(body, model.radius * body.scale, false);
+        const WallSums sums = look(chosenInstructionSet(), model.samples, frame, 0.02).sums;
+        if (sums.contacts > 0) continue;
+        double nearest = std::numeric_limits<double>::infinity();
+        for (int i = 0; i < 16 * model.samples.clusters; ++i)
+          nearest = std::min(
+              nearest, c.wall()
+                           .distance(body.position + body.scale * (body.rotation * Vec3(model.samples.x[i],
+                                                                                        model.samples.y[i],
+                                                                                        model.samples.z[i])))
+                           .distance);
+        ++checked;
+        CAPTURE(n, nearest, sums.nearest);
+        REQUIRE(sums.nearest >= 0.02f);
+        REQUIRE(sums.nearest <= nearest + error);
+      }
+    }
+  }
+  REQUIRE(checked > 200);
+}
+
+TEST_CASE("Clusters outside the mask do not touch the wall before the cell has moved by the margin",
+          "[relaxation][kernel][wall]") {
+  std::mt19937 random(5);
+  int touching = 0, spared = 0;
+  for (const NamedContainer& c : test::allContainers()) {
+    const WallField field(c.wall(), regionOf(*c.container));
+    for (const test::NamedShape& shape : test::allShapes()) {
+      CAPTURE(c.name, shape.name);
+      const SpeciesModel model = modelOf(*shape.shape);
+      for (int n = 0; n < 15; ++n) {
+        Body body = randomBody(c, model.radius, random);
+        const double reach = model.radius * body.scale, margin = n % 2 == 0 ? 0.1 : 0.02;
+        const ClusterMask mask =
+            look(chosenInstructionSet(), model.samples, field.frameOf(body, reach, false), 0.02, margin).mask;
+        body.position += 0.5 * margin * test::randomDirection(random);
+        body.rotation =
+            Eigen::AngleAxisd(0.45 * margin / reach, test::randomDirection(random)).toRotationMatrix() *
+            body.rotation;
+        const WallFrame frame = field.frameOf(body, reach, false);
+        const WallSums all = look(chosenInstructionSet(), model.samples, frame, 0.02).sums;
+        const WallSums some = look(chosenInstructionSet(), model.samples, frame, 0.02, 0.0, mask).sums;
+        CAPTURE(n, margin);
+        // Interpolated distances change by a little more than points move.
+        const double error = c.wall().closedForm() ? 1e-5 : 0.5 * margin;
+        for (int k = 0; k < std::min(all.contacts, some.contacts); ++k)
+          REQUIRE(std::abs(all.contact[k].deepest - some.contact[k].deepest) < error);
+        if (c.wall().closedForm()) REQUIRE(all.contacts == some.contacts);
+        touching += all.contacts > 0;
+        spared += __builtin_popcountll(mask) < std::min(64, model.samples.clusters) / 2;
+      }
+    }
+  }
+  REQUIRE(touching > 300);
+  REQUIRE(spared > 300);
+}
+
+TEST_CASE("A cell between two walls has a contact with either", "[relaxation][kernel][wall]") {
+  const auto sphere = test::sphereShape(2.0);
+  const SpeciesModel model = modelOf(*sphere);
+  const auto slit = makeBox(Box{Vec3::Zero(), Vec3(20.0, 20.0, 3.8)}, {true, true, false});
+  const auto room = makeBox(Box{Vec3::Zero(), Vec3(20.0, 20.0, 20.0)}, {false, false, false});
+  const auto seen = [&](const Container& container, const Vec3& at) {
+    Body body;
+    body.position = at;
+    const WallField field(*container.wall(), container.bounds());
+    return look(chosenInstructionSet(), model.samples, field.frameOf(body, 2.0, false), 0.0).sums;
+  };
+  const WallSums between = seen(*slit, Vec3(10.0, 10.0, 1.9));
+  REQUIRE(between.contacts == 2);
+  for (int k = 0; k < 2; ++k) REQUIRE(between.contact[k].deepest == Approx(0.1).margin(0.01));
+  REQUIRE(between.contact[0].normal[2] * between.contact[1].normal[2] < 0.0f);
+  REQUIRE(seen(*slit, Vec3(10.0, 10.0, 1.7)).contacts == 1);
+  // In a corner of three walls.
+  const WallSums corner = seen(*room, Vec3(1.8, 1.85, 18.1));
+  REQUIRE(corner.contacts == 3);
+  double depths[3];
+  for (int k = 0; k < 3; ++k) depths[k] = corner.contact[k].deepest;
+  std::sort(depths, depths + 3);
+  REQUIRE(depths[0] == Approx(0.1).margin(0.02));
+  REQUIRE(depths[2] == Approx(0.2).margin(0.02));
+  REQUIRE(seen(*room, Vec3(10.0, 10.0, 10.0)).contacts == 0);
+}

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Checks the rules of the code layout that docs/contributing.md states: check_layout.py [folder of the project]
+
+- Includes point down the lists of folders in contributing.md, never up; the library never includes the adapter.
+- No cycle between files; a header and its source count as one.
+- A class is declared in the header that has its name.
+- A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
+- What CMake finds is named by scripts/apt-packages.txt, the Spack recipe, the container recipe and the .deb.
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
+faults = []
+
+
+def sources():
+    for top in ("packMesh", "hemocell_adapter"):
+        for path in sorted((ROOT / top).rglob("*")):
+            if path.suffix in {".h", ".cpp"}:
+                yield path.relative_to(ROOT)
+
+
+def included(path):
+    return [pathlib.Path(p) for p in re.findall(r'^#include "([^"]+)"', (ROOT / path).read_text(), re.M)]
+
+
+def layers():
+    """Folders in the order of contributing.md: each may include those above it in its list."""
+    block = re.search(r"## Code layout\n(.*?)\n## ", (ROOT / "docs/contributing.md").read_text(), re.S)[1]
+    order, top = [], ""
+    for line in block.splitlines():
+        if found := re.match(r"    (\w+)/ ", line):
+            top = found[1]
+        elif found := re.match(r"      (\w+)/ ", line):
+            order.append(f"{top}/{found[1]}")
+    return order
+
+
+def check_includes():
+    order = layers()
+    folders = {str(path.parent) for path in sources()}
+    for folder in sorted(folders - set(order)):
+        faults.append(f"{folder} is missing in the layout of docs/contributing.md")
+    for folder in sorted(set(order) - folders):
+        faults.append(f"docs/contributing.md names {folder}, which has no sources")
+    for path in sources():
+        for other in included(path):
+            a, b = str(path.parent), str(other.parent)
+            if a in order and b in order and order.index(b) > order.index(a):
+                faults.append(f"{path} includes {other}, which is above it")
+
+
+def check_cycles():
+    """Of units: name.h with name.cpp."""
+    uses = {}
+    for path in sources():
+        unit = path.with_suffix("")
+        uses.setdefault(unit, set()).update(o.with_suffix("") for o in included(path) if o.with_suffix("") != unit)
+    done, at = set(), []
+
+    def visit(unit):
+        if unit in at:
+            faults.append("files include each other: " + " -> ".join(map(str, at[at.index(unit):] + [unit])))
+            return
+        if unit in done:
+            return
+        at.append(unit)
+        for other in sorted(uses.get(unit, ())):
+            visit(other)
+        at.pop()
+        done.add(unit)
+
+    for unit in sorted(uses):
+        visit(unit)
+
+
+def file_of(name):
+    """The file that a class belongs to: PosFile, pos_file."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
+
+
+def check_classes():
+    for path in sources():
+        if path.suffix != ".h" or "error" in path.stem:
+            continue
+        for name in re.findall(r"^class (\w+)(?: final)?(?: :[^{;]*)? \{", (ROOT / path).read_text(), re.M):
+            if file_of(name) != path.stem and (ROOT / path.parent / (file_of(name) + ".h")) != ROOT / path:
+                faults.append(f"{path}: class {name} belongs in {file_of(name)}.h")
+
+
+def check_tolerances():
+    """Comments count on the line, or above a group of definitions."""
+    for path in sources():
+        if path.name == "tolerances.h":
+            continue
+        lines = (ROOT / path).read_text().splitlines()
+        for number, line in enumerate(lines):
+            code = re.sub(r'"([^"\\]|\\.)*"', '""', line.split("//")[0])
+            if not re.search(r"\b\d(\.\d+)?e-([4-9]|\d\d)f?\b", code) or "//" in line:
+                continue
+            above = number - 1
+            while above >= 0 and lines[above].strip() and not lines[above].strip().startswith("//") \
+                    and number - above < 4:
+                above -= 1
+            if not lines[above].strip().startswith("//"):
+                faults.append(f"{path}:{number + 1}: a bare tolerance without its reason: {line.strip()}")
+
+
+# What CMake finds: by which names the recipes know it.
+RECIPES = {"Eigen3": "eigen", "RANDOM123": "random123", "XXHASH": "xxhash", "MPI": "mpi", "HDF5": "hdf5",
+           "OpenMesh": "openmesh", "fmt": "fmt", "spdlog": "spdlog", "nlohmann_json": "nlohmann.json",
+           "TINYXML2": "tinyxml2", "TetGen": "tet(gen|1\\.5)"}
+
+
+def check_recipes():
+    cmake = (ROOT / "CMakeLists.txt").read_text()
+    found = re.findall(r"^(?:find_package|pkg_check_modules)\((\w+)", cmake, re.M) \
+        + [n.removesuffix("_INCLUDE_DIR") for n in re.findall(r"^find_path\((\w+)", cmake, re.M)]
+    spack = next((ROOT / "packaging/spack").rglob("package.py"))
+    for name in found:
+        if name == "PkgConfig":
+            continue
+        if name not in RECIPES:
+            faults.append(f"CMakeLists.txt finds {name}, which {pathlib.Path(__file__).name} does not know")
+            continue
+        for recipe in (ROOT / "scripts/apt-packages.txt", spack):
+            if not re.search(RECIPES[name], recipe.read_text(), re.I):
+                faults.append(f"{recipe.relative_to(ROOT)} lacks {name}, which CMakeLists.txt finds")
+    if "setup.sh" not in (ROOT / "packaging/Dockerfile").read_text():
+        faults.append("packaging/Dockerfile does not install by scripts/setup.sh")
+    if "SHLIBDEPS ON" not in (ROOT / "packaging/debian.cmake").read_text():
+        faults.append("packaging/debian.cmake does not let dpkg-shlibdeps find the dependencies")
+
+
+check_includes()
+check_cycles()
+check_classes()
+check_tolerances()
+check_recipes()
+print("\n".join(faults))
+print(f"{len(faults)} breaches of the rules in docs/contributing.md")
+sys.exit(1 if faults else 0)
