@@ -8,6 +8,7 @@
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/scene.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {

@@ -15,6 +15,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/version.h"
 #include "packMesh/parallel/arrival.h"
+#include "packMesh/parallel/mpi_session.h"
 
 namespace {
 

@@ -24,6 +24,7 @@ struct DomainTag {
   double low, high;
   bool lowExcluded;
 };
+/// A spacing of 100 µm and more is a slip of the unit.
 constexpr DomainTag dxTag = {"dx", Kind::number, "m; 5e-7 is 0.5 µm", 0, 1e-4, true};
 constexpr DomainTag refDirTag = {"refDir", Kind::integer, "0, 1, 2 for x, y, z", 0, 2, false};
 constexpr DomainTag refDirNTag = {"refDirN", Kind::integer, "lattice nodes", 1, mostNodes, false};

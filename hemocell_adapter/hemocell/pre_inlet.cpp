@@ -155,6 +155,7 @@ double cutAt(const TriangleMesh& surface, int axis, int plane, const Lattice& la
   const int n = lattice.nodes()[0];
   if (axis == 0) plane = plane < 2 ? plane + 1 : std::min(plane, n - 3);
   const Box box = boundingBox(surface);
+  // Off the caps, where a plane has no outline.
   const double inset = 1e-6 * box.size()[axis];
   return std::clamp(plane * lattice.dx(), box.lo[axis] + inset, box.hi[axis] - inset);
 }

@@ -242,7 +242,7 @@ void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int cou
 }
 
 std::optional<VoxelDistance::SampleRows> VoxelDistance::rowsOf(const NodeBlock& block) const {
-  constexpr double rounding = 1e-6, most = 1e9;
+  constexpr double rounding = 1e-6, most = 1e9;  // in lattice spacings; far beyond any lattice
   const auto isWhole = [](double x) { return std::abs(x) < most && std::abs(x - std::round(x)) < rounding; };
   const double perLength = 2.0 / dx_;
   const Vec3 first = perLength * block.origin + Vec3::Ones();

@@ -67,19 +67,15 @@ void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, co
 }
 
 /// What was packed, by the user's species: packing may have had several parts of each.
-PackingProblem measuredProblem(const Finished& done) {
-  PackingProblem problem;
-  for (std::size_t s = 0; s < done.scene.species.size(); ++s) {
-    const SceneSpecies& species = done.scene.species[s];
-    Species& one = problem.species.emplace_back();
-    one.name = species.job.name;
-    one.shape = species.shape;
-    one.count = done.tally.counts[s];
-    one.inHematocrit = species.job.redCell;
+AnalysisInput analysisInput(const Finished& done) {
+  AnalysisInput input;
+  for (const SceneSpecies& species : done.scene.species) {
+    input.shapes.push_back(species.shape.get());
+    input.inHematocrit.push_back(species.job.redCell);
   }
-  problem.container = done.scene.lumen.container;
-  problem.communicator = done.ranks;
-  return problem;
+  input.container = done.scene.lumen.container.get();
+  input.communicator = done.ranks;
+  return input;
 }
 
 void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
@@ -173,8 +169,8 @@ void writeViews(const Finished& done, const RunTimes& times) {
   const Communicator& ranks = done.ranks;
   const std::vector<fs::path> views = viewFiles(job, done.scene);
   if (views.empty()) return;
-  const PackingProblem problem = measuredProblem(done);
-  const CellMeasures measures = measureShare(problem, done.result.cells);
+  const AnalysisInput analysis = analysisInput(done);
+  const CellMeasures measures = measureShare(analysis, done.result.cells);
   std::vector<PicturedCell> cells;
   if (job.povScene || (job.reportFile && job.reportFile->extension() == ".html"))
     cells = allCells(done, measures);
@@ -183,7 +179,7 @@ void writeViews(const Finished& done, const RunTimes& times) {
   if (job.vtp || job.vtpMeshes) writeVtp(done, measures);
   if (job.reportFile) {
     SharedFiles(ranks).makeFolder(job.reportFile->parent_path());
-    const PackingMeasures all = measurePacking(problem, done.result.cells, measures.gap, endAxes(job));
+    const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(job));
     writeOnFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
   }
   for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));

@@ -24,9 +24,10 @@ struct Axis {
         break;
       }
   }
-  void roundUp() { high = step * std::ceil(high / step - 1e-9); }
+  void roundUp() { high = step * std::ceil(high / step - 1e-9); }  // but for rounding
   std::vector<double> ticks() const {
     std::vector<double> at;
+    // But for rounding.
     for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) at.push_back(i * step);
     return at;
   }
@@ -34,6 +35,7 @@ struct Axis {
 };
 
 std::string label(double v, double step) {
+  // A rounding error near zero is zero.
   return std::abs(v) < 1e-9 * step ? "0" : fmt::format("{:.6g}", v);
 }
 

@@ -14,6 +14,7 @@
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
+#include "packMesh/container/vessel_ends.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
@@ -352,7 +353,7 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
   const std::array<int, 3> n = checkedNodes(nodes, job.config->file.string());
   for (int k = 0; k < 3; ++k) {
     const double period = container.period()[k];
-    constexpr double rounding = 1e-6;
+    constexpr double rounding = 1e-6;  // of numbers that people wrote
     if (period > 0 && std::abs(n[k] * dx - period) > rounding * period) {
       throw InputError(fmt::format(
           "the lumen repeats along {} every {:.15g} µm, but {} nodes at dx {:.15g} µm are {:.15g} µm: a "
@@ -367,7 +368,7 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
                [&](int first, int last, int j, int k, double distance) {
                  lattice->setFluid(first, last, j, k, distance >= 0);
                });
-  const double rounding = 1e-6 * dx;
+  const double rounding = 1e-6 * dx;  // nodes on an obstacle are solid
   for (const auto& obstacle : obstacles)
     for (const Vec3& shift : periodicShifts(container.period())) {
       const Box box = Box{obstacle->bounds().lo + shift, obstacle->bounds().hi + shift}.grownBy(rounding);

@@ -76,8 +76,8 @@ double lumenIn(const Boxes& boxes, std::int64_t box, const Wall* wall) {
 
 class Measuring {
  public:
-  Measuring(const PackingProblem& problem, const CertificateInput& input)
-      : problem_(problem), input_(input), cells_(input_) {}
+  Measuring(const AnalysisInput& analysis, const CertificateInput& input)
+      : analysis_(analysis), input_(input), cells_(input_) {}
 
   CellMeasures operator()() const {
     const std::vector<double> gaps = gapsOfAll();
@@ -123,17 +123,16 @@ class Measuring {
   /// Of own cells; of others 0.
   std::vector<double> localHematocrits() const {
     std::vector<std::vector<Vec3>> points;
-    for (std::size_t s = 0; s < problem_.species.size(); ++s)
-      points.push_back(innerPoints(*problem_.species[s].shape, pointsOfCell));
-    const Boxes boxes(*problem_.container);
+    for (const Shape* shape : analysis_.shapes) points.push_back(innerPoints(*shape, pointsOfCell));
+    const Boxes boxes(*analysis_.container);
     std::vector<std::int64_t> red(boxes.count(), 0);  // [steps]
     for (std::int64_t i = 0; i < cells_.count(); ++i) {
-      if (!cells_.isOwn(i) || !problem_.species[cell(i).species].inHematocrit) continue;
+      if (!cells_.isOwn(i) || !analysis_.inHematocrit[cell(i).species]) continue;
       const std::vector<Vec3>& inCell = points[cell(i).species];
       const auto each = std::llround(cells_.volume(i) / volumeStep / double(inCell.size()));
       for (const Vec3& p : inCell) red[boxes.of(cell(i).placement(p))] += each;
     }
-    problem_.communicator.sum(red);
+    analysis_.communicator.sum(red);
     std::vector<double> hematocrit(red.size(), -1.0);  // as they are asked for
     std::vector<double> local(cells_.count(), 0.0);
     for (std::int64_t i = 0; i < cells_.count(); ++i) {
@@ -142,22 +141,22 @@ class Measuring {
       for (const Vec3& p : inCell) {
         const std::int64_t box = boxes.of(cell(i).placement(p));
         double& h = hematocrit[box];
-        if (h < 0.0) h = volumeStep * double(red[box]) / lumenIn(boxes, box, problem_.container->wall());
+        if (h < 0.0) h = volumeStep * double(red[box]) / lumenIn(boxes, box, analysis_.container->wall());
         local[i] += h / double(inCell.size());
       }
     }
     return local;
   }
 
-  const PackingProblem& problem_;
+  const AnalysisInput& analysis_;
   const CertificateInput& input_;
   const CertifiedCells cells_;
 };
 
 }  // namespace
 
-CellMeasures measureCells(const PackingProblem& problem, const CertificateInput& input) {
-  return Measuring(problem, input)();
+CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input) {
+  return Measuring(analysis, input)();
 }
 
 }  // namespace packmesh

@@ -39,7 +39,7 @@ Profile layersOf(double begin, double length, bool exactly) {
     profile.width = width;
     if (length <= mostLayers * width) break;
   }
-  const double layers = std::max(1.0, std::ceil(length / profile.width - 1e-9));
+  const double layers = std::max(1.0, std::ceil(length / profile.width - 1e-9));  // but for rounding
   if (exactly) profile.width = length / layers;
   profile.lumen.resize(static_cast<std::size_t>(layers), 0.0);
   return profile;
@@ -47,17 +47,17 @@ Profile layersOf(double begin, double length, bool exactly) {
 
 class Measuring {
  public:
-  Measuring(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
+  Measuring(const AnalysisInput& analysis, const std::vector<PlacedCell>& cells,
             const std::array<bool, 3>& ends)
-      : problem_(problem),
-        container_(*problem.container),
+      : analysis_(analysis),
+        container_(*analysis.container),
         cells_(cells),
         ends_(ends),
         bounds_(container_.bounds()),
         period_(container_.period()),
         wall_(container_.wall()) {
     if (wall_) depth_.emplace(*wall_, bounds_);
-    const std::int64_t all = problem.communicator.sum(static_cast<std::int64_t>(cells.size()));
+    const std::int64_t all = analysis.communicator.sum(static_cast<std::int64_t>(cells.size()));
     const std::int64_t points = wall_ && !wall_->closedForm() ? pointsAtMeshes : pointsOfAll;
     measures_.pointsPerCell =
         static_cast<int>(std::clamp(points / std::max<std::int64_t>(1, all), fewestPerCell, mostPerCell));
@@ -67,7 +67,7 @@ class Measuring {
     for (int k = 0; k < 3; ++k) measures_.axial[k] = layersOf(bounds_.lo[k], bounds_.size()[k], true);
     sampleLumen();
     profileCells();
-    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+    for (std::size_t s = 0; s < analysis_.shapes.size(); ++s) {
       measures_.gaps.push_back(gapsOf(static_cast<int>(s), gaps));
       measures_.orientation.push_back(orderOf(static_cast<int>(s)));
     }
@@ -106,7 +106,7 @@ class Measuring {
     std::int64_t n[3];
     for (int k = 0; k < 3; ++k) n[k] = std::max<std::int64_t>(1, std::llround(size[k] / edge));
     measures_.lumenPoints = n[0] * n[1] * n[2];
-    const Communicator& ranks = problem_.communicator;
+    const Communicator& ranks = analysis_.communicator;
     std::array<std::vector<std::int64_t>, 3> slices;
     for (int k = 0; k < 3; ++k) slices[k].assign(measures_.axial[k].lumen.size(), 0);
     std::vector<double> depths;
@@ -169,17 +169,17 @@ class Measuring {
   };
 
   void profileCells() {
-    const std::size_t species = problem_.species.size();
+    const std::size_t species = analysis_.shapes.size();
     std::vector<std::vector<Vec3>> points;
-    for (const Species& one : problem_.species)
-      points.push_back(innerPoints(*one.shape, measures_.pointsPerCell));
+    for (const Shape* shape : analysis_.shapes)
+      points.push_back(innerPoints(*shape, measures_.pointsPerCell));
     std::vector<Sums> axial;
     for (const Profile& profile : measures_.axial) axial.emplace_back(profile, species);
     std::optional<Sums> wall;
     if (measures_.wall) wall.emplace(*measures_.wall, species);
     for (const PlacedCell& cell : cells_) {
       const std::vector<Vec3>& inCell = points[cell.species];
-      const double volume = problem_.species[cell.species].shape->volume() / double(inCell.size());
+      const double volume = analysis_.shapes[cell.species]->volume() / double(inCell.size());
       const std::int64_t each = whole(volume, volumeStep);
       for (const Vec3& body : inCell) {
         const Vec3 p = wrapped(cell.placement(body), bounds_, period_);
@@ -194,10 +194,10 @@ class Measuring {
   }
 
   void finish(Profile& profile, Sums& sums) const {
-    problem_.communicator.sum(sums.volume);
-    problem_.communicator.sum(sums.points);
+    analysis_.communicator.sum(sums.volume);
+    analysis_.communicator.sum(sums.points);
     profile.red.assign(sums.layers, 0.0);
-    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+    for (std::size_t s = 0; s < analysis_.shapes.size(); ++s) {
       std::vector<double>& fraction = profile.fraction.emplace_back(sums.layers, 0.0);
       std::vector<double>& error = profile.error.emplace_back(sums.layers, 0.0);
       for (std::size_t i = 0; i < sums.layers; ++i) {
@@ -206,7 +206,7 @@ class Measuring {
         fraction[i] = volume / profile.lumen[i];
         const double ofLumen = wall_ ? volumeOfPoint_ / profile.lumen[i] : 0.0;
         error[i] = fraction[i] * std::sqrt(1.0 / double(sums.points[s * sums.layers + i]) + ofLumen);
-        if (problem_.species[s].inHematocrit) profile.red[i] += fraction[i];
+        if (analysis_.inHematocrit[s]) profile.red[i] += fraction[i];
       }
     }
   }
@@ -229,7 +229,7 @@ class Measuring {
       ++own;
       least = std::min(least, gaps[i]);
     }
-    const Communicator& ranks = problem_.communicator;
+    const Communicator& ranks = analysis_.communicator;
     ranks.sum(histogram.counts);
     histogram.beyond = ranks.sum(histogram.beyond);
     const std::int64_t near = ranks.sum(own);
@@ -261,10 +261,10 @@ class Measuring {
       constexpr int pairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
       for (int k = 0; k < 6; ++k) sums[k] += whole(n[pairs[k][0]] * n[pairs[k][1]], cosineStep);
     }
-    problem_.communicator.sum(sums);
-    problem_.communicator.sum(tenths);
+    analysis_.communicator.sum(sums);
+    analysis_.communicator.sum(tenths);
     for (int k = 0; k < 30; ++k) order.cosines[k / 10][k % 10] = tenths[k];
-    order.cells = problem_.communicator.sum(order.cells);
+    order.cells = analysis_.communicator.sum(order.cells);
     if (order.cells == 0) return order;
     const auto mean = [&](int k) { return cosineStep * double(sums[k]) / double(order.cells); };
     Mat3 moments;
@@ -279,7 +279,7 @@ class Measuring {
     return order;
   }
 
-  const PackingProblem& problem_;
+  const AnalysisInput& analysis_;
   const Container& container_;
   const std::vector<PlacedCell>& cells_;
   const std::array<bool, 3> ends_;
@@ -311,9 +311,9 @@ std::optional<double> layerBelow(const Profile& profile, double share) {
   return {};
 }
 
-PackingMeasures measurePacking(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
+PackingMeasures measurePacking(const AnalysisInput& analysis, const std::vector<PlacedCell>& cells,
                                const std::vector<double>& gaps, const std::array<bool, 3>& ends) {
-  return Measuring(problem, cells, ends)(gaps);
+  return Measuring(analysis, cells, ends)(gaps);
 }
 
 }  // namespace packmesh

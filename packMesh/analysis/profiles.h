@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "packMesh/packing/packing_problem.h"
+#include "packMesh/analysis/cell_measures.h"
 
 namespace packmesh {
 
@@ -20,7 +20,7 @@ struct Profile {
   std::vector<double> lumen;                  ///< volume of each layer [µm³]
   std::vector<std::vector<double>> fraction;  ///< [species][layer]
   std::vector<std::vector<double>> error;     ///< of fraction
-  std::vector<double> red;                    ///< of Species::inHematocrit together, [layer]
+  std::vector<double> red;                    ///< of AnalysisInput::inHematocrit together, [layer]
 
   int layers() const { return static_cast<int>(lumen.size()); }
   double middle(int layer) const { return begin + (layer + 0.5) * width; }
@@ -66,7 +66,7 @@ struct PackingMeasures {
 /// @param gaps of these cells, see measureCells() [µm]
 /// @param ends axes along which the lumen ends, but not at a wall: what is nearer to such an end than to the
 ///   wall is left out of `wall`
-PackingMeasures measurePacking(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
+PackingMeasures measurePacking(const AnalysisInput& analysis, const std::vector<PlacedCell>& cells,
                                const std::vector<double>& gaps, const std::array<bool, 3>& ends);
 
 }  // namespace packmesh

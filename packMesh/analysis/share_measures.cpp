@@ -60,11 +60,11 @@ class Slices {
 };
 
 /// Each rank's cells, with those that are near enough to matter; by id.
-std::vector<Traveller> sentToSlices(const PackingProblem& problem, const std::vector<PlacedCell>& own) {
-  const Communicator& ranks = problem.communicator;
-  const Slices slices(*problem.container, ranks.size());
+std::vector<Traveller> sentToSlices(const AnalysisInput& analysis, const std::vector<PlacedCell>& own) {
+  const Communicator& ranks = analysis.communicator;
+  const Slices slices(*analysis.container, ranks.size());
   double radius = 0.0;
-  for (const Species& species : problem.species) radius = std::max(radius, species.shape->radius());
+  for (const Shape* shape : analysis.shapes) radius = std::max(radius, shape->radius());
   const double reach = 2.0 * radius + farthestGap;
   std::int64_t id = 0;
   int rank = 0;
@@ -94,8 +94,8 @@ std::vector<Traveller> sentToSlices(const PackingProblem& problem, const std::ve
 
 }  // namespace
 
-CellMeasures measureShare(const PackingProblem& problem, const std::vector<PlacedCell>& own) {
-  const std::vector<Traveller> here = sentToSlices(problem, own);
+CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<PlacedCell>& own) {
+  const std::vector<Traveller> here = sentToSlices(analysis, own);
   std::vector<PlacedCell> cells;
   std::vector<bool> isOwn;
   for (const Traveller& one : here) {
@@ -103,16 +103,13 @@ CellMeasures measureShare(const PackingProblem& problem, const std::vector<Place
     isOwn.push_back(one.own);
   }
   CertificateInput input;
-  for (const Species& species : problem.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem.wallOf(species));
-  }
-  input.container = problem.container.get();
+  input.shapes = analysis.shapes;
+  input.container = analysis.container;
   input.cells = &cells;
   input.own = &isOwn;
-  const CellMeasures found = measureCells(problem, input);
+  const CellMeasures found = measureCells(analysis, input);
 
-  std::vector<std::vector<Measured>> back(problem.communicator.size());
+  std::vector<std::vector<Measured>> back(analysis.communicator.size());
   std::size_t n = 0;
   for (const Traveller& one : here) {
     if (!one.own) continue;
@@ -122,7 +119,7 @@ CellMeasures measureShare(const PackingProblem& problem, const std::vector<Place
   CellMeasures measures;
   measures.gap.resize(own.size());
   measures.localHematocrit.resize(own.size());
-  for (const std::vector<Measured>& some : problem.communicator.exchange(back))
+  for (const std::vector<Measured>& some : analysis.communicator.exchange(back))
     for (const Measured& one : some) {
       measures.gap[one.index] = one.gap;
       measures.localHematocrit[one.index] = one.localHematocrit;

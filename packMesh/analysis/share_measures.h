@@ -4,13 +4,13 @@
 
 #include <vector>
 
-#include "packMesh/packing/packing_problem.h"
+#include "packMesh/analysis/cell_measures.h"
 
 namespace packmesh {
 
 /// measureCells() for cells that are shared out anyhow, as pack() gives them back: each rank gets what is
 /// measured of those it brings. The numbers do not depend on the shares. All ranks call.
 /// @param own full-size cells of this rank, after those of the ranks before
-CellMeasures measureShare(const PackingProblem& problem, const std::vector<PlacedCell>& own);
+CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<PlacedCell>& own);
 
 }  // namespace packmesh

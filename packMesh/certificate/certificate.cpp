@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/certificate.h"
 
-#include "packMesh/certificate/certifier.h"
+#include <algorithm>
+#include <tuple>
 
 namespace packmesh {
 
-Certificate certify(const CertificateInput& input, double largestGap) {
-  return Certifier(input, largestGap).certificate();
+void sortByCells(std::vector<OverlappingPair>& pairs) {
+  const auto key = [](const OverlappingPair& p) {
+    return std::make_tuple(p.first, p.second, p.shift[0], p.shift[1], p.shift[2]);
+  };
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const OverlappingPair& a, const OverlappingPair& b) { return key(a) < key(b); });
 }
 
 Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& numbers,
@@ -52,32 +57,6 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   std::sort(all.misplaced.begin(), all.misplaced.end(),
             [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
   return all;
-}
-
-std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
-                                          const std::vector<std::int64_t>& movedCells) {
-  const CertifiedCells cells(input);
-  const PeriodicNeighbors neighbors = cells.neighbors();
-  std::vector<bool> moved(cells.count(), false);
-  for (std::int64_t i : movedCells) moved[i] = true;
-  std::vector<OverlappingPair> out;
-  for (std::int64_t i = 0; i < cells.count(); ++i) {
-    if (!moved[i]) continue;
-    neighbors.forEachNear(i, input.requiredGap, false, [&](const NearPair& pair) {
-      const std::int64_t other = pair.first == i ? pair.second : pair.first;
-      if (other < i && moved[other]) return;  // was its turn
-      const MeshPairResult result = cells.relation(pair, input.requiredGap);
-      if (const auto fault = cells.faultOf(pair, result)) out.push_back(*fault);
-    });
-  }
-  sortByCells(out);
-  return out;
-}
-
-std::vector<OverlappingPair> findOverlaps(const CertificateInput& input) {
-  std::vector<std::int64_t> all(input.cells->size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int64_t>(i);
-  return findOverlaps(input, all);
 }
 
 }  // namespace packmesh

@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/certificate/neighbors.h"
+#include "packMesh/certificate/periodic_neighbors.h"
 
 namespace packmesh {
 
@@ -58,13 +58,5 @@ class CertifiedCells {
 
   const CertificateInput& input_;
 };
-
-inline void sortByCells(std::vector<OverlappingPair>& pairs) {
-  const auto key = [](const OverlappingPair& p) {
-    return std::make_tuple(p.first, p.second, p.shift[0], p.shift[1], p.shift[2]);
-  };
-  std::sort(pairs.begin(), pairs.end(),
-            [&](const OverlappingPair& a, const OverlappingPair& b) { return key(a) < key(b); });
-}
 
 }  // namespace packmesh

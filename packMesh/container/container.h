@@ -2,75 +2,14 @@
 /// @file What cells are packed into.
 #pragma once
 
-#include <limits>
 #include <memory>
-#include <optional>
 #include <string>
 
-#include "packMesh/container/closed_form_wall.h"
+#include "packMesh/container/wall.h"
 #include "packMesh/core/box.h"
-#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
-
-/// Nodes of a grid: (i,j,k) is at origin + spacing * (i,j,k) [µm].
-struct NodeBlock {
-  Vec3 origin = Vec3::Zero();
-  double spacing = 1.0;
-  int nodes[3] = {0, 0, 0};
-
-  Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
-};
-
-/// What a wall says of a placed mesh.
-struct WallVerdict {
-  /// Nothing when the mesh is wholly inside the lumen and meets no wall (exact), otherwise what is wrong with
-  /// it
-  /// ("meets the wall", "is outside the lumen", ...).
-  std::optional<std::string> objection;
-  /// Distance between mesh and wall [µm] when there is no objection and it is below the gap of interest, else
-  /// infinity. Never more than a rounding error above the true distance.
-  double gap = std::numeric_limits<double>::infinity();
-};
-
-/// The wall as one species of cells meets it.
-class Wall {
- public:
-  virtual ~Wall() = default;
-
-  /// Distance and gradient at `p` [µm]; defined everywhere, also outside the lumen.
-  virtual WallDistance distance(const Vec3& p) const = 0;
-
-  /// How much distance() may exceed the true distance anywhere [µm]; 0 for closed forms.
-  virtual double slack() const { return 0.0; }
-
-  /// The same wall as a formula, if there is one.
-  virtual std::optional<ClosedFormWall> closedForm() const { return {}; }
-
-  /// Without a closed form: the spacing at which the distance may be sampled and interpolated [µm], on nodes
-  /// at whole multiples of it.
-  virtual double samplingSpacing() const { return 0.25; }
-
-  /// Distances [µm] at the nodes of a block, x fastest: what distance() says there, to rounding or to within
-  /// what interpolation at the samplingSpacing() errs by; several spacings inside the lumen it may be less,
-  /// but not below three fifths of it. Overridden where that is cheaper than node by node.
-  virtual void sample(const NodeBlock& block, float* distances) const;
-
-  /// Whether it is certain, at little cost, that a mesh in this sphere gets no objection and is further than
-  /// `gap` from the wall [µm].
-  virtual bool isAway(const Sphere& sphere, double gap) const {
-    return distance(sphere.center).distance - slack() > sphere.radius + gap;
-  }
-
-  /// Exact verdict on a placed mesh. Only gaps below `gapOfInterest` are measured [µm]; 0: none.
-  virtual WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const = 0;
-
-  /// The objection alone, to a mesh that is where its vertices are.
-  std::optional<std::string> objection(const TriangleMesh& placedCell) const {
-    return examine({MeshHierarchy(placedCell), Placement()}, 0.0).objection;
-  }
-};
 
 /// A lumen: extent, periodicity, volume and wall.
 class Container {

@@ -19,9 +19,6 @@ struct VesselEnds {
   bool periodic = false;
 };
 
-/// Whether the mesh has a cap for makeVessel at both ends of the axis.
-bool hasFlatEnds(const TriangleMesh& surface, int axis);
-
 /// Vessel from a closed, outward-oriented mesh (see repairClosed).
 ///
 /// Without `ends` the whole surface is wall. With `ends`, the triangles that lie in the two planes that bound

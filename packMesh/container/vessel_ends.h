@@ -5,9 +5,13 @@
 #include <array>
 #include <vector>
 
-#include "packMesh/container/vessel.h"
+#include "packMesh/core/vector.h"
+#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
+
+/// Whether the mesh has a cap for makeVessel at both ends of the axis.
+bool hasFlatEnds(const TriangleMesh& surface, int axis);
 
 /// A vessel mesh taken apart: the wall, and the flat caps at both ends of an axis.
 struct OpenedVessel {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/escape/room.h"
+#include "packMesh/escape/rooms.h"
 
 namespace packmesh {
 

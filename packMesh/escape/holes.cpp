@@ -6,8 +6,10 @@
 #include <limits>
 #include <memory>
 
-#include "packMesh/growth/levels.h"
+#include "packMesh/growth/levels_of_detail.h"
+#include "packMesh/growth/resampling.h"
 #include "packMesh/growth/tetrahedra.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/shape/surface_distance.h"
 
 namespace packmesh {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "packMesh/growth/levels_of_detail.h"
+
 namespace packmesh {
 namespace {
 

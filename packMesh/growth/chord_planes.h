@@ -5,10 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "packMesh/certificate/neighbors.h"
+#include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/container/sampled_wall.h"
 #include "packMesh/growth/growth_state.h"
-#include "packMesh/growth/levels.h"
+#include "packMesh/growth/levels_of_detail.h"
+#include "packMesh/growth/resampling.h"
 #include "packMesh/shape/surface_distance.h"
 
 namespace packmesh {

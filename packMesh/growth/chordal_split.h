@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "packMesh/growth/face_use.h"
 #include "packMesh/growth/tetrahedra.h"
 
 namespace packmesh {
@@ -46,20 +47,6 @@ struct ChordalFace {
   std::uint8_t first, second;  ///< corners of the tetrahedron on either side: bit k for corner k
 
   ChordalFace() {}  // left as it is: there are hundreds of thousands, and all are filled
-};
-
-/// That a point lies on one side of a face.
-class FaceUse {
- public:
-  FaceUse() = default;
-  FaceUse(int face, bool second) : code_(second ? ~face : face) {}
-  int face() const { return code_ < 0 ? ~code_ : code_; }
-  double sign() const {
-    return code_ < 0 ? -1.0 : 1.0;
-  }  ///< times the face's normal leads away from the point
-
- private:
-  int code_;
 };
 
 /// All faces, and which of them each point has to stay behind (v, q, n of the thesis): v is the point, q and

@@ -9,7 +9,8 @@
 #include "packMesh/core/stopwatch.h"
 #include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/growth/growth_program.h"
-#include "packMesh/growth/levels.h"
+#include "packMesh/growth/require_valid.h"
+#include "packMesh/growth/resampling.h"
 
 namespace packmesh {
 namespace {

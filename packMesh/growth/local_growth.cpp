@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "packMesh/certificate/neighbors.h"
+#include "packMesh/certificate/periodic_neighbors.h"
 
 namespace packmesh {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "packMesh/certificate/neighbors.h"
+#include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {

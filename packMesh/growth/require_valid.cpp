@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/require_valid.h"
+
 #include <map>
 #include <vector>
 
-#include "packMesh/certificate/neighbors.h"
+#include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/vector_text.h"
 #include "packMesh/growth/bodies.h"

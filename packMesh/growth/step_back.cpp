@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {

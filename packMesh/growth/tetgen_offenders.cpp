@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "packMesh/certificate/neighbors.h"
+#include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/growth/bodies.h"
 #include "packMesh/growth/tetgen_run.h"
 

@@ -9,6 +9,8 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/stopwatch.h"
 #include "packMesh/growth/face_planes.h"
+#include "packMesh/growth/levels_of_detail.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {

@@ -11,7 +11,7 @@
 #include <new>
 
 #include "packMesh/core/child_process.h"
-#include "packMesh/growth/tetgen_failure.h"
+#include "packMesh/growth/tetgen_call.h"
 
 namespace packmesh {
 namespace {

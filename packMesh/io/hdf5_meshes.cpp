@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/hdf5_meshes.h"
 
-#include "packMesh/io/hdf5.h"
+#include "packMesh/io/hdf5_writer.h"
 
 namespace packmesh {
 

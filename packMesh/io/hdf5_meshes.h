@@ -2,7 +2,10 @@
 /// @file The HDF5 part of mesh_collection.h. Internal to packMesh/io.
 #pragma once
 
-#include "packMesh/io/mesh_collection.h"
+#include <filesystem>
+#include <vector>
+
+#include "packMesh/io/named_mesh.h"
 
 namespace packmesh {
 

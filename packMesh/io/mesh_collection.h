@@ -6,15 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/io/named_mesh.h"
 
 namespace packmesh {
-
-/// A mesh and what it is called.
-struct NamedMesh {
-  std::string name;
-  TriangleMesh mesh;
-};
 
 /// @throws InputError when the ending is none that writeMeshes() knows
 void requireMeshCollectionEnding(const std::filesystem::path& file);

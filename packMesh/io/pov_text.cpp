@@ -4,15 +4,11 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
-#include <system_error>
-
-#include "packMesh/core/error.h"
 
 namespace packmesh::pov {
 namespace {
 
-constexpr int digits = 7;               ///< significant digits: far below a pixel
-constexpr std::size_t chunk = 1 << 20;  ///< bytes collected before they are written
+constexpr int digits = 7;  ///< significant digits: far below a pixel
 
 std::vector<Vec3> faceNormals(const TriangleMesh& mesh) {
   std::vector<Vec3> normals;
@@ -37,41 +33,6 @@ std::string vector(const Vec3& v) {
 
 std::string vector(const Color& c) {
   return vector(Vec3(c[0], c[1], c[2]));
-}
-
-SceneFile::SceneFile(const std::filesystem::path& file) : file_(file), temporary_(file.string() + ".tmp") {
-  stream_.open(temporary_, std::ios::binary);
-  if (!stream_) fail();
-}
-
-SceneFile::~SceneFile() {
-  std::error_code ignored;
-  if (!done_) std::filesystem::remove(temporary_, ignored);
-}
-
-SceneFile& SceneFile::operator<<(const std::string& text) {
-  text_ += text;
-  if (text_.size() >= chunk) flush();
-  return *this;
-}
-
-void SceneFile::commit() {
-  flush();
-  stream_.close();
-  if (!stream_) fail();
-  std::error_code error;
-  std::filesystem::rename(temporary_, file_, error);
-  if (error) fail();
-  done_ = true;
-}
-
-void SceneFile::fail() {
-  throw InputError("cannot write the picture's scene '" + file_.string() + "'");
-}
-
-void SceneFile::flush() {
-  stream_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-  text_.clear();
 }
 
 std::string defaultOf(const std::string& name, const std::string& value, const std::string& comment) {
@@ -156,7 +117,7 @@ std::vector<Segment> sharpEdges(const TriangleMesh& mesh, double cosine) {
 void writeBars(SceneFile& out, const std::vector<Segment>& edges, const std::string& texture, double radius,
                double size) {
   for (const auto& [a, b] : edges)
-    if ((a - b).norm() > 1e-6 * size)
+    if ((a - b).norm() > 1e-6 * size)  // long enough to be seen
       out << "cylinder { " + vector(a) + ", " + vector(b) + ", " + number(radius) + " texture { " + texture +
                  " } no_shadow }\n";
 }

@@ -3,12 +3,11 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "packMesh/io/scene_file.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh::pov {
@@ -23,28 +22,6 @@ std::string vector(const Color& c);
 
 /// Cosine of 40°: sharper edges of walls and objects stay sharp and are drawn.
 inline constexpr double crease = 0.76;
-
-/// A text file that replaces an older one only when it is complete.
-class SceneFile {
- public:
-  /// @throws InputError when the file cannot be written
-  explicit SceneFile(const std::filesystem::path& file);
-  ~SceneFile();
-  SceneFile(const SceneFile&) = delete;
-  SceneFile& operator=(const SceneFile&) = delete;
-  SceneFile& operator<<(const std::string& text);
-  /// @throws InputError when the file cannot be written
-  void commit();
-
- private:
-  [[noreturn]] void fail();
-  void flush();
-
-  std::filesystem::path file_, temporary_;
-  std::ofstream stream_;
-  std::string text_;
-  bool done_ = false;
-};
 
 /// A name that `povray Declare=name=value` sets, and what it is otherwise.
 std::string defaultOf(const std::string& name, const std::string& value, const std::string& comment = "");

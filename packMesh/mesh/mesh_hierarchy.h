@@ -1,41 +1,39 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Inside of MeshHierarchy: a tree of discs over a mesh, four children to a node.
-///
-/// Everything here only culls: floats with margins, never a verdict. A disc is what a sphere and the slab
-/// between two parallel planes have in common: patches of two membranes that nearly touch are told apart by
-/// thin discs long before boxes of any fixed orientation do, and two discs cost a third of what two oriented
-/// boxes do.
+/// @file A bounding hierarchy over the triangles of a mesh.
 #pragma once
 
-#include <array>
-#include <vector>
+#include <memory>
 
-#include "packMesh/mesh/convex_hull.h"
-#include "packMesh/mesh/hierarchy_kernel.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
 
-struct MeshTree {
-  TriangleMesh mesh;
+struct MeshTree;
 
-  std::vector<DiscQuad> quads;                ///< the first has one lane, which holds everything
-  std::vector<std::array<float, 9>> corners;  ///< of each triangle, corner by corner
-  std::vector<int> discs;                     ///< where the disc of each triangle is (DiscQuad::disc)
-  ConvexHull hull;
+/// A bounding hierarchy over the triangles of one template mesh, in its body frame; one for all cells of a
+/// species. Bounding volumes are conservative: nothing that meets is ever culled.
+class MeshHierarchy {
+ public:
+  /// @throws MeshError when the mesh has no triangles
+  explicit MeshHierarchy(const TriangleMesh& mesh);
+  ~MeshHierarchy();
+  MeshHierarchy(MeshHierarchy&&) noexcept;
+  MeshHierarchy& operator=(MeshHierarchy&&) noexcept;
 
-  Vec3 center;               ///< of a sphere around all vertices [µm]
-  double radius;             ///< of that sphere
-  double reach;              ///< largest distance of a vertex from the origin of the body frame [µm]
-  double volume;             ///< enclosed [µm³], >= 0
-  Vec3 centroid;             ///< of the enclosed volume
-  std::vector<int> samples;  ///< one vertex of each connected component
+  const TriangleMesh& mesh() const;
+  const MeshTree& tree() const { return *tree_; }  ///< see mesh_tree.h
 
-  explicit MeshTree(const TriangleMesh& mesh);
+ private:
+  std::unique_ptr<const MeshTree> tree_;
 };
 
-/// Where a linear map takes unit vectors: bounds of its singular values (Gershgorin's circles of the Gram
-/// matrix: sharp for a scaled rotation, safe for everything).
-double largestStretch(const Mat3& linear);
+/// A mesh where it is in the world. References only.
+struct PlacedHierarchy {
+  const MeshHierarchy& hierarchy;
+  const Placement& placement;
+
+  std::size_t vertexCount() const { return hierarchy.mesh().vertices.size(); }
+  Vec3 vertex(std::size_t i) const { return placement(hierarchy.mesh().vertices[i]); }
+};
 
 }  // namespace packmesh

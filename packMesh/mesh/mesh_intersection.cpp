@@ -7,7 +7,7 @@
 #include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/hierarchy_kernel.h"
 #include "packMesh/mesh/hull_separation.h"
-#include "packMesh/mesh/mesh_hierarchy.h"
+#include "packMesh/mesh/mesh_tree.h"
 #include "packMesh/mesh/triangle_distance.h"
 #include "packMesh/mesh/triangle_intersection.h"
 
@@ -45,7 +45,7 @@ struct View {
     floats.stretch = static_cast<float>(stretch);
     floats.slab = static_cast<float>(1.0 / tallest);
     floats.skew = static_cast<float>(stretch * stretch * tallest * tallest);
-    worldPerUnit = (1.0 - 1024.0 * 1.2e-16) / compression;
+    worldPerUnit = (1.0 - 1024.0 * 1.2e-16) / compression;  // some hundred roundings of a double
     // World vertices are rounded too: tolerance::culling as long as coordinates keep below 1e5 µm.
     const double size = first.reach + stretch * second.reach + translation.norm();
     doubleRounding = 1e-10 * size + compression * (tolerance::culling +
@@ -152,18 +152,10 @@ Containment containment(const MeshHierarchy& outer, const Placement& outerPlacem
 
 }  // namespace
 
-MeshHierarchy::MeshHierarchy(const TriangleMesh& mesh) : tree_(std::make_unique<MeshTree>(mesh)) {}
-MeshHierarchy::~MeshHierarchy() = default;
-MeshHierarchy::MeshHierarchy(MeshHierarchy&&) noexcept = default;
-MeshHierarchy& MeshHierarchy::operator=(MeshHierarchy&&) noexcept = default;
-
-const TriangleMesh& MeshHierarchy::mesh() const {
-  return tree_->mesh;
-}
-
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement) {
   const MeshTree& tree = mesh.tree();
   const Vec3 center = placement(tree.center);
+  // Some tens of roundings of doubles, of the centre and of the radius.
   const double rounding = tolerance::culling + 1e-14 * center.cwiseAbs().sum();
   return {center, tree.radius * largestStretch(placement.linear) * (1.0 + 1e-12) + rounding};
 }

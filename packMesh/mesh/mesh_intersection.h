@@ -3,41 +3,11 @@
 #pragma once
 
 #include <limits>
-#include <memory>
-#include <vector>
 
+#include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/sphere_grid.h"
-#include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
-
-struct MeshTree;
-
-/// A bounding hierarchy over the triangles of one template mesh, in its body frame; one for all cells of a
-/// species. Bounding volumes are conservative: nothing that meets is ever culled.
-class MeshHierarchy {
- public:
-  /// @throws MeshError when the mesh has no triangles
-  explicit MeshHierarchy(const TriangleMesh& mesh);
-  ~MeshHierarchy();
-  MeshHierarchy(MeshHierarchy&&) noexcept;
-  MeshHierarchy& operator=(MeshHierarchy&&) noexcept;
-
-  const TriangleMesh& mesh() const;
-  const MeshTree& tree() const { return *tree_; }  ///< see mesh_hierarchy.h
-
- private:
-  std::unique_ptr<const MeshTree> tree_;
-};
-
-/// A mesh where it is in the world. References only.
-struct PlacedHierarchy {
-  const MeshHierarchy& hierarchy;
-  const Placement& placement;
-
-  std::size_t vertexCount() const { return hierarchy.mesh().vertices.size(); }
-  Vec3 vertex(std::size_t i) const { return placement(hierarchy.mesh().vertices[i]); }
-};
 
 /// How two placed closed meshes lie to each other.
 enum class MeshRelation {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "packMesh/core/error.h"
-#include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/mesh_tree.h"
 #include "packMesh/mesh/triangle_intersection.h"
 
 namespace packmesh {
@@ -22,6 +22,7 @@ struct BodySegment {
       half[k] = static_cast<float>(0.5 * (q[k] - p[k]));
     }
     halfSquared = dot(half, half);
+    // Some sixty roundings of a float.
     rounding = 4e-6f * static_cast<float>(tree.reach + p.norm() + q.norm());
   }
 

@@ -46,6 +46,7 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
     std::vector<int> next(level.start.begin(), level.start.end() - 1);
     for (int i : members) level.entries[next[cellOf(spheres[i].center)]++] = {spheres[i], i};
     level.origin = level.bounds.center();
+    // Above the rounding of positions and radii to floats, 6e-8 each.
     level.rounding = static_cast<float>(1e-6 * (size.norm() + level.largestRadius));
     for (std::vector<float>* values : {&level.x, &level.y, &level.z, &level.radius})
       values->resize(members.size() + laneCount);
@@ -67,6 +68,7 @@ std::uint64_t SphereGrid::mayBeNear(const Level& level, int begin, int end, cons
   const Lanes x = splat(static_cast<float>(at.x())), y = splat(static_cast<float>(at.y())),
               z = splat(static_cast<float>(at.z()));
   const auto own = static_cast<float>(query.radius + margin);
+  // As for Level::rounding.
   const float reach = own + 1e-6f * (own + static_cast<float>(at.norm())) + level.rounding;
   const int count = std::min(end - begin, chunk);
   std::uint64_t near = reach < 1e15f ? 0 : ~std::uint64_t{0};  // squares of more would overflow

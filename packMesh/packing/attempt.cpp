@@ -6,6 +6,7 @@
 #include <set>
 
 #include "packMesh/analysis/cell_measures.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/stopwatch.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/placement/columns.h"
@@ -193,7 +194,7 @@ void Attempt::measure() {
   relaxation_->dropLists();
   written_.take(*relaxation_);
   const CertificateInput input = written_.certificateInput();
-  const CellMeasures measured = measureCells(problem_, input);
+  const CellMeasures measured = measureCells(problem_.analysisInput(), input);
   struct Measure {
     std::int64_t id;
     double gap, localHematocrit;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/written_cells.h"
 

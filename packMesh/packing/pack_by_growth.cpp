@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "packMesh/analysis/cell_measures.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/stopwatch.h"
 #include "packMesh/growth/growth.h"
 #include "packMesh/growth/seeding.h"
@@ -262,7 +263,7 @@ class GrowthRun {
     std::vector<bool> own(cells.size(), false);
     const auto [first, end] = IdShares(kept_.cellCount, problem_.communicator).own();
     std::fill(own.begin() + first, own.begin() + end, true);
-    kept_.measures = measureCells(problem_, certificateInput(cells, own));
+    kept_.measures = measureCells(problem_.analysisInput(), certificateInput(cells, own));
   }
 
   TetrahedraSums tetrahedraOfAllRanks() const {

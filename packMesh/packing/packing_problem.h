@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/analysis/analysis_input.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/container/container.h"
 #include "packMesh/escape/escape.h"
@@ -110,6 +111,18 @@ struct PackingProblem {
   /// Whether any species is held back in any way.
   bool constrained() const {
     return std::any_of(species.begin(), species.end(), [](const Species& s) { return !s.freedom.isFree(); });
+  }
+
+  /// What measures of its cells need to know.
+  AnalysisInput analysisInput() const {
+    AnalysisInput input;
+    for (const Species& one : species) {
+      input.shapes.push_back(one.shape.get());
+      input.inHematocrit.push_back(one.inHematocrit);
+    }
+    input.container = container.get();
+    input.communicator = communicator;
+    return input;
   }
 
   /// The wall as a species meets it; nullptr: none.

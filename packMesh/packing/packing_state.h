@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "packMesh/analysis/cell_measures.h"
 #include "packMesh/growth/growth.h"
 #include "packMesh/relaxation/body_state.h"
 #include "packMesh/relaxation/relaxation_state.h"
@@ -36,12 +37,6 @@ struct GrowthPosition {
   std::int64_t iterations = 0;  ///< of all attempts
   GrowthProgress progress;
   std::vector<BodyState> best;  ///< of earlier attempts
-};
-
-/// Of cells, for people to look at; empty: not measured. See measureCells().
-struct CellMeasures {
-  std::vector<double> gap;              ///< to the nearest other membrane [µm]
-  std::vector<double> localHematocrit;  ///< volume fraction of red cells around it
 };
 
 /// The same on all ranks but for `cells` and `measures`. Plain data. It does not depend on the number of

@@ -93,7 +93,7 @@ void checkStart(const PackingProblem& problem, const Species& species) {
   checkClearance(freedom.extraWallClearance, "extra clearance to the wall");
   if (freedom.cone && !(freedom.cone->spread >= 0.0 && freedom.cone->spread <= 0.5 * std::acos(-1.0)))
     refuse("has an axis with a spread that is not in [0, pi/2] rad");
-  if (freedom.cone && !(std::abs(freedom.cone->axis.norm() - 1.0) < 1e-9))
+  if (freedom.cone && !(std::abs(freedom.cone->axis.norm() - 1.0) < 1e-9))  // but for rounding
     refuse("has an axis that is no unit vector");
   if (problem.method == Method::cat && (!freedom.isFree() || !species.start.empty()))
     refuse("is held back or has a place to start, which growth (method cat) does not know");

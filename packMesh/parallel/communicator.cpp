@@ -210,12 +210,4 @@ void Communicator::abort(int exitCode) const {
   std::exit(exitCode);
 }
 
-MpiSession::MpiSession() {
-  MPI_Init(nullptr, nullptr);
-}
-
-MpiSession::~MpiSession() {
-  MPI_Finalize();
-}
-
 }  // namespace packmesh

@@ -127,13 +127,4 @@ class Communicator {
   std::shared_ptr<Impl> impl_;
 };
 
-/// MPI from construction to destruction. One per program.
-class MpiSession {
- public:
-  MpiSession();
-  ~MpiSession();
-  MpiSession(const MpiSession&) = delete;
-  MpiSession& operator=(const MpiSession&) = delete;
-};
-
 }  // namespace packmesh

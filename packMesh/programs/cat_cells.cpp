@@ -11,6 +11,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/growth/cat_export.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/io/mesh_collection.h"
 #include "packMesh/io/pov_meshes.h"
 #include "packMesh/mesh/mesh_file.h"

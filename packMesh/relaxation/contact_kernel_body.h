@@ -237,6 +237,7 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
     if (!touching)
       for (int k = 0; k < keptCount; ++k) {
         const Level& level = kept[k].level;
+        // The least gradient only keeps the quotient finite.
         nearest = smaller(
             nearest, onGrid ? level.f : level.f / larger(2.0f * squareRoot(level.quarter), splat(1e-6f)));
       }

@@ -8,7 +8,7 @@
 
 #include "packMesh/parallel/block_grid.h"
 #include "packMesh/relaxation/body.h"
-#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/contact_solver.h"
 #include "packMesh/relaxation/freedom.h"
 #include "packMesh/relaxation/pair_list.h"
 #include "packMesh/relaxation/relaxation_state.h"

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/contact_solver.h"
 
 namespace packmesh {
 

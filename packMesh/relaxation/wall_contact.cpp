@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "packMesh/core/tolerances.h"
-#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/contact_solver.h"
 
 namespace packmesh {
 namespace {

@@ -45,7 +45,7 @@ inline Look closedForm(const WallForm& wall, const Point& p) {
                          2.0f * (wall.fromAxis[0] * x + wall.fromAxis[1] * y + wall.fromAxis[2] * z) -
                          (x * x + y * y + z * z);
     look.distance = excess / (r + wall.radius);
-    const Lanes inward = splat(-1.0f) / larger(r, splat(1e-6f));
+    const Lanes inward = splat(-1.0f) / larger(r, splat(1e-6f));  // finite in the centre
     look.gradient = {inward * q.x, inward * q.y, inward * q.z};
   }
   const Lanes* along[3] = {&p.x, &p.y, &p.z};

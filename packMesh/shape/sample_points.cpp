@@ -56,7 +56,7 @@ void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last
     out.centerX.push_back(static_cast<float>(center.x()));
     out.centerY.push_back(static_cast<float>(center.y()));
     out.centerZ.push_back(static_cast<float>(center.z()));
-    out.radius.push_back(static_cast<float>(radius * (1.0 + 1e-6)));
+    out.radius.push_back(static_cast<float>(radius * (1.0 + 1e-6)));  // above rounding to floats
     ++out.clusters;
     return;
   }

@@ -22,6 +22,7 @@ double meanSupport(const SupportBound& bound) {
 }  // namespace
 
 SupportBound boundSupport(const TriangleMesh& mesh) {
+  // Quotients stay finite for flat meshes.
   Vec3 extent = Vec3::Constant(1e-12);
   double largestRho = 1e-12;
   for (const Vec3& v : mesh.vertices) {
@@ -45,7 +46,7 @@ SupportBound boundSupport(const TriangleMesh& mesh) {
       const double keep = rho > bound.ring ? (rho - bound.ring) / rho : 0.0;
       blowUp = std::max(blowUp, Vec3(keep * v.x(), v.y(), keep * v.z()).cwiseQuotient(bound.semiAxes).norm());
     }
-    bound.semiAxes *= blowUp * (1.0 + 1e-12);
+    bound.semiAxes *= blowUp * (1.0 + 1e-12);  // above rounding
     const double size = meanSupport(bound);
     if (size < bestSize) {
       bestSize = size;

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "packMesh/growth/chordal_split.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 

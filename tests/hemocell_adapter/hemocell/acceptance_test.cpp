@@ -12,6 +12,7 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/mesh/mesh_file.h"

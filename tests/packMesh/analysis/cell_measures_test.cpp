@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "packMesh/packing/packing_problem.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -18,7 +19,7 @@ CellMeasures measured(const PackingProblem& problem, const std::vector<PlacedCel
   }
   input.container = problem.container.get();
   input.cells = &cells;
-  return measureCells(problem, input);
+  return measureCells(problem.analysisInput(), input);
 }
 
 PlacedCell at(int species, const Vec3& position, double scale = 1.0) {

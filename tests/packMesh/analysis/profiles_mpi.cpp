@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/analysis/share_measures.h"
+#include "packMesh/packing/packing_problem.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -16,8 +17,8 @@ struct Found {
 };
 
 Found measured(const PackingProblem& problem, const std::vector<PlacedCell>& cells) {
-  Found found{measureShare(problem, cells), {}};
-  found.all = measurePacking(problem, cells, found.cells.gap, {true, false, false});
+  Found found{measureShare(problem.analysisInput(), cells), {}};
+  found.all = measurePacking(problem.analysisInput(), cells, found.cells.gap, {true, false, false});
   return found;
 }
 

@@ -7,6 +7,7 @@
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/analysis/share_measures.h"
+#include "packMesh/packing/packing_problem.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -21,7 +22,8 @@ PlacedCell at(int species, const Vec3& position, const Mat3& turn = Mat3::Identi
 
 PackingMeasures measured(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
                          const std::array<bool, 3>& ends = {false, false, false}) {
-  return measurePacking(problem, cells, measureShare(problem, cells).gap, ends);
+  return measurePacking(problem.analysisInput(), cells, measureShare(problem.analysisInput(), cells).gap,
+                        ends);
 }
 
 double volumeIn(const Profile& profile, int species) {
@@ -122,7 +124,8 @@ TEST_CASE("The order of thin axes: parallel, in a plane, none") {
   const auto order = [&](const std::function<Mat3(int)>& turn) {
     std::vector<PlacedCell> cells;
     for (int i = 0; i < 200; ++i) cells.push_back(at(0, {50, 50, 50}, turn(i)));
-    return measurePacking(problem, cells, std::vector<double>(cells.size(), 0.1), {}).orientation[0];
+    return measurePacking(problem.analysisInput(), cells, std::vector<double>(cells.size(), 0.1), {})
+        .orientation[0];
   };
   const auto about = [](const Vec3& axis, double angle) {
     return Mat3(Eigen::AngleAxisd(angle, axis).toRotationMatrix());

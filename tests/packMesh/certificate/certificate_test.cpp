@@ -8,6 +8,7 @@
 #include <random>
 #include <tuple>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"

@@ -5,6 +5,7 @@
 #include <memory>
 #include <random>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"

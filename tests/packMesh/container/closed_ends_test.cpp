@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/relaxation/relaxation.h"
 #include "tests/support/packings.h"
 #include "tests/support/walls.h"

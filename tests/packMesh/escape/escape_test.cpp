@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/escape/holes.h"
 #include "packMesh/growth/plane_builder.h"
 #include "tests/support/bodies.h"

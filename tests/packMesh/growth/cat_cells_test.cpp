@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "packMesh/growth/cat_export.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/growth/touching_parts.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "packMesh/growth/seeding.h"

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "packMesh/growth/tetrahedralise.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 #include "tests/packMesh/growth/convex_clip.h"
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "packMesh/growth/cat_cells.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 
 using namespace packmesh;

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/growth/barrier_relaxation.h"

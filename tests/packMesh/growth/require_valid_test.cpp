@@ -2,6 +2,8 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/core/error.h"
+#include "packMesh/growth/require_valid.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 
 using namespace packmesh;

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/growth.h"
 #include "packMesh/growth/seeding.h"

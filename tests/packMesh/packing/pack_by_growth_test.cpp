@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/container/vessel.h"
 #include "tests/support/bodies.h"
 #include "tests/support/packings.h"

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
+#include "packMesh/certificate/certify.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/relaxation/contact_kernel.h"

@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "packMesh/core/error.h"
-#include "packMesh/io/hdf5.h"
+#include "packMesh/io/hdf5_reader.h"
 #include "packMesh/packing/state_file.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"

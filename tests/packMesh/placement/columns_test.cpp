@@ -5,6 +5,7 @@
 #include <set>
 
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certify.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;

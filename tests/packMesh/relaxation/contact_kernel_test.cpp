@@ -7,7 +7,7 @@
 #include <random>
 
 #include "packMesh/mesh/closest_point.h"
-#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/contact_solver.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

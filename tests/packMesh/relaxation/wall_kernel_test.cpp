@@ -6,7 +6,7 @@
 #include <cstring>
 #include <random>
 
-#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/contact_solver.h"
 #include "packMesh/relaxation/wall_field.h"
 #include "tests/support/shapes.h"
 #include "tests/support/walls.h"

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "packMesh/growth/missing_triangles.h"
+#include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/predicates.h"
 #include "tests/packMesh/growth/cat_scenes.h"

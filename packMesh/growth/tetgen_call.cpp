@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/tetgen_failure.h"
+#include "packMesh/growth/tetgen_call.h"
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/tetrahedra.h"
+#include "packMesh/growth/tetrahedralise.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/growth/bodies.h"
 #include "packMesh/growth/missing_triangles.h"
+#include "packMesh/growth/require_valid.h"
 #include "packMesh/growth/tetgen_offenders.h"
 
 namespace packmesh {

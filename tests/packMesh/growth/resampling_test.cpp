@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/levels.h"
+#include "packMesh/growth/resampling.h"
 
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>
 
+#include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/self_intersection.h"
 #include "tests/support/shapes.h"

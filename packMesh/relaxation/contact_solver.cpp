@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/contact.h"
+#include "packMesh/relaxation/contact_solver.h"
 
 #include <algorithm>
 #include <array>
@@ -175,10 +175,10 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
   if (coherence < lockedNormal &&
       (contact.depth > models_[surface.species].lockedDepth || clearance > clearance_)) {
     const double distance = fromSurface.norm();
-    if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;
+    if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;  // else no direction
   }
   const double length = normal.norm();
-  if (!(length > 1e-6)) return false;
+  if (!(length > 1e-6)) return false;  // normals of samples cancel out
   contact.normal = normal / length;
   contact.backArm = point;
   contact.arm = point - fromSurface;
@@ -264,7 +264,7 @@ double ContactSolver::boundedGap(const Body& a, const Body& b, const Vec3& fromB
   const SpeciesModel &modelA = models_[a.species], &modelB = models_[b.species];
   const double distance = fromB.norm();
   const double bySpheres = distance - a.scale * modelA.radius - b.scale * modelB.radius;
-  if (bySpheres > clearance_ || !(distance > 1e-12)) return bySpheres;
+  if (bySpheres > clearance_ || !(distance > 1e-12)) return bySpheres;  // no direction
   const Vec3 direction = fromB / distance;
   return distance - a.scale * modelA.bound.support(a.rotation.transpose() * direction) -
          b.scale * modelB.bound.support(b.rotation.transpose() * direction);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/escape/room.h"
+#include "packMesh/escape/rooms.h"
 
 #include <algorithm>
 

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/certificate/certify.h"
+
+#include "packMesh/certificate/certifier.h"
+
+namespace packmesh {
+
+Certificate certify(const CertificateInput& input, double largestGap) {
+  return Certifier(input, largestGap).certificate();
+}
+
+std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
+                                          const std::vector<std::int64_t>& movedCells) {
+  const CertifiedCells cells(input);
+  const PeriodicNeighbors neighbors = cells.neighbors();
+  std::vector<bool> moved(cells.count(), false);
+  for (std::int64_t i : movedCells) moved[i] = true;
+  std::vector<OverlappingPair> out;
+  for (std::int64_t i = 0; i < cells.count(); ++i) {
+    if (!moved[i]) continue;
+    neighbors.forEachNear(i, input.requiredGap, false, [&](const NearPair& pair) {
+      const std::int64_t other = pair.first == i ? pair.second : pair.first;
+      if (other < i && moved[other]) return;  // was its turn
+      const MeshPairResult result = cells.relation(pair, input.requiredGap);
+      if (const auto fault = cells.faultOf(pair, result)) out.push_back(*fault);
+    });
+  }
+  sortByCells(out);
+  return out;
+}
+
+std::vector<OverlappingPair> findOverlaps(const CertificateInput& input) {
+  std::vector<std::int64_t> all(input.cells->size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::int64_t>(i);
+  return findOverlaps(input, all);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Something of HDF5 that has to be closed. Internal to packMesh.
+#pragma once
+
+#include <hdf5.h>
+
+namespace packmesh {
+
+/// Something of HDF5's that has to be closed.
+class Hdf5Handle {
+ public:
+  Hdf5Handle(hid_t id, herr_t (*closer)(hid_t)) : id_(id), closer_(closer) {}
+  ~Hdf5Handle() { close(); }
+  Hdf5Handle(const Hdf5Handle&) = delete;
+  Hdf5Handle& operator=(const Hdf5Handle&) = delete;
+
+  operator hid_t() const { return id_; }
+  bool good() const { return id_ >= 0; }
+  bool close() {
+    const bool closed = id_ < 0 || closer_(id_) >= 0;
+    id_ = -1;
+    return closed;
+  }
+
+ private:
+  hid_t id_;
+  herr_t (*closer_)(hid_t);
+};
+
+}  // namespace packmesh

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Tables of numbers in HDF5 files. Internal to packMesh.
+#pragma once
+
+#include <hdf5.h>
+
+#include <cstdint>
+
+namespace packmesh {
+
+/// The types that files hold.
+struct Hdf5Type {
+  hid_t inFile, inMemory;
+};
+inline Hdf5Type hdf5Type(const double*) {
+  return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
+}
+inline Hdf5Type hdf5Type(const float*) {
+  return {H5T_IEEE_F32LE, H5T_NATIVE_FLOAT};
+}
+inline Hdf5Type hdf5Type(const std::int64_t*) {
+  return {H5T_STD_I64LE, H5T_NATIVE_INT64};
+}
+inline Hdf5Type hdf5Type(const std::int32_t*) {
+  return {H5T_STD_I32LE, H5T_NATIVE_INT32};
+}
+
+/// A table with so many rows and columns; an array with one column.
+inline hid_t rowsSpace(std::int64_t rows, int columns) {
+  const hsize_t size[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
+  return H5Screate_simple(columns == 1 ? 1 : 2, size, nullptr);
+}
+
+/// @return whether rows [first, first + count) could be selected
+inline bool selectRows(hid_t space, std::int64_t first, std::int64_t count, int columns) {
+  const hsize_t from[2] = {static_cast<hsize_t>(first), 0};
+  const hsize_t size[2] = {static_cast<hsize_t>(count), static_cast<hsize_t>(columns)};
+  return (count > 0 ? H5Sselect_hyperslab(space, H5S_SELECT_SET, from, nullptr, size, nullptr)
+                    : H5Sselect_none(space)) >= 0;
+}
+
+}  // namespace packmesh

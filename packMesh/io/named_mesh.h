@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A mesh and what it is called.
+#pragma once
+
+#include <string>
+
+#include "packMesh/mesh/triangle_mesh.h"
+
+namespace packmesh {
+
+/// A mesh and what it is called.
+struct NamedMesh {
+  std::string name;
+  TriangleMesh mesh;
+};
+
+}  // namespace packmesh

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/mesh_tree.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "packMesh/core/error.h"
+
+namespace packmesh {
+
+namespace {
+
+/// Stored extents grow by this fraction of the distances that entered them, against rounding to float.
+constexpr double storage = 1e-6;
+
+float up(double x) {
+  return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity());
+}
+
+class TreeBuilder {
+ public:
+  explicit TreeBuilder(MeshTree& tree) : tree_(tree), mesh_(tree.mesh) {
+    const int count = static_cast<int>(mesh_.triangles.size());
+    order_.resize(count);
+    std::iota(order_.begin(), order_.end(), 0);
+    for (int t = 0; t < count; ++t) {
+      const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
+      centroid_.push_back((a + b + c) / 3.0);
+      normal_.push_back((b - a).cross(c - a).stableNormalized());
+      std::array<float, 9> corners;
+      for (int k = 0; k < 9; ++k) corners[k] = static_cast<float>(mesh_.corner(t, k / 3)[k % 3]);
+      tree_.corners.push_back(corners);
+    }
+    tree_.discs.resize(count);
+    addQuad({{0, count}}, 0, emptyDisc);
+  }
+
+ private:
+  struct Range {
+    int begin, end;  ///< in order_
+    int size() const { return end - begin; }
+  };
+
+  /// Adds a quad of the given patches and everything below it. Returns its index.
+  /// @param disc,size of the disc around them
+  int addQuad(const std::vector<Range>& patches, int disc, float size) {
+    const int index = static_cast<int>(tree_.quads.size());
+    tree_.quads.emplace_back();
+    DiscQuad quad{};
+    quad.disc = disc;
+    quad.size = size;
+    for (int lane = 0; lane < 4; ++lane) {
+      if (lane >= static_cast<int>(patches.size())) {
+        quad.discs.radius[lane] = quad.discs.half[lane] = -emptyDisc;
+        continue;
+      }
+      const Range& patch = patches[lane];
+      setLane(quad, lane, patch);
+      const int own = 4 * index + lane;
+      if (patch.size() == 1) {
+        quad.content[lane] = ~order_[patch.begin];
+        tree_.discs[order_[patch.begin]] = own;
+      } else {
+        quad.content[lane] = addQuad(parts(patch), own, quad.discs.radius[lane]);
+      }
+    }
+    tree_.quads[index] = quad;
+    return index;
+  }
+
+  /// Two to four parts of a patch, as even as whole blocks of a power of four allow: quads below are full,
+  /// and patches at the same depth about the same size.
+  std::vector<Range> parts(const Range& patch) {
+    int size = 1;
+    while (4 * size < patch.size()) size *= 4;
+    std::vector<Range> out;
+    cut(patch, std::max(size / 4, 1), (patch.size() + size - 1) / size, out);
+    return out;
+  }
+
+  void cut(const Range& patch, int block, int count, std::vector<Range>& out) {
+    if (count == 1) {
+      out.push_back(patch);
+      return;
+    }
+    const int blocks = (patch.size() + block - 1) / block, left = (count + 1) / 2;
+    const int middle = patch.begin + (blocks * left + count / 2) / count * block;
+    const Vec3 axis = longestDirection(patch);
+    std::nth_element(order_.begin() + patch.begin, order_.begin() + middle, order_.begin() + patch.end,
+                     [&](int i, int j) {
+                       const double a = axis.dot(centroid_[i]), b = axis.dot(centroid_[j]);
+                       return a != b ? a < b : i < j;
+                     });
+    cut({patch.begin, middle}, block, left, out);
+    cut({middle, patch.end}, block, count - left, out);
+  }
+
+  Vec3 longestDirection(const Range& patch) const {
+    Vec3 mean = Vec3::Zero();
+    for (int i = patch.begin; i < patch.end; ++i) mean += centroid_[order_[i]];
+    mean /= patch.size();
+    Mat3 covariance = Mat3::Zero();
+    for (int i = patch.begin; i < patch.end; ++i)
+      covariance += (centroid_[order_[i]] - mean) * (centroid_[order_[i]] - mean).transpose();
+    return Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(2);
+  }
+
+  void setLane(DiscQuad& quad, int lane, const Range& patch) const {
+    Vec3 mean = Vec3::Zero(), facing = Vec3::Zero();
+    for (int i = patch.begin; i < patch.end; ++i) {
+      mean += centroid_[order_[i]];
+      facing += normal_[order_[i]];
+    }
+    mean /= patch.size();
+    Mat3 covariance = Mat3::Zero();
+    forEachCorner(patch, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
+    const Vec3 thin = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(0);
+    const Vec3 even = facing.norm() > 0.5 ? Vec3(facing.normalized()) : thin;
+    const Vec3 normal = thickness(patch, even) < thickness(patch, thin) ? even : thin;
+    Vec3 stored;
+    for (int k = 0; k < 3; ++k) stored[k] = quad.discs.normal[k][lane] = static_cast<float>(normal[k]);
+
+    // Middle of the slab; across, the middle of a small circle (moves towards the furthest point: M. Badoiu,
+    // K. Clarkson, SODA 2003).
+    Box along;
+    forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(stored.dot(v - mean))); });
+    Vec3 center = mean;
+    const int steps = patch.size() <= 64 ? 30 : 5;
+    for (int step = 1; step <= steps; ++step) {
+      Vec3 furthest = center;
+      double most = 0.0;
+      forEachCorner(patch, [&](const Vec3& v) {
+        const Vec3 offset = v - center, across = offset - stored.dot(offset) * stored;
+        if (across.squaredNorm() > most) most = across.squaredNorm(), furthest = center + across;
+      });
+      center += (furthest - center) / (step + 1);
+    }
+    center += (along.center()[0] - stored.dot(center - mean)) * stored;
+    for (int k = 0; k < 3; ++k) center[k] = quad.discs.center[k][lane] = static_cast<float>(center[k]);
+
+    double half = 0.0, radius = 0.0, reach = 0.0;
+    forEachCorner(patch, [&](const Vec3& v) {
+      half = std::max(half, std::abs(stored.dot(v - center)));
+      radius = std::max(radius, (v - center).norm());
+      reach = std::max(reach, v.norm());
+    });
+    quad.discs.half[lane] = up(half + storage * (radius + 0.1 * reach));
+    quad.discs.radius[lane] = up(radius + storage * (radius + 0.1 * reach));
+  }
+
+  double thickness(const Range& patch, const Vec3& normal) const {
+    Box along;
+    forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(normal.dot(v))); });
+    return along.size()[0];
+  }
+
+  template <class Visit>
+  void forEachCorner(const Range& patch, Visit&& visit) const {
+    for (int i = patch.begin; i < patch.end; ++i)
+      for (int k = 0; k < 3; ++k) visit(mesh_.corner(order_[i], k));
+  }
+
+  MeshTree& tree_;
+  const TriangleMesh& mesh_;
+  std::vector<int> order_;
+  std::vector<Vec3> centroid_, normal_;
+};
+
+/// One vertex of every connected component (union-find over the triangles).
+std::vector<int> componentSamples(const TriangleMesh& mesh) {
+  std::vector<int> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 1; k < 3; ++k) {
+      const int a = root(t[0]), b = root(t[k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<int> samples;
+  for (const Triangle& t : mesh.triangles)
+    for (int v : t)
+      if (root(v) == v) samples.push_back(v);
+  std::sort(samples.begin(), samples.end());
+  samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+  return samples;
+}
+
+const TriangleMesh& notEmpty(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw MeshError("a mesh without triangles has no hierarchy");
+  return mesh;
+}
+
+Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
+  Vec3 moment = Vec3::Zero();
+  double volume = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - origin, b = mesh.vertices[t[1]] - origin,
+               c = mesh.vertices[t[2]] - origin;
+    const double six = a.dot(b.cross(c));
+    volume += six;
+    moment += six / 4.0 * (a + b + c);
+  }
+  return volume != 0.0 ? Vec3(origin + moment / volume) : origin;
+}
+
+}  // namespace
+
+MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(source) {
+  const TreeBuilder builds(*this);
+
+  Box box;
+  reach = 0.0;
+  for (const Triangle& t : mesh.triangles)
+    for (int v : t) {
+      box.add(mesh.vertices[v]);
+      reach = std::max(reach, mesh.vertices[v].norm());
+    }
+  center = box.center();
+  radius = 0.0;
+  for (const Triangle& t : mesh.triangles)
+    for (int v : t) radius = std::max(radius, (mesh.vertices[v] - center).norm());
+  volume = std::abs(signedVolume(mesh));
+  centroid = volumeCentroid(mesh, center);
+  samples = componentSamples(mesh);
+}
+
+double largestStretch(const Mat3& linear) {
+  return std::sqrt((linear.transpose() * linear).cwiseAbs().rowwise().sum().maxCoeff());
+}
+
+}  // namespace packmesh
