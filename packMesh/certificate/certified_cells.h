@@ -8,6 +8,7 @@
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/periodic_neighbors.h"
+#include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_tree.h"
 
 namespace packmesh {

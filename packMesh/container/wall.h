@@ -7,6 +7,7 @@
 #include <string>
 
 #include "packMesh/container/closed_form_wall.h"
+#include "packMesh/core/sphere.h"
 #include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/triangle_mesh.h"
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "packMesh/growth/repeated_surface.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {

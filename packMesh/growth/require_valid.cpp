@@ -8,6 +8,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/vector_text.h"
 #include "packMesh/growth/bodies.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_repair.h"
 
 namespace packmesh {

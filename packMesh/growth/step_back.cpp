@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "packMesh/certificate/certify.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {

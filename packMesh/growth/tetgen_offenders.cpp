@@ -6,6 +6,7 @@
 #include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/growth/bodies.h"
 #include "packMesh/growth/tetgen_run.h"
+#include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
 namespace {

@@ -12,6 +12,7 @@
 #include "packMesh/growth/missing_triangles.h"
 #include "packMesh/growth/require_valid.h"
 #include "packMesh/growth/tetgen_offenders.h"
+#include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
 namespace {

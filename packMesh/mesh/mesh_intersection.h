@@ -4,8 +4,8 @@
 
 #include <limits>
 
+#include "packMesh/core/sphere.h"
 #include "packMesh/mesh/mesh_hierarchy.h"
-#include "packMesh/mesh/sphere_grid.h"
 
 namespace packmesh {
 

@@ -7,13 +7,9 @@
 #include <vector>
 
 #include "packMesh/core/box.h"
+#include "packMesh/core/sphere.h"
 
 namespace packmesh {
-
-struct Sphere {
-  Vec3 center;
-  double radius;
-};
 
 /// A hierarchy of uniform grids, one for each power of two of the radius, so that a few large spheres among
 /// many small ones cost nothing extra. Not periodic: periodic images are spheres of their own (ghosts).

@@ -8,6 +8,7 @@
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
 namespace {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/support/packings.h"
 

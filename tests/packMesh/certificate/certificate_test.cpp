@@ -10,6 +10,7 @@
 
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
 

@@ -5,6 +5,7 @@
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_intersection.h"
 
 using namespace packmesh;
 using Catch::Matchers::Contains;

@@ -8,6 +8,7 @@
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "packMesh/mesh/triangle_distance.h"
 #include "tests/packMesh/sample_meshes.h"

@@ -13,6 +13,7 @@
 #include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/growth/touching_parts.h"
 #include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 

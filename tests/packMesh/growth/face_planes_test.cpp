@@ -8,6 +8,7 @@
 
 #include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/tetrahedralise.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 
 using namespace packmesh;

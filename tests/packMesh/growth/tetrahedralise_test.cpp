@@ -10,6 +10,7 @@
 #include "packMesh/growth/missing_triangles.h"
 #include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/predicates.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 
