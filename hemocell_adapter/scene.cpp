@@ -217,10 +217,15 @@ void setClearances(const Job& job, Scene& scene) {
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress) {
   PackingProblem problem;
+  double redCells = 0.0;
+  for (const SceneSpecies& species : scene.species)
+    if (species.job.redCell) redCells += double(species.count);
   for (const ScenePart& part : scene.parts) {
     const SceneSpecies& species = scene.species[part.species];
     problem.species.push_back(
         {part.name, species.shape, part.count, species.wall, species.job.redCell, part.start, part.freedom});
+    if (species.job.ratio && part.count == species.count)
+      problem.species.back().asked = *species.job.ratio * redCells;
   }
   problem.container = scene.lumen.container;
   problem.method = job.method;

@@ -7,51 +7,54 @@
 #include "packMesh/packing/densest.h"
 #include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/validate_problem.h"
+#include "packMesh/stages/relaxation/schedule.h"
 
 namespace packmesh {
 namespace {
 
-/// The search for fewer cells may take as long again as all of them had.
+/// When all cells are not packed in time, that and the search for fewer of them may take so many times as long.
 constexpr double timeWithSearch = 2.0;
 
-/// What could be packed of a problem that is out of reach takes the place of the cells of `all`.
-/// @return sweeps of the search
-std::int64_t packFewer(const PackingProblem& problem, RunControl& control, Attempt& all, bool& searched) {
+/// What can be packed of a problem that is hard or out of reach takes the place of the cells of `all`.
+/// All cells if they can be packed in the time that is left.
+Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& all) {
   if (control.limited()) control.stopAfter(timeWithSearch * problem.limits.maxSeconds);
   const Communicator& ranks = problem.communicator;
   if (problem.checkpoints && problem.checkpoints->due)
     control.atPolls = [&] {
       if (ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
     };
-  const Densest densest = findDensest(problem, control);
+  Densest densest =
+      findDensest(problem, control, [&](std::int64_t sweeps) { return all.certifyAll(sweeps); });
   control.atPolls = {};
-  searched = densest.ended;
-  if (control.interrupted()) return densest.sweeps;
+  if (control.interrupted() || densest.whole) return densest;
   if (densest.packing)
     all.take(*densest.packing);
   else
     all.leaveOutFailing();
-  return densest.sweeps;
+  return densest;
 }
 
 PackingResult packByRelaxation(const PackingProblem& problem) {
   RunControl control(problem);
   Attempt all(problem, control);
-  const bool packed = all.certifyAll();
-  std::int64_t sweepsOfSearch = 0;
-  bool searched = false;
-  bool keepsFewer = true;
-  if (!packed && !control.interrupted()) {
-    if (problem.limits.fewerCells) sweepsOfSearch = packFewer(problem, control, all, searched);
-    keepsFewer = problem.limits.fewerCells && problem.checkpoints && problem.checkpoints->endsWithFewer;
+  // Under a limit of time fewer cells are secured before all of them are tried for long.
+  const bool secures = control.limited() && problem.limits.fewerCells;
+  bool packed = secures ? all.certifyAll(sweepsOfRelax(1)) : all.certifyAll();
+  Densest fewer;
+  if (!packed && !control.interrupted() && problem.limits.fewerCells) {
+    fewer = packFewer(problem, control, all);
+    packed = fewer.whole;
   }
+  const bool keepsFewer =
+      packed || (problem.limits.fewerCells && problem.checkpoints && problem.checkpoints->endsWithFewer);
   if (problem.checkpoints) {
     if (!control.interrupted() && keepsFewer) all.keepEnd();
     if (all.hasBegun()) problem.checkpoints->save(all.kept());
   }
   PackingResult result = all.takeResult();
-  result.searched = searched;
-  result.statistics.sweeps += sweepsOfSearch;
+  result.searched = fewer.ended && !packed;
+  result.statistics.sweeps += fewer.sweeps;
   return result;
 }
 
