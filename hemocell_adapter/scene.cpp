@@ -14,6 +14,7 @@
 #include "hemocell_adapter/hemocell_limits.h"
 #include "hemocell_adapter/log.h"
 #include "packMesh/error.h"
+#include "packMesh/packing/single_cell.h"
 #include "packMesh/tolerances.h"
 
 namespace packmesh::hemocell {
@@ -46,10 +47,12 @@ std::string keyOf(const JobSpecies& s) {
 
 /// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some
 /// axis.
-void refuseTooLarge(const SceneSpecies& species, const Container& container) {
+void refuseTooLarge(const Job& job, const SceneSpecies& species, const Container& container) {
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
   const Vec3 room = container.bounds().size();
-  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) return;
+  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm())
+    return requireFitsAlone(species.job.name, *species.shape, container, wallClearanceOf(job, species.job),
+                            job.clearance);
   throw InputError(fmt::format(
       "cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
       species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
@@ -92,7 +95,7 @@ void resolveCounts(const Job& job, Scene& scene) {
     scene.species[i].count = counts[i];
     volume += double(counts[i]) * scene.species[i].shape->volume();
     if (scene.species[i].mostCells() == 0) continue;
-    refuseTooLarge(scene.species[i], *scene.lumen.container);
+    refuseTooLarge(job, scene.species[i], *scene.lumen.container);
     if (examined.insert(scene.species[i].acceptance.get()).second) refuseWithoutNode(scene.species[i]);
   }
   const double lumen = scene.lumen.container->volume();

@@ -8,6 +8,7 @@
 
 #include "packMesh/error.h"
 #include "packMesh/packing/fixed_cells.h"
+#include "packMesh/packing/single_cell.h"
 #include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh {
@@ -145,7 +146,9 @@ void validate(const PackingProblem& problem) {
     checkStart(problem, species);
     if (species.count == 0) continue;
     checkPeriods(species, problem);
-    checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
+    const double wallClearance = problem.wallClearance + species.freedom.extraWallClearance;
+    checkFits(species, *problem.container, wallClearance);
+    requireFitsAlone(species.name, *species.shape, *problem.container, wallClearance, problem.clearance);
   }
   checkColumns(problem);
   if (problem.method == Method::cat) {
