@@ -62,7 +62,7 @@ void widen(const std::function<double()>& timeLeft, const Attempt& attempt, Room
 
 std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene) {
   const Clearances demanded = {job.clearance, job.wallClearance};
-  if (job.asPackCells || job.method != Method::relaxation || givenWhole(scene)) return {demanded};
+  if (job.asPackCells || givenWhole(scene)) return {demanded};
   const bool membranes = job.autoClearance || job.largestClearance;
   // Faces through which blood flows: the same gap to the cells beyond them.
   const double toWall = scene.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;

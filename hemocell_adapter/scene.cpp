@@ -50,9 +50,12 @@ std::string keyOf(const JobSpecies& s) {
 void refuseTooLarge(const Job& job, const SceneSpecies& species, const Container& container) {
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
   const Vec3 room = container.bounds().size();
-  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm())
-    return requireFitsAlone(species.job.name, *species.shape, container, wallClearanceOf(job, species.job),
-                            job.clearance);
+  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) {
+    if (job.validate)  // pack() asks, too
+      requireFitsAlone(species.job.name, *species.shape, container, wallClearanceOf(job, species.job),
+                       job.clearance);
+    return;
+  }
   throw InputError(fmt::format(
       "cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
       species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));

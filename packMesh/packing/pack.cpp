@@ -6,6 +6,7 @@
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
 #include "packMesh/packing/pack_by_growth.h"
+#include "packMesh/packing/single_cell.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/stages/relaxation/schedule.h"
 
@@ -35,12 +36,22 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   return densest;
 }
 
+/// What takes a while to prove is asked where packing does not succeed at once.
+void requireEachFitsAlone(const PackingProblem& problem) {
+  for (const Species& species : problem.species)
+    if (species.count > 0)
+      requireFitsAlone(species.name, *species.shape, *problem.container,
+                       problem.wallClearance + species.freedom.extraWallClearance, problem.clearance);
+}
+
 PackingResult packByRelaxation(const PackingProblem& problem) {
   RunControl control(problem);
   Attempt all(problem, control);
+  bool packed = all.certifyAll(sweepsOfRelax(1));
+  if (!packed && !control.interrupted() && problem.limits.fewerCells) requireEachFitsAlone(problem);
   // Under a limit of time fewer cells are secured before all of them are tried for long.
   const bool secures = control.limited() && problem.limits.fewerCells;
-  bool packed = secures ? all.certifyAll(sweepsOfRelax(1)) : all.certifyAll();
+  if (!packed && !secures && !control.interrupted()) packed = all.certifyAll();
   Densest fewer;
   if (!packed && !control.interrupted() && problem.limits.fewerCells) {
     fewer = packFewer(problem, control, all);
@@ -62,7 +73,9 @@ PackingResult packByRelaxation(const PackingProblem& problem) {
 
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
-  return problem.method == Method::cat ? packByGrowth(problem) : packByRelaxation(problem);
+  if (problem.method == Method::relaxation) return packByRelaxation(problem);
+  requireEachFitsAlone(problem);
+  return packByGrowth(problem);
 }
 
 }  // namespace packmesh

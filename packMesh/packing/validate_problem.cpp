@@ -8,7 +8,6 @@
 
 #include "packMesh/error.h"
 #include "packMesh/packing/fixed_cells.h"
-#include "packMesh/packing/single_cell.h"
 #include "packMesh/stages/certificate/certificate.h"
 
 namespace packmesh {
@@ -146,9 +145,7 @@ void validate(const PackingProblem& problem) {
     checkStart(problem, species);
     if (species.count == 0) continue;
     checkPeriods(species, problem);
-    const double wallClearance = problem.wallClearance + species.freedom.extraWallClearance;
-    checkFits(species, *problem.container, wallClearance);
-    requireFitsAlone(species.name, *species.shape, *problem.container, wallClearance, problem.clearance);
+    checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
   }
   checkColumns(problem);
   if (problem.method == Method::cat) {
