@@ -12,7 +12,8 @@
 namespace packmesh {
 namespace {
 
-/// Fractions that are tried: whole rungs of a ladder, the same whatever was asked for. No cells reach the top.
+/// Fractions that are tried: whole rungs of a ladder, the same whatever was asked for. No cells reach the
+/// top.
 constexpr double rung = 0.0025;
 constexpr std::int64_t topRung = 320;
 

@@ -13,7 +13,8 @@
 namespace packmesh {
 namespace {
 
-/// When all cells are not packed in time, that and the search for fewer of them may take so many times as long.
+/// When all cells are not packed in time, that and the search for fewer of them may take so many times as
+/// long.
 constexpr double timeWithSearch = 2.0;
 
 /// What can be packed of a problem that is hard or out of reach takes the place of the cells of `all`.

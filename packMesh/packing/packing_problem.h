@@ -43,9 +43,9 @@ struct Species {
 
 /// When to give up.
 struct Limits {
-  /// Wall time to fit all cells in [s]; with the search for the densest packing of fewer cells (fewerCells) it
-  /// may take twice as long. Then pack() ends within 5 s, or 2 s for every 100,000 cells if that is more. 0: no
-  /// limit.
+  /// Wall time to fit all cells in [s]; with the search for the densest packing of fewer cells (fewerCells)
+  /// it may take twice as long. Then pack() ends within 5 s, or 2 s for every 100,000 cells if that is more.
+  /// 0: no limit.
   double maxSeconds = 0.0;
   std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, to fit all cells in
   std::function<double()> clock = {};  ///< the time [s]; empty: the machine's

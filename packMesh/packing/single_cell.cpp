@@ -61,8 +61,8 @@ std::vector<Ball> ballsIn(const Shape& shape) {
   return all;
 }
 
-/// Balls such that a copy of the cell that is moved into one of them meets it, without those that stand out of
-/// others by little.
+/// Balls such that a copy of the cell that is moved into one of them meets it, without those that stand out
+/// of others by little.
 std::vector<Ball> meetings(const Shape& shape) {
   const double little = 0.2 * shape.halfThickness();
   const std::vector<Ball> balls = ballsIn(shape);

@@ -100,8 +100,8 @@ TEST_CASE("A cell that fits in no orientation is refused", "[packing]") {
   if (row.refusal.empty())
     REQUIRE_NOTHROW(pack(problem));
   else
-    REQUIRE_THROWS_WITH(pack(problem), Contains("species 'RBC' (7.8") &&
-                                           Contains("in any orientation: it " + row.refusal));
+    REQUIRE_THROWS_WITH(pack(problem),
+                        Contains("species 'RBC' (7.8") && Contains("in any orientation: it " + row.refusal));
 }
 
 TEST_CASE("The volume of all cells is counted", "[packing]") {
