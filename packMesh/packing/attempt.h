@@ -47,6 +47,8 @@ class Attempt {
   /// Whether cells have been placed: there is something to keep.
   bool hasBegun() const { return relaxation_.has_value(); }
 
+  std::int64_t sweeps() const { return relaxation_ ? relaxation_->sweeps() : 0; }
+
   /// What has been kept last: what a run that is interrupted now can go on from.
   const PackingState& kept() const { return kept_; }
   /// Keeps the cells as they are now, with their measures, as the end of a run.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -26,19 +27,7 @@ constexpr std::int64_t fewestParts = 1, mostParts = 2;
 class Search {
  public:
   Search(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole)
-      : problem_(problem),
-        control_(control),
-        whole_(whole),
-        lumen_(problem.container->volume()),
-        part_(problem) {
-    part_.resume.reset();
-    part_.checkpoints.reset();
-    if (problem.progress)
-      part_.progress = [this](Progress progress) {
-        progress.stage = "search for the densest packing";
-        progress.sweep += found_.sweeps;
-        problem_.progress(progress);
-      };
+      : problem_(problem), control_(control), whole_(whole), lumen_(problem.container->volume()) {
     const bool anyRed = std::any_of(problem.species.begin(), problem.species.end(), [](const Species& s) {
       return s.inHematocrit && !s.freedom.fixed && s.count > 0;
     });
@@ -114,28 +103,53 @@ class Search {
     return pack(counts);
   }
 
+  /// Begins a trial, or goes on with the last that failed.
   bool pack(const Counts& counts) {
-    part_.limits.maxSweeps = sweepsOfRelax(parts_);
-    for (std::size_t s = 0; s < counts.size(); ++s) {
-      const std::vector<Pose>& start = problem_.species[s].start;
-      const auto started = std::min(static_cast<std::int64_t>(start.size()), counts[s]);
-      part_.species[s].count = counts[s];
-      part_.species[s].start.assign(start.begin(), start.begin() + started);
-    }
-    Attempt trial(part_, control_);
-    const bool all = trial.certifyAll();
-    PackingResult result = trial.takeResult();
-    found_.sweeps += result.statistics.sweeps;
-    if (all) found_.packing = std::move(result);
-    return all;
+    if (!trial_ || trial_->counts != counts) trial_ = std::make_unique<Trial>(part(counts), counts, control_);
+    const std::int64_t before = trial_->attempt.sweeps();
+    sweepsOfOthers_ = found_.sweeps - before;
+    const bool all = trial_->attempt.certifyAll(sweepsOfRelax(parts_));
+    found_.sweeps += trial_->attempt.sweeps() - before;
+    if (!all) return false;
+    found_.packing = trial_->attempt.takeResult();
+    trial_.reset();
+    return true;
   }
+
+  /// So many cells of the problem.
+  PackingProblem part(const Counts& counts) {
+    PackingProblem part = problem_;
+    part.resume.reset();
+    part.checkpoints.reset();
+    if (problem_.progress)
+      part.progress = [this](Progress progress) {
+        progress.stage = "search for the densest packing";
+        progress.sweep += sweepsOfOthers_;
+        problem_.progress(progress);
+      };
+    for (std::size_t s = 0; s < counts.size(); ++s) {
+      std::vector<Pose>& start = part.species[s].start;
+      part.species[s].count = counts[s];
+      start.resize(std::min(start.size(), static_cast<std::size_t>(counts[s])));
+    }
+    return part;
+  }
+
+  struct Trial {
+    Trial(PackingProblem part, Counts of, RunControl& control)
+        : problem(std::move(part)), counts(std::move(of)), attempt(problem, control) {}
+    PackingProblem problem;
+    Counts counts;
+    Attempt attempt;  ///< refers to `problem`
+  };
 
   const PackingProblem& problem_;
   RunControl& control_;
   const WholeAttempt& whole_;
   const double lumen_;               ///< [µm³]
   double fixed_ = 0.0, free_ = 0.0;  ///< volume of such cells in the hematocrit [µm³]
-  PackingProblem part_;              ///< of a trial
+  std::unique_ptr<Trial> trial_;     ///< the last one, if it failed
+  std::int64_t sweepsOfOthers_ = 0;  ///< of all trials but that
   std::int64_t parts_ = fewestParts;
   /// The densest that could be packed so far, and the next that was tried and could not [rungs].
   std::int64_t packed_ = 0, beyond_ = topRung;

@@ -13,21 +13,29 @@
 namespace packmesh {
 namespace {
 
-/// When all cells are not packed in time, that and the search for fewer of them may take so many times as
-/// long.
-constexpr double timeWithSearch = 2.0;
+/// When not all cells are packed at once, that and the search for fewer of them may take so many times as
+/// long as the limit says. All cells have a little less, and then it ends: who asks for more has to try
+/// those first, and shall have the time for what others asked for.
+constexpr double timeWithSearch = 2.0, timeForAll = 1.6;
 
 /// What can be packed of a problem that is hard or out of reach takes the place of the cells of `all`.
 /// All cells if they can be packed in the time that is left.
 Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& all) {
-  if (control.limited()) control.stopAfter(timeWithSearch * problem.limits.maxSeconds);
+  const auto stopAfter = [&](double times) {
+    if (control.limited()) control.stopAfter(times * problem.limits.maxSeconds);
+  };
   const Communicator& ranks = problem.communicator;
   if (problem.checkpoints && problem.checkpoints->due)
     control.atPolls = [&] {
       if (ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
     };
-  Densest densest =
-      findDensest(problem, control, [&](std::int64_t sweeps) { return all.certifyAll(sweeps); });
+  stopAfter(timeWithSearch);
+  Densest densest = findDensest(problem, control, [&](std::int64_t sweeps) {
+    stopAfter(timeForAll);
+    const bool packed = all.certifyAll(sweeps);
+    if (!control.stopped()) stopAfter(timeWithSearch);
+    return packed;
+  });
   control.atPolls = {};
   if (control.interrupted() || densest.whole) return densest;
   if (densest.packing)
