@@ -16,7 +16,10 @@ namespace {
 /// When not all cells are packed at once, that and the search for fewer of them may take so many times as
 /// long as the limit says. All cells have a little less, and then it ends: who asks for more has to try
 /// those first, and shall have the time for what others asked for.
-constexpr double timeWithSearch = 2.0, timeForAll = 1.6;
+constexpr double timeWithSearch = 2.0, timeForAll = 1.4;
+
+/// Of the lumen: no cells are packed at once beyond this, not even those in columns.
+constexpr double hopelessFraction = 0.66;
 
 /// What can be packed of a problem that is hard or out of reach takes the place of the cells of `all`.
 /// All cells if they can be packed in the time that is left.
@@ -56,10 +59,11 @@ void requireEachFitsAlone(const PackingProblem& problem) {
 PackingResult packByRelaxation(const PackingProblem& problem) {
   RunControl control(problem);
   Attempt all(problem, control);
-  bool packed = all.certifyAll(sweepsOfRelax(1));
-  if (!packed && !control.interrupted() && problem.limits.fewerCells) requireEachFitsAlone(problem);
   // Under a limit of time fewer cells are secured before all of them are tried for long.
   const bool secures = control.limited() && problem.limits.fewerCells;
+  const bool hopeless = cellVolume(problem) > hopelessFraction * problem.container->volume();
+  bool packed = all.certifyAll(secures && hopeless ? 0 : sweepsOfRelax(1));
+  if (!packed && !control.interrupted() && problem.limits.fewerCells) requireEachFitsAlone(problem);
   if (!packed && !secures && !control.interrupted()) packed = all.certifyAll();
   Densest fewer;
   if (!packed && !control.interrupted() && problem.limits.fewerCells) {
