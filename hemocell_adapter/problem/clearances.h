@@ -20,7 +20,8 @@ struct Clearances {
   double membranes = 0.0, wall = 0.0;
 };
 
-/// What packing tries one after the other, the widest first; the last are those that are demanded.
+/// What packing tries one after the other, the widest first; the last are those that are demanded, the only
+/// ones with escapes, each of which takes as long as a whole packing.
 std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene);
 
 /// The job with these clearances.

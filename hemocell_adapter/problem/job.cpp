@@ -146,9 +146,12 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   if (job.inColumns && job.boxSize && !ownBody && !job.periodicEnds.value_or(false))
     throw InputError(
         "columns (--order, <order>) take a box that is periodic along all axes: sX sY sZ --ends periodic");
-  if (job.largestClearance && (job.stateFile || job.method == Method::cat))
+  if (job.largestClearance && job.stateFile)
     throw UsageError(
-        "the largest clearance (--clearance max) is for the default method, without state files");
+        "the largest clearance (--clearance max) is found by many packings, and a state is of one: leave out "
+        "--state and --checkpoint-every, or state a clearance");
+  if (job.largestClearance && job.escape)
+    throw UsageError("the largest clearance (--clearance max) is not searched for with escapes (--escape)");
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
     throw UsageError(

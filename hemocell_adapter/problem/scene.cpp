@@ -15,6 +15,7 @@
 #include "hemocell_adapter/problem/forecast.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/tolerances.h"
+#include "packMesh/packing/single_cell.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -46,10 +47,15 @@ std::string keyOf(const JobSpecies& s) {
 
 /// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some
 /// axis.
-void refuseTooLarge(const SceneSpecies& species, const Container& container) {
+void refuseTooLarge(const Job& job, const SceneSpecies& species, const Container& container) {
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
   const Vec3 room = container.bounds().size();
-  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) return;
+  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) {
+    if (job.validate)  // pack() asks, too
+      requireFitsAlone(species.job.name, *species.shape, container, wallClearanceOf(job, species.job),
+                       job.clearance);
+    return;
+  }
   throw InputError(fmt::format(
       "cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
       species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
@@ -92,7 +98,7 @@ void resolveCounts(const Job& job, Scene& scene) {
     scene.species[i].count = counts[i];
     volume += double(counts[i]) * scene.species[i].shape->volume();
     if (scene.species[i].mostCells() == 0) continue;
-    refuseTooLarge(scene.species[i], *scene.lumen.container);
+    refuseTooLarge(job, scene.species[i], *scene.lumen.container);
     if (examined.insert(scene.species[i].acceptance.get()).second) refuseWithoutNode(scene.species[i]);
   }
   const double lumen = scene.lumen.container->volume();
@@ -217,10 +223,15 @@ void setClearances(const Job& job, Scene& scene) {
 PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress) {
   PackingProblem problem;
+  double redCells = 0.0;
+  for (const SceneSpecies& species : scene.species)
+    if (species.job.redCell) redCells += double(species.count);
   for (const ScenePart& part : scene.parts) {
     const SceneSpecies& species = scene.species[part.species];
     problem.species.push_back(
         {part.name, species.shape, part.count, species.wall, species.job.redCell, part.start, part.freedom});
+    if (species.job.ratio && part.count == species.count)
+      problem.species.back().asked = *species.job.ratio * redCells;
   }
   problem.container = scene.lumen.container;
   problem.method = job.method;

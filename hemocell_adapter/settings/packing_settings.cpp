@@ -175,7 +175,8 @@ std::vector<Setting> packingSettings() {
        false,
        {number("s", "s", 0, true, 1e9)},
        "no limit",
-       "give up after this time; when not all cells fit, the search for the densest packing may take as long "
+       "give up after this time; when not all cells fit at once, fewer are packed first, which may take as "
+       "long "
        "again. Then "
        "the run ends within 5 s, or 2 s for every 100,000 cells if that is more",
        Topic::limits,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The cells of a CertificateInput, addressed by number. Internal to packMesh/stages/certificate.
+/// @file The cells of a CertificateInput, addressed by number. Internal to packMesh/certificate.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Objects and their periodic images. Internal to packMesh/stages/growth.
+/// @file Objects and their periodic images. Internal to packMesh/growth.
 #pragma once
 
 #include <optional>

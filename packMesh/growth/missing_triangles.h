@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which parts of surfaces tetrahedra do not respect. Internal to packMesh/stages/growth.
+/// @file Which parts of surfaces tetrahedra do not respect. Internal to packMesh/growth.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The surface of a periodic container, continued by its images. Internal to packMesh/stages/growth.
+/// @file The surface of a periodic container, continued by its images. Internal to packMesh/growth.
 #pragma once
 
 #include <array>

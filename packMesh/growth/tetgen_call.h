@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How TetGen says that it gives up. Internal to packMesh/stages/growth.
+/// @file How TetGen says that it gives up. Internal to packMesh/growth.
 #pragma once
 
 namespace packmesh {

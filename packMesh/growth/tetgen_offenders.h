@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which objects TetGen fails on, for messages. Internal to packMesh/stages/growth.
+/// @file Which objects TetGen fails on, for messages. Internal to packMesh/growth.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file One run of the TetGen library (H. Si, "TetGen, a Delaunay-based quality tetrahedral mesh generator",
-/// ACM Trans. Math. Softw. 41(2), 2015). Internal to packMesh/stages/growth.
+/// ACM Trans. Math. Softw. 41(2), 2015). Internal to packMesh/growth.
 ///
 /// TetGen keeps global state: one run at a time in a process.
 #pragma once

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Surfaces that touch themselves. Internal to packMesh/stages/growth.
+/// @file Surfaces that touch themselves. Internal to packMesh/growth.
 #pragma once
 
 #include "packMesh/mesh/triangle_mesh.h"

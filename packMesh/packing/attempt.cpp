@@ -40,15 +40,22 @@ Attempt::Attempt(const PackingProblem& problem, RunControl& control)
       shares_(cells_, problem.communicator),
       written_(problem) {}
 
-bool Attempt::certifyAll() {
-  begin();
-  if (!relaxation_ || control_.interrupted()) return false;
-  keepState();
-  if (startsClean()) return true;
-  if (at_.fewer) return certified();
-  while (relaxed())
+bool Attempt::certifyAll(std::int64_t sweeps) {
+  if (over_) return false;
+  if (!relaxation_) {
+    begin();
+    if (!relaxation_ || control_.interrupted()) return false;
+    keepState();
+    if (startsClean()) return true;
+    if (at_.fewer) return certified();
+  }
+  const std::int64_t most = std::min(sweeps, problem_.limits.maxSweeps);
+  while (relaxed(most))
     if (certified()) return true;
-  return !control_.interrupted() && cleanByChance();
+  const bool suspended = most < problem_.limits.maxSweeps && relaxation_->sweeps() >= most;
+  if (suspended || control_.interrupted()) return false;
+  over_ = true;
+  return cleanByChance();
 }
 
 PackingResult Attempt::takeResult() {
@@ -212,12 +219,11 @@ void Attempt::measure() {
 }
 
 /// Whether all contacts could be resolved within the limits.
-bool Attempt::relaxed() {
+bool Attempt::relaxed(std::int64_t maxSweeps) {
   if (control_.outOfTime()) return false;
   if (at_.stage != Stage::relaxation) return true;  // has been
   Stopwatch watch(result_.statistics.relaxationSeconds);
-  if (!relax(*relaxation_, tolerance::relaxationTolerance, limits(problem_.limits.maxSweeps), at_.schedule))
-    return false;
+  if (!relax(*relaxation_, tolerance::relaxationTolerance, limits(maxSweeps), at_.schedule)) return false;
   at_.stage = Stage::certificate;
   return true;
 }

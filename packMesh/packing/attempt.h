@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -30,8 +31,9 @@ class Attempt {
   /// References its arguments, which must outlive it.
   Attempt(const PackingProblem& problem, RunControl& control);
 
-  /// Places the cells, or goes on from where the problem resumes, until all are certified or a limit is met.
-  bool certifyAll();
+  /// Places the cells, or goes on from where the problem resumes, until all are certified or a limit is met,
+  /// or so many sweeps are done: called again, it then goes on as if it had not stopped.
+  bool certifyAll(std::int64_t sweeps = std::numeric_limits<std::int64_t>::max());
 
   /// Leaves out cells until no other one fails, moving none: of each failing pair the cell that fails in more
   /// of them.
@@ -44,6 +46,8 @@ class Attempt {
 
   /// Whether cells have been placed: there is something to keep.
   bool hasBegun() const { return relaxation_.has_value(); }
+
+  std::int64_t sweeps() const { return relaxation_ ? relaxation_->sweeps() : 0; }
 
   /// What has been kept last: what a run that is interrupted now can go on from.
   const PackingState& kept() const { return kept_; }
@@ -61,7 +65,7 @@ class Attempt {
   bool startsClean();
   void keepState();
   void measure();
-  bool relaxed();
+  bool relaxed(std::int64_t maxSweeps);
   ScheduleLimits limits(std::int64_t maxSweeps);
   bool certified();
   bool certifiedOnce(std::optional<Certifier>& certifier);
@@ -85,6 +89,7 @@ class Attempt {
   WrittenCells written_;
   PackingState kept_;
   bool delivered_ = false;
+  bool over_ = false;  ///< jammed, or a limit was met
   PackingResult result_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -12,37 +13,36 @@
 namespace packmesh {
 namespace {
 
-/// Bisection begins between nothing and this volume fraction, which no cells reach.
-constexpr double mostFraction = 0.8;
+/// Fractions that are tried: whole rungs of a ladder, the same whatever was asked for. No cells reach the
+/// top.
+constexpr double rung = 0.0025;
+constexpr std::int64_t topRung = 320;
 
-/// Steps of the climb, and how finely it is known in the end what can be packed [fraction of the cells].
-constexpr double climb = 0.02, resolution = 0.005;
+/// How finely the bisection searches, and steps of the climb [rungs].
+constexpr std::int64_t coarse = 10, climb = 2;
 
 /// Parts of relax() in a trial: of the bisection, and at most where no time limit ends the search.
 constexpr std::int64_t fewestParts = 1, mostParts = 2;
 
 class Search {
  public:
-  Search(const PackingProblem& problem, RunControl& control)
-      : problem_(problem), control_(control), lumen_(problem.container->volume()), part_(problem) {
-    part_.resume.reset();
-    part_.checkpoints.reset();
-    if (problem.progress)
-      part_.progress = [this](Progress progress) {
-        progress.stage = "search for the densest packing";
-        progress.sweep += found_.sweeps;
-        problem_.progress(progress);
-      };
+  Search(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole)
+      : problem_(problem), control_(control), whole_(whole), lumen_(problem.container->volume()) {
+    const bool anyRed = std::any_of(problem.species.begin(), problem.species.end(), [](const Species& s) {
+      return s.inHematocrit && !s.freedom.fixed && s.count > 0;
+    });
     for (const Species& species : problem.species)
-      (species.freedom.fixed ? fixed_ : free_) +=
-          static_cast<double>(species.count) * species.shape->volume();
+      if (species.inHematocrit || !anyRed)
+        (species.freedom.fixed ? fixed_ : free_) += asked(species) * species.shape->volume();
   }
 
   Densest operator()() {
-    packed_ = fixed_ / lumen_;
-    bisect(mostFraction);
-    if (!found_.packing && !control_.stopped()) pack(countsAt(packed_));  // fixed cells alone
-    for (++parts_; !control_.stopped() && mayHave(parts_); ++parts_) climbOn();
+    packed_ = static_cast<std::int64_t>(fixed_ / lumen_ / rung);
+    beyond_ = topRung;
+    bisect(coarse);
+    if (goesOn() && !found_.packing) pack(countsAt(0));  // fixed cells alone
+    for (++parts_; goesOn() && mayHave(parts_); ++parts_) climbOn();
+    if (goesOn() && control_.limited()) found_.whole = whole_(problem_.limits.maxSweeps);
     found_.ended = !control_.stopped();
     return std::move(found_);
   }
@@ -50,18 +50,26 @@ class Search {
  private:
   using Counts = std::vector<std::int64_t>;
 
-  /// Cells of each species when all together fill a fraction of the lumen.
-  Counts countsAt(double fraction) const {
-    const double share = free_ > 0.0 ? std::clamp((fraction * lumen_ - fixed_) / free_, 0.0, 1.0) : 0.0;
+  static double asked(const Species& species) {
+    return species.asked > 0.0 ? species.asked : static_cast<double>(species.count);
+  }
+
+  bool goesOn() { return !found_.whole && !control_.stopped(); }
+
+  /// Cells of each species up to a rung.
+  Counts countsAt(std::int64_t rungs) const {
+    const double volume = static_cast<double>(rungs) * rung * lumen_ - fixed_;
+    const double share = free_ > 0.0 ? std::clamp(volume / free_, 0.0, 1.0) : 0.0;
     Counts counts;
     for (const Species& species : problem_.species)
-      counts.push_back(species.freedom.fixed ? species.count
-                                             : std::llround(share * static_cast<double>(species.count)));
+      counts.push_back(species.freedom.fixed
+                           ? species.count
+                           : std::min<std::int64_t>(species.count, std::llround(share * asked(species))));
     return counts;
   }
-  std::int64_t cellsAt(double fraction) const {
+  std::int64_t cellsAt(std::int64_t rungs) const {
     std::int64_t cells = 0;
-    for (const std::int64_t count : countsAt(fraction)) cells += count;
+    for (const std::int64_t count : countsAt(rungs)) cells += count;
     return cells;
   }
 
@@ -70,63 +78,88 @@ class Search {
     return sweepsOfRelax(parts) <= problem_.limits.maxSweeps && (control_.limited() || parts <= mostParts);
   }
 
-  /// Narrows down what can be packed between what is and `beyond`, which cannot.
-  void bisect(double beyond) {
-    while (!control_.stopped()) {
-      const std::int64_t cells = cellsAt(packed_), more = cellsAt(beyond);
-      if (static_cast<double>(more - cells) <= std::max(1.0, resolution * static_cast<double>(cells))) return;
-      const double middle = 0.5 * (packed_ + beyond);
-      (packs(middle) ? packed_ : beyond) = middle;
+  /// Narrows down what can be packed between what is and what cannot be.
+  void bisect(std::int64_t rungs) {
+    while (beyond_ - packed_ > rungs && cellsAt(beyond_) - cellsAt(packed_) > 1 && goesOn()) {
+      const std::int64_t middle = packed_ + (beyond_ - packed_) / 2;
+      (packs(middle) ? packed_ : beyond_) = middle;
     }
   }
 
-  /// Goes up as long as trials succeed.
+  /// Goes up as long as trials succeed, first to what failed with fewer parts.
   void climbOn() {
-    for (double above = packed_; !control_.stopped();) {
-      above = packed_ * (1.0 + climb);
-      if (!packs(above)) return bisect(above);
-      packed_ = above;
+    while (packs(beyond_) && goesOn()) {
+      packed_ = beyond_;
+      beyond_ += climb;
     }
+    bisect(1);
   }
 
-  /// Whether that fraction can be packed. All that were asked for have been tried already.
-  bool packs(double fraction) {
-    const Counts counts = countsAt(fraction);
-    if (cellsAt(fraction) >= problem_.cellCount()) return false;
+  /// Whether that can be packed; if it is all that was asked for, that is tried.
+  bool packs(std::int64_t rungs) {
+    const Counts counts = countsAt(rungs);
+    if (cellsAt(rungs) >= problem_.cellCount()) return found_.whole = whole_(sweepsOfRelax(parts_));
     if (counts == countsAt(packed_) && found_.packing) return true;
     return pack(counts);
   }
 
+  /// Begins a trial, or goes on with the last that failed.
   bool pack(const Counts& counts) {
-    part_.limits.maxSweeps = sweepsOfRelax(parts_);
-    for (std::size_t s = 0; s < counts.size(); ++s) {
-      const std::vector<Pose>& start = problem_.species[s].start;
-      const auto started = std::min(static_cast<std::int64_t>(start.size()), counts[s]);
-      part_.species[s].count = counts[s];
-      part_.species[s].start.assign(start.begin(), start.begin() + started);
-    }
-    Attempt trial(part_, control_);
-    const bool all = trial.certifyAll();
-    PackingResult result = trial.takeResult();
-    found_.sweeps += result.statistics.sweeps;
-    if (all) found_.packing = std::move(result);
-    return all;
+    if (!trial_ || trial_->counts != counts) trial_ = std::make_unique<Trial>(part(counts), counts, control_);
+    const std::int64_t before = trial_->attempt.sweeps();
+    sweepsOfOthers_ = found_.sweeps - before;
+    const bool all = trial_->attempt.certifyAll(sweepsOfRelax(parts_));
+    found_.sweeps += trial_->attempt.sweeps() - before;
+    if (!all) return false;
+    found_.packing = trial_->attempt.takeResult();
+    trial_.reset();
+    return true;
   }
+
+  /// So many cells of the problem.
+  PackingProblem part(const Counts& counts) {
+    PackingProblem part = problem_;
+    part.resume.reset();
+    part.checkpoints.reset();
+    if (problem_.progress)
+      part.progress = [this](Progress progress) {
+        progress.stage = "search for the densest packing";
+        progress.sweep += sweepsOfOthers_;
+        problem_.progress(progress);
+      };
+    for (std::size_t s = 0; s < counts.size(); ++s) {
+      std::vector<Pose>& start = part.species[s].start;
+      part.species[s].count = counts[s];
+      start.resize(std::min(start.size(), static_cast<std::size_t>(counts[s])));
+    }
+    return part;
+  }
+
+  struct Trial {
+    Trial(PackingProblem part, Counts of, RunControl& control)
+        : problem(std::move(part)), counts(std::move(of)), attempt(problem, control) {}
+    PackingProblem problem;
+    Counts counts;
+    Attempt attempt;  ///< refers to `problem`
+  };
 
   const PackingProblem& problem_;
   RunControl& control_;
+  const WholeAttempt& whole_;
   const double lumen_;               ///< [µm³]
-  double fixed_ = 0.0, free_ = 0.0;  ///< volume of such cells [µm³]
-  PackingProblem part_;              ///< of a trial
+  double fixed_ = 0.0, free_ = 0.0;  ///< volume of such cells in the hematocrit [µm³]
+  std::unique_ptr<Trial> trial_;     ///< the last one, if it failed
+  std::int64_t sweepsOfOthers_ = 0;  ///< of all trials but that
   std::int64_t parts_ = fewestParts;
-  double packed_ = 0.0;  ///< the densest that could be packed so far [fraction]
+  /// The densest that could be packed so far, and the next that was tried and could not [rungs].
+  std::int64_t packed_ = 0, beyond_ = topRung;
   Densest found_;
 };
 
 }  // namespace
 
-Densest findDensest(const PackingProblem& problem, RunControl& control) {
-  return Search(problem, control)();
+Densest findDensest(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole) {
+  return Search(problem, control, whole)();
 }
 
 }  // namespace packmesh

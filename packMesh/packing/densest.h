@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "packMesh/packing/packing_problem.h"
@@ -14,17 +15,23 @@ namespace packmesh {
 /// What the search came to.
 struct Densest {
   std::optional<PackingResult> packing;  ///< the densest certified one; nothing: none in time
+  bool whole = false;                    ///< all cells could be packed after all
   bool ended = false;                    ///< by itself, not by time
   std::int64_t sweeps = 0;               ///< of all trials
 };
 
-/// Looks for the densest packing of fewer cells than the problem has (Method::relaxation), by bisection over
-/// the volume fraction of all cells: every trial packs cells afresh, at most the first parts of relax();
-/// species keep their shares, fixed cells stay. Then it climbs from the densest one found in small steps,
-/// with trials of one more part; while there is a time limit, with one more each time it gets no further.
+/// Goes on with an attempt at all cells, up to so many sweeps of it. @return whether they are packed now
+using WholeAttempt = std::function<bool(std::int64_t sweeps)>;
+
+/// Looks for the densest packing of fewer cells than the problem has (Method::relaxation). Every trial packs
+/// cells up to a hematocrit afresh, at most the first parts of relax(); species keep their shares, fixed
+/// cells stay. It bisects coarsely with the first part, then climbs and bisects more finely with two; while
+/// there is a time limit, with one more each time it gets no further. Where it comes to as many cells as were
+/// asked for, `whole` goes on as far as a trial would.
 ///
 /// The trials depend on what is packed into what, not on how many cells were asked for: who asks for more
-/// gets no less. Without a time limit, the result depends on the problem alone. All ranks call.
-Densest findDensest(const PackingProblem& problem, RunControl& control);
+/// gets no less, but for part of a rung. Without a time limit, the result depends on the problem alone. All
+/// ranks call.
+Densest findDensest(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole);
 
 }  // namespace packmesh

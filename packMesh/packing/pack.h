@@ -11,9 +11,9 @@ namespace packmesh {
 ///
 /// Same problem, same bytes: the result depends on the problem alone (seed included), never on time, machine
 /// or processor features, unless the time limit stops it.
-/// @throws InputError when the problem cannot be one (a cell larger than the lumen, more cell volume than
-/// lumen
-///   volume, negative clearance, ...)
+/// @throws InputError when the problem cannot be one (a cell that fits in no orientation, more cell volume
+/// than
+///   lumen volume, negative clearance, ...)
 PackingResult pack(const PackingProblem& problem);
 
 }  // namespace packmesh

@@ -37,13 +37,16 @@ struct Species {
   /// Starts in columns (stages/placement/columns.h) instead of at random. Of one species at most, which is
   /// free and has no start, in boxes that are periodic along all axes; Method::relaxation only.
   bool inColumns = false;
+  /// How many were asked for before that was rounded to `count`; 0: as many. When fewer cells are tried these
+  /// are shares of it, so that requests for more or less try the same numbers of every species.
+  double asked = 0.0;
 };
 
 /// When to give up.
 struct Limits {
-  /// Wall time after which no more is tried to fit all cells in [s]; looking for the densest packing of fewer
-  /// cells may take as long again. Then pack() ends within 5 s, or 2 s for every 100,000 cells if that is
-  /// more. 0: no limit.
+  /// Wall time to fit all cells in [s]; with the search for the densest packing of fewer cells (fewerCells)
+  /// it may take twice as long. Then pack() ends within 5 s, or 2 s for every 100,000 cells if that is more.
+  /// 0: no limit.
   double maxSeconds = 0.0;
   std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, to fit all cells in
   std::function<double()> clock = {};  ///< the time [s]; empty: the machine's

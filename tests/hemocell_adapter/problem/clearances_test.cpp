@@ -87,6 +87,31 @@ TEST_CASE("clearances that are asked for are the only ones", "[clearances]") {
   CHECK(packCells.front().membranes == 0.0);
 }
 
+TEST_CASE("growth leaves the same room, but with escapes", "[clearances]") {
+  const std::vector<std::string> box = {"30", "30", "30", "--rbc", "10", "--walls", "xyz", "--method", "cat"};
+  const auto levels = levelsOf(box);
+  REQUIRE(levels.size() == 4);
+  CHECK(levels.front().membranes == Approx(0.05));
+  CHECK(levels.front().wall == Approx(0.5));
+  auto escaping = box;
+  escaping.push_back("--escape");
+  CHECK(levelsOf(escaping).size() == 1);
+
+  Job job;
+  job.method = Method::cat;
+  Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
+  CHECK(packer.pack(job, threeLevels).clearances.wall == 0.25);
+  CHECK(packer.limits[0].maxSweeps == 100);
+
+  const TemporaryFolder folder;
+  const Ran grown = run(folder.path(), "25 25 25 --hematocrit 0.2 --method cat");
+  INFO(grown.all());
+  REQUIRE(grown.exitCode == 0);
+  CHECK_THAT(grown.out, Contains("Clearance kept: 0.05 µm between membranes, 0.025 µm to the wall"));
+  CHECK(numberAfter(grown.out, "minimum gap ") >= 0.05);
+  CHECK(run(folder.path(), "check --box 25 25 25 --clearance 0.05").exitCode == 0);
+}
+
 TEST_CASE("levels are tried until one is certified, the last without limits of its own", "[clearances]") {
   Job job;
   Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};

@@ -53,6 +53,8 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"50 50 50 --hematocrit 1.2", 1, "(0, 1)"},
       {"50 50 50 --hematocrit 1e-9", 2, "nothing to pack"},
       {"5 5 2 --rbc 1", 2, "larger than the lumen"},
+      {"5 5 5 --rbc 1", 2, "does not fit in the lumen"},
+      {"5 5 5 --rbc 1 --ends periodic", 2, "its own periodic image. Make the lumen larger"},
       {"50 50 50 --rbc 1 --output-dir RBC.xml", 5, "is not a folder"},
       {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
       {"15 15 15 --hematocrit 0.72 --max-iterations 50 --output-dir sub", 5, "PLT.pos: is not a file",

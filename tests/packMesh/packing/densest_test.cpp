@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <vector>
 
 #include "packMesh/packing/attempt.h"
@@ -27,7 +28,61 @@ struct SlowClock {
   double operator()() { return now += 0.1; }
 };
 
+/// A second is so many sweeps; nothing else takes time.
+PackingResult packedWith(PackingProblem problem, double sweepsPerSecond, double seconds) {
+  double now = 0.0;
+  problem.progress = [&](const Progress&) { now += 1.0 / sweepsPerSecond; };
+  problem.limits.clock = [&] { return now; };
+  problem.limits.maxSeconds = seconds;
+  return pack(problem);
+}
+
+/// As many red cells as a hematocrit asks for, and platelets by a ratio.
+PackingProblem withPlatelets(const std::shared_ptr<const Container>& lumen, double hematocrit) {
+  constexpr double ratio = 0.07;
+  const double red = std::round(hematocrit * lumen->volume() / test::redCellShape()->volume());
+  PackingProblem problem;
+  problem.container = lumen;
+  problem.species = {{"RBC", test::redCellShape(), std::llround(red), nullptr},
+                     {"PLT", test::sphereShape(1.0), std::llround(ratio * red), nullptr, false}};
+  problem.species[1].asked = ratio * red;
+  return problem;
+}
+
 }  // namespace
+
+TEST_CASE("Asking for more gives no less in the same time", "[densest]") {
+  const auto lumen = periodicCube(20.0);
+  const double seconds = GENERATE(5.0, 15.0, 30.0);
+  CAPTURE(seconds);
+  std::vector<std::int64_t> before(2, 0);
+  for (const double hematocrit : {0.56, 0.58, 0.60, 0.62, 0.65, 0.70, 0.80}) {
+    const PackingProblem problem = withPlatelets(lumen, hematocrit);
+    const PackingResult result = packedWith(problem, 100.0, seconds);
+    const std::vector<std::int64_t> counts = countsOf(problem, result);
+    CAPTURE(hematocrit, counts, before);
+    REQUIRE(result.certificate.clean());
+    for (std::size_t s = 0; s < counts.size(); ++s) CHECK(counts[s] >= before[s]);
+    before = counts;
+  }
+}
+
+TEST_CASE("What is packed at once is packed as without a limit of time", "[densest]") {
+  const PackingProblem problem = redCellProblem(periodicCube(20.0), 0.56);
+  const PackingResult free = pack(problem), limited = packedWith(problem, 100.0, 50.0);
+  REQUIRE(free.outcome == Outcome::certified);
+  REQUIRE(test::sameBits(limited, free));
+  REQUIRE(limited.statistics.sweeps == free.statistics.sweeps);
+}
+
+TEST_CASE("Cells that take long are packed as without a limit of time", "[densest]") {
+  const PackingProblem problem = redCellProblem(periodicCube(25.0), 0.6);
+  const PackingResult free = pack(problem), limited = packedWith(problem, 100.0, 50.0);
+  REQUIRE(free.outcome == Outcome::certified);
+  REQUIRE(free.statistics.sweeps > 300);  // not at once
+  REQUIRE(limited.outcome == Outcome::certified);
+  REQUIRE(test::sameBits(limited, free));
+}
 
 TEST_CASE("Asking for more gives the same densest packing", "[densest]") {
   std::vector<PackingResult> results;
