@@ -23,6 +23,9 @@ struct Clearances {
 /// What packing tries one after the other, the widest first; the last are those that are demanded.
 std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene);
 
+/// Whether packing leaves more room than is demanded where that succeeds.
+bool triesMoreClearance(const Job& job);
+
 /// The job with these clearances.
 Job withClearances(const Job& job, const Clearances& clearances);
 
