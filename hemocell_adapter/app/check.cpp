@@ -114,7 +114,8 @@ class Report {
     if (certificate_.overlapping.empty())
       text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
     else
-      text += fmt::format(", {} overlapping pairs", certificate_.overlapping.size());
+      text += fmt::format(", {}{} overlapping pairs", certificate_.moreOverlaps ? "at least " : "",
+                          certificate_.overlapping.size());
     if (!certificate_.misplaced.empty())
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
     if (knowsAcceptance(scene_))
@@ -157,12 +158,14 @@ class Report {
     }
     const std::string nearer =
         job_.clearance > 0.0 ? fmt::format(" or nearer than {:.6g} µm", job_.clearance) : "";
-    log::info(fmt::format("Overlapping pairs{}: {}{}{}", nearer, certificate_.moreOverlaps ? "at least " : "",
-                          certificate_.overlapping.size(),
-                          knowsAcceptance(scene_) && !certificate_.overlapping.empty()
-                              ? fmt::format(", {} of them among cells HemoCell keeps", amongKept)
-                              : ""));
-    if (certificate_.moreOverlaps)
+    const bool more = certificate_.moreOverlaps;
+    std::string text = fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "",
+                                   certificate_.overlapping.size());
+    if (knowsAcceptance(scene_) && !certificate_.overlapping.empty())
+      text += more ? fmt::format("; of those found, {} are among cells HemoCell keeps", amongKept)
+                   : fmt::format(", {} of them among cells HemoCell keeps", amongKept);
+    log::info(text);
+    if (more)
       log::info(
           "  So many overlap that further pairs were not examined: are positions in µm, and of this lumen?");
     FaultList list;
@@ -187,20 +190,38 @@ class Report {
       list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
   }
 
-  /// Positions that would fit with a factor.
+  /// Files whose positions would fit with a factor. Each is judged by itself; where none has cells enough for
+  /// that, all together.
   void printFactor() const {
+    std::vector<std::pair<PositionFactor, std::vector<std::string>>> factors;
+    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+      const auto found = factorOf([&](const PlacedCell& cell) { return cell.species == int(s); });
+      if (!found) continue;
+      auto same = std::find_if(factors.begin(), factors.end(),
+                               [&](const auto& one) { return one.first.factor == found->factor; });
+      if (same == factors.end()) same = factors.insert(same, {*found, {}});
+      same->second.push_back(scene_.species[s].job.name + ".pos");
+    }
+    if (factors.empty())
+      if (const auto found = factorOf([](const PlacedCell&) { return true; }))
+        factors.push_back({*found, {"all files"}});
+    for (const auto& [factor, files] : factors)
+      log::warning(
+          fmt::format("with the positions of {} times {:.6g} the cells would lie in the lumen: perhaps {}; "
+                      ".pos files are in µm",
+                      fmt::join(files, " and "), factor.factor, factor.cause));
+  }
+
+  template <class Chosen>
+  std::optional<PositionFactor> factorOf(const Chosen& chosen) const {
     std::vector<Vec3> positions;
     double volumes = 0.0;
     for (const PlacedCell& cell : found_.cells) {
+      if (!chosen(cell)) continue;
       positions.push_back(cell.placement.translation);
       volumes += scene_.species[cell.species].shape->volume();
     }
-    const auto found = positionFactor(*scene_.lumen.container, positions, volumes, job_.dx);
-    if (found)
-      log::warning(
-          fmt::format("with all positions times {:.6g} the cells would lie in the lumen: perhaps {}; .pos "
-                      "files are in µm",
-                      found->factor, found->cause));
+    return positionFactor(*scene_.lumen.container, positions, volumes, job_.dx);
   }
 
   void printKept() const {

@@ -102,6 +102,19 @@ std::string reachedText(const Job& job, const Scene& scene, const PackingResult&
                      job.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
+/// Why nothing is written when not everything could be packed.
+std::string failureText(const Job& job, const Scene& scene, const PackingResult& result, const Tally& tally) {
+  const Statistics& done = result.statistics;
+  const bool begun = done.growth ? done.growth->iterations > 0 : done.sweeps > 0;
+  if (result.cellCount == 0 && !begun && job.maxSeconds > 0.0)
+    return fmt::format("the time, {}, ended before packing began; nothing was written",
+                       durationText(job.maxSeconds));
+  return reachedText(job, scene, result, tally) +
+         (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
+                                : "; nothing was written (--best-effort writes that one)") +
+         (forecastOf(job, scene).effectiveFraction > Forecast::easy ? columnsInstead(job, scene) : "");
+}
+
 /// Tells what packing took, in detail.
 void tellEffort(const Statistics& statistics, const Communicator& ranks) {
   for (const std::string& line : effortLines(statistics)) log::detail(line);
@@ -159,15 +172,11 @@ RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const 
   ranks.sum(counts);
   const Tally tally = tallyOf(scene, std::move(counts));
   if (result.outcome == Outcome::outOfReach) {
-    const std::string reached = reachedText(job, scene, result, tally);
     if (!job.bestEffort || result.cellCount == 0) {
-      log::error(reached +
-                 (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
-                                        : "; nothing was written (--best-effort writes that one)") +
-                 columnsInstead(job, scene));
+      log::error(failureText(job, scene, result, tally));
       return {ExitCode::outOfReach, {}};
     }
-    log::warning(reached + "; writing that one (--best-effort)");
+    log::warning(reachedText(job, scene, result, tally) + "; writing that one (--best-effort)");
   }
   const Kept kept = keptOf(scene, result.cells, ranks);
   const bool allKept = kept.reasons.empty();
@@ -235,8 +244,8 @@ Locks locksOf(const Job& job, const Communicator& ranks) {
   return locks;
 }
 
-RunEnd packOnce(const Job& job, const Communicator& ranks) {
-  const Stopwatch stopwatch;
+/// Before anything is built: whether the folders can be written.
+void requireWritableFolders(const Job& job, const Communicator& ranks) {
   onFirstRank(ranks, [&] {
     requireWritable(job.outputDirectory);
     if (job.reportFile) requireWritable(job.reportFile->parent_path());
@@ -244,27 +253,38 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
     requireWritable(job.stateFile->parent_path());
     requireReplaceableState(job);
   });
-  const Locks locks = locksOf(job, ranks);
-  for (const std::string& warning : job.warnings) log::warning(warning);
-  Scene scene = builtScene(job, ranks);
-  if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
-  onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
-  if (job.validate) {
-    log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
-    return {};
-  }
-  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
-  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
+}
 
-  if (job.dryRun) {
-    for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
-    log::info("A dry run: nothing was packed or written");
-    if (const auto seconds = forecastOf(job, scene).seconds)
-      log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
-    return {};
-  }
+void tellForecast(const Job& job, const Scene& scene, const Communicator& ranks) {
+  for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
+  log::info("A dry run: nothing was packed or written");
+  if (const auto seconds = forecastOf(job, scene).seconds)
+    log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
+}
+
+std::int64_t mostCells(const Scene& scene) {
   std::int64_t cells = 0;
   for (const SceneSpecies& species : scene.species) cells += species.mostCells();
+  return cells;
+}
+
+/// Cells that lie at the wall are soon lost.
+void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing, const Scene& scene) {
+  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
+                    packing.clearances.membranes > levels.back().membranes;
+  if (room || packing.result.outcome != Outcome::certified || !scene.lumen.solidWalls ||
+      !scene.lumen.container->wall())
+    return;
+  log::warning(
+      fmt::format("the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
+                  "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
+                  "loses fewer",
+                  levels.front().wall));
+}
+
+/// Packs what has been prepared, and delivers it.
+RunEnd packScene(const Job& job, Scene& scene, const Stopwatch& stopwatch, const Communicator& ranks) {
+  const std::int64_t cells = mostCells(scene);
   together(ranks, [&] { requireMemory(cells, ranks); });
   pollInterruption();
   if (job.stateFile) SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
@@ -279,15 +299,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
     return {endInterrupted(job, attempts.saved()), {}};
   tellEffort(result.statistics, ranks);
-  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
-                    packing.clearances.membranes > levels.back().membranes;
-  if (!room && result.outcome == Outcome::certified && scene.lumen.solidWalls &&
-      scene.lumen.container->wall())
-    log::warning(fmt::format(
-        "the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
-        "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
-        "loses fewer",
-        levels.front().wall));
+  warnOfNoRoom(levels, packing, scene);
   const Job packed = withClearances(job, packing.clearances);
   if (job.largestClearance) setClearances(packed, scene);  // the last attempt may have failed
   RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, stopwatch, ranks)
@@ -296,6 +308,25 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
   end.code = ExitCode::cannotWrite;
   return end;
+}
+
+RunEnd packOnce(const Job& job, const Communicator& ranks) {
+  const Stopwatch stopwatch;
+  requireWritableFolders(job, ranks);
+  const Locks locks = locksOf(job, ranks);
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  Scene scene = builtScene(job, ranks);
+  if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
+  onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
+  if (job.validate) {
+    log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
+    return {};
+  }
+  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
+  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
+  if (!job.dryRun) return packScene(job, scene, stopwatch, ranks);
+  tellForecast(job, scene, ranks);
+  return {};
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ void line(std::FILE* stream, const char* kind, const std::string& message) {
   if (currentLevel == Level::silent) return;
   clearStatus();
   // Messages quote what stands in files: control characters would reach the user's terminal.
-  fmt::print(stream, "(packMesh) {}{}\n", kind, plainText(message));
+  fmt::print(stream, "(packMesh) {}{}\n", kind, withShortenedNames(plainText(message)));
   std::fflush(stream);
 }
 

@@ -49,4 +49,26 @@ std::string plainText(std::string_view text) {
   return plain;
 }
 
+std::string withShortenedNames(std::string_view text) {
+  constexpr std::size_t longest = 400, ends = 150;  // [bytes]; file names have up to 255
+  const auto isInside = [](char c) { return (static_cast<unsigned char>(c) & 0xC0u) == 0x80u; };
+  std::string shortened;
+  while (!text.empty()) {
+    std::string_view word = text.substr(0, text.find_first_of(" \t\n"));
+    text.remove_prefix(word.size());
+    if (word.size() > longest) {
+      std::size_t head = ends, tail = word.size() - ends;
+      while (isInside(word[head])) --head;
+      while (isInside(word[tail])) ++tail;
+      shortened.append(word.substr(0, head)).append("...");
+      word.remove_prefix(tail);
+    }
+    shortened += word;
+    if (text.empty()) break;
+    shortened += text[0];
+    text.remove_prefix(1);
+  }
+  return shortened;
+}
+
 }  // namespace packmesh::hemocell

@@ -13,4 +13,7 @@ bool isPlainText(std::string_view text);
 /// `text` with every byte that is not so replaced by `?`; ends of lines and tabs stay.
 std::string plainText(std::string_view text);
 
+/// `text` with the middle of every word that is longer than any sensible name replaced by "...". Pre: UTF-8.
+std::string withShortenedNames(std::string_view text);
+
 }  // namespace packmesh::hemocell

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "hemocell_adapter/hemocell/inflation.h"
 #include "hemocell_adapter/hemocell/lattice.h"
@@ -62,28 +61,15 @@ std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
 
 /// Turns triangles so that neighbours agree, as HemoCell does: the first one of each part tells the others.
 void orientLikeFirst(TriangleMesh& mesh) {
-  struct Side {
-    int lo, hi, triangle;
-    bool forwards;
-  };
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
-    }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.lo, a.hi, a.triangle) < std::tie(b.lo, b.hi, b.triangle);
-  });
+  const std::vector<TriangleSide> sides = sortedSides(mesh);
   struct Neighbour {
     int triangle;
     bool agrees;
   };
   std::vector<std::vector<Neighbour>> neighbours(mesh.triangles.size());
   for (std::size_t s = 0; s + 1 < sides.size(); ++s) {
-    const Side &a = sides[s], &b = sides[s + 1];
-    if (a.lo != b.lo || a.hi != b.hi) continue;
+    const TriangleSide &a = sides[s], &b = sides[s + 1];
+    if (!a.sameEdge(b)) continue;
     neighbours[a.triangle].push_back({b.triangle, a.forwards != b.forwards});
     neighbours[b.triangle].push_back({a.triangle, a.forwards != b.forwards});
   }
@@ -131,13 +117,9 @@ void fillInside(Lattice& lattice, const TriangleMesh& surface) {
 }
 
 bool isFilledByParity(const TriangleMesh& mesh) {
-  std::vector<std::pair<int, int>> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t from = 0, to = 0; from < edges.size(); from = to) {
-    for (to = from; to < edges.size() && edges[to] == edges[from];) ++to;
+  const std::vector<TriangleSide> sides = sortedSides(mesh);
+  for (std::size_t from = 0, to = 0; from < sides.size(); from = to) {
+    for (to = from; to < sides.size() && sides[to].sameEdge(sides[from]);) ++to;
     if ((to - from) % 2 != 0) return false;
   }
   return true;

@@ -112,25 +112,28 @@ std::optional<NodeRange> rangeOfFirst(const std::vector<Section>& outlines, int 
   return {};
 }
 
-void requireOneOutline(const Lattice& lattice, int axis, const Section& window) {
-  const std::vector<Section> outlines = outlinesIn(lattice, window);
-  if (outlines.size() < 2) return;
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+/// "y 1 to 31, z 1 to 31 (700 fluid nodes); ...".
+std::string listOf(const std::vector<Section>& outlines, int axis) {
+  const int u = std::min((axis + 1) % 3, (axis + 2) % 3), v = std::max((axis + 1) % 3, (axis + 2) % 3);
   std::string list;
   constexpr std::size_t shown = 8;
   for (std::size_t i = 0; i < std::min(outlines.size(), shown); ++i)
-    list += fmt::format("{}{} {} to {}, {} {} to {} ({} fluid nodes)", i ? "; " : "", "xyz"[std::min(u, v)],
-                        outlines[i].lo[std::min(u, v)], outlines[i].hi[std::min(u, v)], "xyz"[std::max(u, v)],
-                        outlines[i].lo[std::max(u, v)], outlines[i].hi[std::max(u, v)], outlines[i].fluid);
+    list +=
+        fmt::format("{}{} {} to {}, {} {} to {} ({} fluid nodes)", i ? "; " : "", "xyz"[u], outlines[i].lo[u],
+                    outlines[i].hi[u], "xyz"[v], outlines[i].lo[v], outlines[i].hi[v], outlines[i].fluid);
   if (outlines.size() > shown) list += fmt::format("; and {} more", outlines.size() - shown);
-  const NodeRange range =
-      rangeOfFirst(outlines, axis, lattice).value_or(NodeRange{u, outlines[0].lo[u], outlines[0].hi[u]});
-  throw InputError(fmt::format(
-      "the slice of the pre-inlet, plane {} of nodes along {}, has {} outlines: {}. Which of them is the "
-      "inlet "
-      "stands in the case's C++ code (slice.y1 = 42). Say it by --pre-inlet-range {} or <preInletRange> {} "
-      "</preInletRange>, which would take the first; a range that holds several takes them all",
-      window.lo[axis], "xyz"[axis], outlines.size(), list, toString(range), toString(range)));
+  return list;
+}
+
+/// When the fluid in a window of a plane has several outlines: which.
+std::optional<SeveralOutlines> severalOutlines(const Lattice& lattice, int axis, const Section& window) {
+  const std::vector<Section> outlines = outlinesIn(lattice, window);
+  if (outlines.size() < 2) return {};
+  const int u = (axis + 1) % 3;
+  return SeveralOutlines{
+      fmt::format("the slice of the pre-inlet, plane {} of nodes along {}, has {} outlines: {}",
+                  window.lo[axis], "xyz"[axis], outlines.size(), listOf(outlines, axis)),
+      rangeOfFirst(outlines, axis, lattice).value_or(NodeRange{u, outlines[0].lo[u], outlines[0].hi[u]})};
 }
 
 int sliceOf(const Lattice& lattice, const PreInletPlace& place) {
@@ -196,7 +199,13 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
     throw InputError(
         fmt::format("the slice of the pre-inlet, plane {} of nodes along {}, has no fluid node{}", slice,
                     "xyz"[axis], place.ranges.empty() ? "" : " in that range"));
-  if (place.ranges.empty() && !place.allOutlines) requireOneOutline(all, axis, plane);
+  auto several = place.ranges.empty() ? severalOutlines(all, axis, plane) : std::nullopt;
+  if (several && !place.allOutlines)
+    throw InputError(fmt::format(
+        "{}. Which of them is the inlet stands in the case's C++ code (slice.y1 = 42). Say it by "
+        "--pre-inlet-range {} or <preInletRange> {} </preInletRange>, which would take the first; a range "
+        "that holds several takes them all",
+        several->text, toString(several->first), toString(several->first)));
   Node lo{}, nodes{};
   for (int k = 0; k < 3; ++k) {
     lo[k] = std::max(section.lo[k] - border, 0);
@@ -205,6 +214,7 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   nodes[axis] = lengthN + 1 + 2 * border;
   const int flags = std::clamp(slice + (place.atHighEnd ? -1 : 1), 0, all.nodes()[axis] - 1);
   PreInlet inlet{{}, Lattice(nodes, all.dx()), slice, flags};
+  inlet.severalOutlines = std::move(several);
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   for (const int k : {u, v})
     inlet.reachesBorder = inlet.reachesBorder || section.lo[k] == 0 || section.hi[k] == all.nodes()[k] - 1;

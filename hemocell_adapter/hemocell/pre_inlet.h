@@ -34,6 +34,12 @@ struct PreInletPlace {
 /// "slice last - 5, y 0 42".
 std::string toString(const PreInletPlace& place);
 
+/// Of a slice that cuts the vessel more than once.
+struct SeveralOutlines {
+  std::string text;  ///< "the slice of the pre-inlet, plane 4 of nodes along x, has 2 outlines: ..."
+  NodeRange first;   ///< takes the largest alone, if any range does
+};
+
 /// The inlet in its own frame: origin at the low corner of its box.
 struct PreInlet {
   TriangleMesh surface;  ///< the cross-section of the vessel in plane `flags`, along the whole lattice [µm]
@@ -43,6 +49,7 @@ struct PreInlet {
   /// Whether fluid nodes of the slice lie at the border of the case's lattice: vessels end there only at
   /// their openings, so that the slice is hardly a cross-section.
   bool reachesBorder = false;
+  std::optional<SeveralOutlines> severalOutlines;  ///< all of them are in the inlet
 };
 
 /// The box of the fluid nodes of a slice, with a node around them as far as the lattice reaches, lengthN + 3

@@ -94,7 +94,12 @@ void writeReports(const Finished& done, const Report& report, const std::vector<
 void requireWritable(const fs::path& folder) {
   std::error_code ignored;
   fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder, ignored);
-  while (!fs::exists(existing, ignored) && existing.has_relative_path()) existing = existing.parent_path();
+  while (!fs::exists(existing, ignored) && existing.has_relative_path()) {
+    if (fs::is_symlink(existing, ignored) && fs::status(existing, ignored).type() == fs::file_type::not_found)
+      throw OutputError(fmt::format("{}: is a link to {}, which does not exist", existing.string(),
+                                    fs::read_symlink(existing, ignored).string()));
+    existing = existing.parent_path();
+  }
   if (!fs::is_directory(existing, ignored)) {
     throw OutputError(
         fmt::format("{}: is not a folder; the output cannot be written there", existing.string()));

@@ -63,9 +63,14 @@ void widen(const std::function<double()>& timeLeft, const Attempt& attempt, Room
 
 }  // namespace
 
+bool triesMoreClearance(const Job& job) {
+  return !job.asPackCells && !job.escape &&
+         (job.autoClearance || job.autoWallClearance || job.largestClearance);
+}
+
 std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene) {
   const Clearances demanded = {job.clearance, job.wallClearance};
-  if (job.asPackCells || job.escape || givenWhole(scene)) return {demanded};
+  if (!triesMoreClearance(job) || givenWhole(scene)) return {demanded};
   const bool membranes = job.autoClearance || job.largestClearance;
   // Faces through which blood flows: the same gap to the cells beyond them.
   const double toWall = scene.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;

@@ -24,6 +24,9 @@ struct Clearances {
 /// ones with escapes, each of which takes as long as a whole packing.
 std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene);
 
+/// Whether packing leaves more room than is demanded where that succeeds.
+bool triesMoreClearance(const Job& job);
+
 /// The job with these clearances.
 Job withClearances(const Job& job, const Clearances& clearances);
 

@@ -21,6 +21,12 @@ bool isDistance(double value) {
   return value >= spec.low && value <= spec.high;
 }
 
+/// "1 µm", "0.5 µm (0 as HemoCell truncates it)".
+std::string distanceText(double distance) {
+  if (distance == truncated(distance)) return fmt::format("{:.15g} µm", distance);
+  return fmt::format("{:.15g} µm ({} as HemoCell truncates it)", distance, truncated(distance));
+}
+
 std::string originText(const std::string& where, double distance) {
   if (distance == truncated(distance)) return where;
   return fmt::format("{}: {:.15g}, which HemoCell truncates to whole µm", where, distance);
@@ -97,10 +103,11 @@ void settleDistancesFromSolid(Job& job) {
       species.minimumDistanceFromSolid = truncated(stated);
       species.distanceFromSolidOrigin = originText("stated", stated);
       if (found.largest && inCode != truncated(stated))
-        job.warnings.push_back(fmt::format(
-            "the minimum distance from solid of {} is stated to be {} µm, but {} says {} µm: the stated one "
-            "is taken",
-            species.name, truncated(stated), found.largest->where, inCode));
+        job.warnings.push_back(
+            fmt::format("the minimum distance from solid of {} is stated to be {}, but {} says {}: the "
+                        "stated one is taken",
+                        species.name, distanceText(stated), found.largest->where,
+                        distanceText(*found.largest->distance)));
       continue;
     }
     species.minimumDistanceFromSolid = inCode;
@@ -108,9 +115,9 @@ void settleDistancesFromSolid(Job& job) {
       species.distanceFromSolidOrigin = originText(found.largest->where, *found.largest->distance);
       if (found.other)
         job.warnings.push_back(fmt::format(
-            "{} and {} set different minimum distances from solid for {}: the larger one, {} µm, is "
-            "taken; {}",
-            found.other->where, found.largest->where, species.name, inCode, howToState(species.name)));
+            "{} and {} set different minimum distances from solid for {}: the larger one, {}, is taken; {}",
+            found.other->where, found.largest->where, species.name, distanceText(*found.largest->distance),
+            howToState(species.name)));
     } else {
       const bool known = allRead && !anyUnnamed &&
                          std::none_of(job.source.distances.begin(), job.source.distances.end(),

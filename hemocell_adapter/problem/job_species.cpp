@@ -64,9 +64,14 @@ void readPresent(const SpeciesRequest& request, JobSpecies& species, std::vector
   read(request.start, species.start, species.startFrom);
 }
 
-/// @param job receives warnings
-/// The cells that a folder describes, for people who ask for one that it does not: "; there is PLT.xml,
-/// RBC_HO.xml ...".
+/// "A, B and C".
+std::string enumerated(const std::vector<std::string>& names) {
+  if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+/// The cells that a folder describes, for people who ask for one that it does not: "; the folder has PLT.xml
+/// and RBC_HO.xml ...".
 std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) {
   std::vector<std::string> names;
   std::error_code error;
@@ -85,7 +90,9 @@ std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) 
   }
   if (names.empty()) return "";
   std::sort(names.begin(), names.end());
-  const std::string text = fmt::format("; there is {}.xml", fmt::join(names, ".xml, "));
+  std::vector<std::string> files;
+  for (const std::string& name : names) files.push_back(name + ".xml");
+  const std::string text = "; the folder has " + enumerated(files);
   const bool red = isRedCell(request);
   const auto like = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
     SpeciesRequest other;
@@ -97,6 +104,7 @@ std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) 
                             red ? "" : " count=\"n\"");
 }
 
+/// @param job receives warnings
 JobSpecies resolved(Job& job, const SpeciesRequest& request) {
   JobSpecies species;
   species.name = request.name;

@@ -219,6 +219,11 @@ Lumen vesselLumen(const Job& job) {
       lumen.notices.push_back(
           fmt::format("the pre-inlet is stated to be {}, but {} says {}: the stated one is taken",
                       toString(*job.preInlet), job.preInletInCode->origin, toString(*job.preInletInCode)));
+    if (inlet.severalOutlines)
+      lumen.notices.push_back(fmt::format(
+          "{}. All of them are taken, since {} does not narrow the slice. To take the first alone, narrow it "
+          "there (slice.y1 = 42); where code that is not read does so, state it by --pre-inlet-range {}",
+          inlet.severalOutlines->text, job.preInlet->origin, toString(inlet.severalOutlines->first)));
     if (inlet.reachesBorder)
       lumen.notices.push_back(
           fmt::format("the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -59,6 +61,25 @@ void refuseTooLarge(const Job& job, const SceneSpecies& species, const Container
   throw InputError(fmt::format(
       "cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
       species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
+}
+
+/// Cells that start in one place cannot be told from each other, and have as many pairs as the square of
+/// their number: hardly positions in µm.
+void refuseHeapedStart(const JobSpecies& species, const Shape& shape) {
+  constexpr std::int64_t leastPairs = 1000, pairsPerCell = 4;
+  const double edge = 0.5 * boundingBox(shape.mesh()).size().minCoeff();  // of cubes with one cell or few
+  std::map<std::array<double, 3>, std::int64_t> cells;
+  std::int64_t pairs = 0;
+  for (const PosLine& line : species.start) {
+    const Vec3 cube = (line.position / edge).array().floor();
+    pairs += cells[{cube.x(), cube.y(), cube.z()}]++;
+  }
+  const auto count = static_cast<std::int64_t>(species.start.size());
+  if (pairs > std::max(leastPairs, pairsPerCell * count))
+    throw InputError(
+        fmt::format("{}: too many of its {} cells are in one place (at least {} pairs nearer than {:.2g} µm) "
+                    "to start from; are positions in µm?",
+                    species.startFrom, count, pairs, std::sqrt(3.0) * edge));
 }
 
 /// HemoCell would delete every cell of this kind, wherever it is.
@@ -155,6 +176,7 @@ void complete(const Job& job, Scene& scene) {
     std::shared_ptr<const Shape>& shape = shapes[keyOf(jobSpecies)];
     if (!shape) shape = shapeOf(jobSpecies, job.dx, scene.warnings);
     species.shape = shape;
+    refuseHeapedStart(jobSpecies, *shape);
     if (scene.lumen.lattice) {
       const int distance = jobSpecies.minimumDistanceFromSolid;
       std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];

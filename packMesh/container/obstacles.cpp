@@ -173,8 +173,8 @@ class VolumeBeside {
   };
 
   double in(const Box& box, bool wallIsNear, const std::vector<Image>& images, int depth) const {
-    const Vec3 center = box.center(), size = box.size();
-    const double reach = 0.5 * size.norm() + (outer_.wall() ? outer_.wall()->slack() : 0.0);
+    const Vec3 center = box.center();
+    const double reach = 0.5 * box.size().norm() + (outer_.wall() ? outer_.wall()->slack() : 0.0);
     WallDistance nearest{std::numeric_limits<double>::infinity(), Vec3::UnitX()};
     if (wallIsNear) nearest = outer_.wall()->distance(center);
     const bool wallStaysNear = nearest.distance <= reach;
@@ -187,15 +187,9 @@ class VolumeBeside {
       near.push_back(image);
       if (-d.distance < nearest.distance) nearest = {-d.distance, -d.gradient};
     }
-    if (nearest.distance < -reach) return 0.0;
-    if (nearest.distance > reach || depth == 0) return box.volume() * shareInside(nearest, size);
-    double volume = 0.0;
-    for (int octant = 0; octant < 8; ++octant) {
-      Box part = box;
-      for (int k = 0; k < 3; ++k) ((octant >> k & 1) ? part.lo : part.hi)[k] = center[k];
-      volume += in(part, wallStaysNear, near, depth - 1);
-    }
-    return volume;
+    return volumeByHalving(box, nearest, reach, depth, [&](const Box& part, int further) {
+      return in(part, wallStaysNear, near, further);
+    });
   }
 
   const Container& outer_;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "packMesh/container/box_share.h"
+#include "packMesh/container/obstacles.h"
 
 namespace packmesh {
 namespace {
@@ -27,32 +28,21 @@ const WallDistance& nearer(const WallDistance& a, const WallDistance& b) {
 
 /// Of the part in a box that may be halved so often.
 double volumeIn(const Region& region, const Container& lumen, const Box& box, int depth) {
-  const Vec3 center = 0.5 * (box.lo + box.hi), size = box.size();
-  const double reach = 0.5 * size.norm() + (lumen.wall() ? lumen.wall()->slack() : 0.0);
-  const WallDistance toWall = inLumen(lumen, center), toSurface = region.distance(center);
-  const WallDistance& nearest = nearer(toWall, toSurface);
-  if (nearest.distance < -reach) return 0.0;
-  if (nearest.distance > reach || depth == 0) return box.volume() * shareInside(nearest, size);
-  double volume = 0.0;
-  for (int octant = 0; octant < 8; ++octant) {
-    Box part = box;
-    for (int k = 0; k < 3; ++k) ((octant >> k & 1) ? part.lo : part.hi)[k] = center[k];
-    volume += volumeIn(region, lumen, part, depth - 1);
-  }
-  return volume;
+  const double reach = 0.5 * box.size().norm() + (lumen.wall() ? lumen.wall()->slack() : 0.0);
+  const WallDistance toWall = inLumen(lumen, box.center()), toSurface = region.distance(box.center());
+  return volumeByHalving(box, nearer(toWall, toSurface), reach, depth, [&](const Box& part, int further) {
+    return volumeIn(region, lumen, part, further);
+  });
 }
 
 }  // namespace
 
 Region::Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
                const Box& bounds, const Vec3& period)
-    : inside_(std::move(inside)), outside_(std::move(outside)), bounds_(bounds) {
-  const auto steps = [&](int k) {
-    return period[k] > 0.0 ? std::vector<int>{0, -1, 1} : std::vector<int>{0};
-  };
-  for (const int x : steps(0))
-    for (const int y : steps(1))
-      for (const int z : steps(2)) shifts_.push_back(period.cwiseProduct(Vec3(x, y, z)));
+    : inside_(std::move(inside)),
+      outside_(std::move(outside)),
+      shifts_(periodicShifts(period)),
+      bounds_(bounds) {
   if (!inside_) return;
   Box own;
   for (const Vec3& shift : shifts_) {

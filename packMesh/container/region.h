@@ -30,7 +30,7 @@ class Region {
 
   std::shared_ptr<const Container> inside_;
   std::vector<std::shared_ptr<const Container>> outside_;
-  std::vector<Vec3> shifts_;  ///< of periodic images, none first
+  std::vector<Vec3> shifts_;  ///< of periodic images
   Box bounds_;
 };
 

@@ -25,36 +25,14 @@ std::string counted(std::size_t n, const std::string& one, const std::string& ma
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
-/// One side of an edge: triangle t has it between its corners k and k+1.
-struct Side {
-  int lo, hi;  ///< the two vertices of the edge
-  int triangle;
-  bool forwards;  ///< the triangle runs from lo to hi
-  bool sameEdge(const Side& other) const { return lo == other.lo && hi == other.hi; }
-};
-
-std::vector<Side> sortedSides(const TriangleMesh& mesh) {
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
-    }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return a.lo != b.lo ? a.lo < b.lo : a.hi != b.hi ? a.hi < b.hi : a.triangle < b.triangle;
-  });
-  return sides;
-}
-
 /// Edges that do not have exactly two triangles.
 struct EdgeFaults {
   std::size_t open = 0, crowded = 0;
-  Side firstOpen{}, firstCrowded{};
+  TriangleSide firstOpen{}, firstCrowded{};
   std::vector<int> openVertices;
 };
 
-EdgeFaults findEdgeFaults(const std::vector<Side>& sides) {
+EdgeFaults findEdgeFaults(const std::vector<TriangleSide>& sides) {
   EdgeFaults faults;
   for (std::size_t from = 0, to = 0; from < sides.size(); from = to) {
     for (to = from; to < sides.size() && sides[to].sameEdge(sides[from]);) ++to;
@@ -146,7 +124,7 @@ void refuseOutlier(const TriangleMesh& mesh, const EdgeLengths& lengths, const s
 
 /// Turns triangles so that neighbours agree. `component` receives the connected component of each triangle.
 /// Returns the number of triangles turned, or nothing when the surface is one-sided.
-std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<Side>& sides,
+std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<TriangleSide>& sides,
                                   std::vector<int>& component) {
   struct Neighbour {
     int triangle;
@@ -271,7 +249,7 @@ void checkInput(const TriangleMesh& mesh, const std::string& name) {
     }
 }
 
-std::string edgeText(const TriangleMesh& mesh, const Side& side) {
+std::string edgeText(const TriangleMesh& mesh, const TriangleSide& side) {
   return "from " + toText(mesh.vertices[side.lo]) + " to " + toText(mesh.vertices[side.hi]);
 }
 
@@ -296,7 +274,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
 
   const EdgeLengths lengths = edgeLengthsOf(mesh);
   refuseOutlier(mesh, lengths, name);
-  std::vector<Side> sides = sortedSides(mesh);
+  std::vector<TriangleSide> sides = sortedSides(mesh);
   EdgeFaults faults = findEdgeFaults(sides);
   if (faults.open > 0 && faults.crowded == 0) {
     if (const std::size_t joined = closeCracks(mesh, faults, lengths.median)) {

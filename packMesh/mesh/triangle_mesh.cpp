@@ -1,9 +1,25 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/triangle_mesh.h"
 
+#include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace packmesh {
+
+std::vector<TriangleSide> sortedSides(const TriangleMesh& mesh) {
+  std::vector<TriangleSide> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(t), a < b});
+    }
+  std::sort(sides.begin(), sides.end(), [](const TriangleSide& a, const TriangleSide& b) {
+    return std::tie(a.lo, a.hi, a.triangle) < std::tie(b.lo, b.hi, b.triangle);
+  });
+  return sides;
+}
 
 double signedVolume(const TriangleMesh& mesh) {
   if (mesh.vertices.empty()) return 0.0;

@@ -20,6 +20,17 @@ struct TriangleMesh {
   const Vec3& corner(int triangle, int k) const { return vertices[triangles[triangle][k]]; }
 };
 
+/// One side of an edge: a triangle has it between its corners k and k+1.
+struct TriangleSide {
+  int lo, hi;  ///< the two vertices of the edge
+  int triangle;
+  bool forwards;  ///< the triangle runs from lo to hi
+  bool sameEdge(const TriangleSide& other) const { return lo == other.lo && hi == other.hi; }
+};
+
+/// Those of all triangles, edge after edge, at each in the order of the triangles.
+std::vector<TriangleSide> sortedSides(const TriangleMesh& mesh);
+
 /// Enclosed volume [µm³] by the divergence theorem; negative when the mesh is inside out. Pre: closed.
 double signedVolume(const TriangleMesh& mesh);
 

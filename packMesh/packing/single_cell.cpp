@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/pose.h"
+#include "packMesh/core/random.h"
+#include "packMesh/core/vector_text.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/convex_hull.h"
-#include "packMesh/core/pose.h"
-#include "packMesh/core/vector_text.h"
-#include "packMesh/core/random.h"
 #include "packMesh/shape/inner_points.h"
 
 namespace packmesh {

@@ -4,6 +4,7 @@
 
 #include <sys/wait.h>
 
+#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -45,6 +46,22 @@ inline Ran run(const std::filesystem::path& folder, const std::string& arguments
   ran.out = readText(output.path() / "out");
   ran.err = readText(output.path() / "err");
   return ran;
+}
+
+/// Runs what must succeed.
+inline Ran ok(const TemporaryFolder& folder, const std::string& arguments) {
+  Ran ran = run(folder.path(), arguments);
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  return ran;
+}
+
+/// How many cells a .pos file announces; -1: it does not.
+inline int cellsIn(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  int n = -1;
+  in >> n;
+  return n;
 }
 
 /// Prefix for several ranks, as on a machine with fewer processors than those. Open MPI leaks: tests of

@@ -16,6 +16,6 @@ TEST_CASE("What does not fit into memory is refused with figures") {
   REQUIRE_THROWS_AS(requireMemory(std::int64_t(1) << 60, alone), InputError);
   REQUIRE_THROWS_WITH(
       requireMemory(1'000'000'000'000'000, alone),
-      Contains("not enough memory: 1000000000000000 cells take at least 1e+09 GB on each of 1 rank") &&
+      Contains("not enough memory: 1000000000000000 cells take at least 9e+08 GB on each of 1 rank") &&
           Contains(" GB are left for each"));
 }

@@ -22,3 +22,17 @@ TEST_CASE("Plain text is UTF-8 without control characters") {
     CHECK(plainText(text) == plain);
   }
 }
+
+TEST_CASE("Of overlong names both ends are shown") {
+  const std::string sensible(400, 'n'), head(150, 'h'), tail(149, 't');
+  for (const std::string& text :
+       {std::string(), sensible, sensible + ' ' + sensible + '\n' + sensible + '\t'})
+    CHECK(withShortenedNames(text) == text);
+  CHECK(withShortenedNames("in " + head + std::string(5000, 'x') + tail + ": no such file") ==
+        "in " + head + "..." + tail + ": no such file");
+  // Characters stay whole.
+  std::string greek;
+  for (int i = 0; i < 300; ++i) greek += "µ";
+  CHECK(isPlainText(withShortenedNames("a" + greek)));
+  CHECK(withShortenedNames("a" + greek).size() < 310);
+}

@@ -41,6 +41,18 @@ TriangleMesh twoTubes() {
   return both;
 }
 
+std::string stlText(const TriangleMesh& mesh) {
+  std::ostringstream out;
+  out << "solid\n";
+  for (const Triangle& t : mesh.triangles) {
+    out << "facet normal 0 0 0\nouter loop\n";
+    for (const int v : t) out << "vertex " << mesh.vertices[v].transpose() << '\n';
+    out << "endloop\nendfacet\n";
+  }
+  out << "endsolid\n";
+  return out.str();
+}
+
 VesselOnLattice vessel() {
   const SampleCase folder;
   return placeVessel(readMesh(folder.path() / "tube.stl"), 0.5, 1, 30);
@@ -212,4 +224,28 @@ TEST_CASE("a case with a pre-inlet is packed in the inlet's frame", "[executable
   CHECK(ran.exitCode == 2);
   CHECK_THAT(ran.err, Contains("<lengthN>"));
   CHECK(!fs::exists(without.path() / "RBC.pos"));
+}
+
+TEST_CASE("several outlines that the C++ code takes together are a warning", "[executable][pre_inlet]") {
+  const PreInletCase folder;
+  writeText(folder.path() / "tube.stl", stlText(twoTubes()));
+  writeText(folder.path() / "config.xml",
+            "<hemocell>" + preInletTag +
+                "<domain><geometry>tube.stl</geometry><dx>5e-7</dx><refDir>2</refDir><refDirN>30</refDirN>"
+                "</domain></hemocell>");
+  const auto warningsWith = [&](const std::string& narrowing, const std::string& options = "") {
+    writeText(folder.path() / "case.cpp",
+              "int main() { Box3D slice = flagMatrix->getBoundingBox(); slice.x0 = slice.x1;" + narrowing +
+                  "\nhemocell.preInlet->preInletFromSlice(Direction::Xpos, slice); }");
+    const Ran ran = run(folder.path(), "config.xml --rbc 3 --plt 1 --dry-run " + options);
+    INFO(ran.all());
+    CHECK(ran.exitCode == 0);
+    return ran.err;
+  };
+  CHECK_THAT(warningsWith(""),
+             Contains("has 2 outlines: y 1 to 31, z 1 to 31 (") && Contains("; y 41 to 71, z 1 to 31 (") &&
+                 Contains("All of them are taken, since case.cpp:2 does not narrow the slice") &&
+                 Contains("--pre-inlet-range y 0 32\n"));
+  CHECK(warningsWith(" slice.y1 = 36;").empty());
+  CHECK_THAT(warningsWith("", "--pre-inlet-range y 0 32"), !Contains("outlines"));
 }

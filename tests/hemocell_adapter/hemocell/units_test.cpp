@@ -96,21 +96,32 @@ TEST_CASE("units that cannot be meant are told by the program", "[executable][un
     fs::remove(folder.path() / "tube.stl");
     CHECK_THAT(run(folder.path(), "config.xml --validate").err, !Contains("replaces"));
   }
-  SECTION(".pos files in lattice units") {
-    REQUIRE(run(folder.path(), "config.xml").exitCode == 0);
-    for (const char* name : {"RBC.pos", "PLT.pos"}) {
+  SECTION(".pos files in lattice units or metres") {
+    REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2 --plt_ratio 1").exitCode == 0);
+    const auto scale = [&](const std::string& name, double factor) {
       std::istringstream in(readText(folder.path() / name));
       std::ostringstream out;
       int count = 0;
       in >> count;
       out << count << '\n';
       for (double x, y, z, a, b, c; in >> x >> y >> z >> a >> b >> c;)
-        out << 2 * x << ' ' << 2 * y << ' ' << 2 * z << ' ' << a << ' ' << b << ' ' << c << '\n';
+        out << factor * x << ' ' << factor * y << ' ' << factor * z << ' ' << a << ' ' << b << ' ' << c
+            << '\n';
       writeText(folder.path() / name, out.str());
-    }
-    const Ran ran = run(folder.path(), "check config.xml");
-    INFO(ran.all());
-    CHECK(ran.exitCode == 4);
-    CHECK_THAT(ran.err, Contains("times 0.5") && Contains("lattice units"));
+    };
+    const auto warnings = [&] {
+      const Ran ran = run(folder.path(), "check config.xml");
+      INFO(ran.all());
+      CHECK(ran.exitCode == 4);
+      return ran.err;
+    };
+    scale("RBC.pos", 2.0);
+    CHECK_THAT(warnings(), Contains("positions of RBC.pos times 0.5 the") && Contains("lattice units") &&
+                               !Contains("PLT"));
+    scale("PLT.pos", 2.0);
+    CHECK_THAT(warnings(), Contains("positions of PLT.pos and RBC.pos times 0.5 the"));
+    scale("PLT.pos", 0.5e-6);
+    CHECK_THAT(warnings(), Contains("positions of RBC.pos times 0.5 the") &&
+                               Contains("positions of PLT.pos times 1e+06 the"));
   }
 }

@@ -81,12 +81,6 @@ class VesselCase : public SampleCase {
   }
 };
 
-int cellsIn(const fs::path& file) {
-  int n = -1;
-  std::ifstream(file) >> n;
-  return n;
-}
-
 }  // namespace
 
 TEST_CASE("vessels without flat ends across x are packed in their fluid nodes", "[executable][vessel]") {

@@ -197,6 +197,18 @@ TEST_CASE("room is given up where the hematocrit leaves none, demands are not", 
   CHECK(demanded.exitCode == 3);
 }
 
+TEST_CASE("that no clearance was kept is told where one was tried", "[clearances]") {
+  const TemporaryFolder folder;
+  const std::string dense = "24 24 24 --hematocrit 0.605 --plt_ratio 0 --ends periodic ";
+  const Ran packed = run(folder.path(), dense);
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  CHECK_THAT(packed.out, Contains("Clearance kept: none; the minimum gaps above are all there is\n"));
+  CHECK_THAT(run(folder.path(), "24 24 24 --rbc 9 --clearance 0 --wall-clearance 0").out,
+             !Contains("Clearance kept"));
+  CHECK_THAT(run(folder.path(), "24 24 24 --rbc 9", "packCells").out, !Contains("Clearance kept"));
+}
+
 TEST_CASE("the largest clearance can be asked for", "[clearances]") {
   const TemporaryFolder folder;
   const Ran packed = run(folder.path(), "20 20 20 --rbc 12 --clearance max");
@@ -204,4 +216,24 @@ TEST_CASE("the largest clearance can be asked for", "[clearances]") {
   REQUIRE(packed.exitCode == 0);
   CHECK(numberAfter(packed.out, "Clearance kept: ") > 0.2);
   CHECK(run(folder.path(), "20 20 20 --rbc 12 --clearance max --state s.h5").exitCode == 1);
+}
+
+TEST_CASE("the clearances asked for are kept, between cells and to the wall", "[executable]") {
+  const SampleCase folder;
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.25 --clearance 0.1 --wall-clearance 0.4");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  const auto gapAfter = [](const std::string& text, const std::string& words) {
+    const std::size_t at = text.find(words);
+    REQUIRE(at != text.npos);
+    return std::stod(text.substr(at + words.size()));
+  };
+  CHECK(gapAfter(packed.out, "minimum gap ") >= 0.1);
+  CHECK(gapAfter(packed.out, "to the wall ") >= 0.4);
+  CHECK(gapAfter(packed.out, "to the wall ") < 0.6);
+
+  const Ran checked = run(folder.path(), "check config.xml");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 0);
+  CHECK(gapAfter(checked.out, "Minimum gap to the wall: ") == gapAfter(packed.out, "to the wall "));
 }

@@ -224,3 +224,12 @@ TEST_CASE("the manual page and the completion know every option", "[executable]"
   CHECK(completed("packMesh c", 1) == "config.xml check\n");
   CHECK(completed("packMesh x.xml --open-axis ''", 3) == "x y z\n");
 }
+
+TEST_CASE("a dry run tells of realisations and repetition, and no time where there is no end",
+          "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = ok(folder, "16 16 16 --ends periodic --rbc 5 --tile 2 3 4 --realisations 7 --dry-run");
+  CHECK_THAT(ran.out, Contains("2 x 3 x 4 times: 120 cells"));
+  CHECK_THAT(ran.out, Contains("7 realisations"));
+  CHECK_THAT(ok(folder, "16 16 16 --hematocrit 0.7 --dry-run").out, Contains("Time: cannot be told"));
+}

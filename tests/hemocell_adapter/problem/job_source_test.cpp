@@ -78,10 +78,10 @@ TEST_CASE("the minimum distance from solid is what the case's C++ says", "[job_s
         "RBC 1 case.cpp:3: 1.9, which HemoCell truncates to whole µm, PLT 0 case.cpp:4: 0.5, which HemoCell "
         "truncates to whole µm");
   CHECK(warningsOf(job).empty());  // of WBC there are none
-  job = jobOf(code(distance("\"RBC\", 1") + distance("\"RBC\", 2") + distance("\"RBC\", 1")));
+  job = jobOf(code(distance("\"RBC\", 1") + distance("\"RBC\", 2.5") + distance("\"RBC\", 1")));
   CHECK(job.species[0].minimumDistanceFromSolid == 2);
-  CHECK_THAT(warningsOf(job),
-             Contains("case.cpp:3 and case.cpp:4 set different") && Contains("2 µm, is taken"));
+  CHECK_THAT(warningsOf(job), Contains("case.cpp:3 and case.cpp:4 set different") &&
+                                  Contains("2.5 µm (2 as HemoCell truncates it), is taken"));
 }
 
 TEST_CASE("what the C++ does not tell is a warning of its own", "[job_source]") {
@@ -107,7 +107,10 @@ TEST_CASE("a stated minimum distance wins over the C++, with a warning where the
   Job job = jobOf(code(distance("\"RBC\", 1")), stated, {});
   CHECK(distancesOf(job) == "RBC 0 stated: 0.5, which HemoCell truncates to whole µm");
   REQUIRE(job.warnings.size() == 1);
-  CHECK_THAT(job.warnings[0], Contains("stated to be 0 µm, but case.cpp:3 says 1 µm"));
+  CHECK_THAT(job.warnings[0],
+             Contains("stated to be 0.5 µm (0 as HemoCell truncates it), but case.cpp:3 says 1 µm:"));
+  CHECK_THAT(warningsOf(jobOf(code(distance("\"RBC\", 1.9")), stated, {})),
+             Contains("but case.cpp:3 says 1.9 µm (1 as HemoCell truncates it):"));
   CHECK(warningsOf(jobOf(code(distance("\"RBC\", 0.3")), stated, {})).empty());
   CHECK(warningsOf(jobOf("", stated, {})).empty());
   job = jobOf(code(distance("name, 1")), stated, {"--minimum-distance-from-solid", "RBC", "2"});
@@ -194,6 +197,6 @@ TEST_CASE("who asks for a cell without a file learns which there are", "[executa
   const Ran ran = run(folder.path(), "config.xml --hematocrit 0.2");
   CHECK(ran.exitCode == 2);
   CHECK_THAT(ran.err, Contains("RBC.xml: no such file") &&
-                          Contains("there is PLT.xml, RBC_HO.xml. For that") &&
+                          Contains("the folder has PLT.xml and RBC_HO.xml. For that") &&
                           Contains("<species name=\"RBC_HO\"/>") && !Contains("config.xml,"));
 }

@@ -133,8 +133,7 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
              Contains("not closed, it has 3 open edges, the first from (1, 1, 0) to (1, 0, 1)"));
   mesh = cube;
   mesh.triangles.push_back(mesh.triangles[0]);
-  CHECK_THAT(refusalOf(mesh),
-             Contains("has 3 open edges") || Contains("more than two triangles meet at 3 edges"));
+  CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 3 edges"));
   mesh = cube;
   sample::append(mesh, sample::box({1, 1, 0}, {2, 2, 1}));  // shares an edge
   CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 1 edge"));
@@ -146,7 +145,7 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   CHECK_THAT(refusalOf(mesh), Contains("encloses no volume"));
   mesh = cube;
   for (Vec3& v : mesh.vertices) v.z() = 0.0;
-  CHECK_THAT(refusalOf(mesh), Contains("collapsed") || Contains("manifold") || Contains("no area"));
+  CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 1 edge, the first from (1, 0, 0)"));
   mesh = cube;
   for (Triangle& t : mesh.triangles) t[2] = t[1];
   CHECK_THAT(refusalOf(mesh), Contains("all triangles of the mesh are collapsed"));

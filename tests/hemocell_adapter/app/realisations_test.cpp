@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Several packings in one run, with the real executable.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <set>
+
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+TEST_CASE("realisations differ by their seeds, each in its folder", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "15 15 15 --hematocrit 0.2 --plt_ratio 0 --seed 7 --output-dir alone");
+  ok(folder, "15 15 15 --hematocrit 0.2 --plt_ratio 0 --seed 6 --realisations 10");
+  std::set<std::string> texts;
+  for (const char* i : {"01", "02", "03", "04", "05", "06", "07", "08", "09", "10"})
+    texts.insert(readText(folder.path() / (std::string("realisation_") + i) / "RBC.pos"));
+  CHECK(texts.size() == 10);
+  CHECK(readText(folder.path() / "realisation_02/RBC.pos") == readText(folder.path() / "alone/RBC.pos"));
+  const Ran failed = run(folder.path(), "15 15 15 --hematocrit 0.7 --max-iterations 5 --realisations 2");
+  CHECK(failed.exitCode == 3);
+  CHECK_THAT(failed.err, Contains("realisations that failed: 1, 2"));
+  CHECK(run(folder.path(), "15 15 15 --rbc 2 --realisations 0").exitCode == 1);
+}
+
+TEST_CASE("a realisation goes on with the files of its own folder", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "15 15 15 --rbc 3 --realisations 2 --state s.h5 --report r.json");
+  const fs::path one = folder.path() / "realisation_2";
+  const std::string before = readText(one / "RBC.pos");
+  fs::remove(one / "RBC.pos");
+  fs::remove(one / "r.json");
+  ok(folder, "--restart realisation_2/s.h5");
+  CHECK(readText(one / "RBC.pos") == before);
+  CHECK(fs::exists(one / "r.json"));
+  CHECK_FALSE(fs::exists(folder.path() / "r.json"));
+  CHECK_FALSE(fs::exists(folder.path() / "s.h5"));
+}
+
+TEST_CASE("a restart goes on with the realisations that are left, from wherever it is started",
+          "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "15 15 15 --rbc 3 --realisations 3 --state s.h5");
+  std::map<std::string, std::string> before;
+  for (const char* i : {"1", "2", "3"})
+    before[i] = readText(folder.path() / (std::string("realisation_") + i) / "RBC.pos");
+  for (const bool inside : {false, true}) {
+    CAPTURE(inside);
+    for (const char* i : {"2", "3"})
+      fs::remove(folder.path() / (std::string("realisation_") + i) / "RBC.pos");
+    const Ran ran = inside ? run(folder.path() / "realisation_2", "--restart s.h5")
+                           : run(folder.path(), "--restart realisation_2/s.h5");
+    INFO(ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.out, !Contains("Realisation 1 of 3") && Contains("Realisation 2 of 3: seed 2") &&
+                            Contains("Realisation 3 of 3: seed 3") && Contains("Of 3 realisations:") &&
+                            Contains("Realisations: 3 of 3 written"));
+    for (const auto& [i, text] : before)
+      CHECK(readText(folder.path() / ("realisation_" + i) / "RBC.pos") == text);
+    CHECK_FALSE(fs::exists(folder.path() / "realisation_2/realisation_2"));
+    CHECK_FALSE(fs::exists(folder.path() / "realisation_2/realisation_1"));
+  }
+  const std::string table = readText(folder.path() / "realisations.csv");
+  CHECK(std::count(table.begin(), table.end(), '\n') == 4);
+  fs::rename(folder.path() / "realisation_2/s.h5", folder.path() / "s.h5");
+  const Ran elsewhere = run(folder.path(), "--restart s.h5");
+  CHECK(elsewhere.exitCode == 1);
+  CHECK_THAT(elsewhere.err, Contains("./realisation_1/state.h5; found 's.h5'"));
+}
+
+TEST_CASE("realisations of a case go on inside the folder of one, and check sees them all", "[executable]") {
+  const SampleCase folder(
+      "<packing> <species name=\"RBC\" count=\"3\"/> <realisations> 2 </realisations> </packing>");
+  ok(folder, "config.xml --state s.h5");
+  const std::string before = readText(folder.path() / "realisation_2/RBC.pos");
+  fs::remove_all(folder.path() / "realisation_2");
+  const Ran goesOn = run(folder.path() / "realisation_1", "--restart s.h5");
+  INFO(goesOn.all());
+  CHECK(goesOn.exitCode == 0);
+  CHECK(readText(folder.path() / "realisation_2/RBC.pos") == before);
+  const Ran elsewhere =
+      run(folder.path().parent_path(), "--restart '" + (folder.path() / "realisation_1/s.h5").string() + "'");
+  CHECK(elsewhere.exitCode == 0);
+
+  Ran checked = ok(folder, "check config.xml");
+  CHECK_THAT(checked.out, Contains("realisation_1: clean; 3 cells") &&
+                              Contains("realisation_2: clean; 3 cells") &&
+                              Contains("HemoCell keeps 3 of 3") && Contains("Verdict: 2 of 2 folders clean"));
+  // A cell twice, and files beside the realisations.
+  writeText(folder.path() / "realisation_2/RBC.pos", "2\n12 8 8 0 0 0\n12 8 8 0 0 0\n");
+  writeText(folder.path() / "RBC.pos", before);
+  checked = run(folder.path(), "check config.xml");
+  CHECK(checked.exitCode == 4);
+  CHECK_THAT(checked.out, Contains("realisation_1: clean") &&
+                              Contains("realisation_2: NOT clean; 2 cells, hematocrit") &&
+                              Contains("1 overlapping pairs") && Contains("HemoCell keeps 3 of 3 RBC") &&
+                              Contains("Verdict: 2 of 3 folders clean"));
+  CHECK(ok(folder, "check config.xml --output-dir realisation_1").out.find("Verdict: clean") !=
+        std::string::npos);
+  writeText(folder.path() / "realisation_1/RBC.pos", "none\n");
+  checked = run(folder.path(), "check config.xml");
+  CHECK(checked.exitCode == 4);
+  CHECK_THAT(checked.out, Contains("realisation_1: not examined") && Contains("1 of 3 folders clean"));
+  CHECK_THAT(checked.err, Contains("realisation_1/RBC.pos:1"));
+  CHECK_THAT(ok(folder, "config.xml").err, Contains("RBC.pos belongs to none of the realisations"));
+}
+
+TEST_CASE("means and spreads of realisations are told and written", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = ok(folder, "18 18 18 --hematocrit 0.4 --plt_ratio 0 --realisations 3 --seed 5");
+  CHECK_THAT(ran.out, Contains("Of 3 realisations:") && Contains("std. dev.") &&
+                          Contains("  hematocrit of the lumen") && Contains("  minimum gap [µm]") &&
+                          Contains("  minimum gap to the wall [µm]") && Contains("  sweeps") &&
+                          Contains("  CPU time [s]"));
+  std::istringstream rows(readText(folder.path() / "realisations.csv"));
+  std::string row;
+  std::getline(rows, row);
+  CHECK(row ==
+        "realisation,seed,outcome,cells,hematocrit,minimum_gap_um,minimum_wall_gap_um,sweeps,cpu_s,wall_s");
+  for (int i = 1; i <= 3; ++i) {
+    REQUIRE(std::getline(rows, row));
+    CAPTURE(row);
+    CHECK(row.rfind(std::to_string(i) + "," + std::to_string(4 + i) + ",certified,", 0) == 0);
+    // The time of one realisation is its own: one thread cannot take more of it than has passed.
+    double cpu = 0.0, wall = 0.0;
+    const std::size_t last = row.rfind(','), before = row.rfind(',', last - 1);
+    std::istringstream(row.substr(before + 1, last - before - 1)) >> cpu;
+    std::istringstream(row.substr(last + 1)) >> wall;
+    CHECK(cpu <= wall + 0.02);
+  }
+  CHECK_FALSE(std::getline(rows, row));
+  ok(folder, "15 15 15 --hematocrit 0.7 --max-iterations 1 --realisations 2 --best-effort");
+  CHECK_THAT(readText(folder.path() / "realisations.csv"), Contains("1,1,bestEffort,"));
+  CHECK(run(folder.path(), "15 15 15 --hematocrit 0.7 --max-iterations 1 --realisations 2").exitCode == 3);
+  CHECK_THAT(readText(folder.path() / "realisations.csv"), Contains("2,2,failed,,,,,,,"));
+}

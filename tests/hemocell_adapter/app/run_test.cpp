@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Packing a case or a box, and what ends it, with the real executable.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "sample_case.h"
+
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executable]") {
+  const SampleCase folder;
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  CHECK(rbc > 10);
+  CHECK(plt == std::lround(0.2 * rbc));
+  CHECK_THAT(packed.out,
+             Contains("HemoCell keeps " + std::to_string(rbc + plt) + " of " + std::to_string(rbc + plt)));
+  CHECK_THAT(packed.out, Contains("Certificate: clean"));
+  CHECK_THAT(packed.out, Contains("packCells"));
+  CHECK_THAT(packed.out, Contains("<Volume>"));
+
+  const Ran checked = run(folder.path(), "check config.xml");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("Verdict: clean"));
+  CHECK_THAT(checked.out, Contains("minimum distance from solid 0 µm (not set in case.cpp)"));
+
+  // Same seed, same bytes; another seed, another packing.
+  const std::string first = readText(folder.path() / "RBC.pos");
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") == first);
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 4").exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") != first);
+}
+
+TEST_CASE("the packing section alone suffices, options override it", "[executable]") {
+  const SampleCase folder(
+      "<packing> <hematocrit> 0.2 </hematocrit> <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/> "
+      "</packing>");
+  const Ran ran = run(folder.path(), "config.xml");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const int n = cellsIn(folder.path() / "RBC.pos");
+  CHECK_FALSE(fs::exists(folder.path() / "PLT.pos"));
+  CHECK_THAT(ran.out, Contains("minimum distance from solid 1 µm"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.1").exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") < n);
+  CHECK(run(folder.path(), "config.xml --rbc 3").exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 3);
+  CHECK(run(folder.path(), "config.xml --output-dir new/folder").exitCode == 0);
+  CHECK(cellsIn(folder.path() / "new/folder/RBC.pos") == n);
+}
+
+TEST_CASE("nearness to the limit is one of meshes, whatever a red cell counts as", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran packCells = run(folder.path(), "20 20 20 --hematocrit 0.61 --plt_ratio 0", "packCells");
+  INFO(packCells.all());
+  CHECK(packCells.exitCode == 0);  // 0.51 by mesh
+  CHECK_THAT(packCells.err, !Contains("of the lumen: above"));
+  const Ran counted = run(folder.path(), "15 15 15 --rbc 26 --max-iterations 1 --best-effort");
+  INFO(counted.all());
+  CHECK_THAT(counted.err, Contains("fill 0.6249 of the lumen: above 0.61"));
+}
+
+TEST_CASE("a ratio that looks like per cent is told", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.err, Contains("a ratio of 7 is 7 PLT for each red cell, not per cent; 0.07 may be meant"));
+  CHECK(run(folder.path(), "20 20 20 --hematocrit 0.2 --plt_ratio 1 --dry-run").err.empty());
+  const SampleCase file(
+      "<packing> <hematocrit> 0.1 </hematocrit> <species name=\"RBC\"/> <species name=\"PLT\" ratio=\"5\"/> "
+      "</packing>");
+  CHECK_THAT(run(file.path(), "config.xml --dry-run").err, Contains("0.05 may be meant"));
+}
+
+TEST_CASE("cells in columns are denser than at random", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran =
+      ok(folder,
+         "40 40 40 --hematocrit 0.63 --ends periodic --plt_ratio 0 --order columns --report report.json");
+  CHECK_THAT(ran.out, Contains("in columns"));
+  CHECK(run(folder.path(), "check --box 40 40 40 --ends periodic").exitCode == 0);
+  const auto report = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  CHECK(report["configuration"]["order"] == "columns");
+  CHECK(report["measures"]["orientation"][0]["nematic"] > 0.99);
+  CHECK_THAT(ok(folder, "40 40 40 --hematocrit 0.63 --ends periodic --order columns --dry-run").out,
+             Contains("In columns"));
+}
+
+TEST_CASE("out of reach: says how far it came, writes only on request, keeps old files", "[executable]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "RBC.pos", "old");
+  const std::string arguments = "15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 300 --max-time 20";
+  Ran ran = run(folder.path(), arguments);
+  INFO(ran.all());
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.err, Contains("the densest certified packing found has hematocrit"));
+  CHECK_THAT(ran.err, Contains("near") || Contains("above 0.61"));
+  CHECK(readText(folder.path() / "RBC.pos") == "old");
+  ran = run(folder.path(), arguments + " --best-effort");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") > 0);
+  CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
+}
+
+TEST_CASE("a limit that is met with nothing left to do is no failure", "[executable]") {
+  const TemporaryFolder folder;
+  for (const char* arguments :
+       {"60 60 60 --rbc 5 --max-iterations 1", "60 60 60 --rbc 1 --ends periodic --max-time 1e-9"}) {
+    const Ran ran = run(folder.path(), arguments);
+    INFO(arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+  }
+  // With more to do than there is time for, no density is called the largest.
+  const Ran late = run(folder.path(), "40 40 40 --hematocrit 0.5 --max-time 1e-9");
+  INFO(late.all());
+  CHECK(late.exitCode == 3);
+  CHECK_THAT(late.err,
+             Contains("a certified packing found has hematocrit") && !Contains("the densest certified"));
+}
+
+TEST_CASE("time that ends before packing begins is told as such", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "50 50 50 --rbc 1 --max-time 1e-9");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.err, Contains("the time, 1e-09 s, ended before packing began; nothing was written") &&
+                          !Contains("hematocrit"));
+}
+
+TEST_CASE("columns are proposed only where a random packing is out of reach", "[executable]") {
+  const TemporaryFolder folder;
+  for (const auto& [hematocrit, proposed] : {std::pair("0.3", false), {"0.64", true}}) {
+    const Ran ran = run(
+        folder.path(), std::string("24 24 24 --ends periodic --max-iterations 1 --hematocrit ") + hematocrit);
+    INFO(ran.all());
+    CHECK(ran.exitCode == 3);
+    const std::size_t error = ran.err.find("(Error)");
+    REQUIRE(error != ran.err.npos);
+    CHECK((ran.err.find("--order columns", error) != ran.err.npos) == proposed);
+  }
+}
+
+TEST_CASE("Ctrl-C ends cleanly", "[executable]") {
+  const TemporaryFolder folder;
+  // A shell's background jobs ignore SIGINT, python's do not; the signal comes when the run has told what it
+  // packs.
+  const TemporaryFolder scripts;
+  writeText(scripts.path() / "interrupt.py", R"(import signal, subprocess, sys
+run = subprocess.Popen(sys.argv[1:], stdout=subprocess.PIPE)
+run.stdout.readline()
+run.send_signal(signal.SIGINT)
+run.communicate()
+sys.exit(run.returncode)
+)");
+  const Ran ran = run(folder.path(), "40 40 40 --hematocrit 0.65", "packMesh",
+                      "python3 '" + (scripts.path() / "interrupt.py").string() + "'");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 130);
+  CHECK_THAT(ran.err, Contains("interrupted: nothing was written"));
+  CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("help, reference and version", "[executable]") {
+  const TemporaryFolder folder;
+  Ran ran = run(folder.path(), "--help");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("--hematocrit"));
+  CHECK(run(folder.path(), "--help", "packCells").exitCode == 0);
+  CHECK(run(folder.path(), "--reference").exitCode == 0);
+  CHECK_THAT(run(folder.path(), "--version").out, Contains("packMesh "));
+  CHECK(fs::is_empty(folder.path()));
+}

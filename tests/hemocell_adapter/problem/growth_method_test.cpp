@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// --method cat, with the real executable.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+
+#include "hemocell_adapter/settings/settings_table.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+
+TEST_CASE("growth as the method: a case with voxel walls, a box, and what does not fit it", "[executable]") {
+  const SampleCase folder("<packing> <method> cat </method> <builder> chords </builder> </packing>");
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3 --verbose");
+  INFO(packed.all());
+  REQUIRE(packed.exitCode == 0);
+  const int rbc = cellsIn(folder.path() / "RBC.pos"), plt = cellsIn(folder.path() / "PLT.pos");
+  CHECK(rbc > 10);
+  CHECK_THAT(packed.out,
+             Contains("HemoCell keeps " + std::to_string(rbc + plt) + " of " + std::to_string(rbc + plt)));
+  CHECK_THAT(packed.out, Contains("Certificate: clean"));
+  CHECK_THAT(packed.out, Contains("Method: growth"));
+  CHECK_THAT(packed.out, Contains("iterations"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  const std::string first = readText(folder.path() / "RBC.pos");
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3").exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") == first);
+  CHECK(run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --method relaxation").exitCode == 2);
+
+  const TemporaryFolder box;
+  Ran ran = run(box.path(), "16 16 16 --hematocrit 0.35 --plt_ratio 0 --method cat");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(run(box.path(), "check --box 16 16 16").exitCode == 0);
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method cat --max-iterations 3");
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.err, Contains("3 iterations of growth"));
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --method dog");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("cat"));
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --builder chords");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("'--builder' is for --method cat"));
+  ran = run(box.path(), "16 16 16 --hematocrit 0.35 --escape");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("'--escape' is for --method cat"));
+  for (const std::string builder : {"tetgen", "cat-faces"}) {
+    ran =
+        run(box.path(), "10 10 10 --rbc 2 --walls xyz --method cat --escape --verbose --builder " + builder);
+    INFO(ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.out, Contains("tetrahedra"));
+    CHECK_THAT(ran.out, Contains("attempts of TetGen"));
+  }
+}
+
+TEST_CASE("the executable passes on the parameters of growth", "[executable]") {
+  const TemporaryFolder folder;
+  const std::string command = "12 12 12 --rbc 3 --method cat ";
+  const auto posOf = [&](const std::string& arguments) {
+    const Ran ran = run(folder.path(), command + arguments);
+    INFO(ran.all());
+    REQUIRE(ran.exitCode == 0);
+    return readText(folder.path() / "RBC.pos");
+  };
+  const std::string plain = posOf("");
+  // Each of them changes the packing; the values of a table's fallbacks do not.
+  for (const GrowthParameter& parameter : growthParameters()) {
+    CAPTURE(parameter.name);
+    CHECK(posOf(fmt::format("--growth {} '{}'", parameter.name, parameter.fallback)) == plain);
+  }
+  for (const char* other :
+       {"initialScale 0.2", "barriers '0.6 1'", "rotationBound 0.1", "translationBound 0.1", "padding 0.5",
+        "linearisations 1", "alpha 1", "beta 1e-9", "centring no", "shaking 0.1"}) {
+    CAPTURE(other);
+    CHECK(posOf(std::string("--growth ") + other) != plain);
+  }
+  Ran ran = run(folder.path(), command + "--growth iterations 1 --growth barriers 1");
+  CHECK(ran.exitCode == 3);
+  ran = run(folder.path(), command + "--growth iterations 0");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("'--growth' iterations: expected a whole number"));
+  ran = run(folder.path(), command + "--growth barriers '0.5 0.9'");
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("the last barrier must be 1"));
+  ran = run(folder.path(), command + "--growth paddding 1");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("did you mean 'padding'?"));
+  ran = run(folder.path(), "12 12 12 --rbc 3 --growth padding 0.5");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("'--growth' is for --method cat"));
+}
+
+TEST_CASE("escaping fills gaps from a stock", "[executable]") {
+  const TemporaryFolder folder;
+  const std::string command = "12 12 12 --rbc 5 --plt 2 --method cat --stock PLT 4 ";
+  Ran ran = run(folder.path(), command + "--escape --state state.h5");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 5);
+  const std::string platelets = readText(folder.path() / "PLT.pos");
+  CHECK(cellsIn(folder.path() / "PLT.pos") == 6);
+  CHECK_THAT(ran.out, Contains("PLT: 6 of 2 and 4 in stock placed"));
+  CHECK(run(folder.path(), "check --box 12 12 12").exitCode == 0);
+  std::filesystem::remove(folder.path() / "PLT.pos");
+  CHECK(run(folder.path(), "--restart state.h5").exitCode == 0);
+  CHECK(readText(folder.path() / "PLT.pos") == platelets);
+  ran = run(folder.path(), command);
+  CHECK(ran.exitCode == 2);
+  CHECK_THAT(ran.err, Contains("'PLT' has a stock, which only --escape uses"));
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Lumens: vessels, boxes and bodies of the command line and of the configuration, with the real executable.
+#include <catch2/catch.hpp>
+
+#include "hemocell_adapter/hemocell/cell_model.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// What a run says of the lumen.
+std::string lumenLine(const std::string& out) {
+  const std::size_t at = out.find("Lumen: ");
+  return at == out.npos ? "" : out.substr(at, out.find('\n', at) - at);
+}
+
+}  // namespace
+
+TEST_CASE("periodic ends: packed across them, and checked across them", "[executable]") {
+  const SampleCase folder("<packing> <ends> periodic </ends> <hematocrit> 0.4 </hematocrit> </packing>");
+  const Ran ran = run(folder.path(), "config.xml");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK(lumenLine(ran.out).find("periodic along x") != std::string::npos);
+  const Ran checked = run(folder.path(), "check config.xml");
+  CHECK(checked.exitCode == 0);
+  CHECK_THAT(checked.out, Contains("Verdict: clean; that HemoCell drops "));
+
+  // 24 µm of tube at dx 0.5 µm are 51 nodes: the ends are at -0.25 and 25.25 µm.
+  // No cell is thinner than 2.2 µm.
+  constexpr double lo = -0.25, period = 25.5, half = 1.1;
+  const std::string file = readText(folder.path() / "RBC.pos");
+  std::istringstream in(file);
+  int count = 0, crossing = 0;
+  std::string line, image;
+  in >> count;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    const std::size_t end = line.find(' ');
+    const double x = std::stod(line.substr(0, end));
+    CHECK((x >= lo && x < lo + period));
+    if (x - lo > half && lo + period - x > half) continue;
+    ++crossing;
+    image = std::to_string(x < lo + half ? x + period : x - period) + line.substr(end);
+  }
+  REQUIRE(crossing > 0);
+  const Ran closed = run(folder.path(), "check config.xml --ends closed");
+  INFO(closed.all());
+  CHECK(closed.exitCode == 4);  // the cells across the ends are dropped
+  CHECK_THAT(closed.out, Contains("meets an end of the vessel"));
+
+  // The image of a cell that crosses an end is where the cell is.
+  writeText(folder.path() / "RBC.pos", rbcPos(file.substr(file.find('\n') + 1) + image + "\n", count + 1));
+  const Ran twice = run(folder.path(), "check config.xml");
+  INFO(twice.all());
+  CHECK(twice.exitCode == 4);
+  CHECK_THAT(twice.out, Contains("Overlapping pairs: 1") && Contains("periodic image"));
+}
+
+TEST_CASE("packing and check speak of the same lumen", "[executable]") {
+  const SampleCase folder;
+  const std::string box = "<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>";
+  const std::string cylinder =
+      "<packing><container><cylinder radius=\"9\" length=\"20\"/></container></packing>";
+  struct Row {
+    std::string domain, packing, options;
+  };
+  for (const Row& row : std::vector<Row>{{sampleDomain, "", ""},
+                                         {sampleDomain, "", "--ends periodic"},
+                                         {sampleDomain, "<packing><ends>periodic</ends></packing>", ""},
+                                         {box, "", "--walls yz"},
+                                         {box, "", "--walls yz --ends periodic"},
+                                         {box, cylinder, ""}}) {
+    writeText(folder.path() / "config.xml", configXml(row.domain, row.packing));
+    const Ran packed = run(folder.path(), "config.xml --rbc 3 " + row.options);
+    const Ran checked = run(folder.path(), "check config.xml " + row.options);
+    INFO(row.domain << row.packing << row.options << "\n" << packed.all() << checked.all());
+    CHECK(packed.exitCode == 0);
+    CHECK(checked.exitCode == 0);
+    CHECK(lumenLine(packed.out).size() > 20);
+    CHECK(lumenLine(packed.out) == lumenLine(checked.out));
+  }
+}
+
+TEST_CASE("a box between walls: the planes of the walls are solid nodes", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "20 20 12 --rbc 20 --walls z");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("HemoCell keeps 20 of 20"));
+  const TriangleMesh cell = buildTemplate(*defaultModel("RBC"), 0.5);
+  Box all;
+  for (const PosLine& line : readPos(folder.path() / "RBC.pos"))
+    for (const Vec3& v : placed(cell, placementOf(line)).vertices) all.add(v);
+  CHECK(all.lo.z() > 0.25);  // node 0 is solid up to half a node from it
+  CHECK(all.hi.z() < 11.75);
+  CHECK(all.lo.minCoeff() > -0.25);
+  CHECK(all.hi.maxCoeff() <= 19.75);
+  CHECK(run(folder.path(), "check --box 20 20 12 --walls z").exitCode == 0);
+  writeText(folder.path() / "RBC.pos", rbcPos("4 1.2 4 0 0 0\n", 1));  // nearer to the wall than half a node
+  CHECK(run(folder.path(), "check --box 20 20 12 --walls xyz").exitCode == 4);
+  // Cells may cross the other faces when that is asked for, and what it costs is said.
+  const Ran whole = run(folder.path(), "20 20 12 --rbc 22 --walls z --ends periodic --seed 2");
+  CHECK(whole.exitCode == 0);
+  CHECK_THAT(whole.out, Contains("a vertex lies outside"));
+}
+
+TEST_CASE("boxes, under both names", "[executable]") {
+  const TemporaryFolder folder;
+  Ran ran = run(folder.path(), "50 50 50 --hematocrit 0.3", "packCells");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 387);
+  CHECK(cellsIn(folder.path() / "PLT.pos") == 27);
+  ran = run(folder.path(), "50.9 50 50 -h 0.3", "packCells");
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.err, Contains("size 50.9 is read as 50"));
+  ran = run(folder.path(), "0.9 50 50 -h 0.3", "packCells");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("size 0.9 is read as 0"));
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 387);
+  ran = run(folder.path(), "check --box 50 50 50 --ends periodic");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK(run(folder.path(), "check --box 50 50 50").exitCode == 4);
+
+  ran = run(folder.path(), "25.5 25 25 --hematocrit 0.3 --plt_ratio 0");
+  CHECK(ran.exitCode == 0);
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 59);  // 0.3 · 25.5 · 25 · 25 / 81.116 = 58.94
+  CHECK_THAT(ran.err, Contains("PLT.pos is not part of this packing"));
+  CHECK_THAT(ran.out, Contains("HemoCell keeps"));
+  ran = run(folder.path(), "25.5 25 25 --hematocrit 0.3 --plt_ratio 0 --rbc-volume 97");
+  CHECK(cellsIn(folder.path() / "RBC.pos") == 49);
+  ran = run(folder.path(), "25 25 25 --rbc 50");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.out, Contains("HemoCell keeps 50 of 50"));
+}
+
+TEST_CASE("containers of the command line and of the configuration", "[executable]") {
+  const SampleCase folder;
+  for (const char* arguments :
+       {"--cylinder x 10 20 --rbc 12", "--cylinder z 10 20 --ends periodic --rbc 12", "--sphere 10 --rbc 8",
+        "20 20 20 --walls xyz --rbc 15", "--vessel tube.stl 10 --rbc 8",
+        "--vessel tube.stl 10 --open-axis x --ends periodic --rbc 8"}) {
+    const Ran ran = run(folder.path(), arguments);
+    INFO(arguments << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+    CHECK_THAT(ran.out, Contains("Certificate: clean"));
+  }
+  const auto packed = [&](const std::string& domain, const std::string& container,
+                          const std::string& options) {
+    writeText(folder.path() / "config.xml",
+              configXml(domain, container.empty() ? "" : "<packing>" + container + "</packing>"));
+    const Ran ran = run(folder.path(), "config.xml " + options);
+    INFO(domain << container << options << "\n" << ran.all());
+    CHECK(ran.exitCode == 0);
+    const Ran checked =
+        run(folder.path(), "check config.xml " + (options.find("--walls") != std::string::npos
+                                                      ? options.substr(options.find("--walls"))
+                                                      : ""));
+    INFO(checked.all());
+    CHECK(checked.exitCode == 0);
+  };
+  const std::string box = "<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>";
+  packed(box, "", "--hematocrit 0.3 --walls yz");
+  packed(box, "", "--hematocrit 0.3 --walls none");
+  packed(box,
+         "<walls>yz</walls><container><obstacles><cylinder axis=\"z\" center=\"10 10 11\" radius=\"3\" "
+         "length=\"30\"/></obstacles></container>",
+         "--hematocrit 0.2");
+  packed("<dx>5e-7</dx><geometry>missing.stl</geometry><refDir>0</refDir><refDirN>10</refDirN>",
+         "<container><cylinder radius=\"9\" length=\"20\"/></container>", "--hematocrit 0.2");
+}
+
+TEST_CASE("a case whose STL has triangles without area and is inside out is packed as HemoCell fills it",
+          "[executable]") {
+  const SampleCase folder;
+  // The tube, with a vertex on a long edge of which only one of the two facets knows: a third one without
+  // area fills the gap.
+  std::istringstream lines(tubeStl(2.4, 0.75, 48));
+  std::vector<std::string> points;
+  for (std::string line; std::getline(lines, line);)
+    if (line.rfind("vertex ", 0) == 0) points.push_back(line.substr(7));
+  const auto facet = [](const std::string& a, const std::string& b, const std::string& c) {
+    return "facet normal 0 0 0\nouter loop\nvertex " + c + "\nvertex " + b + "\nvertex " + a +
+           "\nendloop\nendfacet\n";
+  };
+  // Facets 0 and 1 are (p, q, r) and (p, r, s); p and s, at (0, 0.75, 0) and (2.4, 0.75, 0), end an edge.
+  const std::string p = points[0], q = points[1], r = points[2], s = points[5], middle = "1 0.75 0";
+  std::string stl =
+      "solid t\n" + facet(p, q, r) + facet(p, r, middle) + facet(middle, r, s) + facet(p, middle, s);
+  for (std::size_t k = 6; k + 2 < points.size(); k += 3)
+    stl += facet(points[k], points[k + 1], points[k + 2]);
+  writeText(folder.path() / "tube.stl", stl + "endsolid t\n");
+  const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
+  INFO(packed.all());
+  CHECK(packed.exitCode == 0);
+  CHECK_THAT(packed.err, Contains("mended 1 triangle without area") && Contains("inside out"));
+  // HemoCell deflates this one: a node fewer along each axis than of the sound tube.
+  CHECK_THAT(packed.out, Contains("of 50 x 32 x 32"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+}
+
+TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[executable]") {
+  const SampleCase folder;
+  std::string stl = tubeStl(2.4, 0.75, 48);
+  CHECK(run(folder.path(), "config.xml --rbc 3").err.empty());
+  const std::size_t facet = stl.find("vertex"), next = stl.find("vertex", facet + 1),
+                    last = stl.find("vertex", next + 1);
+  const std::string first = stl.substr(facet, next - facet), second = stl.substr(next, last - next);
+  stl.replace(facet, last - facet, second + first);
+  writeText(folder.path() / "tube.stl", stl);
+  const Ran ran = run(folder.path(), "config.xml --rbc 3");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  CHECK_THAT(ran.err, Contains("turned round 1 triangle") && Contains("HemoCell reads the file as it is"));
+
+  writeText(folder.path() / "tube.stl", tubeStl(-2.4, 0.75, 48));  // mirrored: inside out
+  const Ran mirrored = run(folder.path(), "config.xml --rbc 3");
+  INFO(mirrored.all());
+  CHECK(mirrored.exitCode == 0);
+  CHECK_THAT(mirrored.err, Contains("turned 1 surface that was inside out") &&
+                               Contains("HemoCell reads the file as it is"));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+}

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Regions with a hematocrit of their own, axes and layers, with the real executable.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
+
+TEST_CASE("regions have their own hematocrit, axes their direction, walls their layer", "[executable]") {
+  SampleCase folder(
+      "<packing> <hematocrit> 0.05 </hematocrit> <species name=\"RBC\" axis=\"1 0 0\" spread=\"30\"/>"
+      "<species name=\"PLT\" ratio=\"0.2\"/> <cellFreeLayer> 1.5 </cellFreeLayer>"
+      "<region hematocrit=\"0.2\"> <sphere radius=\"6\" center=\"12 8 8\"/> </region>"
+      "<region hematocrit=\"0\"> <box origin=\"-1 -1 -1\" size=\"6 20 20\"/> </region> </packing>");
+  const Ran ran = ok(folder, "config.xml --export csv");
+  CHECK_THAT(ran.out, Contains("Hematocrit of region 2: 0.0000, 0 red cells"));
+  CHECK_THAT(ran.out, Contains("RBC: thin axis within 30 degrees of (1, 0, 0)"));
+  int inBall = 0, all = 0;
+  for (const PosLine& line : readPos(folder.path() / "RBC.pos")) {
+    const Vec3 axis = placementOf(line).linear.col(1);
+    CHECK(std::abs(axis.x()) >= std::cos(30.001 * std::acos(-1.0) / 180.0));
+    const bool inside = (line.position - Vec3(12, 8, 8)).norm() <= 6.0;
+    inBall += inside;
+    ++all;
+    CHECK((inside || line.position.x() > 5.0));
+  }
+  CHECK(inBall == std::lround(0.2 * 4.0 / 3.0 * std::acos(-1.0) * 216.0 / 81.1163));
+  CHECK(all > inBall);
+  const auto minimumOf = [&](const char* name) {
+    double nearest = 1e9;
+    for (const PosLine& line : readPos(folder.path() / name))
+      nearest =
+          std::min(nearest, 7.5 - Eigen::Vector2d(line.position.y() - 8.0, line.position.z() - 8.0).norm());
+    return nearest;
+  };
+  CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);
+  CHECK(readText(folder.path() / "cells.csv").rfind("id,species,x,y,z,qw,qx,qy,qz\n1,RBC,", 0) == 0);
+}
+
+TEST_CASE("the hematocrit of a region is that of all its red cells", "[executable]") {
+  for (const char* number : {"ratio=\"0.4\"", "count=\"3\""}) {
+    CAPTURE(number);
+    SampleCase folder(
+        "<packing> <hematocrit> 0.05 </hematocrit> <species name=\"RBC\"/>"
+        "<species name=\"RBC_stiff\" " +
+        std::string(number) +
+        "/> <region hematocrit=\"0.2\"> <box origin=\"4 0 0\" size=\"16 16 16\"/> </region>"
+        "</packing>");
+    writeText(folder.path() / "RBC_stiff.xml", cellXml("RBC_stiff", 3.91, 600, ""));
+    const Ran ran = ok(folder, "config.xml");
+    // 0.2 of 16 µm of the tube are 7.0 red cells, 0.05 of the rest another one.
+    CHECK_THAT(ran.out, Contains("Hematocrit of region 1: 0.2") && Contains(", 7 red cells with their"));
+    int inside = 0, all = 0;
+    for (const char* name : {"RBC.pos", "RBC_stiff.pos"})
+      for (const PosLine& line : readPos(folder.path() / name)) {
+        ++all;
+        inside += line.position.x() >= 4.0 && line.position.x() <= 20.0;
+      }
+    CHECK(inside == 7);
+    CHECK(all == 8);
+    CHECK(readPos(folder.path() / "RBC_stiff.pos").size() == 3);
+  }
+}
+
+TEST_CASE("a region too small for its hematocrit is refused, or told", "[executable]") {
+  SampleCase folder;
+  const auto packed = [&](const char* rest, const char* region, const char* radius) {
+    writeText(folder.path() / "config.xml",
+              configXml(sampleDomain, std::string("<packing><species name=\"RBC\"/><hematocrit>") + rest +
+                                          "</hematocrit><region hematocrit=\"" + region +
+                                          "\"><sphere center=\"12 8 8\" radius=\"" + radius +
+                                          "\"/></region></packing>"));
+    return run(folder.path(), "config.xml --dry-run");
+  };
+  const Ran refused = packed("0.2", "0.45", "1.5");
+  CHECK(refused.exitCode == 2);
+  CHECK_THAT(refused.err, Contains("<sphere>") && Contains("too little for a red cell"));
+  const Ran whole = packed("0.2", "0.45", "4");  // 1.49 cells
+  CHECK(whole.exitCode == 0);
+  CHECK_THAT(whole.err, Contains("region 1 is so small that whole cells cannot meet its hematocrit: 0.302") &&
+                            Contains("with 1 red cell, 0.45 asked for"));
+  CHECK_THAT(packed("0.001", "0.1", "8").err, Contains("outside the regions there will be no red cell"));
+  CHECK(packed("0.2", "0.12", "7").err.empty());
+}
+
+TEST_CASE("constraints that make no sense are refused", "[executable]") {
+  const SampleCase folder;
+  const auto refused = [&](const std::string& packing, const std::string& arguments = "") {
+    writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
+    const Ran ran = run(folder.path(), "config.xml " + arguments);
+    CHECK((ran.exitCode == 1 || ran.exitCode == 2));
+    CHECK(!fs::exists(folder.path() / "RBC.pos"));
+    return ran.err;
+  };
+  const std::string ball = "<sphere radius=\"3\" center=\"12 8 8\"/>";
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region> " + ball + "</region>"),
+             Contains("attribute hematocrit is missing"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"/>"),
+             Contains("expected one body"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"1\">" + ball + "</region>"),
+             Contains("[0, 1)"));
+  CHECK_THAT(refused("<region hematocrit=\"0.2\">" + ball + "</region>", "--rbc 3"),
+             Contains("needs a hematocrit of the rest"));
+  CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
+                     "center=\"99 8 8\"/></region>"),
+             Contains("outside the lumen"));
+  CHECK_THAT(
+      refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\">" + ball + "</region>", "--method cat"),
+      Contains("method cat does not know it"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is no direction"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
+             Contains("[0, 90]"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/><export>vrml</export>"),
+             Contains("csv, lammps or mirheo"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\"/>", "--tile 2 1 1"),
+             Contains("is for periodic boxes"));
+}
+
+TEST_CASE("options of constraints are checked", "[executable]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "RBC.pos", "1\n5 5 5 0 0\n");
+  struct Row {
+    const char* options;
+    int exitCode;
+    const char* message;
+  };
+  for (const Row& row :
+       {Row{"--cell-free-layer -1", 1, "'--cell-free-layer': expected a number in [0, 100]"},
+        Row{"--cell-free-layer 10", 2, "larger than the lumen"},
+        Row{"--orient RBC 0 0 0 10", 2, "is no direction"},
+        Row{"--orient RBC 0 0 1", 1, "the angle is missing"},
+        Row{"--orient RBC 0 0 1 100", 1, "[0, 90]"},
+        Row{"--orient WBC 0 0 1 10", 1, "no such cells to pack"},
+        Row{"--start RBC.pos", 2, "RBC.pos:2"},
+        Row{"--start none.pos", 2, "none.pos"},
+        Row{"--export vtk", 1, "csv, lammps or mirheo"},
+        Row{"--stock RBC -1", 1, "expected a whole number"},
+        Row{"--realisations 2 --restart x.h5", 1, "go on from the state of one of them"},
+        Row{"--realisations 2 --seed 9223372036854775807", 1, "larger than a seed may be"},
+        Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot both stay (fixed) and move (start)"},
+        Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
+        Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
+        Row{"--walls none --ends periodic --tile 2 1 1 --method cat", 1, "not for --method cat"},
+        Row{"--order columns", 2, "periodic along all axes"},
+        Row{"--order rows", 1, "random or columns"},
+        Row{"--order columns --walls none --method cat", 1, "not for --method cat"},
+        Row{"--order columns --walls none --ends periodic --noRotate", 2, "no cell is to be turned"},
+        Row{"--pre-inlet Xpos", 2, "lengthN"},
+        Row{"--tile 2 2", 1, "the nz is missing"}}) {
+    CAPTURE(row.options);
+    const std::string options = row.options;
+    const bool ownWalls = options.find("--walls") != options.npos;
+    const Ran ran =
+        run(folder.path(), "16 16 16 --rbc 2 " + std::string(ownWalls ? "" : "--walls xyz ") + options);
+    INFO(ran.all());
+    CHECK(ran.exitCode == row.exitCode);
+    CHECK_THAT(ran.err, Contains(row.message));
+  }
+}
