@@ -7,6 +7,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/scene.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"

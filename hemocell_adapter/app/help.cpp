@@ -6,6 +6,7 @@
 #include <cctype>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/version.h"
 

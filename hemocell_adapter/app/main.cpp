@@ -5,13 +5,14 @@
 #include <cstdlib>
 #include <optional>
 
-#include "hemocell_adapter/app/interruption.h"
 #include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/version.h"
 #include "packMesh/parallel/arrival.h"

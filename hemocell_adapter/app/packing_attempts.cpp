@@ -5,10 +5,11 @@
 
 #include <algorithm>
 
-#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/problem/build_scene.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/problem_digest.h"

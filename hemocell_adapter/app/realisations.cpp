@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 

@@ -3,47 +3,35 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-#include <ctime>
 #include <numeric>
 #include <optional>
 #include <sstream>
 
-#include "hemocell_adapter/app/interruption.h"
 #include "hemocell_adapter/app/memory.h"
 #include "hemocell_adapter/app/packing_attempts.h"
 #include "hemocell_adapter/app/realisations.h"
 #include "hemocell_adapter/app/run_lock.h"
 #include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/cell_files.h"
-#include "hemocell_adapter/output/checkpoints.h"
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/scene.h"
 #include "hemocell_adapter/problem/tiling.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/packing/pack.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 namespace fs = std::filesystem;
-
-class Stopwatch {
- public:
-  RunTimes elapsed() const {
-    const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
-    return {double(std::clock() - cpuStart_) / CLOCKS_PER_SEC, wall.count()};
-  }
-
- private:
-  std::clock_t cpuStart_ = std::clock();
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Of the cells of all ranks.
 Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
@@ -164,7 +152,7 @@ void warnOfDropped(const Job& job, const Scene& scene, const Tally& tally, const
 }
 
 /// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
-RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const Timer& timer,
                const Communicator& ranks, const Repeated* repeated = nullptr) {
   std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
   ranks.sum(countsOfParts);
@@ -192,7 +180,7 @@ RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const 
         result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
     return {ExitCode::internal, {}};
   }
-  const RunTimes times = stopwatch.elapsed();
+  const RunTimes times = {timer.cpu(), timer.wall()};
   const std::vector<fs::path> files = writeCellFiles(job, scene, result, tally.counts, ranks);
   for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, times))
     log::info(line);
@@ -205,10 +193,10 @@ RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const 
 }
 
 /// The packing repeated in a larger box, proved anew.
-RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Stopwatch& stopwatch,
+RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Timer& timer,
                     const Communicator& ranks) {
   if (result.outcome == Outcome::outOfReach && !(job.bestEffort && result.cellCount > 0))
-    return deliver(job, scene, result, stopwatch, ranks);
+    return deliver(job, scene, result, timer, ranks);
   namedBySpecies(scene, result);
   const Job big = tiledJob(job, scene, result, ranks);
   const Scene bigScene = builtScene(big, ranks);
@@ -222,7 +210,7 @@ RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, c
     return {ExitCode::interrupted, {}};
   }
   const Repeated repeated{job, result};
-  return deliver(big, bigScene, bigResult, stopwatch, ranks, &repeated);
+  return deliver(big, bigScene, bigResult, timer, ranks, &repeated);
 }
 
 bool writes(const Job& job) {
@@ -283,7 +271,7 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 }
 
 /// Packs what has been prepared, and delivers it.
-RunEnd packScene(const Job& job, Scene& scene, const Stopwatch& stopwatch, const Communicator& ranks) {
+RunEnd packScene(const Job& job, Scene& scene, const Timer& timer, const Communicator& ranks) {
   const std::int64_t cells = mostCells(scene);
   together(ranks, [&] { requireMemory(cells, ranks); });
   pollInterruption();
@@ -291,7 +279,7 @@ RunEnd packScene(const Job& job, Scene& scene, const Stopwatch& stopwatch, const
   PackingAttempts attempts(job, scene, ranks);
   const std::vector<Clearances> levels = clearanceLevels(job, scene);
   RoomyPacking packing = packWithRoom(
-      job, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(stopwatch.elapsed().wall); },
+      job, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(timer.wall()); },
       [&](const Clearances& clearances, const AttemptLimits& limits) {
         return attempts(clearances, limits);
       });
@@ -302,8 +290,8 @@ RunEnd packScene(const Job& job, Scene& scene, const Stopwatch& stopwatch, const
   warnOfNoRoom(levels, packing, scene);
   const Job packed = withClearances(job, packing.clearances);
   if (job.largestClearance) setClearances(packed, scene);  // the last attempt may have failed
-  RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, stopwatch, ranks)
-                            : deliver(packed, scene, result, stopwatch, ranks);
+  RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, timer, ranks)
+                            : deliver(packed, scene, result, timer, ranks);
   if (end.code != ExitCode::ok || !job.stateFile || attempts.saved()) return end;
   log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
   end.code = ExitCode::cannotWrite;
@@ -311,7 +299,7 @@ RunEnd packScene(const Job& job, Scene& scene, const Stopwatch& stopwatch, const
 }
 
 RunEnd packOnce(const Job& job, const Communicator& ranks) {
-  const Stopwatch stopwatch;
+  const Timer timer;
   requireWritableFolders(job, ranks);
   const Locks locks = locksOf(job, ranks);
   for (const std::string& warning : job.warnings) log::warning(warning);
@@ -323,8 +311,8 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
     return {};
   }
   for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
-  log::detail(fmt::format("Preparation: {:.3f} s CPU", stopwatch.elapsed().cpu));
-  if (!job.dryRun) return packScene(job, scene, stopwatch, ranks);
+  log::detail(fmt::format("Preparation: {:.3f} s CPU", timer.cpu()));
+  if (!job.dryRun) return packScene(job, scene, timer, ranks);
   tellForecast(job, scene, ranks);
   return {};
 }

@@ -14,8 +14,8 @@
 #include <thread>
 #include <utility>
 
-#include "hemocell_adapter/app/interruption.h"
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "packMesh/core/temporary_name.h"
 

@@ -3,31 +3,14 @@
 #pragma once
 
 #include <functional>
-#include <stdexcept>
 
-#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/agreed_failure.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
-/// An error as users get to see it.
-struct Failure {
-  ExitCode code = ExitCode::internal;
-  std::string message;
-};
-
 /// What the exception that is being handled means for users. Pre: called in a catch block.
 Failure failureOfException();
-
-/// Thrown on all ranks alike.
-class AgreedFailure : public std::runtime_error {
- public:
-  explicit AgreedFailure(const Failure& failure) : std::runtime_error(failure.message), code_(failure.code) {}
-  ExitCode code() const { return code_; }
-
- private:
-  ExitCode code_;
-};
 
 /// All ranks do `work`, in which they do not talk to each other.
 /// @throws AgreedFailure on all ranks when it fails on any of them: the failure of the first one

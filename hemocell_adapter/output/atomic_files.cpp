@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/output/atomic_files.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,7 +12,6 @@
 #include <system_error>
 #include <utility>
 
-#include "hemocell_adapter/hemocell/pos_file.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/temporary_name.h"
 

@@ -12,13 +12,14 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/output/exports.h"
 #include "hemocell_adapter/output/pov_scene.h"
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/output/report_html.h"
 #include "hemocell_adapter/output/report_picture.h"
 #include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/vtp_output.h"
 #include "packMesh/analysis/share_measures.h"
 

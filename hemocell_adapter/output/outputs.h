@@ -6,28 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/output/summary.h"
-#include "hemocell_adapter/problem/scene.h"
-#include "packMesh/packing/packing_result.h"
+#include "hemocell_adapter/output/finished.h"
 
 namespace packmesh::hemocell {
-
-/// A packing that was made and then repeated in a larger box.
-struct Repeated {
-  const Job& job;
-  const PackingResult& result;
-};
-
-/// A packing that is done, certified and counted. References what it is made of.
-struct Finished {
-  const Job& job;
-  const Scene& scene;
-  const PackingResult& result;
-  const Tally& tally;
-  const Kept& kept;
-  const Communicator& ranks;
-  const Repeated* repeated = nullptr;  ///< what it consists of
-};
 
 /// Fails before hours of packing rather than after them. One rank calls it.
 /// @throws OutputError when a file or folder that the job will write cannot be written

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/finished.h"
 #include "packMesh/analysis/profiles.h"
 
 namespace packmesh::hemocell {

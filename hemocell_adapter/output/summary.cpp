@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/problem/clearances.h"
+#include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/version.h"
 
 namespace packmesh::hemocell {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/finished.h"
 
 namespace packmesh::hemocell {
 

@@ -100,12 +100,4 @@ struct Job {
 /// packCells' convention: a red cell has 97 µm³.
 constexpr double packCellsRedCellVolume = 97.0;
 
-/// Reads what the command line names (config.xml, <Cell>.xml, with `check` the list of .pos files) and
-/// resolves defaults and overrides.
-/// @param folderToCheck with `check`: the folder of the .pos files, whatever else says; without it, a folder
-/// of
-///   realisations becomes a job with nothing but foldersToCheck
-/// @throws UsageError, InputError
-Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck = {});
-
 }  // namespace packmesh::hemocell

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "hemocell_adapter/problem/scene.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 
@@ -17,13 +16,6 @@ namespace {
 
 /// Share of a region's hematocrit that is worth a warning when it is missed.
 constexpr double noticeable = 0.1;
-
-std::string bitsOf(const Pose& pose) {
-  std::array<double, 7> numbers{};
-  for (int k = 0; k < 3; ++k) numbers[k] = pose.position[k];
-  for (int k = 0; k < 4; ++k) numbers[3 + k] = pose.orientation.coeffs()[k];
-  return {reinterpret_cast<const char*>(numbers.data()), sizeof numbers};
-}
 
 /// `count` of the poses, drawn without bias, in their order.
 std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed,
@@ -251,18 +243,6 @@ std::vector<std::string> examineRegions(const Job& job, const Scene& scene) {
     }
   }
   return warnings;
-}
-
-void ReadLines::add(const PosLine& line) {
-  lines_.emplace(bitsOf(poseOf(line)), line);
-}
-
-PosLine ReadLines::lineOf(const Pose& pose) const {
-  if (!lines_.empty()) {
-    const auto found = lines_.find(bitsOf(pose));
-    if (found != lines_.end()) return found->second;
-  }
-  return posLineOf(pose);
 }
 
 }  // namespace packmesh::hemocell

@@ -2,17 +2,15 @@
 /// @file Lumen and species of a job with everything that can be asked of them.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_lines.h"
 #include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/lumen.h"
-#include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/problem/scene_part.h"
 #include "packMesh/certificate/certificate.h"
-#include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 
 namespace packmesh::hemocell {
@@ -41,26 +39,9 @@ struct Scene {
   }
 };
 
-/// Builds shapes, lumen, walls and, for packing, counts.
-/// @throws InputError, MeshError
-Scene buildScene(const Job& job);
-
-/// Parts and walls of a scene that is to be packed with the clearances of `job`, which else is the one it was
-/// built for.
-void setClearances(const Job& job, Scene& scene);
-
-/// What HemoCell cannot do with so many cells of each species (see hemocell_limits.h).
-std::vector<std::string> limitWarnings(const Job& job, const Scene& scene,
-                                       const std::vector<std::int64_t>& counts);
-
 /// What people may be told who ask for more than packs at random: "; --order columns ...", or nothing where
 /// columns (see Columns) are not for that scene.
 std::string columnsInstead(const Job& job, const Scene& scene);
-
-/// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the
-/// numbers that formatPos writes.
-PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
-                         std::function<void(const Progress&)> progress);
 
 /// Makes the species of a result, which are parts of the scene, those of the scene.
 /// @return how many cells of each part there are on this rank

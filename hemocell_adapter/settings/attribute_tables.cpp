@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// The attributes of <species>, of <growth> and of the bodies of <container>.
-#include "hemocell_adapter/settings/settings_table.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
+
 #include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {

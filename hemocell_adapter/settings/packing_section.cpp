@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "hemocell_adapter/base/xml_tags.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "hemocell_adapter/settings/settings_table.h"
+#include "hemocell_adapter/settings/setting.h"
 
 namespace packmesh::hemocell {
 

@@ -356,33 +356,13 @@ std::vector<Setting> lumenSettings() {
   };
 }
 
-}  // namespace
-
-void requireRoomForSpecies(const Settings& settings) {
-  if (settings.species.size() >= mostSpecies)
-    throw InputError("more than " + std::to_string(mostSpecies) + " kinds of cells");
-}
-
-SpeciesRequest& speciesNamed(Settings& settings, const std::string& name) {
-  for (SpeciesRequest& species : settings.species) {
-    if (species.name == name) return species;
-  }
-  requireRoomForSpecies(settings);
-  settings.species.emplace_back().name = name;
-  return settings.species.back();
-}
-
-const SpeciesRequest* findSpecies(const Settings& settings, const std::string& name) {
-  const auto found = std::find_if(settings.species.begin(), settings.species.end(),
-                                  [&](const SpeciesRequest& s) { return s.name == name; });
-  return found == settings.species.end() ? nullptr : &*found;
-}
-
 /// Options that say how to pack what check would find packed are let be, so that a command can be repeated
 /// with `check`; these ask for something that check does not do.
 constexpr const char* packingOnly[] = {"state", "restart", "checkpoint-every", "report",
                                        "vtp",   "pov",     "vtp-meshes",       "export",
                                        "tile",  "dry-run", "validate",         "realisations"};
+
+}  // namespace
 
 const std::vector<Setting>& settingsTable() {
   static const std::vector<Setting> table = [] {

@@ -12,6 +12,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/field/distance_grid.h"
 #include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 namespace {
@@ -353,17 +354,6 @@ class ContainerWithObstacles : public Container {
 std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
                                                    std::vector<Obstacle> obstacles) {
   return std::make_shared<ContainerWithObstacles>(std::move(outer), std::move(obstacles));
-}
-
-std::vector<Vec3> periodicShifts(const Vec3& period) {
-  const auto steps = [&](int k) { return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0}; };
-  std::vector<Vec3> shifts;
-  for (const int i : steps(0)) {
-    for (const int j : steps(1)) {
-      for (const int k : steps(2)) shifts.push_back(period.cwiseProduct(Vec3(i, j, k)));
-    }
-  }
-  return shifts;
 }
 
 double volumeInside(const TriangleMesh& mesh, const Box& box) {

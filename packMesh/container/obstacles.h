@@ -26,10 +26,6 @@ struct Obstacle {
 std::shared_ptr<const Container> subtractObstacles(std::shared_ptr<const Container> outer,
                                                    std::vector<Obstacle> obstacles);
 
-/// By how much the nearest images of what repeats with this period are moved, in every combination of axes;
-/// zero is one of them.
-std::vector<Vec3> periodicShifts(const Vec3& period);
-
 /// Volume of the part of a closed mesh that lies in `box` [µm³]: by the divergence theorem on triangles
 /// clipped to the sides of the box, exact up to rounding.
 double volumeInside(const TriangleMesh& mesh, const Box& box);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "packMesh/container/box_share.h"
-#include "packMesh/container/obstacles.h"
+#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 namespace {

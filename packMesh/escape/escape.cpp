@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/escape/assignment.h"
 #include "packMesh/escape/holes.h"
 
@@ -52,7 +52,7 @@ class Escape {
     EscapePhase phase;
     phase.name = name;
     {
-      const Stopwatch watch(phase.seconds);
+      const Timer watch(phase.seconds);
       if (!stopped()) work(phase);
     }
     for (const GrowingCell& cell : state_) {

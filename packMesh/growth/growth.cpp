@@ -6,7 +6,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/growth/growth_program.h"
 #include "packMesh/growth/require_valid.h"
@@ -129,7 +129,7 @@ class Growth {
     jumped_ = false;
     PlaneConstraints planes;
     {
-      const Stopwatch watch(statistics_.planeSeconds);
+      const Timer watch(statistics_.planeSeconds);
       planes = builder_(state_, request);
     }
     std::vector<std::int64_t> counts = {0, program_.pivots()};
@@ -137,7 +137,7 @@ class Growth {
 
     std::vector<GrowthStep> steps;
     {
-      const Stopwatch watch(statistics_.programSeconds);
+      const Timer watch(statistics_.programSeconds);
       for (std::size_t i = 0; i < state_.size(); ++i)
         steps.push_back(state_[i].frozen || !request.shares.own(static_cast<std::int64_t>(i))
                             ? GrowthStep{state_[i].pose.scale}
@@ -149,7 +149,7 @@ class Growth {
     statistics_.planes += counts[0];
     statistics_.pivots += counts[1];
     {
-      const Stopwatch watch(statistics_.stepBackSeconds);
+      const Timer watch(statistics_.stepBackSeconds);
       at_.taken = stepBack_.take(steps, state_, statistics_.stepBack, request.shares);
     }
     ++statistics_.iterations;
@@ -223,7 +223,7 @@ class Growth {
     ++statistics_.relaxations;
     bool kept = false;
     {
-      const Stopwatch watch(statistics_.relaxationSeconds);
+      const Timer watch(statistics_.relaxationSeconds);
       kept = relaxAtScale(scene_, barrier, sweeps, callbacks_.stop, stepBack_, state_);
     }
     statistics_.relaxationsKept += kept;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 
 namespace packmesh {
 namespace {
@@ -62,7 +62,7 @@ std::vector<std::vector<std::int64_t>> clustersOf(const std::vector<std::int64_t
 bool regrow(const GrowthScene& scene, const GrowthSettings& settings, const BuilderFactory& factory,
             const std::function<bool()>& stop, const Certificate& faults, GrowthState& state,
             RegrowthSums& sums) {
-  const Stopwatch watch(sums.seconds);
+  const Timer watch(sums.seconds);
   ++sums.rounds;
   const GrowthState before = state;
   const std::vector<std::int64_t> shrunk = shrinkToSafety(scene, faults, state, sums);

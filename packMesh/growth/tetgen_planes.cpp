@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/growth/face_planes.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/tetrahedralise.h"
@@ -144,7 +144,7 @@ PlaneConstraints TetgenPlanes::faces(const GrowthState& state, const PlaneReques
   for (const Region& region : ownRegions(state, shares)) {
     known = known && tetrahedraOf(state, region, request.detail, 1.0);
     if (!known) break;
-    const Stopwatch watch(sums_.faceSeconds);
+    const Timer watch(sums_.faceSeconds);
     splitChordally(tetrahedra_, WallFaces::atWall, split_);
     std::vector<double> reach;
     for (const int cell : members_) reach.push_back(request.reach[cell]);
@@ -222,7 +222,7 @@ void TetgenPlanes::chooseMembers(const GrowthState& state, const Region& region)
 /// @return whether tetrahedra_ are those of the region; otherwise TetGen gave up
 bool TetgenPlanes::tetrahedraOf(const GrowthState& state, const Region& region, double detail,
                                 double shrunk) {
-  const Stopwatch watch(sums_.tetrahedraSeconds);
+  const Timer watch(sums_.tetrahedraSeconds);
   tetrahedra_ = Tetrahedra();
   double largest = 0.0, scale = 0.0;
   for (const GrowingCell& cell : state) {

@@ -7,7 +7,7 @@
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/certificate/certify.h"
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/placement/columns.h"
 #include "packMesh/placement/placement.h"
@@ -132,7 +132,7 @@ std::vector<Pose> Attempt::startOf(std::size_t s, std::int64_t from, std::int64_
 
 /// The cells of this rank's share; nothing when there was no time for it.
 std::optional<std::vector<Body>> Attempt::placed() {
-  Stopwatch watch(result_.statistics.placementSeconds);
+  Timer watch(result_.statistics.placementSeconds);
   const auto [first, end] = shares_.own();
   std::vector<Body> bodies;
   std::int64_t begin = 0;  // of the species
@@ -167,7 +167,7 @@ bool Attempt::startsClean() {
 
 /// Whether nothing is wrong with the cells as they are, which is then delivered. Ends at the first fault.
 bool Attempt::cleanByChance() {
-  const Stopwatch watch(result_.statistics.certificateSeconds);
+  const Timer watch(result_.statistics.certificateSeconds);
   relaxation_->dropLists();
   written_.take(*relaxation_);
   CertificateInput input = written_.certificateInput();
@@ -222,7 +222,7 @@ void Attempt::measure() {
 bool Attempt::relaxed(std::int64_t maxSweeps) {
   if (control_.outOfTime()) return false;
   if (at_.stage != Stage::relaxation) return true;  // has been
-  Stopwatch watch(result_.statistics.relaxationSeconds);
+  Timer watch(result_.statistics.relaxationSeconds);
   if (!relax(*relaxation_, tolerance::relaxationTolerance, limits(maxSweeps), at_.schedule)) return false;
   at_.stage = Stage::certificate;
   return true;
@@ -279,7 +279,7 @@ Certificate Attempt::examined(std::optional<Certifier>& certifier) {
 
 /// @return whether all is well; otherwise clearances have been demanded
 bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
-  Stopwatch watch(result_.statistics.certificateSeconds);
+  Timer watch(result_.statistics.certificateSeconds);
   const Certificate found = examined(certifier);
   if (found.clean()) {
     result_.certificate = found;
@@ -304,7 +304,7 @@ bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
 
 /// Goes on with a schedule of settling.
 bool Attempt::settled(std::int64_t sweeps) {
-  Stopwatch watch(result_.statistics.relaxationSeconds);
+  Timer watch(result_.statistics.relaxationSeconds);
   const std::int64_t most = relaxation_->sweeps() + sweeps - at_.schedule.sweep;
   return settle(*relaxation_, tolerance::relaxationTolerance, sweeps, limits(most), at_.schedule);
 }
@@ -357,7 +357,7 @@ void Attempt::demandDistance(const MisplacedCell& cell) {
 
 bool Attempt::leaveOutFailing() {
   if (!relaxation_) return false;
-  Stopwatch watch(result_.statistics.certificateSeconds);
+  Timer watch(result_.statistics.certificateSeconds);
   while (!control_.outOfTime()) {
     relaxation_->dropLists();
     written_.take(*relaxation_);

@@ -6,7 +6,7 @@
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/certificate/certify.h"
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/growth/growth.h"
 #include "packMesh/growth/seeding.h"
 #include "packMesh/packing/growth_scene.h"
@@ -86,11 +86,11 @@ class GrowthRun {
     GrowthSettings settings = problem_.growth;
     if (!lastAttempt) settings.giveUpAfter = giveUpAfter;
     if (state.empty()) {
-      const Stopwatch watch(result_.statistics.placementSeconds);
+      const Timer watch(result_.statistics.placementSeconds);
       state = seed(scene_, counts_, names_, settings);
     }
     if (kept_.cellCount == 0) keepState(Stage::growth, state);
-    const Stopwatch watch(result_.statistics.growthSeconds);
+    const Timer watch(result_.statistics.growthSeconds);
     GrowthCallbacks callbacks;
     callbacks.stop = [this] { return stopped(); };
     callbacks.accepted = [this](const GrowthState& now, double barrier, const GrowthStatistics& sums) {
@@ -155,7 +155,7 @@ class GrowthRun {
     const GrowthState before = state;
     GrowthScene scene = distributed(scene_, Communicator());
     if (!problem_.communicator.alone()) scene.stop = {};  // ranks must not part ways
-    const Stopwatch watch(result_.statistics.growthSeconds);
+    const Timer watch(result_.statistics.growthSeconds);
     const BuilderFactory factory = [this](const GrowthScene& part) {
       return makeBuilder(problem_.builder, part, tetrahedra_);
     };
@@ -215,7 +215,7 @@ class GrowthRun {
 
   /// The cells that reached full size, certified.
   void takeCells(const GrowthState& state) {
-    const Stopwatch watch(result_.statistics.certificateSeconds);
+    const Timer watch(result_.statistics.certificateSeconds);
     for (const GrowingCell& cell : state) {
       if (cell.pose.scale != 1.0) continue;
       result_.cells.push_back({cell.species, scene_.placement(cell.pose)});

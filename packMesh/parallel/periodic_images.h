@@ -2,6 +2,8 @@
 /// @file Periodic images.
 #pragma once
 
+#include <vector>
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -42,6 +44,19 @@ void forEachImage(const Vec3& p, double reach, const Box& bounds, const Vec3& pe
       for (int x = lo[0]; x <= hi[0]; ++x)
         visit(ImageShift{static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
                          static_cast<std::int8_t>(z)});
+}
+
+/// By how much the nearest images of what repeats with this period are moved, in every combination of axes;
+/// zero is one of them.
+inline std::vector<Vec3> periodicShifts(const Vec3& period) {
+  const auto steps = [&](int k) { return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0}; };
+  std::vector<Vec3> shifts;
+  for (const int i : steps(0)) {
+    for (const int j : steps(1)) {
+      for (const int k : steps(2)) shifts.push_back(period.cwiseProduct(Vec3(i, j, k)));
+    }
+  }
+  return shifts;
 }
 
 }  // namespace packmesh

@@ -10,6 +10,7 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/problem/make_job.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"

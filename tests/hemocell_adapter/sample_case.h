@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "executable.h"
+#include "tests/hemocell_adapter/executable.h"
 
 namespace packmesh::test {
 

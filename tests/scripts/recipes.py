@@ -61,16 +61,35 @@ def check_spack():
     spack_name = {
         "libeigen3-dev": "eigen", "libfmt-dev": "fmt", "libhdf5-openmpi-dev": "hdf5", "libopenmesh-dev": "openmesh",
         "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libspdlog-dev": "spdlog", "libtet1.5-dev": "tetgen",
-        "libtinyxml2-dev": "tinyxml2", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk",
+        "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk",
         "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for debian, spack in spack_name.items():
         check(debian in listed, f"scripts/apt-packages.txt does not list {debian} any more, the Spack recipe does ({spack})")
         check(spack in needed, f"Spack: {spack} ({debian}) is missing")
-    unknown = {p for p in listed if p.startswith("lib") and p not in spack_name}
+    unknown = {p for p in listed if p.endswith("-dev") and p not in spack_name}
     check(not unknown, f"Spack: nothing corresponds to {sorted(unknown)}")
     least = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)\)", (root / "CMakeLists.txt").read_text()).group(1)
     check(needed.get("cmake") == f"cmake@{least}:", f"Spack: CMake {least} is needed, not {needed.get('cmake')}")
+
+
+def check_cmake():
+    """What CMake finds is in the list of packages."""
+    debian_name = {"Eigen3": "libeigen3-dev", "RANDOM123": "librandom123-dev", "XXHASH": "libxxhash-dev", "MPI": "libopenmpi-dev",
+                   "HDF5": "libhdf5-openmpi-dev", "OpenMesh": "libopenmesh-dev", "fmt": "libfmt-dev", "spdlog": "libspdlog-dev",
+                   "nlohmann_json": "nlohmann-json3-dev", "TINYXML2": "libtinyxml2-dev", "TetGen": "libtet1.5-dev",
+                   "PkgConfig": "pkg-config", "Catch2": "catch2", "benchmark": "libbenchmark-dev"}
+    listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
+    for lists in ("CMakeLists.txt", "tests/CMakeLists.txt"):
+        text = (root / lists).read_text()
+        found = re.findall(r"^ *(?:find_package|pkg_check_modules)\((\w+)", text, re.M) \
+            + [name.removesuffix("_INCLUDE_DIR") for name in re.findall(r"^ *find_path\((\w+)", text, re.M)]
+        for name in found:
+            check(name in debian_name, f"{lists}: the package that has {name} is not known to recipes.py")
+            package = debian_name.get(name, "")
+            check(package in listed, f"{lists} finds {name}, scripts/apt-packages.txt lacks {package}")
+    check("scripts/setup.sh" in (root / "packaging/Dockerfile").read_text(), "Dockerfile: scripts/setup.sh does not install")
+    check("SHLIBDEPS ON" in (root / "packaging/debian.cmake").read_text(), "Debian package: no dpkg-shlibdeps")
 
 
 def check_dockerfile():
@@ -105,6 +124,7 @@ def check_dockerfile():
 
 
 check_spack()
+check_cmake()
 check_dockerfile()
 print("\n".join(faults) or "The recipes are well-formed")
 sys.exit(1 if faults else 0)

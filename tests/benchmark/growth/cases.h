@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/core/stopwatch.h"
+#include "packMesh/core/timer.h"
 
 namespace packmesh::benchmark {
 

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -10,7 +10,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/command_line.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::test;

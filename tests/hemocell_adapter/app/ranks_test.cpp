@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "executable.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/executable.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "executable.h"
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "tests/hemocell_adapter/executable.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

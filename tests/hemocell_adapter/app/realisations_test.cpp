@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;

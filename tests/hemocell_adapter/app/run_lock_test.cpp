@@ -6,8 +6,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "executable.h"
 #include "hemocell_adapter/base/exit_codes.h"
+#include "tests/hemocell_adapter/executable.h"
 
 using namespace packmesh::hemocell;
 using namespace packmesh::test;

@@ -17,7 +17,7 @@
 #include "packMesh/container/vessel.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
-#include "tube.h"
+#include "tests/hemocell_adapter/tube.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

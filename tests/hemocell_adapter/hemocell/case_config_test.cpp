@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/core/error.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "executable.h"
+#include "tests/hemocell_adapter/executable.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

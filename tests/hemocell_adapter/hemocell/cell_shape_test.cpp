@@ -2,7 +2,7 @@
 // Cells of other shapes than HemoCell's own, with the real executable.
 #include <catch2/catch.hpp>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;

@@ -9,7 +9,7 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "off_text.h"
+#include "tests/hemocell_adapter/off_text.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

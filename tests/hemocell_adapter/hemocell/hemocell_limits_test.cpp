@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "packMesh/core/error.h"
-#include "tube.h"
+#include "tests/hemocell_adapter/tube.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

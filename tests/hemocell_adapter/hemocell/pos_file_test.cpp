@@ -13,6 +13,7 @@
 #include <random>
 #include <sstream>
 
+#include "hemocell_adapter/output/atomic_files.h"
 #include "packMesh/core/error.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"

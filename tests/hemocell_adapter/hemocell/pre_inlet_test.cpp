@@ -5,8 +5,8 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
-#include "sample_case.h"
-#include "tube.h"
+#include "tests/hemocell_adapter/sample_case.h"
+#include "tests/hemocell_adapter/tube.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "packMesh/container/primitives.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

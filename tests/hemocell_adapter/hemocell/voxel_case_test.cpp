@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "hemocell_adapter/hemocell/acceptance.h"
-#include "tube.h"
+#include "tests/hemocell_adapter/tube.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

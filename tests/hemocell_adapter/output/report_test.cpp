@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Reports, VTK files and scenes, as users get them.
 #include "hemocell_adapter/output/report.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
@@ -8,7 +9,7 @@
 
 #include "hemocell_adapter/output/svg_plot.h"
 #include "hemocell_adapter/settings/settings_table.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

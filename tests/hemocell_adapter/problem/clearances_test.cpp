@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Room between membranes and to the wall that nobody asked for, and the largest there is.
 #include "hemocell_adapter/problem/clearances.h"
+#include "hemocell_adapter/problem/build_scene.h"
+#include "hemocell_adapter/problem/make_job.h"
 
 #include <catch2/catch.hpp>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What is said before packing, and on the way.
 #include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/build_scene.h"
+#include "hemocell_adapter/problem/make_job.h"
 
 #include <catch2/catch.hpp>
 
 #include "hemocell_adapter/app/progress_log.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

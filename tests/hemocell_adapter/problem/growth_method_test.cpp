@@ -4,8 +4,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/settings_table.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -3,7 +3,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
+
+#include "hemocell_adapter/problem/make_job.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;

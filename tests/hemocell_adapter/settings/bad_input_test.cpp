@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 
-#include "sample_case.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;

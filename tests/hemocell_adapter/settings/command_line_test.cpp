@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
 
 using namespace packmesh::hemocell;
 using Catch::Matchers::Contains;

@@ -4,6 +4,7 @@
 
 #include "hemocell_adapter/base/xml_tags.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
+#include "hemocell_adapter/settings/packing_section.h"
 #include "packMesh/packing/packing_problem.h"
 
 using namespace packmesh;

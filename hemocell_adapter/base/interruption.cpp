@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/app/interruption.h"
+#include "hemocell_adapter/base/interruption.h"
 
 #include <signal.h>
 #include <time.h>

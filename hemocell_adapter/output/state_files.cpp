@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/state_files.h"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,13 @@
 #include <filesystem>
 #include <system_error>
 
-#include "hemocell_adapter/app/interruption.h"
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/plain_text.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/packing/state_file.h"

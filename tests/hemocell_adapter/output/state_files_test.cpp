@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Runs that are ended by signals, and go on.
-#include "hemocell_adapter/output/checkpoints.h"
+#include "hemocell_adapter/output/state_files.h"
 
 #include <sys/stat.h>
 
@@ -12,10 +12,10 @@
 #include <map>
 #include <random>
 
-#include "executable.h"
 #include "hemocell_adapter/base/exit_codes.h"
 #include "packMesh/packing/state_file.h"
-#include "sample_case.h"
+#include "tests/hemocell_adapter/executable.h"
+#include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh::test;
 using Catch::Matchers::Contains;

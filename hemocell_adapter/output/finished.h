@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A packing that is done.
+#pragma once
+
+#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// A packing that was made and then repeated in a larger box.
+struct Repeated {
+  const Job& job;
+  const PackingResult& result;
+};
+
+/// A packing that is done, certified and counted. References what it is made of.
+struct Finished {
+  const Job& job;
+  const Scene& scene;
+  const PackingResult& result;
+  const Tally& tally;
+  const Kept& kept;
+  const Communicator& ranks;
+  const Repeated* repeated = nullptr;  ///< what it consists of
+};
+
+}  // namespace packmesh::hemocell

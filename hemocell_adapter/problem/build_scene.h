@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Building the scene of a job, and the problem that is packed.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/problem/scene.h"
+#include "packMesh/packing/packing_problem.h"
+
+namespace packmesh::hemocell {
+
+/// Builds shapes, lumen, walls and, for packing, counts.
+/// @throws InputError, MeshError
+Scene buildScene(const Job& job);
+
+/// Parts and walls of a scene that is to be packed with the clearances of `job`, which else is the one it was
+/// built for.
+void setClearances(const Job& job, Scene& scene);
+
+/// What HemoCell cannot do with so many cells of each species (see hemocell_limits.h).
+std::vector<std::string> limitWarnings(const Job& job, const Scene& scene,
+                                       const std::vector<std::int64_t>& counts);
+
+/// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the
+/// numbers that formatPos writes.
+PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
+                         std::function<void(const Progress&)> progress);
+
+}  // namespace packmesh::hemocell

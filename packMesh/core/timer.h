@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Times of a run and of its parts.
+#pragma once
+
+#include <sys/resource.h>
+
+#include <chrono>
+
+namespace packmesh {
+
+/// CPU time of this process and of the child processes that have ended [s].
+inline double cpuSeconds() {
+  const auto secondsOf = [](int who) {
+    rusage used{};
+    getrusage(who, &used);
+    return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+           1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);  // µs
+  };
+  return secondsOf(RUSAGE_SELF) + secondsOf(RUSAGE_CHILDREN);
+}
+
+/// Measures time from its construction on.
+class Timer {
+ public:
+  Timer() = default;
+  /// Adds the CPU time of its life to a total [s].
+  explicit Timer(double& total) : total_(&total) {}
+  ~Timer() {
+    if (total_) *total_ += cpu();
+  }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+  double cpu() const { return cpuSeconds() - cpuStart_; }  ///< [s]
+  double wall() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }  ///< [s]
+
+ private:
+  double* total_ = nullptr;
+  double cpuStart_ = cpuSeconds();
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace packmesh
