@@ -78,7 +78,7 @@ PROBLEMS = {
     "pipe on three ranks": (PIPE, ["{3}config.xml --report r.json", "{2}check config.xml"]),
     "interrupted and restarted": ("", ["20 20 20 --hematocrit 0.58 --ends periodic --max-iterations 40 --state s.h5",
                                        "--restart s.h5 --max-iterations 4000"]),
-    "cat restarted": ("", ["12 12 12 --rbc 6 --method cat --max-iterations 20 --state s.h5 --ends periodic",
+    "cat restarted": ("", ["12 12 12 --rbc 6 --method cat --max-iterations 8 --state s.h5 --ends periodic",
                            "--restart s.h5 --max-iterations 4000"]),
     "best effort": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --best-effort --max-iterations 300 --ends periodic"]),
     "out of reach": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),

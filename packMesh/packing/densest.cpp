@@ -121,6 +121,7 @@ class Search {
     PackingProblem part = problem_;
     part.resume.reset();
     part.checkpoints.reset();
+    part.limits.maxSweeps = std::max(part.limits.maxSweeps, sweepsOfRelax(fewestParts));
     if (problem_.progress)
       part.progress = [this](Progress progress) {
         progress.stage = "search for the densest packing";

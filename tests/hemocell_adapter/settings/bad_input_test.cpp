@@ -48,7 +48,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"50 50 50 --rbc 99999999", 2, "the lumen only"},
       {"50 50 50 --rbc 99999999 --wbc 2", 2, "100000001 cells are too many; at most 100000000 can be packed"},
       {"50 50 50 --rbc 1 --seed -1", 1, "expected a whole number in [0, 9223372036854775807], found '-1'"},
-      {"--cylinder x 2 20 --rbc 1 --max-iterations 20", 3, "not even one cell found a place"},
+      {"--sphere 3.8 --rbc 1 --max-iterations 20", 3, "not even one cell found a place"},
       {"--vessel tube.stl 1e6 --rbc 1", 2, "tube.stl: with the factor 1e+06 it reaches 2.4e+06 µm"},
       {"50 50 50 --hematocrit 1.2", 1, "(0, 1)"},
       {"50 50 50 --hematocrit 1e-9", 2, "nothing to pack"},
