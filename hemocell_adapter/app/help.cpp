@@ -61,10 +61,11 @@ void entry(std::string& out, const std::string& head, const std::string& text, s
   wrap(out, text, column, column);
 }
 
-std::string describe(const std::vector<ValueSpec>& values, const char* help, const char* fallback) {
-  std::string text = help;
+std::string describe(const Setting& setting) {
+  std::string text = setting.help;
+  const auto& values = setting.values;
   if (values.size() == 1 && *values[0].unit) text += fmt::format(" [{}]", values[0].unit);
-  if (*fallback) text += fmt::format(" (default: {})", fallback);
+  if (!setting.flag && !setting.fallback.empty()) text += fmt::format(" (default: {})", setting.fallback);
   return text;
 }
 
@@ -104,9 +105,8 @@ std::string helpText(bool asPackCells) {
   for (const Topic topic : topics) {
     out += fmt::format("\n{}:\n", title(topic));
     for (const Setting& setting : settingsTable()) {
-      if (setting.topic != topic || !*setting.option) continue;
-      entry(out, headOf(setting),
-            describe(setting.values, setting.help, setting.flag ? "" : setting.fallback));
+      if (setting.topic != topic || setting.option.empty()) continue;
+      entry(out, headOf(setting), describe(setting));
     }
   }
   out +=
@@ -142,10 +142,8 @@ std::string manText() {
   for (const Topic topic : topics) {
     out += fmt::format(".SH {}\n", upper(title(topic)));
     for (const Setting& setting : settingsTable()) {
-      if (setting.topic != topic || !*setting.option) continue;
-      out +=
-          fmt::format(".TP\n.B {}\n{}\n", escaped(headOf(setting)),
-                      escaped(describe(setting.values, setting.help, setting.flag ? "" : setting.fallback)));
+      if (setting.topic != topic || setting.option.empty()) continue;
+      out += fmt::format(".TP\n.B {}\n{}\n", escaped(headOf(setting)), escaped(describe(setting)));
     }
   }
   out += ".SH CONFIGURATION\n.nf\n";
@@ -167,7 +165,7 @@ std::string manText() {
 std::string completionText() {
   std::string words = "--help --version --print-config-reference --man --completion", checkWords, cases;
   for (const Setting& setting : settingsTable()) {
-    if (!*setting.option || setting.topic == Topic::ignored) continue;
+    if (setting.option.empty() || setting.topic == Topic::ignored) continue;
     words += fmt::format(" --{}", setting.option);
     if (!setting.packingOnly) checkWords += fmt::format(" --{}", setting.option);
     if (setting.flag) continue;
@@ -201,12 +199,13 @@ std::string referenceText() {
       "The <packing> section of config.xml, a child of <hemocell>. HemoCell ignores it. Everything is "
       "optional;\n"
       "options of the command line come first.\n\n";
-  const auto attributeText = [](const ValueSpec& value, const char* help, const char* fallback) {
+  const auto attributeText = [](const ValueSpec& value, const std::string& help,
+                                const std::string& fallback) {
     return fmt::format("{}: {}{}", help, expectation(value),
-                       *fallback ? fmt::format(" (default: {})", fallback) : "");
+                       fallback.empty() ? "" : fmt::format(" (default: {})", fallback));
   };
   for (const Setting& setting : settingsTable()) {
-    if (!*setting.tag) continue;
+    if (setting.tag.empty()) continue;
     std::string text = attributeText(setting.values[0], setting.help, setting.fallback);
     if (setting.values.size() > 1) {
       text = fmt::format("{} (default: {})", setting.help, setting.fallback);
@@ -216,7 +215,7 @@ std::string referenceText() {
     entry(out, fmt::format("<{}>", setting.tag), text);
   }
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
-  for (const SpeciesAttribute& attribute : speciesAttributes()) {
+  for (const auto& attribute : speciesAttributes()) {
     entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
   }
   out +=
@@ -225,7 +224,7 @@ std::string referenceText() {
       "belongs to the "
       "first region that it is\nin; <hematocrit> is that of the rest.\n";
   out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
-  for (const GrowthParameter& parameter : growthParameters()) {
+  for (const auto& parameter : growthParameters()) {
     entry(out, parameter.name, attributeText(parameter.value, parameter.help, parameter.fallback));
   }
   out +=
@@ -236,7 +235,7 @@ std::string referenceText() {
       "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
   for (const SolidTag& tag : solidTags()) {
     out += fmt::format("<{} .../>\n", tag.name);
-    for (const SolidAttribute& attribute : tag.attributes) {
+    for (const auto& attribute : tag.attributes) {
       entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
     }
   }

@@ -63,8 +63,8 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
       break;
   }
   const Settings options = commandLine.settings();
-  if (first && options.quiet.value_or(false)) log::setLevel(log::Level::quiet);
-  if (first && options.verbose.value_or(false)) log::setLevel(log::Level::verbose);
+  if (first && options.quiet) log::setLevel(log::Level::quiet);
+  if (first && options.verbose) log::setLevel(log::Level::verbose);
   catchSignals();
   std::optional<Job> job;
   together(ranks, [&] { job = makeJob(commandLine); });

@@ -3,17 +3,14 @@
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/output/report.h"
+#include "hemocell_adapter/settings/attribute_tables.h"
+#include "hemocell_adapter/settings/settings_table.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 Report vectorOf(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
-}
-
-template <class T>
-Report optionalOf(const std::optional<T>& value) {
-  return value ? Report(*value) : Report(nullptr);
 }
 
 Report fileOf(const std::optional<std::filesystem::path>& file) {
@@ -60,36 +57,22 @@ Report containerOf(const Job& job) {
   return container;
 }
 
-Report growthOf(const GrowthSettings& g) {
-  return {{"initialScale", g.initialScale},
-          {"spreadRounds", g.spreadRounds},
-          {"barriers", g.barriers},
-          {"iterations", g.maxIterations},
-          {"rotationBound", g.rotationBound},
-          {"translationBound", g.translationBound},
-          {"padding", g.padding},
-          {"linearisations", g.linearisations},
-          {"alpha", g.alpha},
-          {"beta", g.beta},
-          {"centring", g.centring},
-          {"shaking", g.shaking},
-          {"patience", g.patience},
-          {"stalledGrowth", g.stalledGrowth},
-          {"relaxationSweeps", g.relaxationSweeps},
-          {"giveUpAfter", g.giveUpAfter},
-          {"attempts", g.attempts}};
+Report valueOf(const std::optional<Value>& value) {
+  if (!value) return nullptr;
+  return std::visit(
+      [](const auto& v) -> Report {
+        if constexpr (std::is_same_v<std::decay_t<decltype(v)>, Vec3>)
+          return vectorOf(v);
+        else
+          return v;
+      },
+      *value);
 }
 
-const char* nameOf(Builder builder) {
-  switch (builder) {
-    case Builder::tetgen:
-      return "tetgen";
-    case Builder::catFaces:
-      return "cat-faces";
-    case Builder::chords:
-      break;
-  }
-  return "chords";
+Report growthOf(const GrowthSettings& growth) {
+  Report all;
+  for (const auto& parameter : growthParameters()) all[parameter.name] = valueOf(parameter.get(growth));
+  return all;
 }
 
 /// Files that hold cells which are there, per species that has one.
@@ -106,6 +89,8 @@ Report configurationOf(const Job& job) {
   const bool cat = job.method == Method::cat;
   const bool box = job.boxSize && !(job.container && job.container->lumen);
   Report all;
+  for (const Setting& setting : settingsTable())
+    if (!setting.tag.empty() && setting.get) all[setting.tag] = valueOf(setting.get(job));
   all["config"] = job.config ? Report(job.config->file.string()) : Report(nullptr);
   all["boxSize"] = job.boxSize ? vectorOf(*job.boxSize) : Report(nullptr);
   all["container"] = containerOf(job);
@@ -127,35 +112,18 @@ Report configurationOf(const Job& job) {
   if (job.walls || box) all["walls"] = job.walls.value_or("").empty() ? "none" : *job.walls;
   all["ends"] = job.periodicEnds.value_or(false) ? "periodic" : "closed";
   all["keep-all"] = job.keepAll;
-  all["hematocrit"] = optionalOf(job.hematocrit);
-  all["redCellVolume"] = optionalOf(job.redCellVolume);
-  all["hematocritVolume"] = job.fluidVolume ? "fluid" : "lumen";
-  all["method"] = cat ? "cat" : "relaxation";
-  all["builder"] = cat ? Report(nameOf(job.builder.value_or(Builder::chords))) : Report(nullptr);
-  all["escape"] = job.escape;
+  if (!cat) all["builder"] = nullptr;
   all["growth"] = cat ? growthOf(job.growth) : Report(nullptr);
   all["clearance"] = job.clearance;
   all["clearanceAskedFor"] = job.largestClearance ? "max" : job.autoClearance ? "auto" : "stated";
   all["wallClearance"] = job.wallClearance;
   all["wallClearanceAskedFor"] = job.autoWallClearance ? "auto" : "stated";
-  all["seed"] = job.seed;
-  all["rotate"] = job.rotate;
-  all["order"] = job.inColumns ? "columns" : "random";
-  all["cellFreeLayer"] = job.cellFreeLayer;
   all["maxTime"] = job.maxSeconds > 0.0 ? Report(job.maxSeconds) : Report(nullptr);
   all["maxIterations"] = job.maxIterations.value_or(Limits().maxSweeps);
-  all["bestEffort"] = job.bestEffort;
   all["tile"] = job.tiles;
-  all["realisations"] = job.realisations;
   all["export"] = job.exports;
-  all["outputDirectory"] = job.outputDirectory.string();
   all["checkpointEvery"] = job.checkpointEvery > 0.0 ? Report(job.checkpointEvery) : Report(nullptr);
-  all["stateFile"] = fileOf(job.stateFile);
   all["restart"] = fileOf(job.restart);
-  all["povScene"] = job.povScene;
-  all["vtp"] = job.vtp;
-  all["vtpMeshes"] = job.vtpMeshes;
-  all["report"] = fileOf(job.reportFile);
   return all;
 }
 

@@ -142,7 +142,7 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
   if (job.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (job.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
-                                builderText(job.builder.value_or(Builder::chords))));
+                                builderText(job.builder)));
   const Clearances most = clearanceLevels(job, scene).front();
   const auto asked = [](bool automatic, double least) {
     return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);

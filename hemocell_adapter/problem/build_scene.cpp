@@ -249,7 +249,7 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   }
   problem.container = scene.lumen.container;
   problem.method = job.method;
-  if (job.builder) problem.builder = *job.builder;
+  problem.builder = job.builder;
   problem.growth = job.growth;
   if (job.escape) {
     problem.escape.emplace();

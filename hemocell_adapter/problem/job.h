@@ -45,52 +45,21 @@ struct Job;
 /// What cells of a species keep from the wall [µm].
 double wallClearanceOf(const Job& job, const JobSpecies& species);
 
-struct Job {
+/// The settings with all that follows from them and from the case.
+struct Job : RunSettings {
   Command command = Command::pack;
   bool asPackCells = false;
   std::optional<CaseConfig> config;  ///< a case
   CaseSource source;                 ///< of a case: its C++ code
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
-  std::optional<ContainerRequest> container;
   std::vector<JobSpecies> species;
-  std::vector<RegionRequest> regions;
-
-  double dx = 0.5;  ///< [µm]
-  std::optional<double> hematocrit;
-  std::optional<double> redCellVolume;  ///< [µm³]
-  bool fluidVolume = false;
   std::optional<PreInletPlace> preInlet;
   std::optional<PreInletPlace> preInletInCode;  ///< what the code says, where another place is stated
-  std::optional<bool> periodicEnds;
-  std::optional<std::string> walls;
-  bool keepAll = false;
 
-  Method method = Method::relaxation;
-  std::optional<Builder> builder;               ///< of Method::cat
-  bool escape = false;                          ///< of Method::cat
-  GrowthSettings growth;                        ///< of Method::cat
   double clearance = 0.0, wallClearance = 0.0;  ///< demanded [µm]
   /// Not stated, so packing may keep more than is demanded (clearances.h).
   bool autoClearance = false, autoWallClearance = false;
-  bool largestClearance = false;  ///< between membranes
-  double cellFreeLayer = 0.0;     ///< of red cells [µm]
-  std::uint64_t seed = 1;
-  bool rotate = true;
-  bool inColumns = false;                     ///< the cells with most volume start in columns
-  double maxSeconds = 0.0;                    ///< 0: no limit
-  std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
-  bool bestEffort = false;
-  bool dryRun = false, validate = false;
-
-  std::array<int, 3> tiles = {1, 1, 1};
-  std::int64_t realisations = 1, firstRealisation = 1;
-  std::vector<std::string> exports;
-  std::filesystem::path outputDirectory;
-  bool povScene = false;
-  bool vtp = false, vtpMeshes = false;
-  std::optional<std::filesystem::path> reportFile;  ///< .json, or .html with a .json beside it
-  std::optional<std::filesystem::path> stateFile, restart;
-  double checkpointEvery = 0.0;                       ///< [s]; 0: only at signals and in the end
+  std::int64_t firstRealisation = 1;
   std::vector<std::string> commandWords;              ///< program and arguments, but for --restart
   std::vector<std::string> unchecked;                 ///< .pos files that `check` cannot examine
   std::vector<std::filesystem::path> foldersToCheck;  ///< `check` of realisations: each is a job of its own

@@ -13,6 +13,7 @@
 #include "hemocell_adapter/problem/job_source.h"
 #include "hemocell_adapter/problem/job_species.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
+#include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {
@@ -43,50 +44,15 @@ Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings
   return sizes;
 }
 
-template <typename T, typename U>
-void take(T& target, const std::optional<U>& value) {
-  if (value) target = *value;
-}
-
-void takeSettings(Job& job, const Settings& s) {
-  job.container = s.container;
-  job.hematocrit = s.hematocrit;
-  job.redCellVolume = s.redCellVolume;
-  job.periodicEnds = s.periodicEnds;
-  job.walls = s.walls;
-  job.maxIterations = s.maxIterations;
-  take(job.fluidVolume, s.fluidVolume);
-  take(job.keepAll, s.keepAll);
-  take(job.dx, s.dx);
-  take(job.method, s.method);
-  take(job.builder, s.builder);
-  take(job.escape, s.escape);
-  take(job.growth, s.growth);
-  take(job.clearance, s.clearance);
-  take(job.wallClearance, s.wallClearance);
-  take(job.largestClearance, s.largestClearance);
-  job.autoClearance = !s.clearance && !job.largestClearance;
-  job.autoWallClearance = !s.wallClearance;
-  take(job.cellFreeLayer, s.cellFreeLayer);
-  take(job.seed, s.seed);
-  take(job.rotate, s.rotate);
-  take(job.inColumns, s.inColumns);
-  take(job.maxSeconds, s.maxSeconds);
-  take(job.bestEffort, s.bestEffort);
-  take(job.dryRun, s.dryRun);
-  take(job.validate, s.validate);
-  take(job.outputDirectory, s.outputDirectory);
-  take(job.povScene, s.povScene);
-  take(job.vtp, s.vtp);
-  take(job.vtpMeshes, s.vtpMeshes);
-  job.reportFile = s.reportFile;
-  take(job.checkpointEvery, s.checkpointEvery);
-  job.regions = s.regions;
-  take(job.tiles, s.tiles);
-  take(job.realisations, s.realisations);
-  job.exports = s.exports;
-  job.stateFile = s.stateFile;
-  job.restart = s.restart;
+/// Takes what is asked for as it stands.
+void takeSettings(Job& job, const Settings& settings) {
+  const std::filesystem::path folder = job.config ? job.config->folder : std::filesystem::path(".");
+  static_cast<RunSettings&>(job) = settings;
+  if (job.outputDirectory.empty()) job.outputDirectory = folder;
+  job.clearance = settings.clearance.value_or(0.0);
+  job.wallClearance = settings.wallClearance.value_or(0.0);
+  job.autoClearance = !settings.clearance && !job.largestClearance;
+  job.autoWallClearance = !settings.wallClearance;
   if (!job.stateFile && (job.checkpointEvery > 0.0 || job.restart))
     job.stateFile = job.restart ? *job.restart : job.outputDirectory / "state.h5";
 }
@@ -96,6 +62,10 @@ void takeSettings(Job& job, const Settings& s) {
 void chooseEnds(Job& job) {
   const bool box = job.boxSize && !(job.container && job.container->lumen);
   if (box && !job.periodicEnds) job.periodicEnds = job.asPackCells && !job.keepAll;
+}
+
+const char* nameOf(Method method) {
+  return method == Method::cat ? "cat" : "relaxation";
 }
 
 /// Settings that have no effect where they were given are refused, not ignored.
@@ -108,22 +78,19 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   if (meshLumen && job.container->lumen->file.empty()) {
     throw UsageError("option '--open-axis' needs a --vessel");
   }
-  if (job.builder && job.method != Method::cat) {
-    if (options.builder) throw UsageError("option '--builder' is for --method cat");
-    throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
-  }
-  if (settings.growth && job.method != Method::cat) {
-    if (options.growth) throw UsageError("option '--growth' is for --method cat");
-    throw InputError(job.config->file.string() + ": <growth>: it is for <method> cat");
-  }
-  if (job.escape && job.method != Method::cat) {
-    if (options.escape) throw UsageError("option '--escape' is for --method cat");
-    throw InputError(job.config->file.string() + ": <escape>: it is for <method> cat");
+  for (const Setting& setting : settingsTable()) {
+    if (!setting.method || *setting.method == job.method || !settings.states(setting.name())) continue;
+    if (setting.flag && !std::get<bool>(*setting.get(job))) continue;
+    if (options.states(setting.name()))
+      throw UsageError(
+          fmt::format("option '--{}' is for --method {}", setting.option, nameOf(*setting.method)));
+    throw InputError(fmt::format("{}: <{}>: it is for <method> {}", job.config->file.string(), setting.name(),
+                                 nameOf(*setting.method)));
   }
   if (job.reportFile && job.reportFile->extension() != ".json" && job.reportFile->extension() != ".html") {
     const std::string reason =
         fmt::format("expected a file that ends in .json or .html, found '{}'", job.reportFile->string());
-    if (options.reportFile) throw UsageError("option '--report': " + reason);
+    if (options.states("report")) throw UsageError("option '--report': " + reason);
     throw InputError(job.config->file.string() + ": <report>: " + reason);
   }
   const bool ownBody = job.container && job.container->lumen;
@@ -131,12 +98,12 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
                                 : !job.config || !job.config->domain.geometry || job.container;
   if (job.walls && !job.walls->empty() && !boxLumen) {
     const std::string reason = "walls are chosen for boxes only; the surface of this lumen is its wall";
-    if (options.walls) throw UsageError("option '--walls': " + reason);
+    if (options.states("walls")) throw UsageError("option '--walls': " + reason);
     throw InputError(job.config->file.string() + ": <walls>: " + reason);
   }
-  if (options.tiles && (!job.boxSize || job.container || !job.periodicEnds.value_or(false)))
+  if (options.states("tile") && (!job.boxSize || job.container || !job.periodicEnds.value_or(false)))
     throw UsageError("option '--tile' is for periodic boxes: sX sY sZ --ends periodic");
-  if (options.tiles && job.method == Method::cat)
+  if (options.states("tile") && job.method == Method::cat)
     throw UsageError("option '--tile' is for the default method, not for --method cat");
   if (job.seed + std::uint64_t(job.realisations - 1) >
       std::uint64_t(std::numeric_limits<std::int64_t>::max()))
@@ -162,7 +129,7 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
 /// What is legal, but hardly meant.
 void warnOfUnits(Job& job, const Settings& options) {
   const std::string where = job.config ? job.config->domain.dxWhere : "option '--dx'";
-  if (job.config || options.dx)
+  if (job.config || options.states("dx"))
     if (const auto warning = spacingWarning(job.dx, where)) job.warnings.push_back(*warning);
   std::error_code ignored;
   if (job.config && job.config->domain.geometry && job.container && job.container->lumen &&
@@ -226,12 +193,10 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   job.asPackCells = commandLine.asPackCells;
   job.commandWords = commandLine.words;
   Settings settings;
-  job.outputDirectory = ".";
   if (commandLine.configFile) {
     job.config = readCaseConfig(*commandLine.configFile);
     job.source = readCaseSource(job.config->folder);
     settings = job.config->packing;
-    job.outputDirectory = job.config->folder;
   }
   if (commandLine.sizes) job.boxSize = boxSizes(commandLine, job.warnings);
 

@@ -1,49 +1,57 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Attributes of tags, by which they are parsed and told of.
+/// @file Attributes of tags, by which they are parsed, told of and reported.
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/settings/member_value.h"
 #include "hemocell_adapter/settings/settings.h"
 
 namespace packmesh::hemocell {
 
-/// An attribute of `<species>`.
-struct SpeciesAttribute {
-  const char* name;
+/// An attribute of a tag that becomes a T.
+template <class T>
+struct Attribute {
+  std::string name;
   ValueSpec value;
-  const char* fallback;
-  const char* help;
-  std::function<void(SpeciesRequest&, const Value&)> apply;
-};
-const std::vector<SpeciesAttribute>& speciesAttributes();
+  std::string help;
+  std::function<void(T&, const Value&)> apply;
+  std::function<std::optional<Value>(const T&)> get = {};
+  std::string fallback = {};  ///< the default, in words; "" for a body's: required
 
-/// A parameter of growth: an attribute of `<growth>`, and `--growth name value`.
-struct GrowthParameter {
-  const char* name;
-  ValueSpec value;
-  const char* fallback;
-  const char* help;
-  std::function<void(GrowthSettings&, const Value&)> apply;
-};
-const std::vector<GrowthParameter>& growthParameters();
-
-/// An attribute of a body in `<container>` or `<obstacles>`.
-struct SolidAttribute {
-  const char* name;
-  ValueSpec value;
-  const char* fallback;  ///< "": required
-  const char* help;
-  std::function<void(SolidRequest&, const Value&)> apply;
+  Attribute& byDefault(std::string words) {
+    fallback = std::move(words);
+    return *this;
+  }
+  Attribute& required() { return byDefault(""); }
 };
 
-/// `<box>`, `<cylinder>`, `<sphere>`, `<mesh>`.
+/// An attribute that is a member; its default is that of the member.
+template <class T, class M>
+Attribute<T> attribute(std::string name, M T::*member, ValueSpec value, std::string help) {
+  Attribute<T> made = {std::move(name), std::move(value), std::move(help),
+                       [member](T& target, const Value& v) { target.*member = fromValue<M>(v); },
+                       [member](const T& target) { return toValue(target.*member); }};
+  if (const auto byDefault = made.get({})) made.fallback = toText(*byDefault);
+  return made;
+}
+
+/// Of `<species>`.
+const std::vector<Attribute<SpeciesRequest>>& speciesAttributes();
+
+/// The parameters of growth: attributes of `<growth>`, and `--growth name value`.
+const std::vector<Attribute<GrowthSettings>>& growthParameters();
+
+/// `<box>`, `<cylinder>`, `<sphere>`, `<mesh>` in `<container>` or `<obstacles>`.
 struct SolidTag {
   const char* name;
   SolidRequest::Kind kind;
-  std::vector<SolidAttribute> attributes;
+  std::vector<Attribute<SolidRequest>> attributes;
 };
 const std::vector<SolidTag>& solidTags();
 

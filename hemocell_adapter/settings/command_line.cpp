@@ -36,7 +36,7 @@ struct Candidate {
 std::vector<Candidate> allCandidates() {
   std::vector<Candidate> all;
   for (const Setting& setting : settingsTable()) {
-    if (*setting.option) all.push_back({setting.option, setting.packCells, &setting, Command::pack});
+    if (!setting.option.empty()) all.push_back({setting.option, setting.packCells, &setting, Command::pack});
   }
   for (const CommandOption& option : commandOptions)
     all.push_back({option.name, option.packCells, nullptr, option.command});
@@ -179,7 +179,7 @@ class Parser {
       result_.command = Command::check;
       positionals_.erase(check);
     }
-    const bool checkBox = result_.settings().checkBox.value_or(false);
+    const bool checkBox = result_.settings().checkBox;
     const bool ownLumen = result_.settings().container.has_value();
     if (positionals_.empty()) {
       if (ownLumen) return;

@@ -40,7 +40,7 @@ void readAttributes(const XMLElement& element, const Table& table, Target& targe
   for (const auto* attribute = element.FirstAttribute(); attribute; attribute = attribute->Next()) {
     bool known = false;
     for (const auto& row : table) {
-      if (std::string(row.name) != attribute->Name()) continue;
+      if (row.name != attribute->Name()) continue;
       known = true;
       try {
         row.apply(target, parseValue(row.value, attribute->Value()));
@@ -55,8 +55,9 @@ void readAttributes(const XMLElement& element, const Table& table, Target& targe
   }
 }
 
-void require(const XMLElement& element, const char* attribute, const ValueSpec& spec, const fs::path& file) {
-  if (element.Attribute(attribute)) return;
+void require(const XMLElement& element, const std::string& attribute, const ValueSpec& spec,
+             const fs::path& file) {
+  if (element.Attribute(attribute.c_str())) return;
   throw InputError(fmt::format("{}: the attribute {} is missing; expected {}", placeOf(element, file),
                                attribute, expectation(spec)));
 }
@@ -113,8 +114,8 @@ SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>
     SolidRequest solid;
     solid.kind = tag.kind;
     solid.where = placeOf(element, file);
-    for (const SolidAttribute& attribute : tag.attributes) {
-      if (!*attribute.fallback) require(element, attribute.name, attribute.value, file);
+    for (const auto& attribute : tag.attributes) {
+      if (attribute.fallback.empty()) require(element, attribute.name, attribute.value, file);
     }
     refuseContent(element, file);
     readAttributes(element, tag.attributes, solid, file);
@@ -180,15 +181,10 @@ std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSp
 }
 
 RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
-  struct Attribute {
-    const char* name;
-    ValueSpec value;
-    std::function<void(RegionRequest&, const Value&)> apply;
-  };
   ValueSpec fraction = specs::hematocrit();
   fraction.lowExcluded = false;
-  const std::vector<Attribute> attributes = {
-      {"hematocrit", fraction, [](RegionRequest& r, const Value& v) { r.hematocrit = std::get<double>(v); }}};
+  const std::vector<Attribute<RegionRequest>> attributes = {
+      attribute("hematocrit", &RegionRequest::hematocrit, fraction, "of the region")};
   RegionRequest region;
   require(element, "hematocrit", fraction, file);
   readAttributes(element, attributes, region, file);
@@ -208,7 +204,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   std::unordered_set<std::string> named;  // species
   std::vector<std::string> known = {"species", "container", "growth", "region"};
   for (const Setting& setting : settingsTable()) {
-    if (*setting.tag) known.emplace_back(setting.tag);
+    if (!setting.tag.empty()) known.push_back(setting.tag);
   }
   refuseText(packing, file);
   refuseAttributes(packing, file, [&](const char* name, const char* value) {
@@ -234,7 +230,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     }
     const Setting* found = nullptr;
     for (const Setting& setting : settingsTable()) {
-      if (*setting.tag && name == setting.tag) found = &setting;
+      if (!setting.tag.empty() && name == setting.tag) found = &setting;
     }
     if (!found || !found->repeats) onlyChild(packing, child->Name(), file);
     if (name == "container") {
@@ -243,7 +239,8 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     }
     if (name == "growth") {
       refuseContent(*child, file);
-      readAttributes(*child, growthParameters(), settings.growth.emplace(), file);
+      readAttributes(*child, growthParameters(), settings.growth, file);
+      settings.stated.insert("growth");
       continue;
     }
     if (!found) {
@@ -258,7 +255,8 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     if (name == "fixed" || name == "start") named.insert(settings.species.back().name);
   }
   if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
-  if (settings.outputDirectory) *settings.outputDirectory = file.parent_path() / *settings.outputDirectory;
+  if (!settings.outputDirectory.empty())
+    settings.outputDirectory = file.parent_path() / settings.outputDirectory;
   return settings;
 }
 

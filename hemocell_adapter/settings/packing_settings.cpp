@@ -1,32 +1,28 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/settings/packing_settings.h"
-
+// How cells are packed, and when to give up.
 #include <fmt/format.h>
-
-#include <algorithm>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
+#include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {
+namespace {
 
 using namespace specs;
 
-namespace {
-
 std::vector<std::string> growthNames() {
   std::vector<std::string> names;
-  for (const GrowthParameter& parameter : growthParameters()) names.emplace_back(parameter.name);
+  for (const Attribute<GrowthSettings>& parameter : growthParameters()) names.emplace_back(parameter.name);
   return names;
 }
 
 void setGrowth(Settings& settings, const std::string& name, const std::string& value) {
-  for (const GrowthParameter& parameter : growthParameters()) {
+  for (const Attribute<GrowthSettings>& parameter : growthParameters()) {
     if (parameter.name != name) continue;
-    if (!settings.growth) settings.growth.emplace();
     try {
-      parameter.apply(*settings.growth, parseValue(parameter.value, value));
+      parameter.apply(settings.growth, parseValue(parameter.value, value));
     } catch (const InputError& error) {
       throw UsageError(fmt::format("option '--growth' {}: {}", name, error.what()));
     }
@@ -35,362 +31,86 @@ void setGrowth(Settings& settings, const std::string& name, const std::string& v
 
 }  // namespace
 
-std::vector<Setting> packingSettings() {
+std::vector<Setting> methodSettings() {
+  using R = RunSettings;
   return {
-      {"method",
-       0,
-       "method",
-       false,
-       {choice("name", {"relaxation", "cat"})},
-       "relaxation",
-       "push full-size cells apart, or grow small ones in cells of the chordal axis transform",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) {
-         s.method = text(v[0]) == "cat" ? Method::cat : Method::relaxation;
-       }},
-      {"builder",
-       0,
-       "builder",
-       false,
-       {choice("name", {"chords", "tetgen", "cat-faces"})},
-       "chords",
-       "with --method cat: where the planes between cells come from",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) {
-         s.builder = text(v[0]) == "tetgen"      ? Builder::tetgen
-                     : text(v[0]) == "cat-faces" ? Builder::catFaces
-                                                 : Builder::chords;
-       }},
-      {"escape",
-       0,
-       "escape",
-       true,
-       {flag()},
-       "no",
-       "with --method cat: cells that stay small change places and grow into their neighbours' gaps",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { s.escape = yes(v[0]); }},
-      {"stock",
-       0,
-       "",
-       false,
-       {name(), count()},
-       "0",
-       "with --escape: so many more of that cell may fill gaps",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); }},
-      {"growth",
-       0,
-       "",
-       false,
-       {choice("parameter", growthNames()), plain(Kind::text, "value")},
-       "",
-       "with --method cat: an attribute of <growth> (--reference lists them)",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); }},
-      {"clearance",
-       0,
-       "clearance",
-       false,
-       {clearance({"auto", "max"})},
-       "auto",
-       "least gap between membranes; auto: a tenth of dx, or as much of it as the hematocrit allows; max: "
-       "the "
-       "largest that is found within --max-time, or 60 s",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) {
-         s.clearance = numberIn(v[0]);
-         s.largestClearance = isWord(v[0], "max");
-       }},
-      {"wall-clearance",
-       0,
-       "wallClearance",
-       false,
-       {clearance({"auto"})},
-       "auto",
-       "least gap between membrane and wall; auto: dx, or as much of it as the hematocrit allows",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { s.wallClearance = numberIn(v[0]); }},
-      {"cell-free-layer",
-       0,
-       "cellFreeLayer",
-       false,
-       {clearance()},
-       "none",
-       "red cells keep this far from the wall",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { s.cellFreeLayer = real(v[0]); }},
-      {"seed",
-       0,
-       "seed",
-       false,
-       {seed()},
-       "1",
-       "another seed, another packing; same seed, same bytes",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { s.seed = std::uint64_t(whole(v[0])); }},
-      {"noRotate",
-       0,
-       "",
-       true,
-       {flag()},
-       "no",
-       "keep every orientation at 0 0 0 (thin axis y)",
-       Topic::packing,
-       true,
-       [](Settings& s, const Values& v) { s.rotate = !yes(v[0]); }},
-      {"",
-       0,
-       "rotate",
-       false,
-       {flag()},
-       "true",
-       "false keeps every orientation at 0 0 0 (thin axis y)",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { s.rotate = yes(v[0]); }},
-      {"order",
-       0,
-       "order",
-       false,
-       {choice("kind", {"random", "columns"})},
-       "random",
-       "columns: the cells with most volume stand in columns, like rolls of coins, where no random packing "
-       "is as "
-       "dense; in periodic boxes",
-       Topic::packing,
-       false,
-       [](Settings& s, const Values& v) { s.inColumns = text(v[0]) == "columns"; }},
-      {"max-time",
-       0,
-       "maxTime",
-       false,
-       {number("s", "s", 0, true, 1e9)},
-       "no limit",
-       "give up after this time; when not all cells fit at once, fewer are packed first, which may take as "
-       "long "
-       "again. Then "
-       "the run ends within 5 s, or 2 s for every 100,000 cells if that is more",
-       Topic::limits,
-       false,
-       [](Settings& s, const Values& v) { s.maxSeconds = real(v[0]); }},
-      {"max-iterations",
-       0,
-       "maxIterations",
-       false,
-       {integer("n", "sweeps", 1, 1e15)},
-       "100000",
-       "give up after so many relaxation sweeps or iterations of growth (the search for the densest packing "
-       "takes "
-       "more)",
-       Topic::limits,
-       false,
-       [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},
-      {"maxiter",
-       0,
-       "",
-       false,
-       {integer("n", "sweeps", 1, 1e15)},
-       "",
-       "packCells' name of --max-iterations",
-       Topic::limits,
-       true,
-       [](Settings& s, const Values& v) { s.maxIterations = whole(v[0]); }},
-      {"best-effort",
-       0,
-       "bestEffort",
-       true,
-       {flag()},
-       "no",
-       "out of reach? write the densest certified packing that was found",
-       Topic::limits,
-       false,
-       [](Settings& s, const Values& v) { s.bestEffort = yes(v[0]); }},
-      {"dry-run",
-       0,
-       "",
-       true,
-       {flag()},
-       "no",
-       "pack nothing: tell volumes, numbers, memory, time, and whether the hematocrit is within reach",
-       Topic::limits,
-       false,
-       [](Settings& s, const Values& v) { s.dryRun = yes(v[0]); }},
-      {"validate",
-       0,
-       "",
-       true,
-       {flag()},
-       "no",
-       "pack nothing: only read all there is to read and say what is wrong",
-       Topic::limits,
-       false,
-       [](Settings& s, const Values& v) { s.validate = yes(v[0]); }},
-      {"output-dir",
-       0,
-       "outputDirectory",
-       false,
-       {plain(Kind::text, "folder")},
-       "of config.xml; without one the working directory",
-       "where the .pos files are written (check: read)",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.outputDirectory = text(v[0]); }},
-      {"realisations",
-       0,
-       "realisations",
-       false,
-       {integer("n", "", 1, 1e4)},
-       "1",
-       "so many packings, with the seeds from --seed on, in folders realisation_1, realisation_2 ...",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.realisations = whole(v[0]); }},
-      {"tile",
-       0,
-       "",
-       false,
-       {integer("nx", "", 1, 1e4), integer("ny", "", 1, 1e4), integer("nz", "", 1, 1e4)},
-       "",
-       "repeat the periodic box so many times along each axis, in a larger box",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) {
-         s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
-       }},
-      {"export",
-       0,
-       "export",
-       false,
-       {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
-       "",
-       "write the cells for other programs, too: cells.csv, cells.lammps, <Cell>.com_q.txt",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) {
-         if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
-           s.exports.push_back(text(v[0]));
-       },
-       true},
-      {"checkpoint-every",
-       0,
-       "checkpointEvery",
-       false,
-       {number("s", "s", 0, true, 1e9)},
-       "only at signals and in the end, with --state",
-       "save the state of the run so often, to go on after an interruption",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.checkpointEvery = real(v[0]); }},
-      {"state",
-       0,
-       "stateFile",
-       false,
-       {file()},
-       "state.h5 where the .pos files go, with --checkpoint-every",
-       "where the state is saved: also at SIGUSR1, when interrupted, and in the end",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.stateFile = text(v[0]); }},
-      {"restart",
-       0,
-       "",
-       false,
-       {file()},
-       "",
-       "go on from a saved state; alone: with the command that began the run",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.restart = text(v[0]); }},
-      {"pov",
-       0,
-       "povScene",
-       true,
-       {flag()},
-       "no",
-       "write cells.pov, a scene for POV-Ray",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.povScene = yes(v[0]); }},
-      {"vtp",
-       0,
-       "vtp",
-       true,
-       {flag()},
-       "no",
-       "write <Cell>.vtp, the cells as points with what is measured of each, and their meshes, for ParaView",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.vtp = yes(v[0]); }},
-      {"vtp-meshes",
-       0,
-       "vtpMeshes",
-       true,
-       {flag()},
-       "no",
-       "write <Cell>_cells.vtp, all membranes (some 65 kB for each red cell)",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.vtpMeshes = yes(v[0]); }},
-      {"report",
-       0,
-       "report",
-       false,
-       {file()},
-       "",
-       "write a report: file.json for programs, file.html for people (with file.json beside it)",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.reportFile = text(v[0]); }},
-      {"quiet",
-       0,
-       "",
-       true,
-       {flag()},
-       "no",
-       "only warnings and errors",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.quiet = yes(v[0]); }},
-      {"verbose",
-       0,
-       "",
-       true,
-       {flag()},
-       "no",
-       "progress, and every fault a check finds",
-       Topic::output,
-       false,
-       [](Settings& s, const Values& v) { s.verbose = yes(v[0]); }},
-      {"allowRotate",
-       'r',
-       "",
-       true,
-       {flag()},
-       "",
-       "orientations are random by default",
-       Topic::ignored,
-       true,
-       [](Settings&, const Values&) {}},
-      {"scale",
-       's',
-       "",
-       false,
-       {number("s", "", 0, false, 1e9)},
-       "",
-       "packCells' neighbour grid; there is none here",
-       Topic::ignored,
-       true,
-       [](Settings& s, const Values& v) { s.ignoredScale = real(v[0]); }},
+      choiceSetting("method", &R::method, "name", {{"relaxation", Method::relaxation}, {"cat", Method::cat}},
+                    "push full-size cells apart, or grow small ones in cells of the chordal axis transform"),
+      choiceSetting(
+          "builder", &R::builder, "name",
+          {{"chords", Builder::chords}, {"tetgen", Builder::tetgen}, {"cat-faces", Builder::catFaces}},
+          "with --method cat: where the planes between cells come from")
+          .onlyFor(Method::cat),
+      flagSetting("escape", &R::escape,
+                  "with --method cat: cells that stay small change places and grow into their neighbours' "
+                  "gaps")
+          .onlyFor(Method::cat),
+      setting("stock", {name(), count()}, "with --escape: so many more of that cell may fill gaps",
+              [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
+          .byDefault("0"),
+      setting("growth", {choice("parameter", growthNames()), plain(Kind::text, "value")},
+              "with --method cat: an attribute of <growth> (--reference lists them)",
+              [](Settings& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); })
+          .onlyFor(Method::cat),
+      setting("clearance", {clearance({"auto", "max"})},
+              "least gap between membranes; auto: a tenth of dx, or as much of it as the hematocrit allows; "
+              "max: the largest that is found within --max-time, or 60 s",
+              [](Settings& s, const Values& v) {
+                s.clearance = numberIn(v[0]);
+                s.largestClearance = isWord(v[0], "max");
+              })
+          .byDefault("auto")
+          .withTag("clearance"),
+      setting("wall-clearance", {clearance({"auto"})},
+              "least gap between membrane and wall; auto: dx, or as much of it as the hematocrit allows",
+              [](Settings& s, const Values& v) { s.wallClearance = numberIn(v[0]); })
+          .byDefault("auto")
+          .withTag("wallClearance"),
+      setting("cell-free-layer", &R::cellFreeLayer, clearance(), "red cells keep this far from the wall")
+          .byDefault("none"),
+      setting("seed", &R::seed, seed(), "another seed, another packing; same seed, same bytes"),
+      [] {
+        Setting no = setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (thin axis y)",
+                             [](Settings& s, const Values& v) { s.rotate = !yes(v[0]); })
+                         .byDefault("no")
+                         .alsoOfPackCells();
+        no.flag = true;
+        return no;
+      }(),
+      flagSetting("", &R::rotate, "no keeps every orientation at 0 0 0 (thin axis y)").withTag("rotate"),
+      choiceSetting("order", &R::inColumns, "kind", {{"random", false}, {"columns", true}},
+                    "columns: the cells with most volume stand in columns, like rolls of coins, where no "
+                    "random packing is as dense; in periodic boxes"),
+  };
+}
+
+std::vector<Setting> limitSettings() {
+  using R = RunSettings;
+  const ValueSpec sweeps = integer("n", "sweeps", 1, 1e15);
+  return {
+      setting("max-time", &R::maxSeconds, number("s", "s", 0, true, 1e9),
+              "give up after this time; when not all cells fit at once, fewer are packed first, which may "
+              "take as long again. Then the run ends within 5 s, or 2 s for every 100,000 cells if that is "
+              "more")
+          .byDefault("no limit"),
+      setting("max-iterations", &R::maxIterations, sweeps,
+              "give up after so many relaxation sweeps or iterations of growth (the search for the densest "
+              "packing takes more)")
+          .byDefault("100000"),
+      setting("maxiter", &R::maxIterations, sweeps, "packCells' name of --max-iterations")
+          .withoutTag()
+          .alsoOfPackCells(),
+      flagSetting("best-effort", &R::bestEffort,
+                  "out of reach? write the densest certified packing that was found"),
+      flagSetting("dry-run", &R::dryRun,
+                  "pack nothing: tell volumes, numbers, memory, time, and whether the hematocrit is within "
+                  "reach")
+          .withoutTag()
+          .notForCheck(),
+      flagSetting("validate", &R::validate,
+                  "pack nothing: only read all there is to read and say what is wrong")
+          .withoutTag()
+          .notForCheck(),
   };
 }
 

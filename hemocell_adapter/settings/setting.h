@@ -1,32 +1,126 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What is known of an option and its tag.
+/// @file What is known of a setting: everything else follows from it.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/settings/member_value.h"
 #include "hemocell_adapter/settings/settings.h"
 
 namespace packmesh::hemocell {
 
 enum class Topic { cells, lumen, packing, limits, output, ignored };
 
-/// A setting, its option and its tag (either may be empty).
+/// A setting: its option and its tag (either may be empty), the values that they take, and where these go.
+///
+/// Parsing, ranges, messages, `--help`, the manual page, completion, the reference and the configuration in
+/// reports follow from it.
 struct Setting {
-  const char* option;  ///< without dashes
-  char letter;         ///< short option, 0: none
-  const char* tag;     ///< child of `<packing>`
-  bool flag;           ///< as an option it needs no value; `values` is one boolean
+  std::string option;  ///< without dashes
+  std::string tag;     ///< child of `<packing>`
   std::vector<ValueSpec> values;
-  const char* fallback;  ///< the default, in words
-  const char* help;
-  Topic topic;
-  bool packCells;  ///< packCells has it too: its prefixes come first
-  std::function<void(Settings&, const std::vector<Value>&)> apply;
-  bool repeats = false;      ///< the tag may stand there several times
-  bool packingOnly = false;  ///< `check` refuses the option
+  std::string help;
+  std::function<void(Settings&, const std::vector<Value>&)> store;
+  /// What the settings have, where that is one value; the function is empty where it is not.
+  std::function<std::optional<Value>(const RunSettings&)> get = {};
+  std::string fallback = {};  ///< the default, in words
+  Topic topic = Topic::cells;
+  char letter = 0;                    ///< short option, 0: none
+  bool flag = false;                  ///< as an option it needs no value; `values` is one boolean
+  bool packCells = false;             ///< packCells has it too: its prefixes come first
+  bool repeats = false;               ///< the tag may stand there several times
+  bool packingOnly = false;           ///< `check` refuses the option
+  std::optional<Method> method = {};  ///< the only one that it is for
+
+  const std::string& name() const { return option.empty() ? tag : option; }
+  void apply(Settings& settings, const std::vector<Value>& given) const {
+    store(settings, given);
+    settings.stated.insert(name());
+  }
+
+  Setting& byDefault(std::string words) {
+    fallback = std::move(words);
+    return *this;
+  }
+  Setting& withTag(std::string name) {
+    tag = std::move(name);
+    return *this;
+  }
+  Setting& withoutTag() { return withTag(""); }
+  Setting& withLetter(char shortOption) {
+    letter = shortOption;
+    return *this;
+  }
+  Setting& alsoOfPackCells() {
+    packCells = true;
+    return *this;
+  }
+  Setting& mayRepeat() {
+    repeats = true;
+    return *this;
+  }
+  /// Options that say how to pack what check would find packed are let be, so that a command can be repeated
+  /// with `check`; these ask for something that check does not do.
+  Setting& notForCheck() {
+    packingOnly = true;
+    return *this;
+  }
+  Setting& onlyFor(Method one) {
+    method = one;
+    return *this;
+  }
 };
+
+/// "maxTime" for "max-time".
+std::string tagOf(const std::string& option);
+
+/// A setting of one or more values that go where `store` puts them; without a tag.
+inline Setting setting(std::string option, std::vector<ValueSpec> values, std::string help,
+                       std::function<void(Settings&, const std::vector<Value>&)> store) {
+  return {std::move(option), "", std::move(values), std::move(help), std::move(store)};
+}
+
+/// A setting that is a member, with an option and a tag; its default is that of the member.
+template <class T>
+Setting setting(const std::string& option, T RunSettings::*member, ValueSpec value, std::string help) {
+  Setting made = setting(option, {std::move(value)}, std::move(help),
+                         [member](Settings& s, const auto& v) { s.*member = fromValue<T>(v[0]); });
+  made.tag = tagOf(option);
+  made.get = [member](const RunSettings& s) { return toValue(s.*member); };
+  if (const auto byDefault = made.get({})) made.fallback = toText(*byDefault);
+  return made;
+}
+
+/// A member that the option sets.
+Setting flagSetting(const std::string& option, bool RunSettings::*member, std::string help);
+
+/// A member that is one of some named values.
+template <class T>
+Setting choiceSetting(const std::string& option, T RunSettings::*member, const char* placeholder,
+                      std::vector<std::pair<const char*, T>> choices, std::string help) {
+  ValueSpec spec;
+  spec.kind = Kind::choice;
+  spec.placeholder = placeholder;
+  for (const auto& [name, value] : choices) spec.choices.emplace_back(name);
+  Setting made = setting(option, {spec}, std::move(help), [member, choices](Settings& s, const auto& v) {
+    for (const auto& [name, value] : choices)
+      if (std::get<std::string>(v[0]) == name) s.*member = value;
+  });
+  made.tag = tagOf(option);
+  made.get = [member, choices](const RunSettings& s) -> std::optional<Value> {
+    for (const auto& [name, value] : choices)
+      if (s.*member == value) return std::string(name);
+    return {};
+  };
+  made.fallback = toText(*made.get({}));
+  return made;
+}
 
 }  // namespace packmesh::hemocell

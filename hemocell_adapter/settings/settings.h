@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -65,48 +66,56 @@ struct RegionRequest {
   SolidRequest body;
 };
 
-/// Everything that can be asked for; empty: the default applies.
-struct Settings {
+/// What is asked for and holds as it stands; members begin with their defaults.
+struct RunSettings {
   std::optional<double> hematocrit;
-  std::optional<double> plateletRatio;
   std::optional<double> redCellVolume;  ///< volume by which red cells are counted [µm³]; empty: of the mesh
-  std::optional<bool> fluidVolume;      ///< hematocrit of the fluid-node volume instead of the true lumen
-  std::vector<SpeciesRequest> species;
+  bool fluidVolume = false;             ///< hematocrit of the fluid-node volume instead of the true lumen
   std::optional<ContainerRequest> container;
-  std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
-  std::optional<NodePlane> preInletSlice;
-  std::vector<NodeRange> preInletRanges;  ///< what of that plane is the inlet; one for each axis
-  std::vector<RegionRequest> regions;     ///< a point belongs to the first one that it is in
-  std::optional<double> cellFreeLayer;    ///< red cells keep this far from the wall [µm]
-  std::optional<std::array<int, 3>> tiles;
-  std::vector<std::string> exports;
-  std::optional<std::int64_t> realisations;
-
-  std::optional<Method> method;
-  std::optional<Builder> builder;
-  std::optional<bool> escape;
-  std::optional<GrowthSettings> growth;
-  std::optional<double> clearance, wallClearance;  ///< [µm]; empty: as much as is cheap
-  std::optional<bool> largestClearance;            ///< as much between membranes as can be found
-  std::optional<bool> rotate;
-  std::optional<bool> inColumns;
-  std::optional<std::uint64_t> seed;
+  std::vector<RegionRequest> regions;  ///< a point belongs to the first one that it is in
+  double cellFreeLayer = 0.0;          ///< red cells keep this far from the wall [µm]
   std::optional<bool> periodicEnds;
   std::optional<std::string> walls;  ///< sorted letters of the axes that end in walls
-  std::optional<double> dx;          ///< [µm], box mode
-  std::optional<bool> keepAll;
+  bool keepAll = false;
+  double dx = 0.5;  ///< [µm]; with a case, that of its XML
+  std::array<int, 3> tiles = {1, 1, 1};
 
-  std::optional<double> maxSeconds;
-  std::optional<std::int64_t> maxIterations;
-  std::optional<bool> bestEffort;
-  std::optional<std::filesystem::path> outputDirectory;
+  Method method = Method::relaxation;
+  Builder builder = Builder::chords;  ///< of Method::cat
+  bool escape = false;                ///< of Method::cat
+  GrowthSettings growth;              ///< of Method::cat
+  bool largestClearance = false;      ///< as much between membranes as can be found
+  std::uint64_t seed = 1;
+  bool rotate = true;
+  bool inColumns = false;                     ///< the cells with most volume start in columns
+  double maxSeconds = 0.0;                    ///< 0: no limit
+  std::optional<std::int64_t> maxIterations;  ///< empty: the method's own
+  bool bestEffort = false;
+  bool dryRun = false, validate = false;  ///< say what would be done; only check the input
+
+  std::int64_t realisations = 1;
+  std::vector<std::string> exports;
+  std::filesystem::path outputDirectory;  ///< empty: where the case is, or the working directory
   std::optional<std::filesystem::path> stateFile, restart;
-  std::optional<double> checkpointEvery;  ///< [s]
-  std::optional<bool> povScene, vtp, vtpMeshes, quiet, verbose;
-  std::optional<std::filesystem::path> reportFile;
-  std::optional<bool> dryRun, validate;  ///< say what would be done; only check the input
-  std::optional<double> ignoredScale;    ///< packCells' --scale was given
-  std::optional<bool> checkBox;          ///< `check --box`
+  double checkpointEvery = 0.0;  ///< [s]; 0: only at signals and in the end
+  bool povScene = false, vtp = false, vtpMeshes = false;
+  std::optional<std::filesystem::path> reportFile;  ///< .json, or .html with a .json beside it
+  bool quiet = false, verbose = false;
+};
+
+/// Everything that can be asked for.
+struct Settings : RunSettings {
+  std::optional<double> plateletRatio;
+  std::vector<SpeciesRequest> species;
+  std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
+  std::optional<NodePlane> preInletSlice;
+  std::vector<NodeRange> preInletRanges;           ///< what of that plane is the inlet; one for each axis
+  std::optional<double> clearance, wallClearance;  ///< [µm]; empty: as much as is cheap
+  std::optional<double> ignoredScale;              ///< packCells' --scale was given
+  bool checkBox = false;                           ///< `check --box`
+
+  std::set<std::string> stated;  ///< names of the settings (Setting::name()) that someone asked for
+  bool states(const std::string& name) const { return stated.count(name) > 0; }
 };
 
 /// Names of the formats that cells can be exported in.

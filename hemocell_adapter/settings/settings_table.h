@@ -3,8 +3,6 @@
 /// error messages, `--help` and the reference.
 #pragma once
 
-#include <functional>
-#include <string>
 #include <vector>
 
 #include "hemocell_adapter/settings/setting.h"

@@ -85,7 +85,7 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.maxSeconds == 60.0);
   CHECK(s.maxIterations == 10000);
   CHECK(s.bestEffort == true);
-  CHECK(*s.outputDirectory == config.folder / "out");
+  CHECK(s.outputDirectory == config.folder / "out");
   REQUIRE(s.species.size() == 6);
   CHECK(s.species[0].construction == Construction::rbcFromSphere);
   CHECK(s.species[0].minimumDistanceFromSolid == 1);
@@ -94,11 +94,11 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.species[3].stock == 3);
   CHECK(*s.species[4].meshFile == config.folder / "odd.stl");
   CHECK(s.species[5].ellipsoidAxes == Vec3(1, 2, 3));
-  REQUIRE(s.growth);
-  CHECK(s.growth->padding == 0.5);
-  CHECK(s.growth->barriers == std::vector<double>{0.5, 1.0});
-  CHECK(s.growth->maxIterations == 7);
-  CHECK_FALSE(s.growth->centring);
+  REQUIRE(s.states("growth"));
+  CHECK(s.growth.padding == 0.5);
+  CHECK(s.growth.barriers == std::vector<double>{0.5, 1.0});
+  CHECK(s.growth.maxIterations == 7);
+  CHECK_FALSE(s.growth.centring);
   REQUIRE(s.container);
   CHECK(s.container->lumen->size == Vec3(50, 40, 30));
   CHECK(s.container->lumen->origin == Vec3(1, 2, 3));

@@ -85,13 +85,13 @@ TEST_CASE("the configuration in a report has every tag", "[report]") {
   job.boxSize = Vec3(20, 20, 20);
   const Report all = configurationOf(job);
   for (const Setting& setting : settingsTable())
-    if (*setting.tag) {
+    if (!setting.tag.empty()) {
       INFO(setting.tag);
       CHECK(all.contains(setting.tag));
     }
   CHECK(all["walls"] == "none");
   CHECK(all["ends"] == "closed");
-  for (const GrowthParameter& parameter : growthParameters()) {
+  for (const auto& parameter : growthParameters()) {
     job.method = Method::cat;
     INFO(parameter.name);
     CHECK(configurationOf(job)["growth"].contains(parameter.name));

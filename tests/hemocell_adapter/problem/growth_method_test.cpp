@@ -69,7 +69,7 @@ TEST_CASE("the executable passes on the parameters of growth", "[executable]") {
   };
   const std::string plain = posOf("");
   // Each of them changes the packing; the values of a table's fallbacks do not.
-  for (const GrowthParameter& parameter : growthParameters()) {
+  for (const auto& parameter : growthParameters()) {
     CAPTURE(parameter.name);
     CHECK(posOf(fmt::format("--growth {} '{}'", parameter.name, parameter.fallback)) == plain);
   }

@@ -57,7 +57,7 @@ TEST_CASE("every option of packCells", "[command_line]") {
 }
 
 TEST_CASE("methods and builders", "[command_line]") {
-  CHECK(!parse("9 9 9 --rbc 1").settings().method);
+  CHECK(!parse("9 9 9 --rbc 1").settings().states("method"));
   CHECK(parse("9 9 9 --rbc 1 --method cat").settings().method == packmesh::Method::cat);
   CHECK(parse("9 9 9 --rbc 1 --method=relaxation").settings().method == packmesh::Method::relaxation);
   CHECK(parse("9 9 9 --rbc 1 --builder chords").settings().builder == packmesh::Builder::chords);
@@ -134,29 +134,28 @@ TEST_CASE("errors of the command line teach", "[command_line]") {
 TEST_CASE("help and reference list everything", "[command_line]") {
   const std::string help = helpText(false), reference = referenceText();
   for (const Setting& setting : settingsTable()) {
-    if (*setting.option) CHECK_THAT(help, Contains(std::string("--") + setting.option));
-    if (*setting.tag) CHECK_THAT(reference, Contains(std::string("<") + setting.tag + ">"));
+    if (!setting.option.empty()) CHECK_THAT(help, Contains("--" + setting.option));
+    if (!setting.tag.empty()) CHECK_THAT(reference, Contains("<" + setting.tag + ">"));
   }
-  for (const SpeciesAttribute& attribute : speciesAttributes())
-    CHECK_THAT(reference, Contains(attribute.name));
+  for (const auto& attribute : speciesAttributes()) CHECK_THAT(reference, Contains(attribute.name));
   CHECK_THAT(help, Contains("Exit codes"));
 }
 
 TEST_CASE("no two settings share a name", "[command_line]") {
   std::vector<std::string> names;
   for (const Setting& setting : settingsTable()) {
-    for (const std::string& name : {std::string("--") + setting.option, std::string("<") + setting.tag}) {
+    for (const std::string& name : {"--" + setting.option, "<" + setting.tag}) {
       if (name.size() > 2) {
         CAPTURE(name);
         CHECK(std::find(names.begin(), names.end(), name) == names.end());
         names.push_back(name);
       }
     }
-    CHECK((*setting.option || *setting.tag));
+    CHECK((!setting.option.empty() || !setting.tag.empty()));
     CHECK((!setting.flag || (setting.values.size() == 1 && setting.values[0].kind == Kind::boolean)));
     // The values of a tag that has several are words between blanks.
     for (const ValueSpec& value : setting.values)
-      CHECK((!*setting.tag || setting.values.size() == 1 || value.kind == Kind::axis ||
+      CHECK((setting.tag.empty() || setting.values.size() == 1 || value.kind == Kind::axis ||
              value.kind == Kind::plane));
   }
 }

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Into what cells are packed.
+#include <algorithm>
+
+#include "hemocell_adapter/settings/setting_groups.h"
+#include "hemocell_adapter/settings/value_specs.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+using namespace specs;
+
+SolidRequest& commandLineSolid(Settings& s, SolidRequest::Kind kind, const char* option) {
+  if (!s.container) s.container.emplace();
+  SolidRequest& solid = s.container->lumen.emplace();
+  solid.kind = kind;
+  solid.where = std::string("option '--") + option + "'";
+  return solid;
+}
+
+void setCylinder(Settings& s, const Values& v) {
+  SolidRequest& solid = commandLineSolid(s, SolidRequest::Kind::cylinder, "cylinder");
+  solid.axis = int(whole(v[0]));
+  solid.radius = real(v[1]);
+  solid.length = real(v[2]);
+}
+
+void setVessel(Settings& s, const Values& v) {
+  SolidRequest& solid = commandLineSolid(s, SolidRequest::Kind::mesh, "vessel");
+  solid.file = text(v[0]);
+  solid.scale = real(v[1]);
+}
+
+void setOpenAxis(Settings& s, const Values& v) {
+  if (!s.container) s.container.emplace();
+  if (!s.container->lumen) commandLineSolid(s, SolidRequest::Kind::mesh, "open-axis");
+  s.container->lumen->openAxis = int(whole(v[0]));
+}
+
+void setPreInletRange(Settings& s, const Values& v) {
+  const NodeRange range{int(whole(v[0])), whole(v[1]), whole(v[2])};
+  auto& all = s.preInletRanges;
+  all.erase(std::remove_if(all.begin(), all.end(), [&](const NodeRange& r) { return r.axis == range.axis; }),
+            all.end());
+  all.push_back(range);
+}
+
+}  // namespace
+
+std::vector<Setting> lumenSettings() {
+  using R = RunSettings;
+  const ValueSpec axis = plain(Kind::axis, "axis");
+  return {
+      setting("cylinder", {axis, length("radius"), length("length")},
+              "a round tube instead of sizes or a case's geometry, low corner at the origin", setCylinder),
+      setting("sphere", {length("radius")}, "a sphere, low corner at the origin",
+              [](Settings& s, const Values& v) {
+                commandLineSolid(s, SolidRequest::Kind::sphere, "sphere").radius = real(v[0]);
+              }),
+      setting("vessel", {file(), meshScale()},
+              "any watertight mesh; coordinates times factor are µm of the .pos files", setVessel),
+      setting("open-axis", {axis}, "the --vessel is open along this axis (flat caps at both ends)",
+              setOpenAxis)
+          .byDefault("closed all around"),
+      setting("walls", &R::walls, plain(Kind::axes, "axes"),
+              "axes (xyz, or none) along which a box ends in walls")
+          .byDefault("none for a box from the command line"),
+      setting("ends", {choice("kind", {"closed", "periodic"})},
+              "open ends of a vessel, faces of a box: cells stay inside, where HemoCell keeps them, or wrap "
+              "around",
+              [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
+          .byDefault("closed; periodic for a box under the name packCells")
+          .withTag("ends"),
+      setting("pre-inlet", {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
+              "pack the inlet of a case with a <preInlet>: the direction in its C++ code (Direction::Xpos)",
+              [](Settings& s, const Values& v) { s.preInlet = text(v[0]); })
+          .byDefault("of the C++ code beside config.xml")
+          .withTag("preInlet"),
+      setting("pre-inlet-slice", {plain(Kind::plane, "n")},
+              "plane of nodes that the case passes to preInletFromSlice: 101, last, last-5",
+              [](Settings& s, const Values& v) { s.preInletSlice = whole(v[0]); })
+          .byDefault("of the C++ code, or the outermost with fluid")
+          .withTag("preInletSlice"),
+      setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
+              "nodes of that plane which the inlet is made of, where it has several outlines: y 0 42",
+              setPreInletRange)
+          .byDefault("of the C++ code, or all of the plane")
+          .withTag("preInletRange")
+          .mayRepeat(),
+      flagSetting("keep-all", &R::keepAll,
+                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all; packMesh's "
+                  "default")
+          .withoutTag(),
+      setting("dx", &R::dx, number("dx", "µm", 0, true, 100),
+              "lattice spacing of the simulation, without a config.xml")
+          .withoutTag(),
+      [] {
+        Setting box = setting("box", {flag()}, "with check: the .pos files of a box, not of a case",
+                              [](Settings& s, const Values& v) { s.checkBox = yes(v[0]); });
+        box.flag = true;
+        return box;
+      }(),
+  };
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Values of options and attributes as members of settings, and back.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "hemocell_adapter/base/value.h"
+
+namespace packmesh::hemocell {
+
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+/// The member that a value becomes.
+template <class T>
+T fromValue(const Value& value) {
+  if constexpr (IsOptional<T>::value)
+    return fromValue<typename T::value_type>(value);
+  else if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, double> || std::is_same_v<T, Vec3> ||
+                     std::is_same_v<T, std::vector<double>>)
+    return std::get<T>(value);
+  else if constexpr (std::is_integral_v<T>)
+    return static_cast<T>(std::get<std::int64_t>(value));
+  else
+    return T(std::get<std::string>(value));
+}
+
+/// The value of a member; nothing when it has none.
+template <class T>
+std::optional<Value> toValue(const T& member) {
+  if constexpr (IsOptional<T>::value) {
+    if (!member) return {};
+    return toValue(*member);
+  } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
+    return Value(member.string());
+  } else if constexpr (std::is_integral_v<T> && !std::is_same_v<T, bool>) {
+    return Value(static_cast<std::int64_t>(member));
+  } else {
+    return Value(member);
+  }
+}
+
+/// As people write it: "yes", "0.07", "0.3 0.5 1".
+std::string toText(const Value& value);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// What is written where, and what packCells has besides.
+#include <algorithm>
+
+#include "hemocell_adapter/settings/setting_groups.h"
+#include "hemocell_adapter/settings/value_specs.h"
+
+namespace packmesh::hemocell {
+
+using namespace specs;
+
+std::vector<Setting> outputSettings() {
+  using R = RunSettings;
+  const auto times = [](const char* axis) { return integer(axis, "", 1, 1e4); };
+  return {
+      setting("output-dir", &R::outputDirectory, plain(Kind::text, "folder"),
+              "where the .pos files are written (check: read)")
+          .byDefault("of config.xml; without one the working directory")
+          .withTag("outputDirectory"),
+      setting("realisations", &R::realisations, times("n"),
+              "so many packings, with the seeds from --seed on, in folders realisation_1, realisation_2 ...")
+          .notForCheck(),
+      setting("tile", {times("nx"), times("ny"), times("nz")},
+              "repeat the periodic box so many times along each axis, in a larger box",
+              [](Settings& s, const Values& v) {
+                s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
+              })
+          .notForCheck(),
+      setting("export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
+              "write the cells for other programs, too: cells.csv, cells.lammps, <Cell>.com_q.txt",
+              [](Settings& s, const Values& v) {
+                if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
+                  s.exports.push_back(text(v[0]));
+              })
+          .withTag("export")
+          .mayRepeat()
+          .notForCheck(),
+      setting("checkpoint-every", &R::checkpointEvery, number("s", "s", 0, true, 1e9),
+              "save the state of the run so often, to go on after an interruption")
+          .byDefault("only at signals and in the end, with --state")
+          .notForCheck(),
+      setting("state", &R::stateFile, file(),
+              "where the state is saved: also at SIGUSR1, when interrupted, and in the end")
+          .byDefault("state.h5 where the .pos files go, with --checkpoint-every")
+          .withTag("stateFile")
+          .notForCheck(),
+      setting("restart", &R::restart, file(),
+              "go on from a saved state; alone: with the command that began the run")
+          .withoutTag()
+          .notForCheck(),
+      flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray")
+          .withTag("povScene")
+          .notForCheck(),
+      flagSetting("vtp", &R::vtp,
+                  "write <Cell>.vtp, the cells as points with what is measured of each, and their meshes, for "
+                  "ParaView")
+          .notForCheck(),
+      flagSetting("vtp-meshes", &R::vtpMeshes,
+                  "write <Cell>_cells.vtp, all membranes (some 65 kB for each red cell)")
+          .notForCheck(),
+      setting("report", &R::reportFile, file(),
+              "write a report: file.json for programs, file.html for people (with file.json beside it)")
+          .notForCheck(),
+      flagSetting("quiet", &R::quiet, "only warnings and errors").withoutTag(),
+      flagSetting("verbose", &R::verbose, "progress, and every fault a check finds").withoutTag(),
+  };
+}
+
+std::vector<Setting> ignoredSettings() {
+  Setting rotate = setting("allowRotate", {flag()}, "orientations are random by default",
+                           [](Settings&, const Values&) {})
+                       .withLetter('r')
+                       .alsoOfPackCells();
+  rotate.flag = true;
+  return {rotate,
+          setting("scale", {number("s", "", 0, false, 1e9)}, "packCells' neighbour grid; there is none here",
+                  [](Settings& s, const Values& v) { s.ignoredScale = real(v[0]); })
+              .withLetter('s')
+              .alsoOfPackCells()};
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The settings, by what they are about.
+#pragma once
+
+#include <vector>
+
+#include "hemocell_adapter/settings/setting.h"
+
+namespace packmesh::hemocell {
+
+std::vector<Setting> cellSettings();
+std::vector<Setting> lumenSettings();
+std::vector<Setting> methodSettings();
+std::vector<Setting> limitSettings();
+std::vector<Setting> outputSettings();
+/// Those that packCells has and packMesh does without.
+std::vector<Setting> ignoredSettings();
+
+}  // namespace packmesh::hemocell
