@@ -55,7 +55,9 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   else
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
   line += "; " + durationText(std::floor(seconds));
-  if (job_.maxSeconds > 0.0) line += fmt::format(" of {} at most", durationText(job_.maxSeconds));
+  // The search for fewer cells may take as long again (Limits::maxSeconds).
+  if (const double limit = job_.maxSeconds; limit > 0.0)
+    line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
   if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)
     line += fmt::format(", about {} left", durationText(std::ceil(*expected - seconds)));
   return line;

@@ -48,19 +48,27 @@ std::string keyOf(const JobSpecies& s) {
                      m.stlFile.string(), s.meshScale, s.meshFile.string());
 }
 
-/// A cell that cannot be in the lumen however it lies: its thinnest extent exceeds the lumen's along some
-/// axis.
+/// A cell that cannot be in the lumen in any orientation: a ball inside it is wider than the lumen along an
+/// axis, or it is longer than the diagonal. What takes longer to see is for pack() to refuse.
 void refuseTooLarge(const Job& job, const SceneSpecies& species, const Container& container) {
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
   const Vec3 room = container.bounds().size();
-  if (cell.minCoeff() < room.minCoeff() && cell.maxCoeff() < room.norm()) {
+  constexpr double surely = 0.98;  // depths inside meshes are interpolated
+  const double ball = 2.0 * surely * species.shape->halfThickness();
+  bool fits = true, endless = false;
+  for (int k = 0; k < 3; ++k) {
+    const bool periodic = container.period()[k] > 0.0;
+    endless = endless || periodic;
+    fits = fits && (periodic || ball < room[k]);
+  }
+  if (fits && (endless || cell.maxCoeff() < room.norm())) {
     if (job.validate)  // pack() asks, too
       requireFitsAlone(species.job.name, *species.shape, container, wallClearanceOf(job, species.job),
                        job.clearance);
     return;
   }
   throw InputError(fmt::format(
-      "cell '{}' is {:.3g} x {:.3g} x {:.3g} µm, larger than the lumen ({:.3g} x {:.3g} x {:.3g} µm)",
+      "cell '{}' is {:.4g} x {:.4g} x {:.4g} µm, larger than the lumen ({:.4g} x {:.4g} x {:.4g} µm)",
       species.job.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
 }
 
@@ -181,6 +189,9 @@ void complete(const Job& job, Scene& scene) {
   if (!job.regions.empty() && !job.hematocrit)
     throw InputError(job.regions.front().body.where +
                      ": a region needs a hematocrit of the rest, if only 0.001");
+  if (!job.autoWallClearance && job.wallClearance > 0.0 && !scene.lumen.container->wall())
+    scene.warnings.push_back(
+        "the clearance to the wall has no effect: the lumen is periodic and has no wall");
   if (job.cellFreeLayer > 0.0 && !(scene.lumen.container->wall() && scene.lumen.solidWalls))
     throw InputError("a cell-free layer is kept at walls, and this lumen has none (--walls makes some)");
   scene.regions = makeRegions(job, scene.lumen);

@@ -28,7 +28,7 @@ constexpr std::int64_t thoroughSweeps = 600;
 constexpr double defaultSearch = 60.0, finestShare = 0.02, finestStep = 0.001;
 
 /// Share of the time that is left which an attempt with more clearance than is demanded may take.
-constexpr double shareOfTime = 0.1;
+constexpr double shareOfTime = 0.25;
 
 /// A limit of time is more than nothing, which would be none [s].
 constexpr double leastSeconds = 1e-9;

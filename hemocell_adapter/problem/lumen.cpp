@@ -94,12 +94,17 @@ Lumen boxLumen(const Job& job) {
   lumen.container = makeBox(box, periodic);
   lumen.acceptedOnly = !lumen.periodic;
   lumen.solidWalls = !walls.empty();
-  if (lumen.acceptedOnly)
+  if (lumen.acceptedOnly) {
     lumen.note = fmt::format(
         "({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] µm, what HemoCell keeps of {} x {} x {} "
         "nodes at dx {:.6g} µm",
         box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2], nodes[0], nodes[1], nodes[2],
         job.dx);
+    const Vec3 cut = (*job.boxSize - job.dx * Vec3(nodes[0], nodes[1], nodes[2])).cwiseAbs();
+    if (walls.empty() && (cut.array() > relativeRounding * job.boxSize->array()).any())
+      lumen.note += fmt::format("; {:.6g} x {:.6g} x {:.6g} µm asked for, cut to whole lattice spacings",
+                                (*job.boxSize)[0], (*job.boxSize)[1], (*job.boxSize)[2]);
+  }
   return lumen;
 }
 

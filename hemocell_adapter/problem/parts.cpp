@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
@@ -36,6 +37,21 @@ std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64
 std::vector<Pose> posesOf(const std::vector<PosLine>& lines) {
   std::vector<Pose> poses;
   for (const PosLine& line : lines) poses.push_back(poseOf(line));
+  return poses;
+}
+
+/// Where cells start, that are copies of each other: all but the first are moved a little, because there is
+/// no direction in which copies could be pushed apart.
+std::vector<Pose> startOf(const JobSpecies& species, std::uint64_t seed, std::uint32_t stream) {
+  constexpr double little = 1e-3;  // [µm]; any length that is not lost in rounding will do
+  std::vector<Pose> poses = posesOf(species.start);
+  std::set<std::array<double, 3>> taken;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Vec3& at = poses[i].position;
+    if (taken.insert({at.x(), at.y(), at.z()}).second) continue;
+    const auto random = uniform4(seed, RandomStream::draw, i, stream);
+    at += little * (Vec3(random[0], random[1], random[2]) - Vec3::Constant(0.5));
+  }
   return poses;
 }
 
@@ -112,7 +128,7 @@ class Parting {
     }
     const std::int64_t toPlace = species.count - std::int64_t(fixed.size());
     if (scene_.regions.empty() || !species.job.redCell)
-      free(s, -1, toPlace, posesOf(species.job.start));
+      free(s, -1, toPlace, startOf(species.job, job_.seed, std::uint32_t(s)));
     else
       freeInRegions(s);
   }
@@ -121,7 +137,7 @@ class Parting {
     const SceneSpecies& species = scene_.species[s];
     const std::size_t regions = scene_.regions.size();
     std::vector<std::vector<Pose>> start(regions);
-    for (const Pose& pose : posesOf(species.job.start))
+    for (const Pose& pose : startOf(species.job, job_.seed, std::uint32_t(s)))
       start[regionAt(scene_.regions, pose.position)].push_back(pose);
     for (std::size_t r = 0; r < regions; ++r) {
       if (toPlace_[s][r] < 0)

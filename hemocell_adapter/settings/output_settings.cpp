@@ -51,9 +51,10 @@ std::vector<Setting> outputSettings() {
       flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray")
           .withTag("povScene")
           .notForCheck(),
-      flagSetting("vtp", &R::vtp,
-                  "write <Cell>.vtp, the cells as points with what is measured of each, and their meshes, for "
-                  "ParaView")
+      flagSetting(
+          "vtp", &R::vtp,
+          "write <Cell>.vtp, the cells as points with what is measured of each, and their meshes, for "
+          "ParaView")
           .notForCheck(),
       flagSetting("vtp-meshes", &R::vtpMeshes,
                   "write <Cell>_cells.vtp, all membranes (some 65 kB for each red cell)")
@@ -67,10 +68,10 @@ std::vector<Setting> outputSettings() {
 }
 
 std::vector<Setting> ignoredSettings() {
-  Setting rotate = setting("allowRotate", {flag()}, "orientations are random by default",
-                           [](Settings&, const Values&) {})
-                       .withLetter('r')
-                       .alsoOfPackCells();
+  Setting rotate =
+      setting("allowRotate", {flag()}, "orientations are random by default", [](Settings&, const Values&) {})
+          .withLetter('r')
+          .alsoOfPackCells();
   rotate.flag = true;
   return {rotate,
           setting("scale", {number("s", "", 0, false, 1e9)}, "packCells' neighbour grid; there is none here",

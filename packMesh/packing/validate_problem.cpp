@@ -25,14 +25,7 @@ void checkClearance(double clearance, const char* what) {
                      number(clearance));
 }
 
-std::array<double, 3> sortedSizes(const Vec3& size) {
-  std::array<double, 3> sizes{size.x(), size.y(), size.z()};
-  std::sort(sizes.begin(), sizes.end());
-  return sizes;
-}
-
-/// A convex body that holds the cell has, turned any way, at least the cell's thinnest extent along every
-/// axis and the smallest extents of its bounding box in order: a cell that fails this fits nowhere.
+/// A cell fits nowhere when a ball inside it is wider than the lumen along an axis.
 void checkFits(const Species& species, const Container& container, double wallClearance) {
   Vec3 room = container.bounds().size();
   for (int k = 0; k < 3; ++k)
@@ -40,8 +33,9 @@ void checkFits(const Species& species, const Container& container, double wallCl
       room[k] = std::numeric_limits<double>::infinity();
     else
       room[k] -= 2.0 * wallClearance;
-  const double thinnest = sortedSizes(boundingBox(species.shape->mesh()).size())[0];
-  if (room.minCoeff() <= 0.5 * thinnest || species.shape->volume() > container.volume())
+  constexpr double surely = 0.98;  // depths inside meshes are interpolated
+  if (room.minCoeff() <= 2.0 * surely * species.shape->halfThickness() ||
+      species.shape->volume() > container.volume())
     throw InputError(
         "a cell of species '" + species.name + "' (" + number(2.0 * species.shape->radius()) + " µm wide, " +
         number(species.shape->volume()) + " µm³) is larger than the lumen (" + container.describe() + ")" +

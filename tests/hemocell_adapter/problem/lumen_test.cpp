@@ -229,3 +229,23 @@ TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[exe
                                Contains("HemoCell reads the file as it is"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
 }
+
+TEST_CASE("cells longer than a periodic box are packed, as their images may lie beside them", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "30 30 30 --ends periodic --cell Rod 1 60 2 2");
+  const Ran closed = run(folder.path(), "30 30 30 --cell Rod 1 60 2 2");
+  CHECK(closed.exitCode == 2);
+  CHECK_THAT(closed.err, Contains("larger than the lumen"));
+}
+
+TEST_CASE("a box that is cut to whole lattice spacings is told of", "[executable]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(ok(folder, "8.4 9 10 --rbc 1").out,
+             Contains("8.4 x 9 x 10 µm asked for, cut to whole lattice spacings"));
+  CHECK_THAT(ok(folder, "8.5 9 10 --rbc 1").out, !Contains("asked for, cut"));
+}
+
+TEST_CASE("a clearance to the wall without a wall is a warning", "[executable]") {
+  const TemporaryFolder folder;
+  CHECK_THAT(ok(folder, "20 20 20 --rbc 2 --ends periodic --wall-clearance 1").err, Contains("has no wall"));
+}

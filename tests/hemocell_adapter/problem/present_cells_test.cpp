@@ -132,3 +132,13 @@ TEST_CASE("cells that start in one place are refused, not relaxed pair by pair",
              Contains("from/RBC.pos: too many of its 2000 cells are in one place (at least 1999000 pairs") &&
                  Contains("to start from; are positions in µm?"));
 }
+
+TEST_CASE("cells that start as copies of each other are moved apart", "[executable]") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "from");
+  std::string lines;
+  for (int cell = 0; cell < 20; ++cell) lines += "10 13 13 0 0 0\n";
+  writeText(folder.path() / "from/RBC.pos", rbcPos(lines, 20));
+  ok(folder, "26 26 26 --rbc 20 --start from/RBC.pos");
+  CHECK(run(folder.path(), "check --box 26 26 26").exitCode == 0);
+}
