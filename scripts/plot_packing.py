@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plots what a report says of a packing (packMesh --report report.json; docs/report.md):
+"""Plots what a report says of a packing (packMesh --report report.json; docs/reference/report.md):
 
     scripts/plot_packing.py report.json [plots.png] [--csv folder]
 
