@@ -1,5 +1,5 @@
-# A Debian package: cpack -G DEB --config <build tree>/CPackConfig.cmake. What the programs are linked to it depends on by
-# what dpkg-shlibdeps finds.
+# A Debian package: cpack -G DEB --config <build tree>/CPackConfig.cmake. dpkg-shlibdeps finds the libraries
+# that it depends on.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME packmesh)
 set(CPACK_PACKAGE_VENDOR "The packMesh developers")
@@ -15,6 +15,6 @@ set(CPACK_DEBIAN_PACKAGE_RECOMMENDS openmpi-bin)  # mpirun
 # Pictures; what find_package(packMesh) looks for.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, libeigen3-dev, libfmt-dev, libhdf5-openmpi-dev, libopenmesh-dev, libopenmpi-dev, libtet1.5-dev, libtinyxml2-dev")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Fills vessels with the surface meshes of blood cells that HemoCell will simulate,
-to the hematocrit asked for, and proves that no two of them meet and that HemoCell
+to the requested hematocrit, and verifies that no two of them overlap and that HemoCell
 keeps every one. Replaces HemoCell's packCells.")
 include(CPack)

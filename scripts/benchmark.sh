@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds and runs the benchmark of whole packings, and prints its table in Markdown:
+# Builds and runs the benchmark of whole packings, and prints its table as Markdown:
 # scripts/benchmark.sh [pattern ...] [--list] [--seeds n] [--max-seconds s] [--json file]; without a pattern, the quick cases.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

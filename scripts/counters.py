@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Counts the instructions of fixed packings and compares them with those stored in tests/benchmark/counters.json.
+"""Counts the instructions of fixed packings and compares them with the values stored in tests/benchmark/counters.json.
 
-Unlike times, instructions are the same in every run to one in ten thousand, so a slowdown is seen on any machine. Portable
+Unlike times, instruction counts are the same in every run to one in ten thousand, so a slowdown is detected on any machine. Portable
 kernels are counted, because Valgrind does not know every instruction set. Fails when a case takes more than the tolerance.
 
 Usage: scripts/counters.py [build/bin/packMesh] [--update]
@@ -36,7 +36,7 @@ def instructions(program, arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", default="build/bin/packMesh")
-    parser.add_argument("--update", action="store_true", help="store what is counted now")
+    parser.add_argument("--update", action="store_true", help="store the present counts")
     options = parser.parse_args()
     cases = json.loads(STORED.read_text())
     slower = []

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# All tests with address and undefined-behaviour sanitizers, and which lines of the programs they never ran:
-#   scripts/coverage.sh      writes build-asan/coverage.txt; takes an hour or two. Needs gcovr.
+# Runs all tests with address and undefined-behaviour sanitizers, and lists the lines that no test runs:
+#   scripts/coverage.sh      writes build-asan/coverage.txt; takes one to two hours. Needs gcovr.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 command -v gcovr > /dev/null || { echo "(packMesh) (Error) gcovr is not installed" >&2; exit 1; }

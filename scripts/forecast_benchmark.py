@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Compares what `packMesh --dry-run` expects with what packing takes, and prints the table of docs/planning.md.
+"""Compares the times that `packMesh --dry-run` predicts with measured ones, and prints the table of docs/explanation/forecast.md.
 
 Usage: scripts/forecast_benchmark.py [build/bin/packMesh] [--seeds n] [--max-time s]
 """

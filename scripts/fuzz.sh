@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Fuzzes what reads users' input for so many seconds a target (default 60): scripts/fuzz.sh [seconds] [target ...]
-# What it finds is in build-fuzz/tests/crash-*, timeout-* and so on; add it to tests/corpus/<target>.
+# Fuzzes the readers of user input, for the given number of seconds per target (default 60): scripts/fuzz.sh [seconds] [target ...]
+# Findings are in build-fuzz/tests/crash-*, timeout-* and so on; add them to tests/corpus/<target>.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 seconds=${1:-60}

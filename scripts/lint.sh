@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Looks for faults without running anything: cppcheck, and with --tidy clang-tidy, which takes an hour.
-# Needs cppcheck, and clang-tidy and a configured build; what was reviewed and is none is in .cppcheck-suppressions and .clang-tidy.
+# Static analysis: cppcheck, and with --tidy clang-tidy, which takes an hour.
+# Needs cppcheck, and clang-tidy and a configured build; reviewed false positives are in .cppcheck-suppressions and .clang-tidy.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 command -v cppcheck > /dev/null || { echo "(packMesh) (Error) cppcheck is not installed" >&2; exit 1; }

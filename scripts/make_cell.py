@@ -4,7 +4,7 @@
     make_cell.py sickle sickle.stl --length 12 --volume 75
 
   sickle       a crescent with pointed ends: an irreversibly sickled red cell
-  discocyte    a biconcave red cell (Evans and Fung 1972), thin axis z
+  discocyte    a biconcave red cell (Evans and Fung 1972), symmetry axis z
   spherocyte   a sphere
 
 `--length` is the largest extent, measured along the x axis; `--volume` sets the width of a sickle and the thickness of a
@@ -80,7 +80,7 @@ def main():
     parser.add_argument("file", help="the STL to write")
     parser.add_argument("--length", type=float, help="largest extent, µm (12; 7.82; 5.4)")
     parser.add_argument("--volume", type=float, help="volume, µm³ (75; 81)")
-    parser.add_argument("--triangles", type=int, default=600, help="at least so many, as HemoCell's minNumTriangles (600)")
+    parser.add_argument("--triangles", type=int, default=600, help="minimum number, as HemoCell's minNumTriangles (600)")
     options = parser.parse_args()
     shape, length, wanted = kinds[options.kind]
     length = options.length or length

@@ -3,13 +3,13 @@
 
     make_vessel.py bifurcation vessel.stl --radius 12 --length 80
 
-  bifurcation  a tube that parts into two by Murray's law (radius of each 2^(-1/3) of the parent's)
+  bifurcation  a tube that divides into two by Murray's law (radius of each 2^(-1/3) of the parent's)
   aneurysm     a tube with a bulge of 1.2 times its radius at one side
-  stenosis     a tube whose radius is halved half way, smoothly (Gaussian)
-  bend         a tube whose axis swings to one side by two radii and back
+  stenosis     a tube whose radius decreases smoothly to a half in the middle (Gaussian)
+  bend         a tube whose axis deviates to one side by two radii and returns
 
-The surface is where a distance function is 0, found on a grid by marching tetrahedra: a closed 2-manifold at any
-spacing. Without numpy; a vessel of 100,000 triangles takes about a minute.
+The surface is the zero level of a distance function, found on a grid by marching tetrahedra: a closed 2-manifold at
+any spacing. Needs no numpy; a vessel of 100,000 triangles takes about a minute.
 """
 import argparse
 import itertools

@@ -4,8 +4,8 @@
     pvpython paraview_cells.py state.xdmf picture.png [colour]
 
 renders a picture; colour: species (the default), gap, local_hematocrit, id, ... In ParaView itself: open the .xdmf file
-with "XDMF Reader", press Apply, then run this file in View > Python Shell: it takes the active source. Every species'
-mesh is drawn at its cells by the representation "3D Glyphs", so it is in memory only once.
+with "XDMF Reader", press Apply, then run this file in View > Python Shell: it takes the active source. The
+mesh of each species is drawn at its cells by the representation "3D Glyphs", so it is in memory only once.
 """
 import sys
 

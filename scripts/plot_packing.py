@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Plots what a report says of a packing (packMesh --report report.json; docs/report.md):
+"""Plots the report of a packing (packMesh --report report.json; docs/reference/report.md):
 
     scripts/plot_packing.py report.json [plots.png] [--csv folder]
 
 draws the volume fraction over the distance to the wall (where there is one) and along x, y and z, the gaps, and the
-direction of the thin axes; plots.pdf is as good. --csv writes the same numbers as tables, one file each.
+direction of the symmetry axes. The picture can also be a PDF (plots.pdf). --csv writes the same numbers as tables, one file each.
 """
 import argparse
 import csv

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Sets up, builds and packs the pipe example. The result is left in build/examples/pipe.
+# Sets up, builds and packs the pipe example. The result is in build/examples/pipe.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scripts/setup.sh --without-tests

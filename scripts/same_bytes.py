@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Shows that a change of structure changes no output: runs small problems of every kind and compares hashes of all they write.
+"""Shows that a refactoring changes no output: runs small problems of every kind and compares hashes of all that they write.
 
   scripts/same_bytes.py record hashes.json     before the change: runs all problems and stores the hashes
-  scripts/same_bytes.py compare hashes.json    after it: runs them again; fails and names what differs
+  scripts/same_bytes.py compare hashes.json    after it: runs them again; fails and names the differences
 
 Hashed are all files that a problem leaves, what it prints, and its exit codes, without times and versions. The hashes hold for
 one machine: record with the program before the change, on the same machine. All 54 problems take half a minute.

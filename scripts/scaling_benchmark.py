@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Times whole packings on several ranks and sizes, and what a model of them says of larger ones.
+"""Measures the times of whole packings for several numbers of ranks and sizes, and predicts those of larger ones by a model.
 
 scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model ...]
 
   sizes   cost per cell at 0.45 from 1,000 to 1,000,000 cells on one rank
   ranks   100,000 cells at 0.45 on 1, 2, 4 and 8 ranks, runs interleaved, medians
-  model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, prints what the model says of them, and its
-          predictions for up to 1,024 ranks and 10^9 cells (docs/scaling.md)
+  model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, compares them with the model, and prints
+          predictions for up to 1,024 ranks and 10^9 cells (docs/explanation/scaling.md)
 
 Without a name: ranks and model. Tables are Markdown.
 """
@@ -114,7 +114,7 @@ def ranks(program, repeats):
 
 
 class Model:
-    """Wall time of a packing; docs/scaling.md has the formula with its reasons.
+    """Wall time of a packing; docs/explanation/scaling.md has the formula with its reasons.
 
     Work per cell is measured on one rank; the bytes that ranks exchange on two.
     """

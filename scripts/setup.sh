@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
-# Installs the packages of scripts/apt-packages.txt that are missing. Does nothing when none is.
-#   scripts/setup.sh          install
-#   scripts/setup.sh --without-tests   install what the programs need, and pictures
-#   scripts/setup.sh --list   print the packages, one a line
+# Installs the missing packages of scripts/apt-packages.txt. Does nothing if none is missing.
+#   scripts/setup.sh                   install what the programs, pictures, tests and benchmarks need
+#   scripts/setup.sh --without-tests   install what the programs and pictures need
+#   scripts/setup.sh --documentation   install what scripts/docs.sh needs
+#   scripts/setup.sh --list            print the packages of the first form, one per line
 # PACKMESH_SKIP_SETUP=1 skips it (libraries installed in another way).
 set -euo pipefail
 list="$(dirname "${BASH_SOURCE[0]}")/apt-packages.txt"
-last='$'
-[[ ${1:-} == --without-tests ]] && last='/^# only for tests/'
-mapfile -t packages < <(sed -n "1,${last}p" "$list" | sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d')
+part='1,/^# only for the documentation/'
+[[ ${1:-} == --without-tests ]] && part='1,/^# only for tests/'
+[[ ${1:-} == --documentation ]] && part='/^# only for the documentation/,$'
+mapfile -t packages < <(sed -n "${part}p" "$list" | sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d')
 
 if [[ ${1:-} == --list ]]; then
   printf '%s\n' "${packages[@]}"

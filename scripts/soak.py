@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Packs random small problems and has every result examined by brute force.
+"""Packs small random problems and examines every result by brute force.
 
     scripts/soak.py --count 2000 --seed 1 --jobs 2
 
 Each problem must end in a packing that `packMesh check` and the oracle (tests/soak/packing_oracle.cpp: every triangle
-against every triangle, none of packMesh's predicates) find clean, or in an honest refusal: exit code 1, 2 or 3, a
-message, nothing written. Whatever else happens is kept as <seed>_<number>.args in --keep, which can be run again by
-`scripts/soak.py file.args ...`; tests/corpus/soak has those that went wrong once, and runs first.
+against every triangle, none of packMesh's predicates) find clean, or in a refusal: exit code 1, 2 or 3, a message,
+nothing written. Any other outcome is stored as <seed>_<number>.args in --keep; run it again by
+`scripts/soak.py file.args ...`. tests/corpus/soak has those that once failed, and runs first.
 """
 import argparse
 import collections
@@ -151,8 +151,8 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first problem")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--seconds", type=float, default=math.inf, help="begin no problem after so long [s]")
-    parser.add_argument("--timeout", type=float, default=120, help="[s] of one program, which has --max-time 0.5")
+    parser.add_argument("--seconds", type=float, default=math.inf, help="start no problem after this time [s]")
+    parser.add_argument("--timeout", type=float, default=120, help="limit for one program, which has --max-time 0.5 [s]")
     parser.add_argument("--bin", type=lambda p: pathlib.Path(p).resolve(), default=ROOT / "build" / "bin")
     parser.add_argument("--keep", type=pathlib.Path, default=pathlib.Path("soak_findings"))
     parser.add_argument("--no-corpus", action="store_true")

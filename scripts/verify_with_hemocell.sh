@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Asks a built HemoCell case how many cells of our .pos files it keeps, and compares with packMesh check.
+# Runs a built HemoCell case, counts the cells of the .pos files that it keeps, and compares them with packMesh check.
 #   scripts/verify_with_hemocell.sh PATH [config.xml]
 # PATH is the program of the case (examples/pipeflow/pipeflow) or its folder; without config.xml, the one of the working
-# directory or else of PATH. The case runs in a copy of its folder, for zero iterations; one that only tells its numbers in
-# the loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
+# directory or else of PATH. The case runs in a copy of its folder, for zero iterations; a case that prints its numbers only in
+# the time loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
 # writes, or else read from its line "# of cells: 129 | # of RBC: 121, PLT: 8".
 #   PACKMESH       packMesh to use (default: on PATH, or of this tree's build)
-#   HEMOCELL_RUN   what starts the case (default: mpirun -n 1; for cases with a <preInlet>, which need two ranks,
-#                  mpirun -n 2); "" for nothing
-# Exit code: 0 the numbers are the same, 1 command line, 2 something is missing or failed, 3 HemoCell tells no
+#   HEMOCELL_RUN   command that starts the case (default: mpirun -n 1; for cases with a <preInlet>, which need two ranks,
+#                  mpirun -n 2); "" for none
+# Exit code: 0 the numbers are the same, 1 command line, 2 something is missing or failed, 3 HemoCell prints no
 # numbers, 4 the numbers differ.
 set -euo pipefail
 export LC_ALL=C

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Everything about a run in one document; docs/report.md describes it.
+/// @file Everything about a run in one document; docs/reference/report.md describes it.
 #pragma once
 
 #include <array>

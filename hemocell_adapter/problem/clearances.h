@@ -4,7 +4,7 @@
 ///
 /// HemoCell needs none to load a cell, but its cells move: a vertex that gets onto a wall node is deleted,
 /// and the whole cell with it, and membranes nearer than the reach of the immersed boundary feel each other
-/// from the first step. docs/method.md tells what was measured.
+/// from the first step. docs/explanation/method.md tells what was measured.
 #pragma once
 
 #include <cstdint>

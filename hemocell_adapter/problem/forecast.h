@@ -11,7 +11,7 @@
 
 namespace packmesh::hemocell {
 
-/// Estimates calibrated on measurements (docs/planning.md).
+/// Estimates calibrated on measurements (docs/explanation/forecast.md).
 struct Forecast {
   std::int64_t cells = 0;
   double fraction = 0.0;  ///< volume of all meshes over that of the lumen

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Packings on their way, in HDF5 files; docs/state.md describes what is where.
+/// @file Packings on their way, in HDF5 files; docs/reference/state.md describes what is where.
 #pragma once
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs the build tree to a fresh prefix and builds, against nothing but that, the project of docs/library.md, and all
+# Installs the build tree to a fresh prefix and builds, against nothing but that, the project of docs/howto/library.md, and all
 # installed headers.
-#   run.sh <cmake> <build tree> <scratch folder> <docs/library.md>
+#   run.sh <cmake> <build tree> <scratch folder> <docs/howto/library.md>
 set -euo pipefail
 cmake=$1 build=$2 scratch=$3 document=$4
 rm -rf "$scratch"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Every relative link of every Markdown file must lead to a file that is there, and to a heading where it names one; so must
-every `file.h`, `file.cpp`, `script.py` that it names.
+"""Every relative link of every Markdown file must lead to an existing file, and to an existing heading if it names one; every
+`file.h`, `file.cpp`, `script.py` that it names must exist; mkdocs.yml must list every page of docs/ and every example.
 
     links.py <source tree>
 """
@@ -32,6 +32,14 @@ def faults_of(file, names):
             yield f"{file}: {path or 'it'} has no heading #{anchor}"
 
 
+def unlisted(root, files):
+    """Pages that are not in the navigation of the site."""
+    listed = set(re.findall(r": (\S+\.md)$", (root / "mkdocs.yml").read_text(encoding="utf-8"), flags=re.M))
+    for path in (file.relative_to(root) for file in files):
+        if path.parts[0] in ("docs", "examples") and path.as_posix() not in listed:
+            yield f"mkdocs.yml does not list {path}"
+
+
 def main():
     root = Path(sys.argv[1])
     own = [f for f in root.rglob("*") if not any(re.match(r"build|bin$|\.", p) for p in f.relative_to(root).parent.parts)]
@@ -43,6 +51,7 @@ def main():
         sys.exit(f"{sample}: three faults expected, found {found}")
     files = [f for f in own if f.suffix == ".md" and f.name != sample.name]
     faults = [fault for file in sorted(files) for fault in faults_of(file, names)]
+    faults += unlisted(root, sorted(files))
     print("\n".join(faults) or f"{len(files)} files, all links lead somewhere")
     sys.exit(1 if faults or len(files) < 10 else 0)
 

@@ -4,8 +4,8 @@ from spack.package import *
 
 
 class Packmesh(CMakePackage):
-    """Packs the surface meshes of blood cells into vessels for HemoCell: to the hematocrit asked for, with a proof that
-    no two meet and that HemoCell keeps every one. Replaces HemoCell's packCells."""
+    """Packs the surface meshes of blood cells into vessels for HemoCell: to the requested hematocrit; verifies that
+    no two overlap and that HemoCell keeps every one. Replaces HemoCell's packCells."""
 
     homepage = "https://www.hemocell.eu"
 

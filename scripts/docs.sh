@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# Builds the documentation as a static site in build/docs: scripts/docs.sh
+# Warnings, broken links among them, are errors. The reference pages contain the output of build/bin/packMesh if it is built
+# (PACKMESH: another program). PACKMESH_SKIP_SETUP=1: MkDocs and Doxygen are already installed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+scripts/setup.sh --documentation
+tests/scripts/links.py "$PWD"
+
+# Pages link to examples and configuration files, so the site has the same tree as the repository.
+source=build/docs-source site=build/docs
+rm -rf "$source" "$site"
+mkdir -p "$source/scripts" "$source/packaging"
+cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config "$source"
+cp -r packaging/spack packaging/Dockerfile "$source/packaging"
+cp scripts/apt-packages.txt "$source/scripts"
+
+program=${PACKMESH:-build/bin/packMesh}
+generated() { printf '\n```text\n%s\n```\n' "$1" >> "$source/docs/reference/$2.md"; }
+if [[ -x $program ]]; then
+  generated "$("$program" --help)" command-line
+  generated "$("$program" --print-config-reference)" configuration
+else
+  echo "(packMesh) (Warning) $program is not built: the reference pages do not contain its output" >&2
+fi
+echo '
+<a href="../../api/index.html">Documentation of the headers</a>' >> "$source/docs/reference/headers.md"
+
+mkdocs build --quiet --strict --config-file mkdocs.yml --site-dir "$PWD/$site"
+doxygen - << DOXYFILE
+PROJECT_NAME = packMesh
+INPUT = packMesh/packing packMesh/container packMesh/shape packMesh/certificate packMesh/mesh
+FILE_PATTERNS = *.h
+INPUT_FILTER = "sed 's,^/// @file ,/// @file\n/// ,'"
+EXTRACT_ALL = YES
+STRIP_FROM_PATH = .
+OUTPUT_DIRECTORY = $site
+HTML_OUTPUT = api
+GENERATE_LATEX = NO
+JAVADOC_AUTOBRIEF = YES
+HAVE_DOT = NO
+WARN_IF_INCOMPLETE_DOC = NO
+QUIET = YES
+WARN_AS_ERROR = FAIL_ON_WARNINGS
+DOXYFILE
+echo "(packMesh) Wrote $site/index.html"
