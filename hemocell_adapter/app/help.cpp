@@ -16,17 +16,17 @@ namespace {
 const char* title(Topic topic) {
   switch (topic) {
     case Topic::cells:
-      return "What is packed";
+      return "Cells";
     case Topic::lumen:
-      return "Into what";
+      return "Lumen";
     case Topic::packing:
-      return "How";
+      return "Method";
     case Topic::limits:
-      return "When to give up";
+      return "Limits";
     case Topic::output:
       return "Output";
     case Topic::ignored:
-      return "Accepted for packCells' sake, without effect";
+      return "Accepted for compatibility with packCells, without effect";
   }
   return "";
 }
@@ -91,11 +91,11 @@ std::string upper(std::string text) {
 std::string helpText(bool asPackCells) {
   const char* program = asPackCells ? "packCells" : "packMesh";
   std::string out = fmt::format(
-      "Packs the surface meshes of blood cells without overlap, for HemoCell.\n\n"
-      "  {0} config.xml [options]            the case of this config.xml: HemoCell keeps every cell\n"
-      "  {0} sX sY sZ [options]              a box of sX x sY x sZ µm\n"
-      "  {0} check config.xml [options]      proves or disproves the .pos files of a case\n"
-      "  {0} check --box sX sY sZ [options]  the same for a box\n"
+      "Packs surface meshes of blood cells without overlap, for HemoCell.\n\n"
+      "  {0} config.xml [options]            pack a HemoCell case\n"
+      "  {0} sX sY sZ [options]              pack a box of sX x sY x sZ µm\n"
+      "  {0} check config.xml [options]      examine the .pos files of a case\n"
+      "  {0} check --box sX sY sZ [options]  examine the .pos files of a box\n"
       "  {0} --help | --version | --print-config-reference | --man | --completion\n\n"
       "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
       "Writes <Cell>.pos for each kind of cell. One or two dashes, '=' or a blank, any order and unique\n"

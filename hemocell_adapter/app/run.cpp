@@ -174,7 +174,7 @@ RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const 
     log::error(fmt::format(
         "the packing does not hold ({} of {} cells examined, {} overlapping pairs, {} cells misplaced, "
         "HemoCell "
-        "would drop some: {}); nothing was written. This is a fault of packMesh; please report it with the "
+        "would drop some: {}); nothing was written. This is an internal error; please report it with the "
         "command",
         result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
         result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));

@@ -24,14 +24,14 @@ struct ExitCodeMeaning {
 };
 inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::ok, "certified and written; check: nothing wrong"},
-    {ExitCode::usage, "the command line makes no sense"},
-    {ExitCode::badInput, "a file, or a value in it, is at fault"},
+    {ExitCode::usage, "the command line is invalid"},
+    {ExitCode::badInput, "a file, or a value in it, is invalid"},
     {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
      "check found overlap, cells outside the lumen, gaps below those asked for, or cells HemoCell deletes "
      "(not counted where cells may cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
-    {ExitCode::internal, "a fault of packMesh itself"},
+    {ExitCode::internal, "internal error"},
     {ExitCode::interrupted, "interrupted: no .pos file written"},
 };
 

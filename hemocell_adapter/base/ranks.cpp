@@ -24,7 +24,7 @@ Failure failureOfException() {
   } catch (const std::bad_alloc&) {
     return {ExitCode::badInput, "not enough memory for a problem of this size"};
   } catch (const std::exception& error) {
-    return {ExitCode::internal, std::string("a fault of packMesh, please report it: ") + error.what()};
+    return {ExitCode::internal, std::string("internal error, please report it: ") + error.what()};
   }
 }
 

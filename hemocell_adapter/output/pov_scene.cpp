@@ -143,7 +143,7 @@ void writePovScene(const std::filesystem::path& file, const std::vector<const Sh
   writeHead(out, "A packing of blood cells");
   out << "\n// Set by povray Declare=Name=value:\n" +
              defaultOf("ColorBy", "0",
-                       "0: species, 1: gap, 2: orientation of the thin axis (x red, y green, z blue)") +
+                       "0: species, 1: gap, 2: orientation of the symmetry axis (x red, y green, z blue)") +
              defaultOf("GapMost", number(mostGap(cells)), "[um] this gap and larger ones are yellow") +
              defaultOf("ClipAxis", "0", "1, 2, 3: the half towards the camera is cut off across x, y, z") +
              defaultOf("ClipAt", "0.5", "there, fraction of the lumen's extent");

@@ -263,7 +263,7 @@ class Page {
            note(
                "Gaps: measured from points on one membrane to the smooth surface of the other, of each cell "
                "the smallest; up to some hundredths of a micrometre above the exact one in the certificate. "
-               "Order of the thin axes: S = 1 all parallel, about 1/√cells none. Layers of "
+               "Order of the symmetry axes: S = 1 all parallel, about 1/√cells none. Layers of "
                "profiles have a band of one standard error.");
   }
 

@@ -95,7 +95,7 @@ Plot orientationPlot(const Json& orientation) {
   for (const Json& species : orientation)
     if (species["cells"] > (*most)["cells"]) most = &species;
   const std::string name = (*most)["name"];
-  Plot plot{name + ": direction of the thin axis n",
+  Plot plot{name + ": direction of the symmetry axis n",
             "|cosine| between n and an axis",
             "density (1: no order)",
             {},

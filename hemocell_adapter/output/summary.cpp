@@ -81,8 +81,8 @@ std::vector<std::string> constraintLines(const Job& job, const SceneSpecies& spe
                                 there, s.startFrom));
   }
   if (s.cone)
-    lines.push_back(fmt::format("{}: thin axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})", s.name,
-                                s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
+    lines.push_back(fmt::format("{}: symmetry axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})",
+                                s.name, s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
                                 s.cone->axis.y(), s.cone->axis.z()));
   if (s.ownWallClearance > job.wallClearance)
     lines.push_back(fmt::format("{}: {:.15g} µm from the wall", s.name, s.ownWallClearance));

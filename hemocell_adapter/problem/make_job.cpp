@@ -146,12 +146,12 @@ void warnOfUnits(Job& job, const Settings& options) {
 void checkMethod(const Job& job) {
   if (job.method != Method::cat) return;
   const auto refuse = [](const std::string& what) {
-    throw InputError(what + ": method cat does not know it; the default method does");
+    throw InputError(what + ": method cat does not support it; the default method does");
   };
   if (!job.regions.empty()) refuse("<region>");
   for (const JobSpecies& species : job.species) {
     if (!species.fixed.empty() || !species.start.empty())
-      refuse(fmt::format("cell '{}' has cells that are there", species.name));
+      refuse(fmt::format("cell '{}' has existing cells", species.name));
     if (species.cone) refuse(fmt::format("cell '{}' has an axis", species.name));
     if (species.ownWallClearance > job.wallClearance)
       refuse(fmt::format("cell '{}' has a clearance to the wall of its own", species.name));

@@ -16,35 +16,37 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
   static const std::vector<Attribute<S>> table = {
       attribute("name", &S::name, name(), "name of the cell: <name>.xml is read, <name>.pos written")
           .required(),
-      attribute("count", &S::count, count(), "how many").byDefault("by hematocrit or ratio"),
+      attribute("count", &S::count, count(), "number of cells").byDefault("by hematocrit or ratio"),
       attribute("ratio", &S::ratio, ratio(),
-                "so many per red cell, those of all species counted; of red cells: their share of all red "
+                "number of these cells per red cell of any species; for red cells: their share of all red "
                 "cells, below 1"),
-      named("construction", constructions(), "how the case's C++ code builds the cell",
+      named("construction", constructions(), "construction of the cell in the C++ code of the case",
             [](S& s, const Value& v) { s.construction = constructionFromString(text(v)); })
           .byDefault("by the name"),
       attribute("minimumDistanceFromSolid", &S::minimumDistanceFromSolid, distanceFromSolid(),
-                "what the case's C++ code passes to setInitialMinimumDistanceFromSolid, truncated as "
-                "HemoCell does")
+                "value that the C++ code of the case passes to setInitialMinimumDistanceFromSolid; HemoCell "
+                "truncates it to whole µm")
           .byDefault("of the C++ code beside config.xml, or 0"),
       attribute("file", &S::meshFile, file(), "a closed mesh instead of <name>.xml"),
       attribute("scale", &S::meshScale, meshScale(), "unit of that file").byDefault("1"),
       named("frame", meshFrames(),
-            "axes of that file: turned as HemoCell's MESH_FROM_STL does, or as they are",
+            "axes of that file; hemocell: rotated as HemoCell's MESH_FROM_STL does; file: unchanged",
             [](S& s, const Value& v) { s.meshFrame = meshFrameFromString(text(v)); })
           .byDefault("hemocell"),
       attribute("ellipsoid", &S::ellipsoidAxes, vector("e1 e2 d", 0, true),
                 "an ellipsoid instead of <name>.xml, full axis lengths"),
       attribute("redCell", &S::redCell, flag(), "whether its volume counts as hematocrit")
           .byDefault("true when the name contains RBC"),
-      attribute("fixed", &S::fixed, file(), "a .pos file of cells that stay where they are"),
+      attribute("fixed", &S::fixed, file(), "a .pos file of fixed cells"),
       attribute("start", &S::start, file(),
-                "a .pos file of cells to begin with: more are added, of too many some are drawn"),
-      attribute("wallClearance", &S::wallClearance, clearance(), "least gap between these cells and the wall")
+                "a .pos file of cells to start from; more are added; of too many, a random subset is kept"),
+      attribute("wallClearance", &S::wallClearance, clearance(),
+                "minimum gap between these cells and the wall")
           .byDefault("that of all cells"),
-      attribute("axis", &S::axis, direction("x y z"), "direction of the cells' thin axis"),
+      attribute("axis", &S::axis, direction("x y z"), "direction of the symmetry axis of the cells"),
       attribute("spread", &S::spread, spread(), "largest angle to that direction").byDefault("0"),
-      attribute("stock", &S::stock, count(), "so many more may fill gaps; with escape").byDefault("0"),
+      attribute("stock", &S::stock, count(), "with escape: number of additional cells that may fill gaps")
+          .byDefault("0"),
   };
   return table;
 }

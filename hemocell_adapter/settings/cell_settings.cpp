@@ -57,11 +57,10 @@ std::vector<Setting> cellSettings() {
   const auto component = [](const char* name) { return number(name, "", -1e6, false, 1e6); };
   return {
       setting("hematocrit", &R::hematocrit, hematocrit(),
-              "share of the lumen that red-cell meshes fill; excludes --rbc and --plt")
+              "volume of the red cells' meshes divided by that of the lumen; excludes --rbc and --plt")
           .withLetter('h')
           .alsoOfPackCells(),
-      setting("plt_ratio", {ratio()},
-              "platelets per red cell, those of all species counted; with a hematocrit",
+      setting("plt_ratio", {ratio()}, "number of platelets per red cell of any species; with a hematocrit",
               [](Settings& s, const Values& v) { s.plateletRatio = real(v[0]); })
           .byDefault("0.07")
           .alsoOfPackCells(),
@@ -69,51 +68,53 @@ std::vector<Setting> cellSettings() {
       countOption("plt", "PLT", "platelets"),
       countOption("wbc", "WBC", "white blood cells"),
       countOption("vrbc", "vRBC",
-                  "stage V gametocytes (ellipsoids, unless --cell-mesh or the case has a mesh)"),
+                  "stage V gametocytes (ellipsoids, unless --cell-mesh or the case provides a mesh)"),
       countOption("rbc_m", "RBC_m", "mouse red cells"),
       countOption("plt_m", "PLT_m", "mouse platelets"),
       countOption("plt_mko", "PLT_mko", "mouse knock-out platelets"),
       setting("cell", {name(), count(), length("e1"), length("e2"), length("d")},
-              "n ellipsoids of your own, full axis lengths", setEllipsoid)
+              "n custom ellipsoids, given by their full axis lengths", setEllipsoid)
           .alsoOfPackCells(),
       setting("cell-mesh", {name(), count(), file()},
-              "n cells of your own, any closed mesh (STL, OFF, PLY, OBJ)", setMesh),
-      setting("mesh-scale", {name(), meshScale()}, "unit of that cell's mesh file",
+              "n custom cells, from any closed mesh (STL, OFF, PLY, OBJ)", setMesh),
+      setting("mesh-scale", {name(), meshScale()}, "unit of the mesh file of that cell",
               [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); })
           .byDefault("1"),
-      setting("mesh-frame", {name(), meshFrames()},
-              "axes of that cell's mesh: turned and inflated as HemoCell's MESH_FROM_STL does, or as in the "
-              "file",
-              [](Settings& s, const Values& v) {
-                speciesNamed(s, text(v[0])).meshFrame = meshFrameFromString(text(v[1]));
-              })
+      setting(
+          "mesh-frame", {name(), meshFrames()},
+          "axes of the mesh of that cell; hemocell: rotated and inflated as HemoCell's MESH_FROM_STL does; "
+          "file: as in the file",
+          [](Settings& s, const Values& v) {
+            speciesNamed(s, text(v[0])).meshFrame = meshFrameFromString(text(v[1]));
+          })
           .byDefault("hemocell"),
       setting("rbc-volume", &R::redCellVolume, number("v", "µm³", 0, true, 1e6),
-              "count red cells by this volume (packCells: 97)")
+              "volume of one red cell in the hematocrit (packCells: 97)")
           .byDefault("volume of the mesh")
           .withTag("redCellVolume"),
       flagSetting("fluid-volume", &R::fluidVolume,
-                  "hematocrit of the volume of the fluid nodes, not of the true lumen")
+                  "divide by the volume of the fluid nodes instead of the true lumen")
           .withoutTag(),
       choiceSetting("", &R::fluidVolume, "", {{"lumen", false}, {"fluid", true}},
-                    "what the hematocrit is a share of: the true lumen or the fluid nodes")
+                    "volume that the hematocrit refers to: the true lumen or the fluid nodes")
           .withTag("hematocritVolume"),
       setting("fixed", {file()},
-              "the cells of this .pos file (named like the cell) stay where they are; counts include them",
+              "keep the cells of this .pos file (named after the cell) fixed; counts include them",
               [](Settings& s, const Values& v) { cellsInFile(s, text(v[0])).fixed = text(v[0]); })
           .withTag("fixed")
           .mayRepeat(),
       setting("start", {file()},
-              "begin with the cells of this .pos file: more are added at random, of too many some are drawn",
+              "start from the cells of this .pos file; more are added at random; of too many, a random "
+              "subset is kept",
               [](Settings& s, const Values& v) { cellsInFile(s, text(v[0])).start = text(v[0]); })
           .withTag("start")
           .mayRepeat(),
       setting("orient", {name(), component("x"), component("y"), component("z"), spread()},
-              "the thin axis of that cell stays within this angle of the direction x y z", setOrientation)
+              "keep the symmetry axis of that cell within this angle of the direction x y z", setOrientation)
           .byDefault("any direction"),
       setting("minimum-distance-from-solid", {name(), distanceFromSolid()},
-              "what the case passes to setInitialMinimumDistanceFromSolid for that cell, which HemoCell "
-              "truncates to whole µm",
+              "value that the case passes to setInitialMinimumDistanceFromSolid for that cell; HemoCell "
+              "truncates it to whole µm",
               [](Settings& s, const Values& v) {
                 speciesNamed(s, text(v[0])).minimumDistanceFromSolid = real(v[1]);
               })

@@ -52,27 +52,27 @@ std::vector<Setting> lumenSettings() {
   const ValueSpec axis = plain(Kind::axis, "axis");
   return {
       setting("cylinder", {axis, length("radius"), length("length")},
-              "a round tube instead of sizes or a case's geometry, low corner at the origin", setCylinder),
+              "a cylinder instead of a box or the geometry of a case, low corner at the origin", setCylinder),
       setting("sphere", {length("radius")}, "a sphere, low corner at the origin",
               [](Settings& s, const Values& v) {
                 commandLineSolid(s, SolidRequest::Kind::sphere, "sphere").radius = real(v[0]);
               }),
-      setting("vessel", {file(), meshScale()},
-              "any watertight mesh; coordinates times factor are µm of the .pos files", setVessel),
-      setting("open-axis", {axis}, "the --vessel is open along this axis (flat caps at both ends)",
+      setting("vessel", {file(), meshScale()}, "any watertight mesh; coordinates times factor are in µm",
+              setVessel),
+      setting("open-axis", {axis}, "axis along which the --vessel is open (flat caps at both ends)",
               setOpenAxis)
           .byDefault("closed all around"),
       setting("walls", &R::walls, plain(Kind::axes, "axes"),
-              "axes (xyz, or none) along which a box ends in walls")
+              "axes (xyz, or none) along which the box ends in walls")
           .byDefault("none for a box from the command line"),
       setting("ends", {choice("kind", {"closed", "periodic"})},
-              "open ends of a vessel, faces of a box: cells stay inside, where HemoCell keeps them, or wrap "
-              "around",
+              "open ends of a vessel, faces of a box; closed: cells stay inside, where HemoCell keeps them; "
+              "periodic: cells wrap around",
               [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
           .byDefault("closed; periodic for a box under the name packCells")
           .withTag("ends"),
       setting("pre-inlet", {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
-              "pack the inlet of a case with a <preInlet>: the direction in its C++ code (Direction::Xpos)",
+              "direction of the pre-inlet to pack, as in the C++ code of the case (Direction::Xpos)",
               [](Settings& s, const Values& v) { s.preInlet = text(v[0]); })
           .byDefault("of the C++ code beside config.xml")
           .withTag("preInlet"),
@@ -82,14 +82,14 @@ std::vector<Setting> lumenSettings() {
           .byDefault("of the C++ code, or the outermost with fluid")
           .withTag("preInletSlice"),
       setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
-              "nodes of that plane which the inlet is made of, where it has several outlines: y 0 42",
+              "nodes of that plane that form the inlet, where the plane has several outlines: y 0 42",
               setPreInletRange)
           .byDefault("of the C++ code, or all of the plane")
           .withTag("preInletRange")
           .mayRepeat(),
       flagSetting("keep-all", &R::keepAll,
-                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all; packMesh's "
-                  "default")
+                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all; default of "
+                  "packMesh")
           .withoutTag(),
       setting("dx", &R::dx, number("dx", "µm", 0, true, 100),
               "lattice spacing of the simulation, without a config.xml")

@@ -14,20 +14,21 @@ std::vector<Setting> outputSettings() {
   const auto times = [](const char* axis) { return integer(axis, "", 1, 1e4); };
   return {
       setting("output-dir", &R::outputDirectory, plain(Kind::text, "folder"),
-              "where the .pos files are written (check: read)")
+              "folder of the .pos files (check: where they are read)")
           .byDefault("of config.xml; without one the working directory")
           .withTag("outputDirectory"),
       setting("realisations", &R::realisations, times("n"),
-              "so many packings, with the seeds from --seed on, in folders realisation_1, realisation_2 ...")
+              "number of packings, with consecutive seeds from --seed on, in folders realisation_1, "
+              "realisation_2 ...")
           .notForCheck(),
       setting("tile", {times("nx"), times("ny"), times("nz")},
-              "repeat the periodic box so many times along each axis, in a larger box",
+              "numbers of copies of the periodic box along each axis, in a larger box",
               [](Settings& s, const Values& v) {
                 s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
               })
           .notForCheck(),
       setting("export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
-              "write the cells for other programs, too: cells.csv, cells.lammps, <Cell>.com_q.txt",
+              "also write the cells for other programs: cells.csv, cells.lammps, <Cell>.com_q.txt",
               [](Settings& s, const Values& v) {
                 if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
                   s.exports.push_back(text(v[0]));
@@ -36,34 +37,32 @@ std::vector<Setting> outputSettings() {
           .mayRepeat()
           .notForCheck(),
       setting("checkpoint-every", &R::checkpointEvery, number("s", "s", 0, true, 1e9),
-              "save the state of the run so often, to go on after an interruption")
-          .byDefault("only at signals and in the end, with --state")
+              "interval at which the state of the run is saved, to continue after an interruption")
+          .byDefault("only at signals and at the end, with --state")
           .notForCheck(),
       setting("state", &R::stateFile, file(),
-              "where the state is saved: also at SIGUSR1, when interrupted, and in the end")
-          .byDefault("state.h5 where the .pos files go, with --checkpoint-every")
+              "file of the state; also saved at SIGUSR1, when interrupted, and at the end")
+          .byDefault("state.h5 beside the .pos files, with --checkpoint-every")
           .withTag("stateFile")
           .notForCheck(),
       setting("restart", &R::restart, file(),
-              "go on from a saved state; alone: with the command that began the run")
+              "continue from a saved state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
       flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray")
           .withTag("povScene")
           .notForCheck(),
-      flagSetting(
-          "vtp", &R::vtp,
-          "write <Cell>.vtp, the cells as points with what is measured of each, and their meshes, for "
-          "ParaView")
+      flagSetting("vtp", &R::vtp,
+                  "write <Cell>.vtp for ParaView: the cells as points with their measures, and their meshes")
           .notForCheck(),
       flagSetting("vtp-meshes", &R::vtpMeshes,
-                  "write <Cell>_cells.vtp, all membranes (some 65 kB for each red cell)")
+                  "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)")
           .notForCheck(),
       setting("report", &R::reportFile, file(),
-              "write a report: file.json for programs, file.html for people (with file.json beside it)")
+              "write a report: file.json, or file.html (with file.json beside it)")
           .notForCheck(),
-      flagSetting("quiet", &R::quiet, "only warnings and errors").withoutTag(),
-      flagSetting("verbose", &R::verbose, "progress, and every fault a check finds").withoutTag(),
+      flagSetting("quiet", &R::quiet, "print only warnings and errors").withoutTag(),
+      flagSetting("verbose", &R::verbose, "print progress, and every fault that a check finds").withoutTag(),
   };
 }
 
@@ -74,7 +73,7 @@ std::vector<Setting> ignoredSettings() {
           .alsoOfPackCells();
   rotate.flag = true;
   return {rotate,
-          setting("scale", {number("s", "", 0, false, 1e9)}, "packCells' neighbour grid; there is none here",
+          setting("scale", {number("s", "", 0, false, 1e9)}, "neighbour grid of packCells; packMesh has none",
                   [](Settings& s, const Values& v) { s.ignoredScale = real(v[0]); })
               .withLetter('s')
               .alsoOfPackCells()};

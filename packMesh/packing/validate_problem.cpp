@@ -101,7 +101,7 @@ void checkColumns(const PackingProblem& problem) {
       throw InputError("species '" + one.name + "' cannot start in columns: " + what);
     };
     if (++species > 1) refuse("another one does, too");
-    if (!one.start.empty()) refuse("some of its cells are there already");
+    if (!one.start.empty()) refuse("some of its cells exist already");
     if (one.freedom.cone) refuse("its cells are held to a direction");
     if (one.freedom.home) refuse("its cells are held to a region");
     if (!one.freedom.isFree()) refuse("its cells are fixed, or keep more clearance to the wall than others");

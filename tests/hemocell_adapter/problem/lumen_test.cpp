@@ -230,7 +230,8 @@ TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[exe
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
 }
 
-TEST_CASE("cells longer than a periodic box are packed, as their images may lie beside them", "[executable]") {
+TEST_CASE("cells longer than a periodic box are packed, as their images may lie beside them",
+          "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "30 30 30 --ends periodic --cell Rod 1 60 2 2");
   const Ran closed = run(folder.path(), "30 30 30 --cell Rod 1 60 2 2");

@@ -69,7 +69,7 @@ TEST_CASE("fixed cells that cannot stay are refused with their number", "[execut
   CHECK_THAT(ran.err, Contains("none.pos: no such file"));
   ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3 --method cat");
   CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("method cat does not know it"));
+  CHECK_THAT(ran.err, Contains("method cat does not support it"));
 }
 
 TEST_CASE("cells beyond those that a file announces do not count, as for HemoCell", "[executable]") {

@@ -21,7 +21,7 @@ TEST_CASE("regions have their own hematocrit, axes their direction, walls their 
       "<region hematocrit=\"0\"> <box origin=\"-1 -1 -1\" size=\"6 20 20\"/> </region> </packing>");
   const Ran ran = ok(folder, "config.xml --export csv");
   CHECK_THAT(ran.out, Contains("Hematocrit of region 2: 0.0000, 0 red cells"));
-  CHECK_THAT(ran.out, Contains("RBC: thin axis within 30 degrees of (1, 0, 0)"));
+  CHECK_THAT(ran.out, Contains("RBC: symmetry axis within 30 degrees of (1, 0, 0)"));
   int inBall = 0, all = 0;
   for (const PosLine& line : readPos(folder.path() / "RBC.pos")) {
     const Vec3 axis = placementOf(line).linear.col(1);
@@ -113,7 +113,7 @@ TEST_CASE("constraints that make no sense are refused", "[executable]") {
              Contains("outside the lumen"));
   CHECK_THAT(
       refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\">" + ball + "</region>", "--method cat"),
-      Contains("method cat does not know it"));
+      Contains("method cat does not support it"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is no direction"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
