@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
@@ -69,7 +70,7 @@ ExitCode runRealisations(const Job& job, const Communicator& ranks,
       return end.code;
     }
     rows.push_back({i, one.seed, end.code, end.figures});
-    writeOnFirstRank(ranks, [&] {
+    onFirstRank(ranks, [&] {
       AtomicFiles files;
       files.add(file, realisationsText(rows));
       files.commit();

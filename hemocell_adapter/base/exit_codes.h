@@ -35,14 +35,8 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::interrupted, "interrupted: no .pos file written"},
 };
 
-/// The command line is at fault.
+/// The command line is invalid.
 class UsageError : public InputError {
- public:
-  using InputError::InputError;
-};
-
-/// The results cannot be written.
-class OutputError : public InputError {
  public:
   using InputError::InputError;
 };

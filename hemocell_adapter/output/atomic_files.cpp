@@ -21,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void fail(const fs::path& target, const std::string& what, int error) {
-  throw InputError(target.string() + ": " + what +
-                   (error != 0 ? std::string(": ") + std::strerror(error) : ""));
+  throw OutputError(target.string() + ": " + what +
+                    (error != 0 ? std::string(": ") + std::strerror(error) : ""));
 }
 
 /// A file of a new name next to `target`.

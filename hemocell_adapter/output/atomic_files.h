@@ -8,14 +8,14 @@
 
 namespace packmesh::hemocell {
 
-/// @throws InputError when `target` exists, but not as a file that may be replaced
+/// @throws OutputError when `target` exists, but not as a file that may be replaced
 void requireReplaceable(const std::filesystem::path& target);
 
 /// Writes text files so that each appears whole or not at all: all are written next to their targets under
 /// temporary names, read back and compared, and only then renamed.
 ///
 /// An existing target keeps its permissions; a target that is a symbolic link is written where it points.
-/// @throws InputError when a folder is not writable or a disk full; then no target has changed
+/// @throws OutputError when a folder is not writable or a disk full; then no target has changed
 class AtomicFiles {
  public:
   AtomicFiles() = default;

@@ -12,6 +12,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/output/exports.h"
 #include "hemocell_adapter/output/pov_scene.h"
@@ -119,11 +120,7 @@ void requireWritableOutputs(const Job& job, const Scene& scene) {
   std::vector<fs::path> files = viewFiles(job, scene);
   for (const SceneSpecies& species : scene.species)
     if (species.mostCells() > 0) files.push_back(positionsOf(job, species));
-  try {
-    for (const fs::path& file : files) requireReplaceable(file);
-  } catch (const InputError& error) {
-    throw OutputError(error.what());
-  }
+  for (const fs::path& file : files) requireReplaceable(file);
   ExportedPacking names;
   for (const SceneSpecies& species : scene.species) names.species.push_back({species.job.name});
   for (const std::string& format : job.exports)
@@ -180,13 +177,12 @@ void writeViews(const Finished& done, const RunTimes& times) {
   std::vector<PicturedCell> cells;
   if (job.povScene || (job.reportFile && job.reportFile->extension() == ".html"))
     cells = allCells(done, measures);
-  if (job.povScene)
-    writeOnFirstRank(ranks, [&] { writeScene(done, cells, job.outputDirectory / "cells.pov"); });
+  if (job.povScene) onFirstRank(ranks, [&] { writeScene(done, cells, job.outputDirectory / "cells.pov"); });
   if (job.vtp || job.vtpMeshes) writeVtp(done, measures);
   if (job.reportFile) {
     SharedFiles(ranks).makeFolder(job.reportFile->parent_path());
     const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(job));
-    writeOnFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
+    onFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
   }
   for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));
 }

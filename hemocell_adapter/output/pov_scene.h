@@ -25,7 +25,7 @@ struct PicturedCell {
 ///
 /// @param shapes,names per species
 /// @param cells PlacedCell::species indexes shapes and names
-/// @throws InputError when the file cannot be written; then an older file of that name is unchanged
+/// @throws OutputError when the file cannot be written; then an older file of that name is unchanged
 void writePovScene(const std::filesystem::path& file, const std::vector<const Shape*>& shapes,
                    const std::vector<std::string>& names, const std::vector<PicturedCell>& cells,
                    const Container& container);

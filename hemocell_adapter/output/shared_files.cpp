@@ -11,18 +11,8 @@
 
 namespace packmesh::hemocell {
 
-void writeOnFirstRank(const Communicator& ranks, const std::function<void()>& work) {
-  onFirstRank(ranks, [&] {
-    try {
-      work();
-    } catch (const InputError& error) {
-      throw OutputError(error.what());
-    }
-  });
-}
-
 void SharedFiles::makeFolder(const std::filesystem::path& folder) {
-  writeOnFirstRank(ranks_, [&] {
+  onFirstRank(ranks_, [&] {
     std::error_code error;
     if (!folder.empty()) std::filesystem::create_directories(folder, error);
     if (error)
@@ -31,11 +21,11 @@ void SharedFiles::makeFolder(const std::filesystem::path& folder) {
 }
 
 void SharedFiles::begin(const std::filesystem::path& target) {
-  writeOnFirstRank(ranks_, [&] { files_.begin(target); });
+  onFirstRank(ranks_, [&] { files_.begin(target); });
 }
 
 void SharedFiles::append(const std::function<std::string()>& text) {
-  writeOnFirstRank(ranks_, [&] { files_.append(text()); });
+  onFirstRank(ranks_, [&] { files_.append(text()); });
 }
 
 void SharedFiles::appendParts(const std::string& own) {
@@ -47,17 +37,17 @@ void SharedFiles::appendParts(const std::string& own) {
       error = std::current_exception();
     }
   });
-  writeOnFirstRank(ranks_, [&] {
+  onFirstRank(ranks_, [&] {
     if (error) std::rethrow_exception(error);
   });
 }
 
 void SharedFiles::end() {
-  writeOnFirstRank(ranks_, [&] { files_.end(); });
+  onFirstRank(ranks_, [&] { files_.end(); });
 }
 
 void SharedFiles::commit() {
-  writeOnFirstRank(ranks_, [&] { files_.commit(); });
+  onFirstRank(ranks_, [&] { files_.commit(); });
 }
 
 }  // namespace packmesh::hemocell

@@ -12,10 +12,6 @@
 
 namespace packmesh::hemocell {
 
-/// `work` on the first rank; its InputErrors are faults of the output.
-/// @throws AgreedFailure on all ranks
-void writeOnFirstRank(const Communicator& ranks, const std::function<void()>& work);
-
 /// AtomicFiles that the first rank writes; the others send it their parts, one rank after the other. All
 /// ranks call everything. @throws AgreedFailure on all ranks when something cannot be written
 class SharedFiles {

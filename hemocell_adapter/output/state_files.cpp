@@ -80,7 +80,7 @@ void requireReplaceableState(const Job& job) {
     std::error_code ignored;
     const bool continued = job.restart && std::filesystem::equivalent(file, *job.restart, ignored);
     if (!continued && isThere(file)) readStateHead(file);
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     throw OutputError(
         fmt::format("{}; the state is not written over it (--state names another file)", error.what()));
   }
@@ -105,7 +105,7 @@ void StateFiles::save(const PackingState& state) {
     const std::filesystem::path companion = companionOf(*job_.stateFile);
     if (problem_.communicator.rank() == 0 && companion != *job_.stateFile)
       writeXdmf(companion, *job_.stateFile, state.cellCount, problem_.species);
-  } catch (const InputError& error) {
+  } catch (const OutputError& error) {
     log::warning(error.what());
   }
   if (saved_)

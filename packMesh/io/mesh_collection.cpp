@@ -79,7 +79,7 @@ void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>
     written = writeText(file, plyText(meshes));
   else
     written = writeHdf5(file, meshes);
-  if (!written) throw InputError(file.string() + ": the meshes cannot be written");
+  if (!written) throw OutputError(file.string() + ": the meshes cannot be written");
 }
 
 }  // namespace packmesh

@@ -22,7 +22,7 @@ void requireMeshCollectionEnding(const std::filesystem::path& file);
 ///   from 0 on, counter-clockwise seen from outside) and the attribute `name`; the file's attribute `unit` is
 ///   "µm".
 /// Line breaks in names become spaces.
-/// @throws InputError when the ending is another one or the file cannot be written
+/// @throws InputError when the ending is another one, OutputError when the file cannot be written
 void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes);
 
 }  // namespace packmesh

@@ -19,7 +19,7 @@ struct PictureMesh {
 };
 
 /// Writes a scene of meshes in a container, which is shown like glass; else as writePovScene().
-/// @throws InputError when the file cannot be written; then an older file of that name is unchanged
+/// @throws OutputError when the file cannot be written; then an older file of that name is unchanged
 void writePovMeshes(const std::filesystem::path& file, const std::vector<PictureMesh>& meshes,
                     const TriangleMesh& container);
 

@@ -39,7 +39,7 @@ void SceneFile::commit() {
 }
 
 void SceneFile::fail() {
-  throw InputError("cannot write the picture's scene '" + file_.string() + "'");
+  throw OutputError("cannot write the picture's scene '" + file_.string() + "'");
 }
 
 void SceneFile::flush() {

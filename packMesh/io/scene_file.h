@@ -11,13 +11,13 @@ namespace packmesh::pov {
 /// A text file that replaces an older one only when it is complete.
 class SceneFile {
  public:
-  /// @throws InputError when the file cannot be written
+  /// @throws OutputError when the file cannot be written
   explicit SceneFile(const std::filesystem::path& file);
   ~SceneFile();
   SceneFile(const SceneFile&) = delete;
   SceneFile& operator=(const SceneFile&) = delete;
   SceneFile& operator<<(const std::string& text);
-  /// @throws InputError when the file cannot be written
+  /// @throws OutputError when the file cannot be written
   void commit();
 
  private:

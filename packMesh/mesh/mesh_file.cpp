@@ -155,7 +155,7 @@ void writeMesh(const std::filesystem::path& file, const TriangleMesh& mesh) {
   std::ofstream stream(file, std::ios::binary);
   stream << text.str();
   stream.close();
-  if (!stream) throw InputError(file.string() + ": the mesh file cannot be written");
+  if (!stream) throw OutputError(file.string() + ": the mesh file cannot be written");
 }
 
 }  // namespace packmesh

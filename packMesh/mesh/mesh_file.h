@@ -18,7 +18,7 @@ namespace packmesh {
 TriangleMesh readMesh(const std::filesystem::path& file);
 
 /// Writes `mesh` as text that reads back to the same numbers; the kind follows the ending.
-/// @throws InputError when the file cannot be written
+/// @throws OutputError when the file cannot be written
 void writeMesh(const std::filesystem::path& file, const TriangleMesh& mesh);
 
 }  // namespace packmesh

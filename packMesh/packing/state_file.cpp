@@ -352,7 +352,7 @@ void writeState(const fs::path& name, const PackingProblem& problem, const std::
   }
   if (!ranks.any(!error.empty())) return;
   if (ranks.rank() == 0) ::unlink(written.c_str());
-  throw InputError(file.string() + ": the state " + (error.empty() ? "cannot be written" : error));
+  throw OutputError(file.string() + ": the state " + (error.empty() ? "cannot be written" : error));
 }
 
 StateHead readStateHead(const fs::path& file) {

@@ -103,7 +103,7 @@ void writeXdmf(const std::filesystem::path& file, const std::filesystem::path& s
   const bool closed = out != nullptr && std::fclose(out) == 0;
   if (good && closed && std::rename(written.c_str(), file.c_str()) == 0) return;
   std::remove(written.c_str());
-  throw InputError(file.string() + ": cannot be written");
+  throw OutputError(file.string() + ": cannot be written");
 }
 
 }  // namespace packmesh

@@ -16,7 +16,7 @@ namespace packmesh {
 /// hematocrit, and every species' template mesh, which ParaView's 3D glyphs put at the points. So a mesh is
 /// there only once, however many cells there are. One rank calls it.
 /// @param cells in the file
-/// @throws InputError when the file cannot be written
+/// @throws OutputError when the file cannot be written
 void writeXdmf(const std::filesystem::path& file, const std::filesystem::path& stateFile, std::int64_t cells,
                const std::vector<Species>& species);
 

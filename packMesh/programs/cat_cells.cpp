@@ -187,7 +187,7 @@ int main(int argc, char** argv) {
   } catch (const UsageError& error) {
     std::cerr << "(packMesh) (Error) " << error.what() << '\n';
     return 1;
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     std::cerr << "(packMesh) (Error) " << error.what() << '\n';
     return 2;
   } catch (const std::exception& error) {

@@ -40,7 +40,7 @@ TEST_CASE("two runs in one folder: the second is told who is there", "[executabl
     CHECK(run(folder.path() / "other", "check --box 20 20 20").exitCode == 0);
     fs::copy_file(folder.path() / "other/RBC.pos", folder.path() / "RBC.pos");
     CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
-    CHECK_THROWS_AS(RunLock::ofFolder(folder.path()), OutputError);
+    CHECK_THROWS_AS(RunLock::ofFolder(folder.path()), packmesh::OutputError);
   }
   CHECK(run(folder.path(), small).exitCode == 0);
   CHECK(folder.files() == 2);  // RBC.pos, other

@@ -239,7 +239,7 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
   }
   SECTION("a folder in the way") {
     AtomicFiles files;
-    CHECK_THROWS_AS(files.add(folder.path(), "x"), InputError);
+    CHECK_THROWS_AS(files.add(folder.path(), "x"), OutputError);
   }
   SECTION("twice the same") {
     AtomicFiles files;

@@ -161,9 +161,9 @@ TEST_CASE("A scene that cannot be written is an error and leaves nothing", "[io]
   const Scratch scratch;
   const Shape red = octahedron(4);
   const Lumen box({50, 50, 50}, false);
-  CHECK_THROWS_AS(writePovScene(scratch.path / "none" / "cells.pov", {&red}, {"RBC"}, {}, box), InputError);
+  CHECK_THROWS_AS(writePovScene(scratch.path / "none" / "cells.pov", {&red}, {"RBC"}, {}, box), OutputError);
   fs::create_directory(scratch.path / "taken.pov");
-  CHECK_THROWS_AS(writePovScene(scratch.path / "taken.pov", {&red}, {"RBC"}, {}, box), InputError);
+  CHECK_THROWS_AS(writePovScene(scratch.path / "taken.pov", {&red}, {"RBC"}, {}, box), OutputError);
   CHECK(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator()) == 1);
 }
 

@@ -81,5 +81,5 @@ TEST_CASE("What is wrong with a state file, or with writing it, all ranks are to
   PackingProblem problem = sampleProblem();
   problem.communicator = ranks;
   REQUIRE_THROWS_AS(readState("/no such folder/state.h5", problem), InputError);
-  REQUIRE_THROWS_AS(packAndSave(problem, "/no such folder/state", 1), InputError);
+  REQUIRE_THROWS_AS(packAndSave(problem, "/no such folder/state", 1), OutputError);
 }

@@ -156,7 +156,7 @@ TEST_CASE("What cannot be written leaves the older state") {
   writeState(file, problem, {}, state);
   const std::string bytes = readBytes(file);
   fs::create_directory(temporaryName(file, 0, "new"));  // in the way
-  REQUIRE_THROWS_AS(writeState(file, problem, {}, state), InputError);
+  REQUIRE_THROWS_AS(writeState(file, problem, {}, state), OutputError);
   REQUIRE(readBytes(file) == bytes);
   fs::create_directory(folder.path() / "folder.h5");
   REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),

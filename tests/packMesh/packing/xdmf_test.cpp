@@ -103,5 +103,5 @@ TEST_CASE("The last state of a run holds what was measured, and earlier ones say
 }
 
 TEST_CASE("A companion that cannot be written is an error that names it") {
-  REQUIRE_THROWS_AS(writeXdmf("/no such folder/state.xdmf", "state.h5", 1, {}), InputError);
+  REQUIRE_THROWS_AS(writeXdmf("/no such folder/state.xdmf", "state.h5", 1, {}), OutputError);
 }
