@@ -80,13 +80,11 @@ Report growthOf(const GrowthSettings& g) {
           {"attempts", g.attempts}};
 }
 
-const char* nameOf(Builder builder) {
-  switch (builder) {
-    case Builder::tetgen:
-      return "tetgen";
-    case Builder::catFaces:
+const char* nameOf(PlaneSource planeSource) {
+  switch (planeSource) {
+    case PlaneSource::catFaces:
       return "cat-faces";
-    case Builder::chords:
+    case PlaneSource::chords:
       break;
   }
   return "chords";
@@ -131,7 +129,7 @@ Report configurationOf(const Job& job) {
   all["redCellVolume"] = optionalOf(job.redCellVolume);
   all["hematocritVolume"] = job.fluidVolume ? "fluid" : "lumen";
   all["method"] = cat ? "cat" : "relaxation";
-  all["builder"] = cat ? Report(nameOf(job.builder.value_or(Builder::chords))) : Report(nullptr);
+  all["builder"] = cat ? Report(nameOf(job.planeSource.value_or(PlaneSource::chords))) : Report(nullptr);
   all["escape"] = job.escape;
   all["growth"] = cat ? growthOf(job.growth) : Report(nullptr);
   all["clearance"] = job.clearance;

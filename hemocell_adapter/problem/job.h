@@ -66,7 +66,7 @@ struct Job {
   bool keepAll = false;
 
   Method method = Method::relaxation;
-  std::optional<Builder> builder;               ///< of Method::cat
+  std::optional<PlaneSource> planeSource;       ///< of Method::cat
   bool escape = false;                          ///< of Method::cat
   GrowthSettings growth;                        ///< of Method::cat
   double clearance = 0.0, wallClearance = 0.0;  ///< demanded [µm]

@@ -59,7 +59,7 @@ void takeSettings(Job& job, const Settings& s) {
   take(job.keepAll, s.keepAll);
   take(job.dx, s.dx);
   take(job.method, s.method);
-  take(job.builder, s.builder);
+  take(job.planeSource, s.planeSource);
   take(job.escape, s.escape);
   take(job.growth, s.growth);
   take(job.clearance, s.clearance);
@@ -108,8 +108,8 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   if (meshLumen && job.container->lumen->file.empty()) {
     throw UsageError("option '--open-axis' needs a --vessel");
   }
-  if (job.builder && job.method != Method::cat) {
-    if (options.builder) throw UsageError("option '--builder' is for --method cat");
+  if (job.planeSource && job.method != Method::cat) {
+    if (options.planeSource) throw UsageError("option '--builder' is for --method cat");
     throw InputError(job.config->file.string() + ": <builder>: it is for <method> cat");
   }
   if (settings.growth && job.method != Method::cat) {

@@ -53,15 +53,13 @@ std::vector<Setting> packingSettings() {
        0,
        "builder",
        false,
-       {choice("name", {"chords", "tetgen", "cat-faces"})},
+       {choice("name", {"chords", "cat-faces"})},
        "chords",
        "with --method cat: where the planes between cells come from",
        Topic::packing,
        false,
        [](Settings& s, const Values& v) {
-         s.builder = text(v[0]) == "tetgen"      ? Builder::tetgen
-                     : text(v[0]) == "cat-faces" ? Builder::catFaces
-                                                 : Builder::chords;
+         s.planeSource = text(v[0]) == "cat-faces" ? PlaneSource::catFaces : PlaneSource::chords;
        }},
       {"escape",
        0,

@@ -83,7 +83,7 @@ struct Settings {
   std::optional<std::int64_t> realisations;
 
   std::optional<Method> method;
-  std::optional<Builder> builder;
+  std::optional<PlaneSource> planeSource;
   std::optional<bool> escape;
   std::optional<GrowthSettings> growth;
   std::optional<double> clearance, wallClearance;  ///< [µm]; empty: as much as is cheap
