@@ -40,8 +40,8 @@ def numbers(rows, column):
 
 
 def plot_times(rows, folder):
-    builders = ("cat-faces", "tetgen", "chords")
-    figure, axes = plt.subplots(2, 3, figsize=(9, 5.2), sharex=True, sharey=True)
+    builders = ("cat-faces", "chords")
+    figure, axes = plt.subplots(2, 2, figsize=(6.4, 5.2), sharex=True, sharey=True)
     for line, step in zip(axes, ("first", "last")):
         for axis, builder in zip(line, builders):
             chosen = [row for row in rows if row["step"] == step and row["builder"] == builder]

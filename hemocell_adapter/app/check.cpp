@@ -62,7 +62,7 @@ class FaultList {
 class Report {
  public:
   Report(const Job& job, const Scene& scene, const FoundCells& found)
-      : job_(job), scene_(scene), found_(found), objections_(found.cells.size()) {
+      : job_(job), scene_(scene), found_(found), violations_(found.cells.size()) {
     CertificateInput input;
     input.container = scene.lumen.container.get();
     input.cells = &found.cells;
@@ -76,8 +76,8 @@ class Report {
     input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(found.cells.size()));
     certificate_ = certify(input);
     for (std::size_t i = 0; i < found.cells.size(); ++i) {
-      objections_[i] = hemocellObjection(scene, found.cells[i]);
-      if (!objections_[i]) kept_.push_back(std::int64_t(i));
+      violations_[i] = hemocellViolation(scene, found.cells[i]);
+      if (!violations_[i]) kept_.push_back(std::int64_t(i));
     }
   }
 
@@ -155,7 +155,7 @@ class Report {
   void printOverlap() const {
     std::int64_t amongKept = 0;
     for (const OverlappingPair& pair : certificate_.overlapping) {
-      amongKept += !objections_[pair.first] && !objections_[pair.second];
+      amongKept += !violations_[pair.first] && !violations_[pair.second];
     }
     const std::string nearer =
         job_.clearance > 0.0 ? fmt::format(" or nearer than {:.6g} µm", job_.clearance) : "";
@@ -232,8 +232,8 @@ class Report {
       for (std::size_t i = 0; i < found_.cells.size(); ++i) {
         if (found_.cells[i].species != int(s)) continue;
         ++total;
-        if (objections_[i]) {
-          countReason(reasons, *objections_[i], 1);
+        if (violations_[i]) {
+          countReason(reasons, *violations_[i], 1);
         } else {
           ++kept;
         }
@@ -247,7 +247,7 @@ class Report {
     FaultList list;
     if (log::level() != log::Level::verbose) return;
     for (std::size_t i = 0; i < found_.cells.size(); ++i) {
-      if (objections_[i]) list.add(fmt::format("dropped: {}: {}", nameOf(std::int64_t(i)), *objections_[i]));
+      if (violations_[i]) list.add(fmt::format("dropped: {}: {}", nameOf(std::int64_t(i)), *violations_[i]));
     }
   }
 
@@ -260,7 +260,7 @@ class Report {
   const Job& job_;
   const Scene& scene_;
   const FoundCells& found_;
-  std::vector<std::optional<std::string>> objections_;  ///< HemoCell's, per cell
+  std::vector<std::optional<std::string>> violations_;  ///< HemoCell's, per cell
   std::vector<std::int64_t> kept_;
   Certificate certificate_;
 };

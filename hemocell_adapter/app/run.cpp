@@ -39,8 +39,8 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
   own.kept.assign(scene.species.size(), 0);
   if (!knowsAcceptance(scene)) return own;
   for (const PlacedCell& cell : cells) {
-    if (const auto objection = hemocellObjection(scene, cell)) {
-      countReason(own, *objection, 1);
+    if (const auto violation = hemocellViolation(scene, cell)) {
+      countReason(own, *violation, 1);
     } else {
       ++own.kept[cell.species];
     }

@@ -130,8 +130,8 @@ class AcceptedWall final : public Wall {
   WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     WallVerdict verdict;
     if (wall_) verdict = wall_->examine(cell, gapOfInterest);
-    if (verdict.objection) return verdict;
-    verdict.objection = acceptance_.objection(placedVertices(cell.hierarchy.mesh(), cell.placement));
+    if (verdict.violation) return verdict;
+    verdict.violation = acceptance_.violation(placedVertices(cell.hierarchy.mesh(), cell.placement));
     return verdict;
   }
 
@@ -207,7 +207,7 @@ bool Acceptance::allows(const Vec3& p) const {
   return node && allowed_.fluid((*node)[0], (*node)[1], (*node)[2]);
 }
 
-std::optional<std::string> Acceptance::objection(const std::vector<Vec3>& vertices) const {
+std::optional<std::string> Acceptance::violation(const std::vector<Vec3>& vertices) const {
   for (const Vec3& p : vertices) {
     const auto node = nodeOf(p, allowed_);
     if (!node) return "a vertex lies outside the lattice";

@@ -26,7 +26,7 @@ class Acceptance {
   /// Nothing when HemoCell keeps a cell with these vertices, otherwise the rule that deletes it
   /// ("a vertex lies outside the lattice", "a vertex lies on a wall node", "nearer than 1 µm to a solid
   /// node").
-  std::optional<std::string> objection(const std::vector<Vec3>& vertices) const;
+  std::optional<std::string> violation(const std::vector<Vec3>& vertices) const;
 
   /// Whether a vertex at p [µm] may be: all three rules.
   bool allows(const Vec3& p) const;

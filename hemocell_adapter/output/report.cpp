@@ -158,7 +158,6 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
 
 Report statisticsOf(const Statistics& s) {
   Report all = {{"blocks", s.blocks}, {"sweeps", s.sweeps}, {"repairs", s.repairs}};
-  all["regrowth"] = {{"rounds", s.regrowth.rounds}, {"cells", s.regrowth.cells}};
   all["growth"] = nullptr;
   if (s.growth)
     all["growth"] = {{"iterations", s.growth->iterations},

@@ -13,13 +13,11 @@
 namespace packmesh::hemocell {
 namespace {
 
-const char* builderText(Builder builder) {
-  switch (builder) {
-    case Builder::tetgen:
-      return "planes from chords between cells that tetrahedra join";
-    case Builder::catFaces:
+const char* planeSourceText(PlaneSource planeSource) {
+  switch (planeSource) {
+    case PlaneSource::catFaces:
       return "planes from CAT faces of tetrahedra";
-    case Builder::chords:
+    case PlaneSource::chords:
       break;
   }
   return "planes from chords";
@@ -142,7 +140,7 @@ std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks
   if (job.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (job.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
-                                builderText(job.builder)));
+                                planeSourceText(job.planeSource)));
   const Clearances most = clearanceLevels(job, scene).front();
   const auto asked = [](bool automatic, double least) {
     return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);
@@ -233,18 +231,18 @@ std::vector<std::string> effortLines(const Statistics& s) {
   std::vector<std::string> lines;
   if (s.growth) {
     const GrowthStatistics& g = *s.growth;
-    const double all = g.planeSeconds + g.programSeconds + g.stepBackSeconds + g.relaxationSeconds;
+    const double all = g.planeSeconds + g.programSeconds + g.stepHalvingSeconds + g.relaxationSeconds;
     lines.push_back(fmt::format(
         "Growth: {} iterations, {} relaxations when stalled ({} helped); {} of {} steps ran into another "
         "cell, {} into the wall, {} were not taken",
-        g.iterations, g.relaxations, g.relaxationsKept, g.stepBack.violatingPairs, g.stepBack.steps,
-        g.stepBack.misplaced, g.stepBack.stayed));
+        g.iterations, g.relaxations, g.relaxationsKept, g.stepHalving.violatingPairs, g.stepHalving.steps,
+        g.stepHalving.misplaced, g.stepHalving.stayed));
     lines.push_back(
-        fmt::format("Growth, CPU: planes {:.3f} s, programmes {:.3f} s, exact tests and stepping back {:.3f} "
+        fmt::format("Growth, CPU: planes {:.3f} s, programmes {:.3f} s, exact tests and step halving {:.3f} "
                     "s ({:.0f} %), "
                     "relaxation {:.3f} s",
-                    g.planeSeconds, g.programSeconds, g.stepBackSeconds,
-                    all > 0.0 ? 100.0 * g.stepBackSeconds / all : 0.0, g.relaxationSeconds));
+                    g.planeSeconds, g.programSeconds, g.stepHalvingSeconds,
+                    all > 0.0 ? 100.0 * g.stepHalvingSeconds / all : 0.0, g.relaxationSeconds));
     if (s.tetrahedra)
       lines.push_back(
           fmt::format("Tetrahedra: {} runs, {} attempts of TetGen, {} times finer levels, {} failures; CPU: "
@@ -261,13 +259,6 @@ std::vector<std::string> effortLines(const Statistics& s) {
     lines.push_back(fmt::format("CPU: start {:.3f} s, growth {:.3f} s, certificate {:.3f} s",
                                 s.placementSeconds, s.growthSeconds, s.certificateSeconds));
   } else {
-    const RegrowthSums& r = s.regrowth;
-    if (r.rounds > 0)
-      lines.push_back(fmt::format(
-          "Regrowth: {} cells that met shrunk to {:.2f} at least and grown again in {} clusters{}; {} "
-          "iterations, CPU {:.3f} s",
-          r.cells, r.smallest, r.clusters, r.unfinished > 0 ? ", one of which did not finish" : "",
-          r.growth.iterations, r.seconds));
     lines.push_back(
         fmt::format("Packing: {} sweeps, {} rounds of repair; CPU: placement {:.3f} s, relaxation {:.3f} s, "
                     "certificate {:.3f} s",

@@ -260,12 +260,12 @@ PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool(
   }
   problem.container = scene.lumen.container;
   problem.method = job.method;
-  problem.builder = job.builder;
+  problem.planeSource = job.planeSource;
   problem.growth = job.growth;
   if (job.escape) {
     problem.escape.emplace();
     for (const ScenePart& part : scene.parts)
-      problem.escape->stock.push_back(scene.species[part.species].job.stock);
+      problem.escape->reserve.push_back(scene.species[part.species].job.stock);
   }
   problem.clearance = job.clearance;
   problem.wallClearance = job.wallClearance;

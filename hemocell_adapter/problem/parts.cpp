@@ -177,7 +177,7 @@ class Parting {
     if (region >= 0) {
       part.name +=
           region + 1 < int(scene_.regions.size()) ? fmt::format(", region {}", region + 1) : ", rest";
-      part.freedom.home = scene_.regions[region].region;
+      part.freedom.region = scene_.regions[region].region;
     }
     part.start = drawn(std::move(start), count, job_.seed, parts_.size());
     if (job_.rotate && part.freedom.cone)

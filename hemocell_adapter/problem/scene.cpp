@@ -30,10 +30,10 @@ bool knowsAcceptance(const Scene& scene) {
   return scene.lumen.lattice || scene.lumen.keptBox;
 }
 
-std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell) {
+std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell) {
   const SceneSpecies& species = scene.species[cell.species];
   const std::vector<Vec3> vertices = placedVertices(species.shape->mesh(), cell.placement);
-  if (species.acceptance) return species.acceptance->objection(vertices);
+  if (species.acceptance) return species.acceptance->violation(vertices);
   if (scene.lumen.keptBox) {
     for (const Vec3& p : vertices) {
       const bool kept = (p.array() > scene.lumen.keptBox->lo.array()).all() &&

@@ -48,7 +48,7 @@ std::string columnsInstead(const Job& job, const Scene& scene);
 std::vector<std::int64_t> namedBySpecies(const Scene& scene, PackingResult& result);
 
 /// What HemoCell would do with a placed cell: nothing when it keeps it, otherwise why not.
-std::optional<std::string> hemocellObjection(const Scene& scene, const PlacedCell& cell);
+std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell);
 
 /// Whether the scene knows what HemoCell keeps: there is a lattice, or a box.
 bool knowsAcceptance(const Scene& scene);

@@ -37,10 +37,9 @@ std::vector<Setting> methodSettings() {
       choiceSetting("method", &R::method, "name", {{"relaxation", Method::relaxation}, {"cat", Method::cat}},
                     "relaxation: separate overlapping cells of full size; cat: grow small cells in the cells "
                     "of the chordal axis transform"),
-      choiceSetting(
-          "builder", &R::builder, "name",
-          {{"chords", Builder::chords}, {"tetgen", Builder::tetgen}, {"cat-faces", Builder::catFaces}},
-          "with --method cat: source of the planes between cells")
+      choiceSetting("builder", &R::planeSource, "name",
+                    {{"chords", PlaneSource::chords}, {"cat-faces", PlaneSource::catFaces}},
+                    "with --method cat: source of the planes between cells")
           .onlyFor(Method::cat),
       flagSetting(
           "escape", &R::escape,

@@ -81,10 +81,10 @@ struct RunSettings {
   std::array<int, 3> tiles = {1, 1, 1};
 
   Method method = Method::relaxation;
-  Builder builder = Builder::chords;  ///< of Method::cat
-  bool escape = false;                ///< of Method::cat
-  GrowthSettings growth;              ///< of Method::cat
-  bool largestClearance = false;      ///< as much between membranes as can be found
+  PlaneSource planeSource = PlaneSource::chords;  ///< of Method::cat
+  bool escape = false;                            ///< of Method::cat
+  GrowthSettings growth;                          ///< of Method::cat
+  bool largestClearance = false;                  ///< as much between membranes as can be found
   std::uint64_t seed = 1;
   bool rotate = true;
   bool inColumns = false;                     ///< the cells with most volume start in columns

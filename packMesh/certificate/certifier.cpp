@@ -143,8 +143,8 @@ void Certifier::examineWall(std::int64_t cell, bool isNew) {
   wallGaps_[cell] = infinite;
   if (wall->isAway(cells_.sphere(cell), reach)) return;
   WallVerdict verdict = wall->examine(cells_.mesh(cell), reach);
-  if (isNew && verdict.objection)
-    certificate_.misplaced.push_back({cell, std::move(*verdict.objection), 0.0});
+  if (isNew && verdict.violation)
+    certificate_.misplaced.push_back({cell, std::move(*verdict.violation), 0.0});
   else if (isNew && verdict.gap < required)
     certificate_.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap});
   wallGaps_[cell] = verdict.gap;

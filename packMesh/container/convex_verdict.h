@@ -25,7 +25,7 @@ WallVerdict verdictInConvex(const Wall& wall, const PlacedHierarchy& cell, doubl
     if (gapOfInterest > 0.0) nearest = std::min(nearest, wall.distance(v).distance);
   }
   if (within < cell.vertexCount())
-    verdict.objection = within == 0 ? "is outside the lumen" : "meets the wall";
+    verdict.violation = within == 0 ? "is outside the lumen" : "meets the wall";
   else if (nearest < gapOfInterest)
     verdict.gap = nearest;
   return verdict;

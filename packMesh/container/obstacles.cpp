@@ -80,7 +80,7 @@ struct Body {
   MeshHierarchy hierarchy;
 };
 
-const char* objectionOf(MeshRelation relation) {
+const char* violationOf(MeshRelation relation) {
   switch (relation) {
     case MeshRelation::firstInside:
       return "is inside an obstacle";
@@ -120,7 +120,7 @@ class ObstacleWall : public Wall {
   WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
     WallVerdict verdict;
     if (outer_) verdict = outer_->examine(cell, gapOfInterest);
-    if (verdict.objection) return verdict;
+    if (verdict.violation) return verdict;
     Box box;
     for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
     for (const Body& body : bodies_) {
@@ -129,7 +129,7 @@ class ObstacleWall : public Wall {
         if (!box.grownBy(limit).meets({body.box.lo + shift, body.box.hi + shift})) continue;
         const MeshPairResult result =
             relate(cell.hierarchy, cell.placement, body.hierarchy, {Mat3::Identity(), shift}, limit);
-        if (result.relation != MeshRelation::apart) return {objectionOf(result.relation)};
+        if (result.relation != MeshRelation::apart) return {violationOf(result.relation)};
         verdict.gap = std::min(verdict.gap, result.gap);
       }
     }
@@ -307,7 +307,7 @@ class ContainerWithObstacles : public Container {
     if (!outer_->wall() || std::abs(outer_->volume() / outer_->bounds().volume() - 1.0) < rounding)
       return true;
     return std::none_of(wall_.bodies().begin(), wall_.bodies().end(), [&](const Body& body) {
-      return outer_->wall()->examine({body.hierarchy, Placement()}, 0.0).objection.has_value();
+      return outer_->wall()->examine({body.hierarchy, Placement()}, 0.0).violation.has_value();
     });
   }
 

@@ -19,9 +19,9 @@ int SurfaceWall::imageOf(double x) const {
 
 WallVerdict SurfaceWall::examine(const PlacedHierarchy& cell, double gapOfInterest, double nearest,
                                  const std::function<bool(const Vec3&)>& contains) const {
-  const auto objectionThat = [](const char* what) {
+  const auto violationThat = [](const char* what) {
     WallVerdict verdict;
-    verdict.objection = what;
+    verdict.violation = what;
     return verdict;
   };
   nearest = std::min(nearest, gapOfInterest);
@@ -35,16 +35,16 @@ WallVerdict SurfaceWall::examine(const PlacedHierarchy& cell, double gapOfIntere
     if (!reach.grownBy(tolerance::culling).meets({shifted(box_.lo, image), shifted(box_.hi, image)}))
       continue;
     const double gap = surfaceGap(cell.hierarchy, cell.placement, surface_, moved, nearest);
-    if (gap == 0.0) return objectionThat("meets the wall");
+    if (gap == 0.0) return violationThat("meets the wall");
     nearest = std::min(nearest, gap);
   }
   for (const int v : cell.hierarchy.tree().samples)
-    if (!contains(cell.vertex(v))) return objectionThat("is outside the lumen");
+    if (!contains(cell.vertex(v))) return violationThat("is outside the lumen");
   for (int image = first; image <= last; ++image)
     for (const int v : surface_.tree().samples) {
       const Vec3 sample = shifted(surface_.mesh().vertices[v], image);
       if (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement))
-        return objectionThat("encloses a part of the wall");
+        return violationThat("encloses a part of the wall");
     }
   WallVerdict verdict;
   if (nearest < gapOfInterest) verdict.gap = nearest;

@@ -118,7 +118,7 @@ class Vessel final : public Container, public Wall {
       toEnds = std::min(lo - ends_->lo, ends_->hi - hi);
       if (!(toEnds > 0.0)) {
         WallVerdict verdict;
-        verdict.objection = "meets an end of the vessel";
+        verdict.violation = "meets an end of the vessel";
         return verdict;
       }
     }

@@ -27,7 +27,7 @@ struct VesselEnds {
 /// closed ends; a periodic vessel's image begins there, and what the mesh has beyond stays a wall as well.
 ///
 /// volume() is the volume of `surface` as given, not of its continuation; surface() includes the
-/// continuation. distance() and objection() are exact.
+/// continuation. distance() and violation() are exact.
 /// @param detail spacing at which distances may be sampled [µm]
 /// @throws MeshError when an end has no flat cap, or the two ends of a periodic vessel do not have the same
 ///   outline; InputError when the ends or `detail` make no sense

@@ -27,8 +27,8 @@ struct WallVerdict {
   /// Nothing when the mesh is wholly inside the lumen and meets no wall (exact), otherwise what is wrong with
   /// it
   /// ("meets the wall", "is outside the lumen", ...).
-  std::optional<std::string> objection;
-  /// Distance between mesh and wall [µm] when there is no objection and it is below the gap of interest, else
+  std::optional<std::string> violation;
+  /// Distance between mesh and wall [µm] when there is no violation and it is below the gap of interest, else
   /// infinity. Never more than a rounding error above the true distance.
   double gap = std::numeric_limits<double>::infinity();
 };
@@ -56,7 +56,7 @@ class Wall {
   /// but not below three fifths of it. Overridden where that is cheaper than node by node.
   virtual void sample(const NodeBlock& block, float* distances) const;
 
-  /// Whether it is certain, at little cost, that a mesh in this sphere gets no objection and is further than
+  /// Whether it is certain, at little cost, that a mesh in this sphere violates nothing and is further than
   /// `gap` from the wall [µm].
   virtual bool isAway(const Sphere& sphere, double gap) const {
     return distance(sphere.center).distance - slack() > sphere.radius + gap;
@@ -65,9 +65,9 @@ class Wall {
   /// Exact verdict on a placed mesh. Only gaps below `gapOfInterest` are measured [µm]; 0: none.
   virtual WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const = 0;
 
-  /// The objection alone, to a mesh that is where its vertices are.
-  std::optional<std::string> objection(const TriangleMesh& placedCell) const {
-    return examine({MeshHierarchy(placedCell), Placement()}, 0.0).objection;
+  /// The violation alone, of a mesh that is where its vertices are.
+  std::optional<std::string> violation(const TriangleMesh& placedCell) const {
+    return examine({MeshHierarchy(placedCell), Placement()}, 0.0).violation;
   }
 };
 

@@ -22,18 +22,18 @@ constexpr double holeFraction = 0.05;
 class Escape {
  public:
   Escape(const GrowthScene& scene, const GrowthSettings& growth, const EscapeSettings& settings,
-         const BuilderFactory& factory, const std::function<bool()>& stop,
+         const PlaneFunctionFactory& factory, const std::function<bool()>& stop,
          const std::function<void(const GrowthState&)>& observe, GrowthState& state)
       : scene_(scene),
         growth_(growth),
         settings_(settings),
         stop_(stop),
         observe_(observe),
-        stock_(settings.stock),
+        reserve_(settings.reserve),
         state_(state),
-        builder_(factory(scene)),
+        planeFunction_(factory(scene)),
         rooms_(scene, growth, factory, settings.orientations) {
-    stock_.resize(scene.shapes.size(), 0);
+    reserve_.resize(scene.shapes.size(), 0);
   }
 
   std::vector<EscapePhase> operator()() {
@@ -154,7 +154,7 @@ class Escape {
     }
     std::vector<std::int64_t> sorted = members;
     std::sort(sorted.begin(), sorted.end());
-    if (StepBack(scene_).examine(swapped, sorted).clean()) state_ = std::move(swapped);
+    if (StepHalving(scene_).examine(swapped, sorted).clean()) state_ = std::move(swapped);
   }
 
   /// The room of a cell with another body, or the same one turned, if that gains volume.
@@ -177,11 +177,11 @@ class Escape {
     }
   }
 
-  /// Species in the stock, the largest first.
+  /// Species in the reserve, the largest first.
   std::vector<int> inStock() const {
     std::vector<int> species;
-    for (std::size_t s = 0; s < stock_.size(); ++s)
-      if (stock_[s] > 0) species.push_back(static_cast<int>(s));
+    for (std::size_t s = 0; s < reserve_.size(); ++s)
+      if (reserve_[s] > 0) species.push_back(static_cast<int>(s));
     std::stable_sort(species.begin(), species.end(),
                      [&](int a, int b) { return volume(a, 1.0) > volume(b, 1.0); });
     return species;
@@ -196,8 +196,8 @@ class Escape {
         if (species != state_[cell].species && volume(species, 1.0) > volumeOf(cell)) take(cell, species);
       if (state_[cell].species == first) continue;
       ++phase.changed;
-      ++stock_[first];
-      --stock_[state_[cell].species];
+      ++reserve_[first];
+      --reserve_[state_[cell].species];
     }
   }
 
@@ -213,7 +213,7 @@ class Escape {
     const std::vector<std::int64_t> cells = lacking();
     std::vector<double> before;
     for (const std::int64_t cell : cells) before.push_back(state_[cell].pose.scale);
-    grow(scene_, last, builder_, callbacks, state_, statistics);
+    grow(scene_, last, planeFunction_, callbacks, state_, statistics);
     phase.tried = static_cast<std::int64_t>(cells.size());
     for (std::size_t k = 0; k < cells.size(); ++k) phase.changed += state_[cells[k]].pose.scale > before[k];
   }
@@ -233,7 +233,7 @@ class Escape {
         const std::optional<Pose> pose = rooms_.largest(state_, cell, s, stop_);
         if (pose && pose->scale == 1.0) {
           state_[cell].pose = *pose;
-          --stock_[s];
+          --reserve_[s];
           ++phase.changed;
           break;
         }
@@ -247,9 +247,9 @@ class Escape {
   const EscapeSettings& settings_;
   const std::function<bool()>& stop_;
   const std::function<void(const GrowthState&)>& observe_;
-  std::vector<std::int64_t> stock_;  ///< what is left
+  std::vector<std::int64_t> reserve_;  ///< what is left
   GrowthState& state_;
-  PlaneBuilder builder_;
+  PlaneFunction planeFunction_;
   Rooms rooms_;
   std::vector<EscapePhase> phases_;
 };
@@ -257,7 +257,7 @@ class Escape {
 }  // namespace
 
 std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
-                                const EscapeSettings& settings, const BuilderFactory& factory,
+                                const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
                                 const std::function<void(const GrowthState&)>& observe, GrowthState& state) {
   return Escape(scene, growth, settings, factory, stop, observe, state)();

@@ -17,7 +17,7 @@ struct EscapeSettings {
   int groupSize = 12;    ///< cells in a group
   int holes = 60;        ///< tried, largest first
   std::vector<std::int64_t>
-      stock;  ///< bodies of each species that may be used beyond those there are; empty: none
+      reserve;  ///< bodies of each species that may be used beyond those there are; empty: none
 };
 
 /// What one phase did.
@@ -29,21 +29,21 @@ struct EscapePhase {
   double seconds = 0.0;                 ///< CPU [s]
 };
 
-/// Object swapping, enlargement, replacement from a stock and hole filling, one after the other, then growth
-/// of all. No phase lowers the coverage; every state is free of overlap. Full-size cells stay full-size,
-/// but where swapping gains more volume elsewhere.
+/// Object swapping, enlargement, replacement from a reserve and hole filling, one after the other, then
+/// growth of all. No phase lowers the coverage; every state is free of overlap. Full-size cells stay
+/// full-size, but where swapping gains more volume elsewhere.
 ///
 /// - Swapping: cells of a group, no two of them neighbours, change places: each is scored by the volume it
 ///   reaches in each room, and the bipartite matching with the largest sum is taken.
 /// - Enlargement: cells that are not full grow in their CDT cells, also turned at random.
-/// - Replacement: cells that are not full give way to bodies from the stock that reach more volume.
+/// - Replacement: cells that are not full give way to bodies from the reserve that reach more volume.
 /// - Hole filling: the circumspheres of tetrahedra in the free space, the largest first, are rooms for bodies
-///   from the stock; those that do not reach full size are not taken.
+///   from the reserve; those that do not reach full size are not taken.
 /// @param state free of overlap; cells may be added at its end, and change their species
 /// @param observe called after every phase; may be empty
 /// @return the start and every phase
 std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
-                                const EscapeSettings& settings, const BuilderFactory& factory,
+                                const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
                                 const std::function<void(const GrowthState&)>& observe, GrowthState& state);
 

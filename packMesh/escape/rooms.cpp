@@ -22,14 +22,14 @@ GrowthSettings settingsOfTrials(GrowthSettings settings) {
 
 }  // namespace
 
-Rooms::Rooms(const GrowthScene& scene, const GrowthSettings& settings, const BuilderFactory& factory,
+Rooms::Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
              int orientations)
     : scene_(scene), growth_(scene, settingsOfTrials(settings), factory), orientations_(orientations) {}
 
 std::optional<Pose> Rooms::largest(const GrowthState& state, std::int64_t cell, int species,
                                    const std::function<bool()>& stop) {
   std::optional<Pose> best;
-  StepBack judge(scene_);
+  StepHalving judge(scene_);
   for (int k = 0; k < orientations_; ++k) {
     GrowthState trial = state;
     trial[cell].species = species;
@@ -44,7 +44,7 @@ std::optional<Pose> Rooms::largest(const GrowthState& state, std::int64_t cell, 
     for (int halving = 0; halving < halvings && !fits; ++halving, pose.scale *= fits ? 1.0 : 0.5)
       fits = judge.examine(trial, {cell}).clean();
     if (!fits) continue;
-    const bool full = growth_.grow({cell}, MakingWay::nobody, stop, trial, statistics_);
+    const bool full = growth_.grow({cell}, stop, trial, statistics_);
     if (!best || trial[cell].pose.scale > best->scale) best = trial[cell].pose;
     if (full || !scene_.rotate) break;
   }
@@ -52,7 +52,7 @@ std::optional<Pose> Rooms::largest(const GrowthState& state, std::int64_t cell, 
 }
 
 void Rooms::enlarge(GrowthState& state, std::int64_t cell, const std::function<bool()>& stop) {
-  growth_.grow({cell}, MakingWay::nobody, stop, state, statistics_);
+  growth_.grow({cell}, stop, state, statistics_);
 }
 
 bool Rooms::neighbours(const GrowthState& state, std::int64_t a, std::int64_t b) const {

@@ -15,7 +15,7 @@ class Rooms {
  public:
   /// References the scene, which must outlive this.
   /// @param orientations random ones that each trial begins with
-  Rooms(const GrowthScene& scene, const GrowthSettings& settings, const BuilderFactory& factory,
+  Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
         int orientations);
 
   /// The largest that a body of `species` gets in the room of `cell`, instead of it: the suitability score of

@@ -36,7 +36,7 @@ GrowthState cellsOf(const Relaxation& relaxation, GrowthState state, const Commu
 }  // namespace
 
 bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
-                  StepBack& judge, GrowthState& state) {
+                  StepHalving& judge, GrowthState& state) {
   const CellShares shares = scene.sharesOf(state);
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < state.size(); ++i) {

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "packMesh/growth/growth_state.h"
-#include "packMesh/growth/step_back.h"
+#include "packMesh/growth/step_halving.h"
 
 namespace packmesh {
 
@@ -14,6 +14,6 @@ namespace packmesh {
 /// @param stop polled between sweeps
 /// @return whether the exact test found the result free of overlap; otherwise `state` is as it was
 bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
-                  StepBack& judge, GrowthState& state);
+                  StepHalving& judge, GrowthState& state);
 
 }  // namespace packmesh

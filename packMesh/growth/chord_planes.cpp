@@ -81,12 +81,9 @@ PlaneConstraints ChordPlanes::operator()(const GrowthState& state, const PlaneRe
   return planes;
 }
 
-PlaneConstraints ChordPlanes::between(const GrowthState& state, const PlaneRequest& request,
-                                      const std::vector<NearPair>& pairs) const {
-  const std::vector<Cell> cells = cellsOf(state, request);
+PlaneConstraints ChordPlanes::atWalls(const GrowthState& state, const PlaneRequest& request) const {
   PlaneConstraints planes(state.size());
-  for (const NearPair& pair : pairs) joinPair(pair, cells, planes);
-  meetWalls(cells, planes);
+  meetWalls(cellsOf(state, request), planes);
   return planes;
 }
 

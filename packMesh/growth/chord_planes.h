@@ -14,7 +14,7 @@
 
 namespace packmesh {
 
-/// Builder of planes from distance fields.
+/// Planes from distance fields.
 ///
 /// A chord joins a sample point of one cell to the foot of its perpendicular on a neighbour (or periodic
 /// image). The plane across the middle of the chord separates its ends; both cells get it, each for its own
@@ -29,9 +29,8 @@ class ChordPlanes {
   /// Planes for chords that are short enough to matter in the request. Pre: no two cells overlap
   PlaneConstraints operator()(const GrowthState& state, const PlaneRequest& request) const;
 
-  /// The same for these pairs only, and the wall.
-  PlaneConstraints between(const GrowthState& state, const PlaneRequest& request,
-                           const std::vector<NearPair>& pairs) const;
+  /// The planes at walls alone.
+  PlaneConstraints atWalls(const GrowthState& state, const PlaneRequest& request) const;
 
   const LevelsOfDetail& levels(int species) const { return species_[species].levels; }
 

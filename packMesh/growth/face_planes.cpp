@@ -4,19 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 
 namespace packmesh {
 namespace {
-
-/// That a vertex of a body is joined to another body.
-struct Joint {
-  int from, onto, vertex;
-
-  auto key() const { return std::tie(from, onto, vertex); }
-  bool operator<(const Joint& o) const { return key() < o.key(); }
-  bool operator==(const Joint& o) const { return key() == o.key(); }
-};
 
 /// The faces of a tetrahedron with four labels are pairs in one plane, one after the other.
 bool repeatsPlane(const std::vector<ChordalFace>& faces, std::size_t f) {
@@ -37,27 +27,6 @@ double largestCosine(const Tetrahedra& t, const ChordalFace& face) {
 }
 
 }  // namespace
-
-std::vector<FacingPart> facingParts(const Tetrahedra& t) {
-  std::vector<Joint> joints;
-  for (const Tetrahedron& corners : t.tetrahedra)
-    for (const int p : corners) {
-      const int from = t.labels[p];
-      if (t.vertices[p] < 0 || !t.isPrimary(from)) continue;
-      for (const int q : corners)
-        if (const int onto = t.labels[q]; onto != from && onto != wallLabel)
-          joints.push_back({from, onto, t.vertices[p]});
-    }
-  std::sort(joints.begin(), joints.end());
-  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
-  std::vector<FacingPart> parts;
-  for (const Joint& joint : joints) {
-    if (parts.empty() || parts.back().from != joint.from || parts.back().onto != joint.onto)
-      parts.push_back({joint.from, joint.onto, {}});
-    parts.back().vertices.push_back(joint.vertex);
-  }
-  return parts;
-}
 
 PlaneConstraints planesOfFaces(const Tetrahedra& t, const ChordalFaces& split,
                                const std::vector<PlacedMesh>& objects, double minimumCosine,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What tetrahedra say about who faces whom, and the planes of their CAT faces.
+/// @file The planes of CAT faces.
 #pragma once
 
 #include <vector>
@@ -8,15 +8,6 @@
 #include "packMesh/growth/plane_constraint.h"
 
 namespace packmesh {
-
-/// A body's vertices that are joined to another body by tetrahedra.
-struct FacingPart {
-  int from, onto;             ///< labels; the first one is primary
-  std::vector<int> vertices;  ///< of the mesh of the first, ascending
-};
-
-/// Who faces whom, sorted by labels. Steiner points say nothing.
-std::vector<FacingPart> facingParts(const Tetrahedra& tetrahedra);
 
 /// For every object, the planes of its CAT faces, each for the vertex that it belongs to (v, q, n of the
 /// thesis).

@@ -24,8 +24,8 @@ constexpr double expectedShare = 0.4;
 /// need no padding for their size.
 constexpr double largestFacet = 0.1;
 
-/// After so many iterations nothing is taken over from earlier ones: who faces whom is asked anew.
-constexpr std::int64_t renewal = 4;
+/// The state is offered for keeping every so many iterations.
+constexpr std::int64_t iterationsPerCheckpoint = 4;
 
 /// Each relaxation that failed at a barrier is followed by one of so many times as many sweeps.
 constexpr double moreSweeps = 1.5;
@@ -38,16 +38,16 @@ struct SpeciesLengths {
 /// One run of grow().
 class Growth {
  public:
-  Growth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneBuilder& builder,
+  Growth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunction& planeFunction,
          const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
          const GrowthProgress& from)
       : scene_(scene),
         settings_(settings),
-        builder_(builder),
+        planeFunction_(planeFunction),
         callbacks_(callbacks),
         state_(state),
         statistics_(statistics),
-        stepBack_(scene),
+        stepHalving_(scene),
         at_(from) {
     at_.taken.resize(state.size(), 1.0);
     for (const Shape* shape : scene.shapes) {
@@ -72,7 +72,7 @@ class Growth {
 
  private:
   void requireValid() {
-    const Certificate faults = stepBack_.examine(state_);
+    const Certificate faults = stepHalving_.examine(state_);
     if (!faults.overlapping.empty())
       throw InputError("cells " + std::to_string(faults.overlapping[0].first) + " and " +
                        std::to_string(faults.overlapping[0].second) + " overlap before growth");
@@ -80,8 +80,6 @@ class Growth {
       throw InputError("cell " + std::to_string(faults.misplaced[0].cell) + " " + faults.misplaced[0].reason +
                        " before growth");
   }
-
-  bool renews() const { return statistics_.iterations % renewal == 0; }
 
   bool stopped() const { return callbacks_.stop && callbacks_.stop(); }
 
@@ -104,7 +102,8 @@ class Growth {
       at_.sweeps = settings_.relaxationSweeps;
     }
     for (; at_.iteration < settings_.maxIterations && !stopped(); ++at_.iteration) {
-      if (callbacks_.anew && renews()) callbacks_.anew(state_, at_);
+      if (callbacks_.checkpoint && statistics_.iterations % iterationsPerCheckpoint == 0)
+        callbacks_.checkpoint(state_, at_);
       iterate(barrier);
       const double lacks = missing(barrier);
       if (lacks == 0.0) return;
@@ -125,12 +124,10 @@ class Growth {
     request.shares = scene_.sharesOf(state_);
     for (const GrowingCell& cell : state_) request.reach.push_back(reachOf(cell, barrier));
     request.detail = detailAt(barrier);
-    request.anew = jumped_ || renews();
-    jumped_ = false;
     PlaneConstraints planes;
     {
       const Timer watch(statistics_.planeSeconds);
-      planes = builder_(state_, request);
+      planes = planeFunction_(state_, request);
     }
     std::vector<std::int64_t> counts = {0, program_.pivots()};
     for (const std::vector<PlaneConstraint>& of : planes) counts[0] += static_cast<std::int64_t>(of.size());
@@ -149,8 +146,8 @@ class Growth {
     statistics_.planes += counts[0];
     statistics_.pivots += counts[1];
     {
-      const Timer watch(statistics_.stepBackSeconds);
-      at_.taken = stepBack_.take(steps, state_, statistics_.stepBack, request.shares);
+      const Timer watch(statistics_.stepHalvingSeconds);
+      at_.taken = stepHalving_.take(steps, state_, statistics_.stepHalving, request.shares);
     }
     ++statistics_.iterations;
     if (callbacks_.accepted) callbacks_.accepted(state_, barrier, statistics_);
@@ -224,33 +221,32 @@ class Growth {
     bool kept = false;
     {
       const Timer watch(statistics_.relaxationSeconds);
-      kept = relaxAtScale(scene_, barrier, sweeps, callbacks_.stop, stepBack_, state_);
+      kept = relaxAtScale(scene_, barrier, sweeps, callbacks_.stop, stepHalving_, state_);
     }
     statistics_.relaxationsKept += kept;
-    jumped_ = jumped_ || kept;
     if (kept && callbacks_.accepted) callbacks_.accepted(state_, barrier, statistics_);
     return kept;
   }
 
   const GrowthScene& scene_;
   const GrowthSettings& settings_;
-  const PlaneBuilder& builder_;
+  const PlaneFunction& planeFunction_;
   const GrowthCallbacks& callbacks_;
   GrowthState& state_;
   GrowthStatistics& statistics_;
-  StepBack stepBack_;
+  StepHalving stepHalving_;
   GrowthProgram program_;
   std::vector<SpeciesLengths> lengths_;
   GrowthProgress at_;
-  bool gaveUp_ = false, jumped_ = true;
+  bool gaveUp_ = false;
 };
 
 }  // namespace
 
-bool grow(const GrowthScene& scene, const GrowthSettings& settings, const PlaneBuilder& builder,
+bool grow(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunction& planeFunction,
           const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
           const GrowthProgress& from) {
-  return Growth(scene, settings, builder, callbacks, state, statistics, from)();
+  return Growth(scene, settings, planeFunction, callbacks, state, statistics, from)();
 }
 
 }  // namespace packmesh

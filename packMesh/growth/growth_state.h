@@ -54,17 +54,16 @@ struct GrowthScene {
   }
 };
 
-/// What is asked of a builder of planes.
+/// What is asked of a plane function.
 struct PlaneRequest {
   /// How far any point of each cell may move in the step that the planes are for [µm].
   std::vector<double> reach;
   double detail = 1.0;  ///< share of the vertices to be used, eq. 3.4
-  bool anew = false;    ///< nothing is to be taken over from earlier requests
   CellShares shares;    ///< planes are wanted of this rank's cells only; all ranks ask together
 };
 
 /// From a state that is free of overlap to the planes each cell has to stay behind. (Between two cells at
 /// half the gap, so that both may come up to them at the same time.)
-using PlaneBuilder = std::function<PlaneConstraints(const GrowthState&, const PlaneRequest&)>;
+using PlaneFunction = std::function<PlaneConstraints(const GrowthState&, const PlaneRequest&)>;
 
 }  // namespace packmesh

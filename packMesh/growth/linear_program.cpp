@@ -29,9 +29,7 @@ class DualSimplex {
   explicit DualSimplex(const LinearProgram& program) : p_(program), rows_(program.rows()) {
     violation_.resize(rows_);
     for (int j = 0; j < size; ++j) {
-      const bool up = p_.objective[j] > 0.0 || (p_.objective[j] == 0.0 && std::isinf(p_.lower[j]));
-      basis_[j] = rows_ + (up ? j : size + j);
-      symbolic_ = symbolic_ || std::isinf(p_.upper[j]) || std::isinf(p_.lower[j]);
+      basis_[j] = rows_ + (p_.objective[j] > 0.0 ? j : size + j);
     }
   }
 
@@ -48,7 +46,9 @@ class DualSimplex {
           sinceInverse = 0;
           continue;
         }
-        return finished(solution);
+        solution.status = LinearProgram::Status::optimal;
+        solution.x = x_;
+        return solution;
       }
       const Vector alpha = columns_.transpose() * coefficients(entering);
       const int leaving = findLeaving(alpha, sinceProgress > patience);
@@ -86,15 +86,10 @@ class DualSimplex {
     return a;
   }
 
-  /// Right-hand side: a number, plus a multiple of the symbol where a bound is infinite.
-  struct Rhs {
-    double number, symbol;
-  };
-  Rhs rhs(int constraint) const {
-    if (constraint < rows_) return {p_.rhs_[constraint], 0.0};
+  double rhs(int constraint) const {
+    if (constraint < rows_) return p_.rhs_[constraint];
     const int bound = constraint - rows_, j = bound % size;
-    const double b = bound < size ? p_.upper[j] : -p_.lower[j];
-    return std::isinf(b) ? Rhs{0.0, 1.0} : Rhs{b, 0.0};
+    return bound < size ? p_.upper[j] : -p_.lower[j];
   }
 
   /// Inverse, solution and prices of the basis.
@@ -103,71 +98,41 @@ class DualSimplex {
     for (int i = 0; i < size; ++i) b.row(i) = coefficients(basis_[i]);
     columns_ = b.partialPivLu().inverse();
     x_.setZero();
-    ray_.setZero();
-    for (int i = 0; i < size; ++i) {
-      const Rhs r = rhs(basis_[i]);
-      x_ += r.number * columns_.col(i);
-      ray_ += r.symbol * columns_.col(i);
-    }
+    for (int i = 0; i < size; ++i) x_ += rhs(basis_[i]) * columns_.col(i);
     price_ = (columns_.transpose() * p_.objective).cwiseMax(0.0);
   }
 
-  void violationsOf(const Vector& x, double rhsFactor) {
+  void findViolationsOfRows() {
     double* v = violation_.data();
     const double *a0 = p_.column_[0].data(), *a1 = p_.column_[1].data(), *a2 = p_.column_[2].data(),
                  *a3 = p_.column_[3].data(), *a4 = p_.column_[4].data(), *a5 = p_.column_[5].data(),
                  *a6 = p_.column_[6].data(), *b = p_.rhs_.data();
     for (int i = 0; i < rows_; ++i)
-      v[i] = a0[i] * x[0] + a1[i] * x[1] + a2[i] * x[2] + a3[i] * x[3] + a4[i] * x[4] + a5[i] * x[5] +
-             a6[i] * x[6] - rhsFactor * b[i];
+      v[i] = a0[i] * x_[0] + a1[i] * x_[1] + a2[i] * x_[2] + a3[i] * x_[3] + a4[i] * x_[4] + a5[i] * x_[5] +
+             a6[i] * x_[6] - b[i];
   }
 
-  /// The most violated constraint, or with `first` the first one; -1: none. Its violation is in `growth_`
-  /// (multiple of the symbol) and `excess_`.
+  /// The most violated constraint, or with `first` the first one; -1: none. Its violation is in `excess_`.
   int findViolated(bool first) {
+    findViolationsOfRows();
+    excess_ = tolerance::linearProgram * (1.0 + x_.cwiseAbs().maxCoeff());
     int found = -1;
-    growth_ = excess_ = 0.0;
-    const bool withSymbol = symbolic_ && !ray_.isZero(0.0);
-    if (withSymbol) {
-      violationsOf(ray_, 0.0);
-      rayViolation_ = violation_;
-    }
-    violationsOf(x_, 1.0);
-    const double allowed = tolerance::linearProgram * (1.0 + x_.cwiseAbs().maxCoeff());
-    if (withSymbol || first) {
-      for (int i = 0; i < rows_; ++i)
-        if (consider(i, withSymbol ? rayViolation_[i] : 0.0, violation_[i], allowed, found) && first)
-          return found;
-    } else {
-      excess_ = allowed;
-      for (int i = 0; i < rows_; ++i)
-        if (violation_[i] > excess_) {
-          excess_ = violation_[i];
-          found = i;
-        }
-      if (found < 0) excess_ = 0.0;
-    }
+    for (int i = 0; i < rows_; ++i)
+      if (violation_[i] > excess_) {
+        excess_ = violation_[i];
+        found = i;
+        if (first) return found;
+      }
     for (int bound = 0; bound < 2 * size; ++bound) {
-      const int j = bound % size;
-      const double sign = bound < size ? 1.0 : -1.0;
-      const Rhs r = rhs(rows_ + bound);
-      if (consider(rows_ + bound, sign * ray_[j] - r.symbol, sign * x_[j] - r.number, allowed, found) &&
-          first)
-        return found;
+      const double x = x_[bound % size];
+      const double violation = (bound < size ? x : -x) - rhs(rows_ + bound);
+      if (violation > excess_) {
+        excess_ = violation;
+        found = rows_ + bound;
+        if (first) return found;
+      }
     }
     return found;
-  }
-
-  /// Takes a constraint as the most violated one if it is; violations are ordered by the symbol's multiple.
-  bool consider(int constraint, double growth, double excess, double allowed, int& found) {
-    if (std::abs(growth) <= tolerance::linearProgram) growth = 0.0;
-    const bool violated = growth > 0.0 || (growth == 0.0 && excess > allowed);
-    if (!violated || (found >= 0 && (growth < growth_ || (growth == growth_ && excess <= excess_))))
-      return false;
-    growth_ = growth;
-    excess_ = excess;
-    found = constraint;
-    return true;
   }
 
   /// The constraint of the basis that gives way, so that all prices stay positive; -1: none can.
@@ -195,46 +160,17 @@ class DualSimplex {
     }
     price_[leaving] = price;
     x_ -= excess_ * columns_.col(leaving);
-    if (symbolic_) ray_ -= growth_ * columns_.col(leaving);
     basis_[leaving] = entering;
-  }
-
-  LinearProgram::Solution finished(LinearProgram::Solution& solution) {
-    bool bounded = true;
-    for (int i = 0; i < size; ++i)
-      bounded = bounded && !(rhs(basis_[i]).symbol > 0.0 && price_[i] > tolerance::linearProgram);
-    solution.status = bounded ? LinearProgram::Status::optimal : LinearProgram::Status::unbounded;
-    if (bounded) solution.x = x_ + leastSymbol() * ray_;
-    return solution;
-  }
-
-  /// The smallest number that the symbol can stand for. (All numbers above it will do too.)
-  double leastSymbol() {
-    if (!symbolic_ || ray_.isZero(0.0)) return 0.0;
-    violationsOf(ray_, 0.0);
-    rayViolation_ = violation_;
-    violationsOf(x_, 1.0);
-    double least = 0.0;
-    const auto demand = [&](double growth, double excess) {
-      if (growth < -tolerance::linearProgram) least = std::max(least, excess / -growth);
-    };
-    for (int i = 0; i < rows_; ++i) demand(rayViolation_[i], violation_[i]);
-    for (int j = 0; j < size; ++j) {
-      if (std::isfinite(p_.upper[j])) demand(ray_[j], x_[j] - p_.upper[j]);
-      if (std::isfinite(p_.lower[j])) demand(-ray_[j], p_.lower[j] - x_[j]);
-    }
-    return least;
   }
 
   const LinearProgram& p_;
   int rows_;
-  bool symbolic_ = false;
   int basis_[size];
-  Matrix columns_;  ///< of the inverse: where x goes when a constraint of the basis is relaxed
-  Vector x_, ray_;  ///< the basic solution is x_ + symbol * ray_
-  Vector price_;    ///< of the constraints of the basis, >= 0
-  double growth_ = 0.0, excess_ = 0.0;
-  std::vector<double> violation_, rayViolation_;
+  Matrix columns_;                 ///< of the inverse: where x goes when a constraint of the basis is relaxed
+  Vector x_;                       ///< the basic solution
+  Vector price_;                   ///< of the constraints of the basis, >= 0
+  double excess_ = 0.0;            ///< of the constraint that findViolated() found
+  std::vector<double> violation_;  ///< of rows
 };
 
 void LinearProgram::clear() {

@@ -13,10 +13,8 @@ namespace packmesh {
 ///
 /// Method: the dual simplex algorithm with explicit inverse of the 7 x 7 basis. It starts where the bounds
 /// are best for the objective; each pivot takes the most violated inequality in (after normalisation), so a
-/// programme of hundreds of rows takes some 10-25 pivots, each one pass over the rows. Bounds may be
-/// infinite: they are then kept as a multiple of a symbol that is larger than every number, which tells
-/// unbounded programmes from infeasible ones without a large number that would spoil the others. When
-/// pivots bring no progress Bland's rule takes over, so degenerate programmes end too.
+/// programme of hundreds of rows takes some 10-25 pivots, each one pass over the rows. When pivots
+/// bring no progress Bland's rule takes over, so degenerate programmes end too.
 class LinearProgram {
  public:
   static constexpr int size = 7;  ///< variables
@@ -25,7 +23,6 @@ class LinearProgram {
   enum class Status {
     optimal,
     infeasible,
-    unbounded,
     unsolved,  ///< rounding won: some inequality is violated by more than the tolerance
   };
   struct Solution {
@@ -42,7 +39,7 @@ class LinearProgram {
   void addRow(const Vector& a, double b);
   int rows() const { return static_cast<int>(rhs_.size()); }
 
-  /// Pre: lower <= upper, objective finite
+  /// Pre: lower <= upper, all finite
   Solution solve() const;
 
  private:

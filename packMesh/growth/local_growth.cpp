@@ -22,8 +22,8 @@ std::vector<std::int64_t> joined(const std::vector<std::int64_t>& a, const std::
 }  // namespace
 
 LocalGrowth::LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings,
-                         const BuilderFactory& factory)
-    : scene_(scene), settings_(settings), builder_(factory(scene_)) {
+                         const PlaneFunctionFactory& factory)
+    : scene_(scene), settings_(settings), planeFunction_(factory(scene_)) {
   settings_.barriers = {settings.barriers.back()};
   settings_.relaxationSweeps = 0;
   settings_.initialScale = 0.0;
@@ -47,30 +47,28 @@ std::vector<std::int64_t> LocalGrowth::neighboursOf(const std::vector<std::int64
   return out;
 }
 
-bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, MakingWay way,
-                       const std::function<bool()>& stop, GrowthState& state, GrowthStatistics& statistics) {
+bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop,
+                       GrowthState& state, GrowthStatistics& statistics) {
   double step = 0.0;
   for (const std::int64_t i : growing)
     step = std::max(step, settings_.translationBound * std::cbrt(scene_.shapes[state[i].species]->volume()));
   const double margin = expectedSteps * step + scene_.clearance;
-  std::vector<std::int64_t> moving = growing;
-  if (way == MakingWay::neighbours) moving = joined(growing, neighboursOf(growing, state, scene_.clearance));
-  const std::vector<std::int64_t> members = joined(moving, neighboursOf(moving, state, margin));
+  const std::vector<std::int64_t> members = joined(growing, neighboursOf(growing, state, margin));
 
   GrowthState part;
   for (const std::int64_t i : members) {
     part.push_back(state[i]);
-    part.back().frozen = !std::binary_search(moving.begin(), moving.end(), i);
+    part.back().frozen = !std::binary_search(growing.begin(), growing.end(), i);
   }
   GrowthCallbacks callbacks;
   callbacks.stop = stop;
-  packmesh::grow(scene_, settings_, builder_, callbacks, part, statistics);
+  packmesh::grow(scene_, settings_, planeFunction_, callbacks, part, statistics);
 
   const GrowthState before = state;
   for (std::size_t k = 0; k < members.size(); ++k) state[members[k]].pose = part[k].pose;
   // Some cell may have gone further than its neighbours were looked for.
-  StepBack judge(scene_);
-  if (!judge.examine(state, moving).clean()) {
+  StepHalving judge(scene_);
+  if (!judge.examine(state, growing).clean()) {
     state = before;
     return false;
   }

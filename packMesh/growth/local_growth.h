@@ -10,28 +10,22 @@
 
 namespace packmesh {
 
-/// How a builder of planes is made for the cells that take part.
-using BuilderFactory = std::function<PlaneBuilder(const GrowthScene&)>;
+/// How a plane function is made for the cells that take part.
+using PlaneFunctionFactory = std::function<PlaneFunction(const GrowthScene&)>;
 
-/// Who takes part when `growing` cells grow.
-enum class MakingWay {
-  neighbours,  ///< cells that the growing ones could reach may move, too, as in CAT cells
-  nobody,      ///< all others stay: cells grow up to the surfaces of their neighbours, as in CDT cells
-};
-
-/// Growth of some cells of a state, to scale 1, in planes of theirs and their neighbours' alone. Costs what
-/// the cells near them cost.
+/// Growth of some cells of a state, to scale 1, up to the surfaces of their neighbours, as in CDT cells: all
+/// others stay. Costs what the cells near them cost.
 class LocalGrowth {
  public:
   /// References the scene and settings, which must outlive this. Relaxation at barriers is left out: it would
   /// move all cells. Of the barriers only the last one counts.
-  LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings, const BuilderFactory& factory);
+  LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory);
 
   /// @param growing indices into the state, ascending
   /// @param state free of overlap; on return as well, with no cell smaller than before
   /// @return whether all of `growing` reached scale 1
-  bool grow(const std::vector<std::int64_t>& growing, MakingWay way, const std::function<bool()>& stop,
-            GrowthState& state, GrowthStatistics& statistics);
+  bool grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop, GrowthState& state,
+            GrowthStatistics& statistics);
 
   /// The cells whose bounding spheres, all at scale 1, come nearer than `margin` [µm] to those of `cells`,
   /// without these; ascending.
@@ -41,7 +35,7 @@ class LocalGrowth {
  private:
   GrowthScene scene_;
   GrowthSettings settings_;
-  PlaneBuilder builder_;
+  PlaneFunction planeFunction_;
 };
 
 }  // namespace packmesh

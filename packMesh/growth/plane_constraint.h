@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The constraint that both builders of growth planes produce.
+/// @file The constraint that both sources of growth planes produce.
 #pragma once
 #include <vector>
 #include "packMesh/core/vector.h"

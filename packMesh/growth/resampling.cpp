@@ -5,10 +5,8 @@
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <queue>
 #include <utility>
 
 namespace packmesh {
@@ -45,29 +43,6 @@ TriangleMesh fromHalfedges(const HalfedgeMesh& mesh) {
     out.triangles.push_back(t);
   }
   return out;
-}
-
-/// Cuts the longest edges in two until there are so many triangles.
-TriangleMesh refined(const TriangleMesh& surface, std::size_t triangles) {
-  HalfedgeMesh mesh = toHalfedges(surface);
-  struct Long {
-    double squared;
-    int edge;
-    bool operator<(const Long& o) const { return squared != o.squared ? squared < o.squared : edge > o.edge; }
-  };
-  std::priority_queue<Long> queue;
-  const auto squared = [&](int e) { return mesh.calc_edge_sqr_length(mesh.edge_handle(e)); };
-  for (const auto e : mesh.edges()) queue.push({squared(e.idx()), e.idx()});
-  while (mesh.n_faces() < triangles) {
-    const Long longest = queue.top();
-    queue.pop();
-    if (longest.squared != squared(longest.edge)) continue;  // it was cut since
-    const auto edge = mesh.edge_handle(longest.edge);
-    const auto middle = mesh.split(edge, mesh.calc_edge_midpoint(edge));
-    for (auto e = mesh.cve_iter(mesh.vertex_handle(middle.idx())); e.is_valid(); ++e)
-      queue.push({squared(e->idx()), e->idx()});
-  }
-  return fromHalfedges(mesh);
 }
 
 /// The neighbours of each vertex in their order around it; empty when the mesh is not closed there.
@@ -160,13 +135,6 @@ TriangleMesh decimated(const TriangleMesh& mesh, int vertices) {
   decimater.decimate_to(static_cast<std::size_t>(vertices));
   halfedges.garbage_collection();
   return fromHalfedges(halfedges);
-}
-
-TriangleMesh resampled(const TriangleMesh& surface, double meanArea) {
-  const auto triangles = static_cast<std::size_t>(std::max(4.0, std::round(surfaceArea(surface) / meanArea)));
-  if (triangles >= surface.triangles.size()) return refined(surface, triangles);
-  // A closed surface of genus 0 has half as many vertices as triangles, and two.
-  return decimated(surface, static_cast<int>(triangles / 2 + 2));
 }
 
 }  // namespace packmesh

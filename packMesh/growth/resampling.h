@@ -27,9 +27,4 @@ std::optional<TriangleMesh> unrefined(const TriangleMesh& mesh);
 /// closed surface.
 TriangleMesh decimated(const TriangleMesh& mesh, int vertices);
 
-/// The surface of a container with triangles of about the given mean area [µm²] (eq. 3.7: that of the
-/// objects' triangles): the longest edges are halved until there are enough triangles, or, where there are
-/// more, edges are collapsed, which changes the surface.
-TriangleMesh resampled(const TriangleMesh& surface, double meanArea);
-
 }  // namespace packmesh

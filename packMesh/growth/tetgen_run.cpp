@@ -32,10 +32,6 @@ struct BorrowedInput : tetgenio {
     const auto borrow = [](const auto* data) { return const_cast<std::decay_t<decltype(*data)>*>(data); };
     pointlist = borrow(input.points.data()->data());
     numberofpoints = static_cast<int>(input.points.size());
-    if (!input.weights.empty()) {
-      pointattributelist = borrow(input.weights.data());
-      numberofpointattributes = 1;
-    }
     for (std::size_t t = 0; t < polygons.size(); ++t) {
       polygons[t] = {borrow(input.triangles[t].data()), 3};
       facets[t] = {&polygons[t], 1, nullptr, 0};
@@ -45,7 +41,7 @@ struct BorrowedInput : tetgenio {
     numberoffacets = static_cast<int>(facets.size());
   }
   ~BorrowedInput() {
-    pointlist = pointattributelist = nullptr;
+    pointlist = nullptr;
     facetlist = nullptr;
     facetmarkerlist = nullptr;
   }
@@ -139,7 +135,7 @@ TetgenOutput resultOf(const tetgenio& out, const TetgenInput& input) {
 
 TetgenOutput runHere(const TetgenInput& input, int variant, TetgenFailure& failure) {
   // Q: quiet; J: points keep their numbers; p: respects triangles; M: does not merge them; c: keeps the
-  // convex hull; A: numbers regions; w: weighted; F: no list of faces.
+  // convex hull; A: numbers regions; F: no list of faces.
   std::string switches = "QJ";
   if (input.triangles.empty())
     switches += "F";
@@ -147,7 +143,6 @@ TetgenOutput runHere(const TetgenInput& input, int variant, TetgenFailure& failu
     switches += std::string("pM") + variants[variant];
   if (input.keepHull) switches += "c";
   if (input.regions) switches += "A";
-  if (!input.weights.empty()) switches += "w";
   failure = {};
   Box extent;
   for (const Vec3& p : input.points) extent.add(p);

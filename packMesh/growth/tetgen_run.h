@@ -20,7 +20,6 @@ struct TetgenInput {
   std::vector<Vec3> points;         ///< [µm]
   std::vector<Triangle> triangles;  ///< to be respected; empty: Delaunay tetrahedra of the points
   std::vector<int> triangleLabels;  ///< per triangle, positive
-  std::vector<double> weights;      ///< per point [µm²]; empty: unweighted
   bool keepHull = false;  ///< keep what lies outside all closed surfaces, too, up to the convex hull
   bool regions = false;   ///< number the regions that the triangles bound
   bool subfaces = false;  ///< list the triangles as they were cut up

@@ -343,19 +343,4 @@ Tetrahedra tetrahedralise(const TetrahedraInput& input) {
   return tetrahedraWithin(input, margin).result;
 }
 
-std::vector<Tetrahedron> weightedDelaunay(const std::vector<Vec3>& points,
-                                          const std::vector<double>& weights) {
-  if (points.size() != weights.size())
-    throw InputError("weighted Delaunay tetrahedra need one weight per point");
-  TetgenInput input;
-  input.points = points;
-  input.weights = weights;
-  TetgenFailure failure;
-  TetgenOutput output = runTetgen(input, 0, failure);
-  if (failure.code != 0)
-    throw TetrahedraError("TetGen gave up on the weighted Delaunay tetrahedra of " +
-                          std::to_string(points.size()) + " points: " + failure.text());
-  return std::move(output.tetrahedra);
-}
-
 }  // namespace packmesh

@@ -2,8 +2,6 @@
 /// @file Tetrahedra by TetGen.
 #pragma once
 
-#include <vector>
-
 #include "packMesh/growth/tetrahedra.h"
 
 namespace packmesh {
@@ -19,11 +17,5 @@ namespace packmesh {
 /// @throws TetrahedraError when TetGen gives up in every way it can be called; it names the object or the two
 ///   objects that TetGen fails on
 Tetrahedra tetrahedralise(const TetrahedraInput& input);
-
-/// Weighted Delaunay tetrahedra (the dual of the power diagram) of points with weights, the squares of radii
-/// [µm²]. Points whose cell is empty are in no tetrahedron.
-/// @throws TetrahedraError when TetGen gives up (points in one plane)
-std::vector<Tetrahedron> weightedDelaunay(const std::vector<Vec3>& points,
-                                          const std::vector<double>& weights);
 
 }  // namespace packmesh

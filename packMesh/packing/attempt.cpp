@@ -289,10 +289,6 @@ bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
     return true;
   }
   if (!found.complete) return false;
-  if (at_.round == problem_.regrowAfter && !problem_.constrained() && regrown(certifier, found)) {
-    deliver();
-    return true;
-  }
   for (const OverlappingPair& pair : found.overlapping) {
     const std::int64_t again = std::max<std::int64_t>(0, ++failures_[{pair.first, pair.second}] - patience);
     relaxation_->demandClearance(pair.first, pair.second,
@@ -320,26 +316,6 @@ void Attempt::deliver() {
   }
   result_.cellCount = relaxation_->cellCount();
   delivered_ = true;
-}
-
-/// Shrinks the cells that meet and lets them grow again. @return whether that made the packing clean;
-/// otherwise nothing has changed
-bool Attempt::regrown(std::optional<Certifier>& certifier, const Certificate& faults) {
-  const std::vector<MovedCell> moves = regrownCells(
-      problem_, *relaxation_, faults, [this] { return control_.stopped(); }, result_.statistics.regrowth);
-  if (moves.empty()) return false;
-  std::vector<MovedCell> back;
-  for (const MovedCell& move : moves) back.push_back({move.id, move.before, move.after});
-  setPoses(moves);
-  result_.certificate = examined(certifier);
-  if (result_.certificate.clean()) return true;
-  setPoses(back);
-  examined(certifier);
-  return false;
-}
-
-void Attempt::setPoses(const std::vector<MovedCell>& moves) {
-  for (const MovedCell& move : moves) relaxation_->setPose(move.id, move.after);
 }
 
 /// What a misplaced cell is given on top of what it was to keep: what the relaxation did not see, because

@@ -13,7 +13,6 @@
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
-#include "packMesh/packing/regrown_cells.h"
 #include "packMesh/packing/run_control.h"
 #include "packMesh/packing/written_cells.h"
 #include "packMesh/relaxation/relaxation.h"
@@ -73,8 +72,6 @@ class Attempt {
   Certificate examined(std::optional<Certifier>& certifier);
   bool settled(std::int64_t sweeps);
   void deliver();
-  bool regrown(std::optional<Certifier>& certifier, const Certificate& faults);
-  void setPoses(const std::vector<MovedCell>& moves);
   void demandDistance(const MisplacedCell& cell);
   bool isFixed(std::int64_t id) const;
 

@@ -35,7 +35,7 @@ class GrowthRun {
       : problem_(problem),
         control_(problem),
         scene_(distributed(growthSceneOf(problem), problem.communicator)),
-        builder_(makeBuilder(problem.builder, scene_, tetrahedra_)) {
+        planeFunction_(makePlaneFunction(problem.planeSource, scene_, tetrahedra_)) {
     scene_.stop = [this] { return control_.stoppedHere(); };
     for (const Species& species : problem.species) {
       counts_.push_back(species.count);
@@ -72,7 +72,7 @@ class GrowthRun {
                       : grown                ? Outcome::certified
                                              : Outcome::outOfReach;
     if (!control_.interrupted()) takeCells(best);
-    if (problem_.builder != Builder::chords) result_.statistics.tetrahedra = tetrahedraOfAllRanks();
+    if (problem_.planeSource != PlaneSource::chords) result_.statistics.tetrahedra = tetrahedraOfAllRanks();
     return std::move(result_);
   }
 
@@ -97,11 +97,11 @@ class GrowthRun {
       if (problem_.progress) problem_.progress(progressOf(now, barrier, sums));
       if (problem_.observe) problem_.observe(placed(now));
     };
-    callbacks.anew = [this](const GrowthState& now, const GrowthProgress& progress) {
+    callbacks.checkpoint = [this](const GrowthState& now, const GrowthProgress& progress) {
       at_.progress = progress;
       keepState(Stage::growth, now);
     };
-    return packmesh::grow(scene_, settings, builder_, callbacks, state, *result_.statistics.growth,
+    return packmesh::grow(scene_, settings, planeFunction_, callbacks, state, *result_.statistics.growth,
                           at_.progress);
   }
 
@@ -156,8 +156,8 @@ class GrowthRun {
     GrowthScene scene = distributed(scene_, Communicator());
     if (!problem_.communicator.alone()) scene.stop = {};  // ranks must not part ways
     const Timer watch(result_.statistics.growthSeconds);
-    const BuilderFactory factory = [this](const GrowthScene& part) {
-      return makeBuilder(problem_.builder, part, tetrahedra_);
+    const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
+      return makePlaneFunction(problem_.planeSource, part, tetrahedra_);
     };
     const auto observe = [this](const GrowthState& now) {
       if (problem_.observe) problem_.observe(placed(now));
@@ -193,8 +193,8 @@ class GrowthRun {
   }
 
   bool anyStock() const {
-    const std::vector<std::int64_t>& stock = problem_.escape->stock;
-    return std::any_of(stock.begin(), stock.end(), [](std::int64_t bodies) { return bodies > 0; });
+    const std::vector<std::int64_t>& reserve = problem_.escape->reserve;
+    return std::any_of(reserve.begin(), reserve.end(), [](std::int64_t bodies) { return bodies > 0; });
   }
 
   double fullVolume(const GrowthState& state) const {
@@ -204,7 +204,7 @@ class GrowthRun {
     return volume;
   }
 
-  /// Whether there are as many full cells of each species as asked for, or more from the stock.
+  /// Whether there are as many full cells of each species as asked for, or more from the reserve.
   bool complete(const GrowthState& state) const {
     std::vector<std::int64_t> full(counts_.size(), 0);
     for (const GrowingCell& cell : state) full[cell.species] += cell.pose.scale == 1.0;
@@ -291,7 +291,7 @@ class GrowthRun {
   RunControl control_;
   GrowthScene scene_;
   TetrahedraSums tetrahedra_;
-  PlaneBuilder builder_;
+  PlaneFunction planeFunction_;
   std::vector<std::int64_t> counts_;
   std::vector<std::string> names_;
   std::int64_t cells_ = 0;

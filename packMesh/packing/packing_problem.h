@@ -15,7 +15,7 @@
 #include "packMesh/container/container.h"
 #include "packMesh/escape/escape.h"
 #include "packMesh/growth/growth_settings.h"
-#include "packMesh/growth/plane_builder.h"
+#include "packMesh/growth/plane_source.h"
 #include "packMesh/packing/packing_state.h"
 #include "packMesh/parallel/communicator.h"
 #include "packMesh/relaxation/freedom.h"
@@ -83,15 +83,11 @@ struct PackingProblem {
   /// The ranks that pack together. The packing does not depend on how many there are.
   Communicator communicator;
   Method method = Method::relaxation;
-  Builder builder = Builder::chords;  ///< of Method::cat
-  GrowthSettings growth;              ///< of Method::cat
-  /// Method::cat: when growth does not get all cells to full size, and with a stock, local maxima are
+  PlaneSource planeSource = PlaneSource::chords;  ///< of Method::cat
+  GrowthSettings growth;                          ///< of Method::cat
+  /// Method::cat: when growth does not get all cells to full size, and with a reserve, local maxima are
   /// escaped.
   std::optional<EscapeSettings> escape;
-  /// Method::relaxation: cells that still meet after so many rounds of repair (relaxation with more
-  /// clearance) are shrunk and grow again; negative: never.
-  int regrowAfter = 1;
-
   /// How a pose will be written, so that the certificate is about the written numbers; empty:
   /// Pose::placement.
   std::function<Placement(const Pose&)> written;
@@ -109,11 +105,6 @@ struct PackingProblem {
     std::int64_t cells = 0;
     for (const Species& one : species) cells += one.count;
     return cells;
-  }
-
-  /// Whether any species is held back in any way.
-  bool constrained() const {
-    return std::any_of(species.begin(), species.end(), [](const Species& s) { return !s.freedom.isFree(); });
   }
 
   /// What measures of its cells need to know.

@@ -9,9 +9,8 @@
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/escape/escape.h"
+#include "packMesh/growth/cat_face_planes.h"
 #include "packMesh/growth/growth.h"
-#include "packMesh/growth/regrowth.h"
-#include "packMesh/growth/tetgen_planes.h"
 
 namespace packmesh {
 
@@ -26,9 +25,8 @@ struct Statistics {
   std::int64_t sweeps = 0;   ///< of the relaxation
   std::int64_t repairs = 0;  ///< rounds in which pairs failing the exact test got more clearance
   std::optional<GrowthStatistics> growth;    ///< of Method::cat
-  std::optional<TetrahedraSums> tetrahedra;  ///< of builders with tetrahedra
+  std::optional<TetrahedraSums> tetrahedra;  ///< of PlaneSource::catFaces
   std::vector<EscapePhase> escape;           ///< where local maxima were escaped
-  RegrowthSums regrowth;                     ///< after relaxation
   /// CPU time of this rank [s]
   double placementSeconds = 0.0, relaxationSeconds = 0.0, growthSeconds = 0.0, certificateSeconds = 0.0;
 };
@@ -36,8 +34,8 @@ struct Statistics {
 struct PackingResult {
   Outcome outcome = Outcome::certified;
   /// In the order of the species, then of the cells' numbers: of this rank, those of the ranks before come
-  /// before. All cells asked for when certified (and those from a stock); the densest certified packing found
-  /// when out of reach (see `searched`), or none without Limits::fewerCells; none when interrupted.
+  /// before. All cells asked for when certified (and those from a reserve); the densest certified packing
+  /// found when out of reach (see `searched`), or none without Limits::fewerCells; none when interrupted.
   std::vector<PlacedCell> cells;
   std::vector<Pose> poses;     ///< the same cells as poses
   std::int64_t cellCount = 0;  ///< of all ranks

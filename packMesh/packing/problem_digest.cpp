@@ -72,16 +72,16 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
   digest.add(freedom.extraWallClearance);
   digest.add(freedom.cone ? freedom.cone->axis : Vec3(Vec3::Zero()));
   digest.add(freedom.cone ? freedom.cone->spread : -1.0);
-  for (std::int64_t n = 0; freedom.home && n < probes; ++n) {
+  for (std::int64_t n = 0; freedom.region && n < probes; ++n) {
     const auto u = uniform4(0, RandomStream::position, n, 0);
     const Vec3 p = bounds.lo + Vec3(u[0], u[1], u[2]).cwiseProduct(bounds.size());
-    digest.add(freedom.home->distance(p).distance);
+    digest.add(freedom.region->distance(p).distance);
   }
 }
 
 void addGrowth(const PackingProblem& problem, Digest& digest) {
   const GrowthSettings& g = problem.growth;
-  digest.add(static_cast<int>(problem.builder));
+  digest.add(static_cast<int>(problem.planeSource));
   for (const double barrier : g.barriers) digest.add(barrier);
   for (const double number : {g.initialScale, g.rotationBound, g.translationBound, g.padding, g.alpha, g.beta,
                               g.shaking, g.stalledGrowth})
@@ -94,7 +94,7 @@ void addGrowth(const PackingProblem& problem, Digest& digest) {
   for (const int number : {problem.escape->orientations, problem.escape->swapRounds,
                            problem.escape->groupSize, problem.escape->holes})
     digest.add(number);
-  for (const std::int64_t number : problem.escape->stock) digest.add(number);
+  for (const std::int64_t number : problem.escape->reserve) digest.add(number);
 }
 
 }  // namespace
@@ -107,7 +107,7 @@ std::string digestOf(const PackingProblem& problem) {
   digest.add(problem.rotate);
   digest.add(problem.clearance);
   digest.add(problem.wallClearance);
-  digest.add(problem.regrowAfter);
+  digest.add(1);  // of an option that is gone, so that states from before still belong to their problems
   if (problem.method == Method::cat) addGrowth(problem, digest);
   const Box bounds = problem.container->bounds();
   digest.add(bounds.lo);

@@ -103,7 +103,7 @@ void checkColumns(const PackingProblem& problem) {
     if (++species > 1) refuse("another one does, too");
     if (!one.start.empty()) refuse("some of its cells exist already");
     if (one.freedom.cone) refuse("its cells are held to a direction");
-    if (one.freedom.home) refuse("its cells are held to a region");
+    if (one.freedom.region) refuse("its cells are held to a region");
     if (!one.freedom.isFree()) refuse("its cells are fixed, or keep more clearance to the wall than others");
     if (!problem.rotate) refuse("no cell is to be turned");
     if (problem.method != Method::relaxation) refuse("the method of packing is growth");
@@ -113,9 +113,10 @@ void checkColumns(const PackingProblem& problem) {
 }
 
 void checkStock(const EscapeSettings& escape, std::size_t species) {
-  if (escape.stock.size() > species) throw InputError("the stock has bodies of more species than there are");
-  for (const std::int64_t bodies : escape.stock)
-    if (bodies < 0) throw InputError("the stock has a negative number of bodies");
+  if (escape.reserve.size() > species)
+    throw InputError("the reserve has bodies of more species than there are");
+  for (const std::int64_t bodies : escape.reserve)
+    if (bodies < 0) throw InputError("the reserve has a negative number of bodies");
 }
 
 }  // namespace

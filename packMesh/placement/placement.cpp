@@ -65,9 +65,9 @@ Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
 std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
                                 bool rotate, const std::function<bool()>& stop) {
   std::vector<Pose> poses(input.count);
-  const Region* home = input.freedom ? input.freedom->home.get() : nullptr;
+  const Region* region = input.freedom ? input.freedom->region.get() : nullptr;
   const AxisCone* cone = input.freedom && input.freedom->cone ? &*input.freedom->cone : nullptr;
-  const Box& room = home ? home->bounds() : bounds;
+  const Box& room = region ? region->bounds() : bounds;
   const double wanted = input.shape->bound().semiAxes.minCoeff();
   for (std::int64_t i = 0; i < input.count; ++i) {
     if (stop && i % betweenPolls == 0 && stop()) break;
@@ -77,7 +77,7 @@ std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, 
     for (std::uint32_t attempt = 0; attempt < tries && best < wanted; ++attempt) {
       const Vec3 p = centre(room, input.shape->volume(), seed, id, attempt);
       double distance = input.wall != nullptr ? input.wall->distance(p).distance : wanted;
-      if (home) distance = std::min(distance, wanted + std::min(home->distance(p).distance, 0.0));
+      if (region) distance = std::min(distance, wanted + std::min(region->distance(p).distance, 0.0));
       if (distance <= best) continue;
       best = distance;
       pose.position = p;

@@ -26,7 +26,7 @@ struct Body {
   ClusterMask wallMask = allClusters;
   double wallMaskUntil = -1.0;
   bool deepInWall = true;           ///< was deep in the wall when last looked at, so coarse samples will do
-  bool rests = false;               ///< until it moves, its wall and its home need not be looked at
+  bool sleeping = false;            ///< until it moves, its wall and its region need not be looked at
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
   bool changed = false;             ///< moved since other ranks were told
   bool touched = false;             ///< moved since Relaxation::forgetTouched()

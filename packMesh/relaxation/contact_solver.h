@@ -86,7 +86,7 @@ class ContactSolver {
   /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
   void resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
 
-  /// Resolves the contacts of a body with its wall and, if its species has a home, brings it there.
+  /// Resolves the contacts of a body with its wall and, if its species is kept in a region, brings it there.
   void resolveSurroundings(Body& body, SweepSums& sums) const;
 
   const std::vector<SpeciesModel>& models() const { return models_; }
@@ -109,7 +109,7 @@ class ContactSolver {
   void resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
                SweepSums& sums) const;
   void resolveWall(Body& body, SweepSums& sums) const;
-  void resolveHome(Body& body, SweepSums& sums) const;
+  void resolveRegion(Body& body, SweepSums& sums) const;
   void push(const Contact& contact, Body& away, Body& back) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
 

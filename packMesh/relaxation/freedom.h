@@ -26,10 +26,10 @@ struct AxisCone {
 struct Freedom {
   bool fixed = false;  ///< cells stay where they start
   std::optional<AxisCone> cone;
-  std::shared_ptr<const Region> home;  ///< centres stay inside; nullptr: anywhere
-  double extraWallClearance = 0.0;     ///< from the wall, on top of what all cells keep [µm]
+  std::shared_ptr<const Region> region;  ///< centres stay inside; nullptr: anywhere
+  double extraWallClearance = 0.0;       ///< from the wall, on top of what all cells keep [µm]
 
-  bool isFree() const { return !fixed && !cone && !home && extraWallClearance == 0.0; }
+  bool isFree() const { return !fixed && !cone && !region && extraWallClearance == 0.0; }
 };
 
 }  // namespace packmesh

@@ -29,12 +29,12 @@ constexpr double smallestMotion = 0.01, largestMotion = 0.25;
 /// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
 /// [fraction of the largest radius].
 constexpr double coarseDepth = 0.015;
-/// How far cells may stray before pairs are listed anew, as long as not all of those that touch have to be
-/// known: until coarse samples no longer do [fraction of the largest radius], and after that [fraction of the
-/// skin].
-constexpr double coarseStray = 0.8, fineStray = 1.0;
+/// How far cells may be displaced before pairs are listed anew, as long as not all of those that touch have
+/// to be known: until coarse samples no longer do [fraction of the largest radius], and after that [fraction
+/// of the skin].
+constexpr double coarseDisplacement = 0.8, fineDisplacement = 1.0;
 /// When all have to be known: no two cells come nearer than the list allows for.
-constexpr double completeStray = 0.5;
+constexpr double completeDisplacement = 0.5;
 
 /// When the deepest contact of a sweep was less than this, the next one looks at all pairs thoroughly [µm].
 constexpr double nearlyResolved = 3.0 * tolerance::relaxationTolerance;
@@ -164,7 +164,7 @@ void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
     if (shared_.owns(b)) blocksOfColour_[blocks_.colourOf(b)].push_back(b);
 }
 
-double Relaxation::largestStray() const {
+double Relaxation::largestDisplacement() const {
   double square = 0.0;
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     square = std::max(square, (bodies_[i].position - listedAt_[i]).squaredNorm());
@@ -181,13 +181,14 @@ bool Relaxation::coarseWillDo() const {
   return state_.coarsely && (state_.sweeps == 0 || state_.last.meanDepth() > coarseDepth * largestRadius_);
 }
 
-double Relaxation::allowedStray() const {
-  if (coarseWillDo()) return coarseStray * largestRadius_;
-  return (nearlyResolvedBefore() ? completeStray : fineStray) * state_.skin;
+double Relaxation::allowedDisplacement() const {
+  if (coarseWillDo()) return coarseDisplacement * largestRadius_;
+  return (nearlyResolvedBefore() ? completeDisplacement : fineDisplacement) * state_.skin;
 }
 
 bool Relaxation::beginsAnew() const {
-  return !listed_ || state_.sweeps - state_.listedInSweep >= longestLived || stray_ > allowedStray();
+  return !listed_ || state_.sweeps - state_.listedInSweep >= longestLived ||
+         displacement_ > allowedDisplacement();
 }
 
 /// Within this range of a rank's blocks its sweeps and its certificate need to know all cells [µm].
@@ -206,7 +207,7 @@ void Relaxation::distribute() {
   shared_.distribute(bodies_, range());
 }
 
-void Relaxation::refreshLists(bool atRest) {
+void Relaxation::refreshLists(bool sleeping) {
   const std::int64_t lasted = state_.sweeps - state_.listedInSweep;
   if (state_.sweeps > 0 && lasted < shortLived) state_.skin *= 1.5;
   if (lasted > longLived) state_.skin *= 0.7;
@@ -227,13 +228,13 @@ void Relaxation::refreshLists(bool atRest) {
 
   for (Body& body : bodies_) {
     body.forgetSurroundings();
-    body.rests = atRest && state_.disturbed.count(body.id) == 0;
+    body.sleeping = sleeping && state_.disturbed.count(body.id) == 0;
   }
   listPairsOfOwn();
   listedAt_.resize(bodies_.size());
   for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
   listed_ = true;
-  stray_ = 0.0;
+  displacement_ = 0.0;
 }
 
 void Relaxation::listPairsOfOwn() {
@@ -242,7 +243,7 @@ void Relaxation::listPairsOfOwn() {
   const bool mayBeDeep = coarseWillDo() || state_.last.deepest > deepContact;
   for (ContactPair& p : list_.pairs) {
     p.deep = mayBeDeep;
-    if (bodies_[p.first].rests && bodies_[p.second].rests) p.apartUntil = 0.0f;
+    if (bodies_[p.first].sleeping && bodies_[p.second].sleeping) p.apartUntil = 0.0f;
   }
   if (!state_.extraClearance.empty())
     for (ContactPair& p : list_.pairs) {
@@ -296,61 +297,61 @@ void Relaxation::expectMotion() {
   foreseenInSweep_ = state_.sweeps;
 }
 
-void Relaxation::stirAll() {
-  stirred_.assign(blocks_.count(), true);
+void Relaxation::activateAll() {
+  active_.assign(blocks_.count(), true);
 }
 
 /// Whether the next sweep, with this slack, has nothing to do but where something was demanded since the last
 /// one, which resolved everything.
-bool Relaxation::restsAlready(double slack) const {
+bool Relaxation::isSleeping(double slack) const {
   return state_.sweeps > 0 && state_.last.thorough && slack >= state_.slack &&
          state_.last.deepest <= tolerance::relaxationTolerance - state_.slack;
 }
 
-void Relaxation::stirDisturbed() {
+void Relaxation::activateDisturbed() {
   if (state_.disturbed.empty()) return;
   for (const Body& body : bodies_)
-    if (state_.disturbed.count(body.id)) stir(body.block);
+    if (state_.disturbed.count(body.id)) activate(body.block);
   state_.disturbed.clear();
 }
 
 /// A cell of this block, or one near it, has moved.
-void Relaxation::stir(int block) {
-  for (const int b : blocks_.around(block)) stirred_[b] = true;
+void Relaxation::activate(int block) {
+  for (const int b : blocks_.around(block)) active_[b] = true;
 }
 
 SweepSums Relaxation::sweep(double omega, double slack) {
-  const bool atRest = restsAlready(slack);
+  const bool sleeping = isSleeping(slack);
   if (slack < state_.slack) listed_ = false;  // what was apart may touch
   if (beginsAnew()) {
-    refreshLists(atRest);
-    stirred_.assign(blocks_.count(), !atRest);
+    refreshLists(sleeping);
+    active_.assign(blocks_.count(), !sleeping);
   } else if (state_.sweeps - foreseenInSweep_ >= foreseenFor) {
     expectMotion();
   }
-  stirDisturbed();
+  activateDisturbed();
   for (Body& body : bodies_) body.overlap = 0.0;
   SweepSums sums;
   solver_.setPush(omega, slack);
   const bool coarsely = coarseWillDo();
   sums.thorough = nearlyResolvedBefore() && !coarsely;
   solver_.setThoroughly(sums.thorough);
-  if (slack < state_.slack || coarsely != state_.coarsely) stirAll();
+  if (slack < state_.slack || coarsely != state_.coarsely) activateAll();
   state_.slack = slack;
   state_.coarsely = coarsely;
   solver_.setCoarsely(state_.coarsely);
   for (int colour = 0; colour < BlockGrid::colours; ++colour) {
     if (!blocks_.has(colour)) continue;
-    // Other ranks are told as early as can be, so that nobody waits.
+    // Changes are sent as early as can be, so that nobody waits.
     for (const int block : blocksOfColour_[colour])
       if (atBorder(block)) resolve(block, sums);
-    shared_.tell(bodies_);
+    shared_.beginGhostUpdate(bodies_);
     for (const int block : blocksOfColour_[colour])
       if (!atBorder(block)) resolve(block, sums);
-    for (const int block : shared_.hear(bodies_)) stir(block);
+    for (const int block : shared_.finishGhostUpdate(bodies_)) activate(block);
   }
-  shared_.endTelling();
-  stray_ = largestStray();
+  shared_.awaitGhostUpdate();
+  displacement_ = largestDisplacement();
   if (!communicator_.alone()) addUp(sums);
   ++state_.sweeps;
   state_.last = sums;
@@ -359,24 +360,24 @@ SweepSums Relaxation::sweep(double omega, double slack) {
 
 /// Resolves the contacts of a block, if any can have changed.
 void Relaxation::resolve(int block, SweepSums& sums) {
-  if (!std::exchange(stirred_[block], false)) return;
+  if (!std::exchange(active_[block], false)) return;
   const std::int64_t before = sums.contacts;
   for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
     solver_.resolve(list_.pairs[p], bodies_, sums);
   for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
     solver_.resolveSurroundings(bodies_[i], sums);
-  if (sums.contacts > before) stir(block);
+  if (sums.contacts > before) activate(block);
 }
 
-/// Over all ranks: the sums of a sweep, and how far cells have strayed.
+/// Over all ranks: the sums of a sweep, and how far cells have been displaced.
 void Relaxation::addUp(SweepSums& sums) {
   std::vector<std::int64_t> added = {sums.totalSteps, sums.contacts};
-  std::vector<double> largest = {sums.deepest, stray_};
+  std::vector<double> largest = {sums.deepest, displacement_};
   communicator_.sumAndMax(added, largest);
   sums.totalSteps = added[0];
   sums.contacts = added[1];
   sums.deepest = largest[0];
-  stray_ = largest[1];
+  displacement_ = largest[1];
 }
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
@@ -395,20 +396,8 @@ void Relaxation::demandWallClearance(std::int64_t id, double extra) {
     if (body.id == id) {
       body.extraWallClearance += extra;
       body.awayFromWallUntil = body.wallMaskUntil = -1.0;
-      body.rests = false;
+      body.sleeping = false;
     }
-  state_.disturbed.insert(id);
-}
-
-void Relaxation::setPose(std::int64_t id, const Pose& pose) {
-  for (Body& body : bodies_)
-    if (body.id == id) {
-      body.position = pose.position;
-      body.orientation = pose.orientation;
-      body.rotation = pose.orientation.toRotationMatrix();
-      body.touched = true;
-    }
-  listed_ = false;
   state_.disturbed.insert(id);
 }
 

@@ -30,7 +30,7 @@ struct RelaxationInput {
 
 /// Bodies, who is near whom, and the sweeps over them. The result of a sweep depends on the bodies and the
 /// input alone, not on the number of ranks: pairs are worked on block by block in the order of the blocks'
-/// colours, and after each colour ranks tell each other what changed.
+/// colours, and after each colour ranks send each other what changed.
 ///
 /// All ranks call every function that is not const together, with the same arguments.
 class Relaxation {
@@ -51,9 +51,6 @@ class Relaxation {
   void demandClearance(std::int64_t first, std::int64_t second, double extra);
   /// Cell `id` shall keep `extra` more clearance from the wall [µm].
   void demandWallClearance(std::int64_t id, double extra);
-
-  /// Puts a cell elsewhere, on every rank that holds it.
-  void setPose(std::int64_t id, const Pose& pose);
 
   /// Takes cells out. Pre: `ids` sorted.
   void remove(const std::vector<std::int64_t>& ids);
@@ -92,21 +89,21 @@ class Relaxation {
   /// A list of pairs lasts for so many sweeps at most, so that the course of long runs can be kept.
   static constexpr std::int64_t longestLived = 50;
 
-  void refreshLists(bool atRest);
+  void refreshLists(bool sleeping);
   void addUp(SweepSums& sums);
   void resolve(int block, SweepSums& sums);
   void findBorder();
   bool atBorder(int block) const { return !atBorder_.empty() && atBorder_[block]; }
-  void stir(int block);
-  void stirAll();
-  void stirDisturbed();
-  bool restsAlready(double slack) const;
+  void activate(int block);
+  void activateAll();
+  void activateDisturbed();
+  bool isSleeping(double slack) const;
   void listPairsOfOwn();
   void shareOut(std::vector<std::int64_t> workOfBlock);
   bool isUneven() const;
   void expectMotion();
-  double largestStray() const;
-  double allowedStray() const;
+  double largestDisplacement() const;
+  double allowedDisplacement() const;
   bool nearlyResolvedBefore() const;
   bool coarseWillDo() const;
   double range() const;
@@ -128,7 +125,7 @@ class Relaxation {
   std::vector<std::vector<int>> blocksOfColour_;  ///< this rank's
   /// Blocks in which a sweep could change anything: where there was a contact in the last sweep, or a cell
   /// moved that one of the block's cells could meet.
-  std::vector<char> stirred_;
+  std::vector<char> active_;
   std::vector<char> atBorder_;  ///< blocks that could change a body that another rank holds; empty: none
   std::vector<Body> bodies_;    ///< own and copies, sorted by block, then by id
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
@@ -138,7 +135,7 @@ class Relaxation {
   std::int64_t foreseenInSweep_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
   bool listed_ = false;
-  double stray_ = 0.0;         ///< no cell is further than this from where it was when listed [µm]
+  double displacement_ = 0.0;  ///< no cell is further than this from where it was when listed [µm]
   double largestExtra_ = 0.0;  ///< clearance of a pair [µm]
 };
 

@@ -117,7 +117,7 @@ std::vector<char> SharedBodies::shared(std::size_t bodies) const {
   return flags;
 }
 
-void SharedBodies::tell(std::vector<Body>& bodies) {
+void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies) {
   if (peers_.empty()) return;
   communicator_.awaitSent();
   for (std::size_t p = 0; p < peers_.size(); ++p) {
@@ -135,7 +135,7 @@ void SharedBodies::tell(std::vector<Body>& bodies) {
     for (const std::int32_t i : indices) bodies[i].changed = false;
 }
 
-std::vector<int> SharedBodies::hear(std::vector<Body>& bodies) {
+std::vector<int> SharedBodies::finishGhostUpdate(std::vector<Body>& bodies) {
   std::vector<int> blocks;
   if (peers_.empty()) return blocks;
   communicator_.endSwap(peers_);

@@ -13,10 +13,11 @@
 namespace packmesh {
 
 /// A rank holds the bodies of its own blocks, and copies (ghosts) of those within a range of them: all that
-/// its blocks read or change. Whoever changes a body tells all ranks that hold it, before any of them
+/// its blocks read or change. Whoever changes a body sends it to all ranks that hold it, before any of them
 /// works on it again. Poses travel, meshes do not.
 ///
-/// All ranks call distribute(), tell() and hear() together. On one rank they do nothing.
+/// All ranks call distribute(), beginGhostUpdate() and finishGhostUpdate() together. On one rank they do
+/// nothing.
 class SharedBodies {
  public:
   SharedBodies(const Communicator& communicator, const BlockGrid& blocks);
@@ -35,13 +36,14 @@ class SharedBodies {
   /// Per body: whether another rank holds it, too. Pre: bodies where distribute() left them, as below.
   std::vector<char> shared(std::size_t bodies) const;
 
-  /// Begins to tell the other ranks of all bodies that have `changed`.
-  void tell(std::vector<Body>& bodies);
-  /// Takes over what the other ranks tell. Pre: after tell(); no shared body has been changed since.
+  /// Begins to send the other ranks all bodies that have `changed`.
+  void beginGhostUpdate(std::vector<Body>& bodies);
+  /// Takes over what the other ranks sent. Pre: after beginGhostUpdate(); no shared body has been changed
+  /// since.
   /// @return blocks of the bodies they changed, with repetitions
-  std::vector<int> hear(std::vector<Body>& bodies);
-  /// Waits until all that was told has gone.
-  void endTelling() const { communicator_.awaitSent(); }
+  std::vector<int> finishGhostUpdate(std::vector<Body>& bodies);
+  /// Waits until all that was sent has gone.
+  void awaitGhostUpdate() const { communicator_.awaitSent(); }
 
  private:
   void plan(const std::vector<Body>& bodies, double range);

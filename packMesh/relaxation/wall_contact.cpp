@@ -25,13 +25,13 @@ double deepestOf(const WallSums& sums) {
 
 void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
   const Freedom& freedom = models_[body.species].freedom;
-  if (freedom.fixed || (body.rests && body.moved == 0.0)) return;
+  if (freedom.fixed || (body.sleeping && body.moved == 0.0)) return;
   resolveWall(body, sums);
-  if (freedom.home) resolveHome(body, sums);
+  if (freedom.region) resolveRegion(body, sums);
 }
 
-void ContactSolver::resolveHome(Body& body, SweepSums& sums) const {
-  const WallDistance toSurface = models_[body.species].freedom.home->distance(body.position);
+void ContactSolver::resolveRegion(Body& body, SweepSums& sums) const {
+  const WallDistance toSurface = models_[body.species].freedom.region->distance(body.position);
   const double depth = tolerance::relaxationMargin - slack_ - toSurface.distance;
   if (!(depth > 0.0)) return;
   sums.add(depth);

@@ -354,7 +354,7 @@ def random_problem(rng):
         if how == "--fixed":
             problem["fixed"] = {name: lines}
     if cat:
-        args += ["--method", "cat", "--builder", rng.choice(["chords", "tetgen", "cat-faces"])]
+        args += ["--method", "cat", "--builder", rng.choice(["chords", "cat-faces"])]
     args += ["--seed", str(rng.randrange(10 ** 6)), "--max-time", "0.5"]
     if rng.random() < 0.1:
         args.append("--best-effort")

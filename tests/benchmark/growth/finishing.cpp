@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Growth after relaxation, and escape from local maxima.
+/// @file Escape from local maxima.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,37 +12,12 @@
 namespace packmesh::benchmark {
 namespace {
 
-void regrowth(const Options& options) {
-  fmt::print(
-      "Red cells in a periodic box of 50 µm, default method; CPU [s]. The cells that meet after relaxation, "
-      "and "
-      "after so many rounds of repair by it, are re-grown; and relaxation alone.\n\n"
-      "| fraction | seed | regrowth after | cells shrunk | smallest scale | clusters | alone | unfinished | "
-      "iterations | regrowth s | repairs | total s |\n"
-      "| ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
-  for (const double fraction : {0.50, 0.55, 0.58, 0.60})
-    for (int seed = 1; seed <= options.seeds; ++seed)
-      for (const int after : {0, 1, 8, -1}) {
-        PackingProblem problem = grownInBox(50.0, fraction);
-        problem.method = Method::relaxation;
-        problem.seed = static_cast<std::uint64_t>(seed);
-        problem.regrowAfter = after;
-        PackingResult result;
-        const double seconds = timeOf([&] { result = pack(problem); });
-        const RegrowthSums& r = result.statistics.regrowth;
-        fmt::print("| {:.2f} | {} | {} | {} | {:.3f} | {} | {} | {} | {} | {:.3f} | {} | {:.3f} |\n",
-                   fraction, seed, after < 0 ? "never" : fmt::format("{} repairs", after), r.cells,
-                   r.smallest, r.clusters, r.alone, r.unfinished, r.growth.iterations, r.seconds,
-                   result.statistics.repairs, seconds);
-        std::fflush(stdout);
-      }
-}
-
 void escapeFrom(const Options& options) {
   fmt::print(
       "Spheres, cubes, cones, tori and sickles, half of the lumen if all were full size; three more of each "
       "and "
-      "twenty small spheres in stock. Coverage: volume of all bodies, as large as they are, over that of the "
+      "twenty small spheres in reserve. Coverage: volume of all bodies, as large as they are, over that of "
+      "the "
       "lumen. Every state that growth or a phase accepts is certified by itself.\n\n"
       "| lumen | seed | phase | coverage | bodies | full size | tried | changed | CPU s | states |\n"
       "| --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n");
@@ -55,10 +30,10 @@ void escapeFrom(const Options& options) {
         species.count = std::llround(0.5 / 5.0 * lumen->volume() / species.shape->volume());
       problem.seed = static_cast<std::uint64_t>(seed);
       problem.escape.emplace();
-      problem.escape->stock.assign(problem.species.size(), 3);
+      problem.escape->reserve.assign(problem.species.size(), 3);
       problem.species.push_back(
           {"small sphere", std::make_shared<const Shape>(test::icosphere(2, 0.8)), 0, nullptr});
-      problem.escape->stock.push_back(20);
+      problem.escape->reserve.push_back(20);
       const PackingResult result = pack(problem);
       const std::int64_t states = checkStates(problem);
       double before = 0.0;
@@ -76,8 +51,6 @@ void escapeFrom(const Options& options) {
 }
 
 const AddCases cases({
-    {"regrowth", "default method: cells that still meet re-grown in their cells, against relaxation alone",
-     regrowth},
     {"escape", "coverage after swapping, enlargement, replacement and hole filling", escapeFrom},
 });
 

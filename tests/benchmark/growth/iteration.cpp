@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "packMesh/growth/growth.h"
-#include "packMesh/growth/plane_builder.h"
+#include "packMesh/growth/plane_source.h"
 #include "packMesh/packing/growth_scene.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
@@ -19,7 +19,7 @@ struct Parts {
 };
 
 /// One iteration from the state of `spheres` up to the barrier.
-Parts iterationOf(const Spheres& spheres, Builder builder, double barrier) {
+Parts iterationOf(const Spheres& spheres, PlaneSource planeSource, double barrier) {
   const GrowthScene scene = growthSceneOf(spheres.problem);
   GrowthState state;
   for (const Pose& pose : spheres.poses) state.push_back({0, pose});
@@ -28,15 +28,15 @@ Parts iterationOf(const Spheres& spheres, Builder builder, double barrier) {
   settings.maxIterations = 1;
   settings.initialScale = std::min(settings.initialScale, 0.5 * barrier);
   TetrahedraSums sums;
-  const PlaneBuilder planes = makeBuilder(builder, scene, sums);
+  const PlaneFunction planes = makePlaneFunction(planeSource, scene, sums);
   GrowthStatistics statistics;
   grow(scene, settings, planes, {}, state, statistics);
   return {statistics.planeSeconds, sums.tetrahedraSeconds, sums.faceSeconds, statistics.programSeconds,
-          statistics.stepBackSeconds};
+          statistics.stepHalvingSeconds};
 }
 
-const char* nameOf(Builder builder) {
-  return builder == Builder::chords ? "chords" : builder == Builder::tetgen ? "tetgen" : "cat-faces";
+const char* nameOf(PlaneSource planeSource) {
+  return planeSource == PlaneSource::chords ? "chords" : "cat-faces";
 }
 
 constexpr double lastScale = 0.95;
@@ -62,11 +62,13 @@ void table41(const Options&) {
       if (row == rows.size()) rows.push_back({name, {}});
       rows[row++].seconds.push_back(seconds);
     };
-    for (const Builder builder : {Builder::catFaces, Builder::tetgen, Builder::chords}) {
-      const Parts parts = iterationOf(spheres, builder, 1.0);
-      const std::string of = fmt::format(" ({})", nameOf(builder));
-      if (builder != Builder::chords) add("tetrahedra" + of, parts.tetrahedra);
-      if (builder == Builder::catFaces) add("CAT faces and their planes" + of, parts.faces);
+    for (const PlaneSource planeSource : {PlaneSource::catFaces, PlaneSource::chords}) {
+      const Parts parts = iterationOf(spheres, planeSource, 1.0);
+      const std::string of = fmt::format(" ({})", nameOf(planeSource));
+      if (planeSource == PlaneSource::catFaces) {
+        add("tetrahedra" + of, parts.tetrahedra);
+        add("CAT faces and their planes" + of, parts.faces);
+      }
       add("all planes" + of, parts.planes);
       add("growth" + of, parts.programmes);
       add("validation" + of, parts.validation);
@@ -98,21 +100,20 @@ void figures4546(const Options& options) {
               true,
               true,
               {}};
-    for (const Builder builder : {Builder::catFaces, Builder::tetgen, Builder::chords}) {
-      const bool plotted = builder != Builder::tetgen;  // else too many lines
+    for (const PlaneSource planeSource : {PlaneSource::catFaces, PlaneSource::chords}) {
       const std::size_t first = plot.lines.size();
       for (const char* part : {"planes", "growth", "validation"})
-        if (plotted) plot.lines.push_back({fmt::format("{}, {}", part, nameOf(builder)), {}});
+        plot.lines.push_back({fmt::format("{}, {}", part, nameOf(planeSource)), {}});
       for (int count = 8; count <= 512; count *= 2) {
         const Spheres spheres(count, last ? lastScale : 0.1);
-        const Parts p = iterationOf(spheres, builder, last ? 1.0 : 0.3);
+        const Parts p = iterationOf(spheres, planeSource, last ? 1.0 : 0.3);
         const double each = 1e3 / count;
         fmt::print("| {} | {} | {} | {:.3f} | {:.3f} | {:.3f} | {:.3f} | {:.3f} |\n", last ? "last" : "first",
-                   nameOf(builder), count, each * p.tetrahedra, each * (p.planes - p.tetrahedra),
+                   nameOf(planeSource), count, each * p.tetrahedra, each * (p.planes - p.tetrahedra),
                    each * p.programmes, each * p.validation, each * p.all());
         std::fflush(stdout);
         const double values[] = {p.planes, p.programmes, p.validation};
-        for (std::size_t k = 0; k < 3 && plotted; ++k)
+        for (std::size_t k = 0; k < 3; ++k)
           plot.lines[first + k].points.emplace_back(count, std::max(1e-6, each * values[k]));
       }
     }

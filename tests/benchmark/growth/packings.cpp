@@ -31,9 +31,9 @@ void print(const GrownPacking& packing, const Options& options) {
     sums.iterations += g.iterations;
     sums.relaxationsKept += g.relaxationsKept;
     sums.planes += g.planes;
-    sums.stepBack.violatingPairs += g.stepBack.violatingPairs;
-    sums.stepBack.misplaced += g.stepBack.misplaced;
-    back += g.stepBackSeconds;
+    sums.stepHalving.violatingPairs += g.stepHalving.violatingPairs;
+    sums.stepHalving.misplaced += g.stepHalving.misplaced;
+    back += g.stepHalvingSeconds;
     if (!options.check) continue;
     const std::int64_t seen = checkStates(problem);
     valid = valid && seen > 0;
@@ -45,7 +45,7 @@ void print(const GrownPacking& packing, const Options& options) {
       "| {} | {} | {:.4f} | {:.0f} | {:.1f} | {:.0f} | {:.1f} | {:.1f} | {:.0f} | {:.3f} | {} | {} | {}/{} "
       "|\n",
       packing.name, cells, fraction, mean(sums.iterations), mean(sums.relaxationsKept), mean(sums.planes),
-      mean(sums.stepBack.violatingPairs), mean(sums.stepBack.misplaced),
+      mean(sums.stepHalving.violatingPairs), mean(sums.stepHalving.misplaced),
       seconds > 0.0 ? 100.0 * back / seconds : 0.0, seconds / n,
       packing.allowedSeconds > 0.0 ? fmt::format("{:g}", packing.allowedSeconds) : "",
       !options.check ? ""
@@ -80,7 +80,7 @@ Case packings(std::string name, std::string about, std::vector<GrownPacking> of)
             std::puts(
                 "| packing | cells | fraction | iterations | relaxations | planes | violating pairs | "
                 "misplaced | "
-                "stepping back % | CPU s | allowed s | states | certified |\n"
+                "step halving % | CPU s | allowed s | states | certified |\n"
                 "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | --- |");
             for (const GrownPacking& packing : of) print(packing, options);
           }};
@@ -91,10 +91,10 @@ std::unique_ptr<Container> sphereFor(const Shape& shape, std::int64_t count, dou
                     std::cbrt(0.75 / M_PI * static_cast<double>(count) * shape.volume() / fraction));
 }
 
-PackingProblem grownInBox(double edge, double fraction, Builder builder) {
+PackingProblem grownInBox(double edge, double fraction, PlaneSource planeSource) {
   const auto shape = redCell();
   return grown(shape, static_cast<std::int64_t>(fraction * edge * edge * edge / shape->volume()),
-               makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {true, true, true}), builder);
+               makeBox(Box{Vec3::Zero(), Vec3::Constant(edge)}, {true, true, true}), planeSource);
 }
 
 }  // namespace packmesh::benchmark

@@ -34,12 +34,13 @@ inline std::shared_ptr<const Shape> redCell() {
 
 /// `count` cells, to be grown.
 inline PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t count,
-                            std::shared_ptr<const Container> container, Builder builder = Builder::chords) {
+                            std::shared_ptr<const Container> container,
+                            PlaneSource planeSource = PlaneSource::chords) {
   PackingProblem problem;
   problem.species = {{"cell", std::move(shape), count, nullptr}};
   problem.container = std::move(container);
   problem.method = Method::cat;
-  problem.builder = builder;
+  problem.planeSource = planeSource;
   return problem;
 }
 
@@ -47,6 +48,6 @@ inline PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t cou
 std::unique_ptr<Container> sphereFor(const Shape& shape, std::int64_t count, double fraction);
 
 /// Red cells that are the given fraction of a periodic cube.
-PackingProblem grownInBox(double edge, double fraction, Builder builder = Builder::chords);
+PackingProblem grownInBox(double edge, double fraction, PlaneSource planeSource = PlaneSource::chords);
 
 }  // namespace packmesh::benchmark

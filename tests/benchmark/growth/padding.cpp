@@ -26,9 +26,9 @@ std::string measure(double rotation, double padding) {
     const PackingResult result = pack(problem);
     const GrowthStatistics& g = *result.statistics.growth;
     certified += result.outcome == Outcome::certified;
-    pairs += static_cast<double>(g.stepBack.violatingPairs);
-    stayed += static_cast<double>(g.stepBack.stayed);
-    steps += static_cast<double>(g.stepBack.steps);
+    pairs += static_cast<double>(g.stepHalving.violatingPairs);
+    stayed += static_cast<double>(g.stepHalving.stayed);
+    steps += static_cast<double>(g.stepHalving.steps);
     iterations += static_cast<double>(g.iterations);
   }
   return fmt::format("{:.1f} / {:.1f} / {:.0f}{}", 1e3 * pairs / steps, 1e3 * stayed / steps,

@@ -11,40 +11,36 @@ struct Allowed {
   double what, seconds;  ///< number or fraction; 0: none stated
 };
 
-std::vector<GrownPacking> spheres(Builder builder, const std::vector<Allowed>& counts) {
+std::vector<GrownPacking> spheres(PlaneSource planeSource, const std::vector<Allowed>& counts) {
   std::vector<GrownPacking> out;
   for (const Allowed& of : counts)
     out.push_back({fmt::format("sphere, {} red cells", of.what),
-                   [builder, count = static_cast<int>(of.what)] {
+                   [planeSource, count = static_cast<int>(of.what)] {
                      const auto shape = redCell();
-                     return grown(shape, count, sphereFor(*shape, count, 0.30), builder);
+                     return grown(shape, count, sphereFor(*shape, count, 0.30), planeSource);
                    },
                    of.seconds});
   return out;
 }
 
-std::vector<GrownPacking> boxes(Builder builder, const std::vector<Allowed>& fractions) {
+std::vector<GrownPacking> boxes(PlaneSource planeSource, const std::vector<Allowed>& fractions) {
   std::vector<GrownPacking> out;
   for (const Allowed& of : fractions)
     out.push_back({fmt::format("periodic box, {:.2f}", of.what),
-                   [builder, fraction = of.what] { return grownInBox(25.0, fraction, builder); },
+                   [planeSource, fraction = of.what] { return grownInBox(25.0, fraction, planeSource); },
                    of.seconds});
   return out;
 }
 
 const AddCases cases({
     packings("sphere-chords", "red cells in a sphere, coverage 0.30 (thesis figure 4.4), planes from chords",
-             spheres(Builder::chords, {{5, 1}, {30, 1}, {128, 5}})),
-    packings("sphere-tetgen", "the same, planes between cells that tetrahedra join",
-             spheres(Builder::tetgen, {{5, 1}, {30, 10}, {128, 60}})),
+             spheres(PlaneSource::chords, {{5, 1}, {30, 1}, {128, 5}})),
     packings("sphere-cat-faces", "the same, planes from CAT faces, as in the thesis",
-             spheres(Builder::catFaces, {{5, 0}, {30, 0}})),
+             spheres(PlaneSource::catFaces, {{5, 0}, {30, 0}})),
     packings("box-chords", "red cells in a periodic box of 25 µm, planes from chords",
-             boxes(Builder::chords, {{0.30, 0}, {0.40, 0}, {0.45, 2}, {0.50, 5}, {0.55, 0}})),
-    packings("box-tetgen", "the same, planes between cells that tetrahedra join",
-             boxes(Builder::tetgen, {{0.30, 5}, {0.40, 30}, {0.45, 0}})),
+             boxes(PlaneSource::chords, {{0.30, 0}, {0.40, 0}, {0.45, 2}, {0.50, 5}, {0.55, 0}})),
     packings("box-cat-faces", "the same, planes from CAT faces, as in the thesis",
-             boxes(Builder::catFaces, {{0.30, 0}, {0.40, 0}})),
+             boxes(PlaneSource::catFaces, {{0.30, 0}, {0.40, 0}})),
 });
 
 }  // namespace

@@ -106,7 +106,6 @@ TEST_CASE("boxes and tubes give the same files and words on 1, 2, 3, 4 and 8 ran
 
 TEST_CASE("method cat gives the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
-  requireSameOnRanks("12 12 12 --rbc 4 --plt 2 --method cat --builder tetgen --state state.h5");
 }
 
 TEST_CASE("escapes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {

@@ -28,7 +28,7 @@ std::vector<bool> keptCells(const Acceptance& acceptance, const TriangleMesh& me
                             const std::vector<PosLine>& lines) {
   std::vector<bool> kept;
   for (const PosLine& line : lines)
-    kept.push_back(!acceptance.objection(placed(mesh, placementOf(line)).vertices));
+    kept.push_back(!acceptance.violation(placed(mesh, placementOf(line)).vertices));
   return kept;
 }
 
@@ -45,7 +45,7 @@ class Floor : public Wall {
     WallVerdict verdict;
     const double gap = boundingBox(placed(cell.hierarchy.mesh(), cell.placement)).lo.z() - 3.0;
     if (gap < 0.0)
-      verdict.objection = "meets the wall";
+      verdict.violation = "meets the wall";
     else if (gap < gapOfInterest)
       verdict.gap = gap;
     return verdict;
@@ -72,8 +72,8 @@ TEST_CASE("HemoCell keeps vertices above -0.5 and up to n - 0.5 on every axis", 
     CHECK(!at(-1e300));
     CHECK(!at(std::nan("")));
   }
-  CHECK(acceptance.objection({inside, {1.5, 1.5, 2.0}}) == std::string("a vertex lies outside the lattice"));
-  CHECK(!acceptance.objection({inside}));
+  CHECK(acceptance.violation({inside, {1.5, 1.5, 2.0}}) == std::string("a vertex lies outside the lattice"));
+  CHECK(!acceptance.violation({inside}));
 }
 
 TEST_CASE("The node that counts is trunc(p + 0.5)", "[acceptance]") {
@@ -87,7 +87,7 @@ TEST_CASE("The node that counts is trunc(p + 0.5)", "[acceptance]") {
   CHECK(acceptance.allows({0.5 * 3.5, 2, 2}));
   CHECK(!acceptance.allows({-0.2, -0.2, -0.2}));  // node 0, not -1
   CHECK(acceptance.allows({0.26, -0.2, -0.2}));
-  CHECK(acceptance.objection({{2, 2, 1}, {1.5, 2, 2}}) == std::string("a vertex lies on a wall node"));
+  CHECK(acceptance.violation({{2, 2, 1}, {1.5, 2, 2}}) == std::string("a vertex lies on a wall node"));
 }
 
 TEST_CASE("A minimum distance from solid keeps a cube of nodes free", "[acceptance]") {
@@ -99,8 +99,8 @@ TEST_CASE("A minimum distance from solid keeps a cube of nodes free", "[acceptan
     CHECK(one.allows(0.5 * Vec3(i, i, i)) == (std::abs(i - 8) > 2));  // a cube, not a ball
     CHECK(one.allows({0.5 * i, 5.5, 4}));
   }
-  CHECK(one.objection({{3, 4, 4}}) == std::string("nearer than 1 µm to a solid node"));
-  CHECK(one.objection({{4, 4, 4}}) == std::string("a vertex lies on a wall node"));
+  CHECK(one.violation({{3, 4, 4}}) == std::string("nearer than 1 µm to a solid node"));
+  CHECK(one.violation({{4, 4, 4}}) == std::string("a vertex lies on a wall node"));
   CHECK(one.allows({-0.2, 4, 4}));  // what lies outside the lattice does not count
   // int(d/dx): 0.4 µm nodes, 1 µm is 2 nodes; 0.1 µm, 10.
   for (const auto& [dx, nodes] :
@@ -209,11 +209,11 @@ TEST_CASE("The accepted wall is the nearer of the true wall and the voxels", "[a
   CHECK(wall->distance({-1.25, 10, 10}).distance == Approx(-1.0 + 0.02));
 
   TriangleMesh cell{{{5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {{0, 1, 2}}};
-  CHECK(!wall->objection(cell));
+  CHECK(!wall->violation(cell));
   cell.vertices[0].z() = 2.0;
-  CHECK(wall->objection(cell) == std::string("meets the wall"));
+  CHECK(wall->violation(cell) == std::string("meets the wall"));
   cell.vertices[0] = {-1, 5, 5};
-  CHECK(wall->objection(cell) == std::string("a vertex lies outside the lattice"));
+  CHECK(wall->violation(cell) == std::string("a vertex lies outside the lattice"));
   CHECK(makeAcceptedWall(nullptr, lattice, 0, 0.0)->slack() == Approx(0.065));
 }
 

@@ -109,20 +109,20 @@ TEST_CASE("Fluid nodes as a lumen: distance, volume and exact verdicts", "[latti
                            std::abs(sampled[n] - lumen->wall()->distance(block.position(i, j, k)).distance));
     CHECK(worst < 1e-6);
 
-    int objections = 0, wrong = 0;
+    int violations = 0, wrong = 0;
     for (int n = 0; n < 3000; ++n) {
       Box box;
       for (int corner = 0; corner < 2; ++corner)
         box.add(Vec3(uniform(-4, 8), uniform(-1, 4), uniform(-1, 4)));
       box.hi = box.lo +
                (box.hi - box.lo).cwiseMin(Vec3(uniform(0.01, 0.8), uniform(0.01, 0.8), uniform(0.01, 0.8)));
-      const bool refused = lumen->wall()->objection(sample::box(box.lo, box.hi)).has_value();
+      const bool refused = lumen->wall()->violation(sample::box(box.lo, box.hi)).has_value();
       wrong += refused != meetsSolid(*lattice, box, periodic);
-      objections += refused;
+      violations += refused;
     }
     CHECK(wrong == 0);
-    CHECK(objections > 1000);
-    CHECK(objections < 2990);
+    CHECK(violations > 1000);
+    CHECK(violations < 2990);
   }
 }
 
@@ -133,15 +133,15 @@ TEST_CASE("The gap to the wall of fluid nodes is that to the nearest solid cube"
   const auto gap = [&](const Vec3& lo, const Vec3& hi) {
     const MeshHierarchy box(sample::box(lo, hi));
     const WallVerdict verdict = lumen->wall()->examine({box, Placement()}, 1.0);
-    REQUIRE(!verdict.objection);
+    REQUIRE(!verdict.violation);
     return verdict.gap;
   };
   CHECK(gap({2.0, 2.9, 2.9}, {2.5, 3.1, 3.1}) == Approx(0.25));
   CHECK(gap({2.0, 2.0, 2.0}, {2.5, 2.5, 2.5}) == Approx(0.25 * std::sqrt(3.0)));
   CHECK(gap({0.0, 1.0, 1.0}, {0.5, 1.2, 1.2}) == Approx(0.25));  // the end of the lattice
-  CHECK(lumen->wall()->objection(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses a part of the wall");
-  CHECK(lumen->wall()->objection(sample::box({2.8, 2.8, 2.8}, {3.2, 3.2, 3.2})) == "is outside the lumen");
-  CHECK(lumen->wall()->objection(sample::box({2, 2, 2}, {2.75, 3, 3})) == "meets the wall");
+  CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses a part of the wall");
+  CHECK(lumen->wall()->violation(sample::box({2.8, 2.8, 2.8}, {3.2, 3.2, 3.2})) == "is outside the lumen");
+  CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {2.75, 3, 3})) == "meets the wall");
   for (int k = 0; k < 12; ++k)
     for (int j = 0; j < 12; ++j) lattice->setFluid(0, 11, j, k, false);
   CHECK_THROWS_AS(makeVoxelLumen(lattice, false), InputError);

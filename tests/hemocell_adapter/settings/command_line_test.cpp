@@ -56,13 +56,14 @@ TEST_CASE("every option of packCells", "[command_line]") {
   CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").settings().plateletRatio == 0.1);
 }
 
-TEST_CASE("methods and builders", "[command_line]") {
+TEST_CASE("methods and sources of planes", "[command_line]") {
   CHECK(!parse("9 9 9 --rbc 1").settings().states("method"));
   CHECK(parse("9 9 9 --rbc 1 --method cat").settings().method == packmesh::Method::cat);
   CHECK(parse("9 9 9 --rbc 1 --method=relaxation").settings().method == packmesh::Method::relaxation);
-  CHECK(parse("9 9 9 --rbc 1 --builder chords").settings().builder == packmesh::Builder::chords);
-  CHECK(parse("9 9 9 --rbc 1 --builder tetgen").settings().builder == packmesh::Builder::tetgen);
-  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").settings().builder == packmesh::Builder::catFaces);
+  CHECK(parse("9 9 9 --rbc 1 --builder chords").settings().planeSource == packmesh::PlaneSource::chords);
+  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").settings().planeSource == packmesh::PlaneSource::catFaces);
+  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --builder tetgen").settings(),
+                    Contains("--builder") && Contains("chords") && Contains("cat-faces"));
   CHECK(parse("9 9 9 --rbc 1 --escape").settings().escape == true);
   CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").settings(), Contains("cat"));
 }

@@ -45,7 +45,7 @@ class HalfSpace : public Wall {
     const Box box = boundingBox(placed(cell.hierarchy.mesh(), cell.placement));
     WallVerdict verdict;
     if (box.lo.x() <= 0.0)
-      verdict.objection = box.hi.x() < 0.0 ? "is outside the lumen" : "meets the wall";
+      verdict.violation = box.hi.x() < 0.0 ? "is outside the lumen" : "meets the wall";
     else if (box.lo.x() < gapOfInterest)
       verdict.gap = box.lo.x();
     return verdict;
@@ -242,7 +242,7 @@ TEST_CASE("findOverlaps looks at pairs with a moved cell only, and at all of the
   }
 }
 
-TEST_CASE("Walls are asked about cells near them only, and their objections reported", "[certificate]") {
+TEST_CASE("Walls are asked about cells near them only, and their violations reported", "[certificate]") {
   for (double slack : {0.0, 0.5}) {
     HalfSpace wall(slack);
     Packing packing;

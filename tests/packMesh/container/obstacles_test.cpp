@@ -48,10 +48,10 @@ TEST_CASE("an obstacle is wall, takes volume, and cells may not touch it", "[obs
   CHECK(wall->distance(Vec3(10, 10, 10)).distance < 0);
   CHECK(wall->distance(Vec3(1, 10, 10)).distance == Approx(1).margin(0.01));
   CHECK(wall->distance(Vec3(4, 10, 10)).distance <= 4 + wall->slack());
-  CHECK_FALSE(wall->objection(cube(Vec3(1, 1, 1), Vec3(3, 3, 3))));
-  CHECK_THAT(*wall->objection(cube(Vec3(6, 9, 9), Vec3(8, 11, 11))), Contains("obstacle"));
-  CHECK_THAT(*wall->objection(cube(Vec3(9, 9, 9), Vec3(11, 11, 11))), Contains("obstacle"));
-  CHECK(wall->objection(cube(Vec3(-1, 1, 1), Vec3(3, 3, 3))));
+  CHECK_FALSE(wall->violation(cube(Vec3(1, 1, 1), Vec3(3, 3, 3))));
+  CHECK_THAT(*wall->violation(cube(Vec3(6, 9, 9), Vec3(8, 11, 11))), Contains("obstacle"));
+  CHECK_THAT(*wall->violation(cube(Vec3(9, 9, 9), Vec3(11, 11, 11))), Contains("obstacle"));
+  CHECK(wall->violation(cube(Vec3(-1, 1, 1), Vec3(3, 3, 3))));
   CHECK_THAT(container->describe(), Contains("1 obstacle"));
 }
 
@@ -61,7 +61,7 @@ TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
   CHECK(container->volume() == Approx(8000 - 64));
   CHECK(container->wall()->distance(Vec3(17, 10, 10)).distance == Approx(1).margin(0.01));
   CHECK(container->wall()->distance(Vec3(19, 10, 10)).distance < 0);
-  CHECK(container->wall()->objection(cube(Vec3(17, 9, 9), Vec3(19, 11, 11))));
+  CHECK(container->wall()->violation(cube(Vec3(17, 9, 9), Vec3(19, 11, 11))));
 }
 
 TEST_CASE("the gap to obstacles, their images and the wall around them", "[obstacles]") {
@@ -81,8 +81,8 @@ TEST_CASE("the gap to obstacles, their images and the wall around them", "[obsta
   CHECK(examined({3.5, 6.5, 10}, 1.0).gap == Approx(std::sqrt(0.5)));
   CHECK(examined({5.0, 10, 10}, 10.0).gap == 2.0);
   CHECK(examined({6.0, 9, 9}, 10.0).gap == 1.0);
-  CHECK(examined({7.5, 9, 9}, 1.0).objection == std::string("meets an obstacle"));
-  CHECK(examined({0.5, 10, 10}, 1.0).objection == std::string("is inside an obstacle"));
+  CHECK(examined({7.5, 9, 9}, 1.0).violation == std::string("meets an obstacle"));
+  CHECK(examined({0.5, 10, 10}, 1.0).violation == std::string("is inside an obstacle"));
   // What distance() and slack() promise, next to edges and corners too.
   for (const Vec3& p :
        {Vec3(3.9, 13.9, 10), Vec3(3.9, 13.9, 13.9), Vec3(4.4, 10, 10), Vec3(5.03, 6.91, 6.94)})
@@ -111,17 +111,17 @@ TEST_CASE("obstacles that overlap are one body: volume, distance, verdicts, surf
   CHECK(wall->distance(Vec3(5.5, 3, 3)).distance == Approx(0.5).margin(0.02));
   CHECK(wall->distance(Vec3(4.5, 4.5, 4.5)).distance < 0);
   CHECK(wall->distance(Vec3(6.5, 6.5, 7.5)).distance == Approx(0.5).margin(0.02));
-  CHECK_FALSE(wall->objection(cube(Vec3(5.1, 1, 1), Vec3(8, 3.9, 3.9))));
-  CHECK(wall->objection(cube(Vec3(4.2, 4.2, 4.2), Vec3(4.8, 4.8, 4.8))));
-  CHECK(wall->objection(cube(Vec3(5.1, 1, 1), Vec3(8, 4.1, 4.1))));
+  CHECK_FALSE(wall->violation(cube(Vec3(5.1, 1, 1), Vec3(8, 3.9, 3.9))));
+  CHECK(wall->violation(cube(Vec3(4.2, 4.2, 4.2), Vec3(4.8, 4.8, 4.8))));
+  CHECK(wall->violation(cube(Vec3(5.1, 1, 1), Vec3(8, 4.1, 4.1))));
   // Of the 12 triangles of c none is seen, of those that cross all.
   CHECK(container->surface().triangles.size() == 12 + 12 + 12);
 
   const auto bar =
       subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-1, 5, 5), Vec3(21, 8, 8))});
   CHECK(bar->volume() == Approx(8000 - 180).margin(0.8));
-  CHECK(bar->wall()->objection(cube(Vec3(19, 6, 6), Vec3(22, 7, 7))));
-  CHECK_FALSE(bar->wall()->objection(cube(Vec3(19, 1, 1), Vec3(22, 4.9, 4.9))));
+  CHECK(bar->wall()->violation(cube(Vec3(19, 6, 6), Vec3(22, 7, 7))));
+  CHECK_FALSE(bar->wall()->violation(cube(Vec3(19, 1, 1), Vec3(22, 4.9, 4.9))));
 }
 
 TEST_CASE("obstacles may stick out of a round wall", "[obstacles]") {
@@ -138,8 +138,8 @@ TEST_CASE("a stenosis of a ball and a bar that stick out of the wall", "[obstacl
                                                  cubeObstacle(Vec3(2, 12, 9), Vec3(18, 20, 11))});
   CHECK(stenosis->volume() < pipe->volume() - 16 * 2 * 5);
   CHECK(stenosis->volume() > pipe->volume() - 16 * 2 * 6 - 2.0 / 3.0 * 3.1416 * r * r * r);
-  CHECK(stenosis->wall()->objection(cube(Vec3(9, 13.5, 9), Vec3(11, 14, 11))));
-  CHECK_FALSE(stenosis->wall()->objection(cube(Vec3(9, 4, 9), Vec3(11, 11.9, 11))));
+  CHECK(stenosis->wall()->violation(cube(Vec3(9, 13.5, 9), Vec3(11, 14, 11))));
+  CHECK_FALSE(stenosis->wall()->violation(cube(Vec3(9, 4, 9), Vec3(11, 11.9, 11))));
   // What lies beyond the round wall, or in another body, is no part of the surface.
   CHECK(stenosis->surface().triangles.size() <
         pipe->surface().triangles.size() + makeSphere(Vec3::Zero(), r)->surface().triangles.size());

@@ -75,15 +75,15 @@ TEST_CASE("A box measures, objects and describes itself", "[container]") {
   checkGradient(*slit);
 
   const TriangleMesh cell = sample::sphere({0, 0, 0}, 1.0, 6, 8);
-  REQUIRE_FALSE(closed->wall()->objection(moved(cell, {4, 2, 4})));
-  REQUIRE_FALSE(slit->wall()->objection(moved(cell, {99, 2, 4})));
-  REQUIRE(closed->wall()->objection(moved(cell, {4, 2, 2.5})).value() == "meets the wall");
-  REQUIRE(closed->wall()->objection(moved(cell, {4, 2, 3})).value() == "meets the wall");  // touches
-  REQUIRE(closed->wall()->objection(moved(cell, {40, 2, 4})).value() == "is outside the lumen");
+  REQUIRE_FALSE(closed->wall()->violation(moved(cell, {4, 2, 4})));
+  REQUIRE_FALSE(slit->wall()->violation(moved(cell, {99, 2, 4})));
+  REQUIRE(closed->wall()->violation(moved(cell, {4, 2, 2.5})).value() == "meets the wall");
+  REQUIRE(closed->wall()->violation(moved(cell, {4, 2, 3})).value() == "meets the wall");  // touches
+  REQUIRE(closed->wall()->violation(moved(cell, {40, 2, 4})).value() == "is outside the lumen");
   const TriangleMesh touching = sample::box({-1, 1, 3}, {0, 2, 4}),
                      apart = sample::box({std::nextafter(-1.0, 0.0), 1, 3}, {0, 2, 4});
-  REQUIRE(closed->wall()->objection(touching));
-  REQUIRE_FALSE(closed->wall()->objection(apart));
+  REQUIRE(closed->wall()->violation(touching));
+  REQUIRE_FALSE(closed->wall()->violation(apart));
 }
 
 TEST_CASE("A cylinder measures, objects and describes itself, along every axis", "[container]") {
@@ -105,11 +105,11 @@ TEST_CASE("A cylinder measures, objects and describes itself, along every axis",
     checkGradient(*open);
     checkSurface(*closed, 0.003);
     const TriangleMesh cell = moved(sample::sphere({0, 0, 0}, 1.0, 6, 8), center);
-    REQUIRE_FALSE(closed->wall()->objection(cell));
-    REQUIRE_FALSE(open->wall()->objection(moved(cell, 9.5 * Vec3::Unit(axis))));
-    REQUIRE(closed->wall()->objection(moved(cell, 9.5 * Vec3::Unit(axis))).value() == "meets the wall");
-    REQUIRE(open->wall()->objection(moved(cell, 4.5 * side)).value() == "meets the wall");
-    REQUIRE(open->wall()->objection(moved(cell, 7.0 * side)).value() == "is outside the lumen");
+    REQUIRE_FALSE(closed->wall()->violation(cell));
+    REQUIRE_FALSE(open->wall()->violation(moved(cell, 9.5 * Vec3::Unit(axis))));
+    REQUIRE(closed->wall()->violation(moved(cell, 9.5 * Vec3::Unit(axis))).value() == "meets the wall");
+    REQUIRE(open->wall()->violation(moved(cell, 4.5 * side)).value() == "meets the wall");
+    REQUIRE(open->wall()->violation(moved(cell, 7.0 * side)).value() == "is outside the lumen");
   }
   REQUIRE(makeCylinder({25, 13, 13}, 0, 12.5, 50, true)->describe() ==
           "cylinder along x, radius 12.5 µm, length 50 µm, periodic ends");
@@ -125,16 +125,16 @@ TEST_CASE("A sphere measures, objects and describes itself", "[container]") {
   checkSurface(*sphere, 0.02);
   REQUIRE(sphere->surface().triangles.size() == 1280);
   const TriangleMesh cell = sample::sphere({1, 2, 3}, 1.0, 6, 8);
-  REQUIRE_FALSE(sphere->wall()->objection(moved(cell, {2.9, 0, 0})));
-  REQUIRE(sphere->wall()->objection(moved(cell, {0, 0, 3})).value() == "meets the wall");
-  REQUIRE(sphere->wall()->objection(moved(cell, {8, 0, 0})).value() == "is outside the lumen");
+  REQUIRE_FALSE(sphere->wall()->violation(moved(cell, {2.9, 0, 0})));
+  REQUIRE(sphere->wall()->violation(moved(cell, {0, 0, 3})).value() == "meets the wall");
+  REQUIRE(sphere->wall()->violation(moved(cell, {8, 0, 0})).value() == "is outside the lumen");
 }
 
 TEST_CASE("The gap of a cell in a convex lumen is that of its nearest vertex", "[container]") {
   const MeshHierarchy cell(sample::box({-1, -1, -1}, {1, 1, 1}));
   const auto gapAt = [&](const Container& container, const Vec3& p, double interest) {
     const WallVerdict verdict = container.wall()->examine({cell, {Mat3::Identity(), p}}, interest);
-    REQUIRE_FALSE(verdict.objection);
+    REQUIRE_FALSE(verdict.violation);
     return verdict.gap;
   };
   constexpr double infinite = std::numeric_limits<double>::infinity();

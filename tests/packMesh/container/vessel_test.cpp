@@ -24,7 +24,7 @@ TriangleMesh cellAt(const Vec3& p, double radius = 1.0) {
 }
 
 std::string verdict(const Wall& wall, const TriangleMesh& cell) {
-  return wall.objection(cell).value_or("none");
+  return wall.violation(cell).value_or("none");
 }
 
 /// One inlet of 4 x 4 at x = 0 that forks into two outlets of 2 x 4 at x = 10; y in [-1, 7], z in [0, 4].
@@ -80,7 +80,7 @@ TEST_CASE("A vessel made of a tube is a cylinder", "[container]") {
       }
       for (int n = 0; n < 400; ++n) {
         const TriangleMesh cell = cellAt({x(random), 0.8 * y(random), 0.8 * y(random)});
-        const auto found = vessel->wall()->objection(cell), expected = cylinder->wall()->objection(cell);
+        const auto found = vessel->wall()->violation(cell), expected = cylinder->wall()->violation(cell);
         double margin = 1.0;  // of the outermost vertex
         for (const Vec3& v : cell.vertices) margin = std::min(margin, std::abs(5.0 - v.tail<2>().norm()));
         if (margin > 0.002) REQUIRE(found.has_value() == expected.has_value());
@@ -99,7 +99,7 @@ TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
   REQUIRE(wall.distance({2, 0, 0}).distance < 0.0);
   REQUIRE(wall.distance({-2, 0, 0}).distance == Approx(2.5).margin(0.1));
   REQUIRE(wall.distance({9, 0, 0}).distance == Approx(-1.0).margin(0.1));
-  REQUIRE_FALSE(wall.objection(cellAt({-3, 0, 0})));
+  REQUIRE_FALSE(wall.violation(cellAt({-3, 0, 0})));
   REQUIRE(verdict(wall, cellAt({-7, 0, 0}, 2.0)) == "meets the wall");
   REQUIRE(verdict(wall, cellAt({3.5, 0, 0}, 0.7)) == "meets the wall");
   REQUIRE(verdict(wall, cellAt({2, 0, 0}, 1.0)) == "is outside the lumen");
@@ -109,20 +109,20 @@ TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
   // A cell of two parts, of which one is elsewhere.
   TriangleMesh two = cellAt({-3, 0, 0});
   sample::append(two, cellAt({-20, 0, 0}));
-  REQUIRE(wall.objection(two));
+  REQUIRE(wall.violation(two));
 }
 
 TEST_CASE("Touching the wall of a vessel is meeting it, exactly", "[container]") {
   const auto vessel = makeVessel(sample::box({0, 0, 0}, {10, 10, 10}), VesselEnds{0, 0.0, 10.0, true}, 0.5);
-  REQUIRE(vessel->wall()->objection(sample::box({2, 0, 3}, {3, 1, 4})));
-  REQUIRE_FALSE(vessel->wall()->objection(sample::box({2, 1e-300, 3}, {3, 1, 4})));
-  REQUIRE_FALSE(vessel->wall()->objection(sample::box({-2, 1e-12, 3}, {3, 1, 4})));
-  REQUIRE(vessel->wall()->objection(sample::box({-2, 0, 3}, {3, 1, 4})));
-  REQUIRE_FALSE(vessel->wall()->objection(sample::box({1002, 0.1, 3}, {1013, 1, 4})));
-  REQUIRE(vessel->wall()->objection(sample::box({1002, 0, 3}, {1013, 1, 4})));
+  REQUIRE(vessel->wall()->violation(sample::box({2, 0, 3}, {3, 1, 4})));
+  REQUIRE_FALSE(vessel->wall()->violation(sample::box({2, 1e-300, 3}, {3, 1, 4})));
+  REQUIRE_FALSE(vessel->wall()->violation(sample::box({-2, 1e-12, 3}, {3, 1, 4})));
+  REQUIRE(vessel->wall()->violation(sample::box({-2, 0, 3}, {3, 1, 4})));
+  REQUIRE_FALSE(vessel->wall()->violation(sample::box({1002, 0.1, 3}, {1013, 1, 4})));
+  REQUIRE(vessel->wall()->violation(sample::box({1002, 0, 3}, {1013, 1, 4})));
   const auto closed = makeVessel(sample::box({0, 0, 0}, {10, 10, 10}), VesselEnds{0, 0.0, 10.0, false}, 0.5);
   REQUIRE(verdict(*closed->wall(), sample::box({0, 1, 3}, {3, 2, 4})) == "meets an end of the vessel");
-  REQUIRE_FALSE(closed->wall()->objection(sample::box({1e-300, 1, 3}, {3, 2, 4})));
+  REQUIRE_FALSE(closed->wall()->violation(sample::box({1e-300, 1, 3}, {3, 2, 4})));
 }
 
 TEST_CASE("A periodic vessel that bends continues as its own image", "[container]") {
@@ -146,9 +146,9 @@ TEST_CASE("A periodic vessel that bends continues as its own image", "[container
   int inside = 0;
   for (int n = 0; n < 500; ++n) {
     const TriangleMesh cell = cellAt({x(random), 0.7 * y(random), 0.5 * y(random)}, 1.5);
-    const bool found = vessel->wall()->objection(cell).has_value();
-    REQUIRE(found == whole->wall()->objection(cell).has_value());
-    REQUIRE(found == vessel->wall()->objection(moved(cell, {60.0, 0.0, 0.0})).has_value());
+    const bool found = vessel->wall()->violation(cell).has_value();
+    REQUIRE(found == whole->wall()->violation(cell).has_value());
+    REQUIRE(found == vessel->wall()->violation(moved(cell, {60.0, 0.0, 0.0})).has_value());
     inside += !found;
   }
   REQUIRE(inside > 50);
@@ -171,7 +171,7 @@ TEST_CASE("The gap to a vessel's wall is that of the nearest two triangles, imag
       const Placement placement{Mat3::Identity(), at};
       constexpr double interest = 0.7;
       const WallVerdict verdict = vessel->wall()->examine({cell, placement}, interest);
-      if (verdict.objection) continue;
+      if (verdict.violation) continue;
       const TriangleMesh there = placed(cell.mesh(), placement);
       const Box near = boundingBox(there).grownBy(interest);  // gaps to anything beyond do not matter
       double expected = std::numeric_limits<double>::infinity(), own = expected;
@@ -222,9 +222,9 @@ TEST_CASE("A vessel may have several flat outlets in one plane", "[container]") 
   REQUIRE(wall.distance({11.0, 3.0, 2.0}).distance == Approx(-2.0).margin(0.15));
   REQUIRE(wall.distance({-0.5, 3.0, 2.0}).distance == Approx(0.5).margin(1e-6));
   REQUIRE(wall.distance({11.75, 0.0, 2.0}).distance == Approx(0.25).margin(1e-6));
-  REQUIRE_FALSE(wall.objection(cellAt({10.0, 0.0, 2.0}, 0.9)));
-  REQUIRE_FALSE(wall.objection(cellAt({10.0, 6.0, 2.0}, 0.9)));
-  REQUIRE_FALSE(wall.objection(cellAt({0.0, 3.0, 2.0}, 0.9)));
+  REQUIRE_FALSE(wall.violation(cellAt({10.0, 0.0, 2.0}, 0.9)));
+  REQUIRE_FALSE(wall.violation(cellAt({10.0, 6.0, 2.0}, 0.9)));
+  REQUIRE_FALSE(wall.violation(cellAt({0.0, 3.0, 2.0}, 0.9)));
   REQUIRE(verdict(wall, cellAt({8.0, 3.0, 2.0}, 0.9)) == "is outside the lumen");
   REQUIRE(verdict(wall, cellAt({10.0, 0.0, 2.0}, 1.1)) == "meets the wall");
   REQUIRE(verdict(wall, cellAt({11.5, 0.0, 2.0}, 0.9)) == "meets an end of the vessel");
@@ -233,7 +233,7 @@ TEST_CASE("A vessel may have several flat outlets in one plane", "[container]") 
   // Periodic along z it is an extruded letter.
   const auto extruded = makeVessel(fork(), VesselEnds{2, -0.25, 4.25, true}, 0.25);
   checkClosed(*extruded);
-  REQUIRE_FALSE(extruded->wall()->objection(cellAt({5.0, 3.0, 4.25}, 0.9)));
+  REQUIRE_FALSE(extruded->wall()->violation(cellAt({5.0, 3.0, 4.25}, 0.9)));
 }
 
 TEST_CASE("A periodic vessel may run along any axis and have differently cut outlines of one shape",
@@ -249,8 +249,8 @@ TEST_CASE("A periodic vessel may run along any axis and have differently cut out
   }
   const auto vessel = makeVessel(sample::sweep(rings), VesselEnds{2, 0.0, 9.0, true}, 0.25);
   REQUIRE(vessel->wall()->distance({2.5, 0.0, 0.1}).distance == Approx(0.5).margin(0.01));
-  REQUIRE_FALSE(vessel->wall()->objection(cellAt({0.0, 0.0, 9.0}, 2.5)));
-  REQUIRE(vessel->wall()->objection(cellAt({0.0, 1.0, 9.0}, 2.5)));
+  REQUIRE_FALSE(vessel->wall()->violation(cellAt({0.0, 0.0, 9.0}, 2.5)));
+  REQUIRE(vessel->wall()->violation(cellAt({0.0, 1.0, 9.0}, 2.5)));
 }
 
 TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {

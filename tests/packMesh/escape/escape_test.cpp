@@ -5,7 +5,7 @@
 
 #include "packMesh/certificate/certify.h"
 #include "packMesh/escape/holes.h"
-#include "packMesh/growth/plane_builder.h"
+#include "packMesh/growth/plane_source.h"
 #include "tests/support/bodies.h"
 
 using namespace packmesh;
@@ -30,12 +30,12 @@ struct Scene {
     state.push_back({species, Pose{scale, Quaternion::Identity(), at}});
   }
   std::vector<EscapePhase> operator()(const EscapeSettings& settings) {
-    const BuilderFactory factory = [this](const GrowthScene& part) {
-      return makeBuilder(Builder::chords, part, tetrahedra);
+    const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
+      return makePlaneFunction(PlaneSource::chords, part, tetrahedra);
     };
     phases = escape(
         scene, GrowthSettings(), settings, factory, {},
-        [this](const GrowthState& now) { CHECK(StepBack(scene).examine(now).clean()); }, state);
+        [this](const GrowthState& now) { CHECK(StepHalving(scene).examine(now).clean()); }, state);
     for (std::size_t k = 1; k < phases.size(); ++k)
       CHECK(phases[k].coverage >= phases[k - 1].coverage - 1e-12);
     return phases;
@@ -80,14 +80,14 @@ TEST_CASE("Enlargement: a body grows into the room that its neighbours leave") {
   CHECK(s.phase("enlargement").full == 2);
 }
 
-TEST_CASE("Replacement: a body from the stock takes the place of one that does not fit") {
+TEST_CASE("Replacement: a body from the reserve takes the place of one that does not fit") {
   Scene s({test::sphereShape(4.0), std::make_shared<const Shape>(test::cube(3.2))},
           makeSphere(Vec3::Zero(), 3.0));
   // The sphere reaches 0.75 of its size; the cube full size, but that is less volume.
   s.add(1, 0.5, Vec3::Zero());
   s.state[0].species = 1;
   EscapeSettings settings;
-  settings.stock = {1, 0};
+  settings.reserve = {1, 0};
   s(settings);
   CHECK(s.state.size() == 1);
   // Enlargement made the cube full; nothing that is full is replaced.
@@ -97,7 +97,7 @@ TEST_CASE("Replacement: a body from the stock takes the place of one that does n
   Scene t({test::sphereShape(2.5), std::make_shared<const Shape>(test::cube(4.0))},
           makeSphere(Vec3::Zero(), 3.0));
   t.add(1, 0.4, Vec3::Zero());
-  settings.stock = {1, 0};
+  settings.reserve = {1, 0};
   t(settings);
   CHECK(t.phase("replacement").changed == 1);
   CHECK(t.state[0].species == 0);
@@ -125,14 +125,14 @@ TEST_CASE("Holes are free, apart from each other and found largest first") {
   }
 }
 
-TEST_CASE("Hole filling takes what reaches full size, as long as the stock lasts") {
+TEST_CASE("Hole filling takes what reaches full size, as long as the reserve lasts") {
   Scene s({test::sphereShape(1.0), test::sphereShape(2.0), test::sphereShape(20.0)},
           makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {true, true, true}));
   for (const double x : {2.0, 6.0})
     for (const double y : {2.0, 6.0})
       for (const double z : {2.0, 6.0}) s.add(0, 1.0, Vec3(x, y, z));
   EscapeSettings settings;
-  settings.stock = {1, 1, 5};
+  settings.reserve = {1, 1, 5};
   s(settings);
   CHECK(s.phase("hole filling").changed == 2);
   REQUIRE(s.state.size() == 10);
@@ -149,7 +149,7 @@ TEST_CASE("A mixture in a vase: no phase lowers the coverage, all states valid")
   problem.escape->swapRounds = 1;
   problem.escape->groupSize = 6;
   problem.escape->holes = 4;
-  problem.escape->stock = {1, 1, 1, 1, 1};
+  problem.escape->reserve = {1, 1, 1, 1, 1};
   problem.observe = [&](const std::vector<PlacedCell>& cells) {
     std::vector<const Shape*> shapes;
     for (const Species& species : problem.species) shapes.push_back(species.shape.get());

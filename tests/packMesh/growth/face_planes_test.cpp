@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <map>
 #include <set>
 
 #include "packMesh/growth/cat_cells.h"
@@ -142,27 +141,5 @@ TEST_CASE("Planes further away than a cell may move are left out, no others", "[
     CHECK(expected.size() < all[i].size());
     CHECK(near[i].size() == Approx(expected.size()).margin(1));  // rounding
     CHECK(near[i].empty() == (reach[i] == 0.0));
-  }
-}
-
-TEST_CASE("Parts that face each other are those that tetrahedra join", "[cat]") {
-  for (const CatScene& scene :
-       {spheresAndCubes(), redCellsInSphere(6, 0.45), coarse(redCellsInPeriodicBox(12.0, 0.3), 1, 0.85)}) {
-    const Built built(scene);
-    const Tetrahedra& t = built.tetrahedra;
-    const std::vector<FacingPart> parts = facingParts(t);
-    // By vertices: label, vertex -> labels it is joined to.
-    std::map<std::pair<int, int>, std::set<int>> joined, said;
-    for (const Tetrahedron& corners : t.tetrahedra)
-      for (const int p : corners)
-        for (const int q : corners)
-          if (t.isPrimary(t.labels[p]) && t.vertices[p] >= 0 && t.labels[q] != t.labels[p] &&
-              t.labels[q] != wallLabel)
-            joined[{t.labels[p], t.vertices[p]}].insert(t.labels[q]);
-    for (const FacingPart& part : parts) {
-      CHECK(std::is_sorted(part.vertices.begin(), part.vertices.end()));
-      for (const int v : part.vertices) CHECK(said[{part.from, v}].insert(part.onto).second);
-    }
-    CHECK(joined == said);
   }
 }

@@ -182,10 +182,10 @@ TEST_CASE("Growth refuses a first state that is not valid, naming the cells") {
 TEST_CASE("A relaxation at a scale either gives a valid state of that scale or changes nothing") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
   run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
-  StepBack judge(run.scene);
+  StepHalving judge(run.scene);
   REQUIRE(relaxAtScale(run.scene, 0.8, 400, {}, judge, run.state));
   for (const GrowingCell& cell : run.state) CHECK(cell.pose.scale == 0.8);
-  CHECK(StepBack(run.scene).examine(run.state).clean());
+  CHECK(StepHalving(run.scene).examine(run.state).clean());
   const GrowthState before = run.state;
   CHECK(!relaxAtScale(run.scene, 1.0, 1, {}, judge, run.state));
   for (std::size_t i = 0; i < before.size(); ++i) {

@@ -4,7 +4,6 @@
 #include <glpk.h>
 
 #include <catch2/catch.hpp>
-#include <limits>
 #include <random>
 
 using packmesh::LinearProgram;
@@ -12,7 +11,6 @@ using packmesh::LinearProgram;
 namespace {
 
 constexpr int size = LinearProgram::size;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 using Vector = LinearProgram::Vector;
 using Status = LinearProgram::Status;
 
@@ -55,13 +53,8 @@ Verdict askGlpk(const Instance& instance) {
   glp_add_cols(p, size);
   for (int j = 0; j < size; ++j) {
     glp_set_obj_coef(p, j + 1, instance.objective[j]);
-    const bool low = std::isfinite(instance.lower[j]), high = std::isfinite(instance.upper[j]);
-    const int type = !low && !high                            ? GLP_FR
-                     : !low                                   ? GLP_UP
-                     : !high                                  ? GLP_LO
-                     : instance.lower[j] == instance.upper[j] ? GLP_FX
-                                                              : GLP_DB;
-    glp_set_col_bnds(p, j + 1, type, low ? instance.lower[j] : 0.0, high ? instance.upper[j] : 0.0);
+    const bool fixed = instance.lower[j] == instance.upper[j];
+    glp_set_col_bnds(p, j + 1, fixed ? GLP_FX : GLP_DB, instance.lower[j], instance.upper[j]);
   }
   const int rows = static_cast<int>(instance.rows.size());
   if (rows > 0) glp_add_rows(p, rows);
@@ -84,7 +77,6 @@ Verdict askGlpk(const Instance& instance) {
   if (failure == 0)
     verdict.status = state == GLP_OPT      ? Status::optimal
                      : state == GLP_NOFEAS ? Status::infeasible
-                     : state == GLP_UNBND  ? Status::unbounded
                                            : Status::unsolved;
   glp_delete_prob(p);
   return verdict;
@@ -138,7 +130,7 @@ TEST_CASE("A linear programme by hand") {
 
 TEST_CASE("Linear programmes: random ones, feasible or not, agree with GLPK") {
   std::mt19937 random(1);
-  int seen[3] = {0, 0, 0};
+  int seen[2] = {0, 0};
   for (int n = 0; n < 3000; ++n) {
     Instance instance;
     instance.objective = randomVector(random);
@@ -153,28 +145,9 @@ TEST_CASE("Linear programmes: random ones, feasible or not, agree with GLPK") {
   CHECK(seen[1] > 500);
 }
 
-TEST_CASE("Linear programmes: infinite bounds agree with GLPK") {
-  std::mt19937 random(2);
-  int seen[3] = {0, 0, 0};
-  for (int n = 0; n < 3000; ++n) {
-    Instance instance;
-    instance.objective = n % 3 == 0 ? smallIntegers(random) : randomVector(random);
-    for (int j = 0; j < size; ++j) {
-      if (random() % 3 > 0) instance.lower[j] = -infinity;
-      if (random() % 3 > 0) instance.upper[j] = infinity;
-    }
-    const int rows = static_cast<int>(random() % 40);
-    const double shift = n % 2 ? 0.5 : -0.2;
-    for (int i = 0; i < rows; ++i)
-      instance.add(randomVector(random), shift + std::uniform_real_distribution<double>(0.0, 1.0)(random));
-    ++seen[static_cast<int>(agreed(instance))];
-  }
-  for (const int count : seen) CHECK(count > 100);
-}
-
 TEST_CASE("Linear programmes: degenerate ones agree with GLPK") {
   std::mt19937 random(3);
-  int seen[3] = {0, 0, 0};
+  int seen[2] = {0, 0};
   for (int n = 0; n < 3000; ++n) {
     // Small integers: parallel and repeated rows, many of them through one vertex, objectives along edges and
     // faces, fixed variables.
@@ -218,7 +191,7 @@ TEST_CASE("Linear programmes: cycling example, empty programme, rows without coe
   Instance beale;
   beale.objective << 0.75, -150.0, 0.02, -6.0, 0.0, 0.0, 0.0;
   beale.lower.setZero();
-  beale.upper.setConstant(infinity);
+  beale.upper.setConstant(1000.0);
   Vector a = Vector::Zero();
   a.head<4>() << 0.25, -60.0, -0.04, 9.0;
   beale.add(a, 0.0);

@@ -98,23 +98,3 @@ TEST_CASE("Any closed mesh has levels that are closed and do not meet themselves
   }
   CHECK(LevelsOfDetail(sample::box(Vec3::Zero(), Vec3::Ones())).count() == 1);
 }
-
-TEST_CASE("Containers are resampled to a mean area") {
-  const TriangleMesh box = sample::box(Vec3::Zero(), Vec3(4.0, 3.0, 2.0));
-  const TriangleMesh fine = resampled(box, 0.05);
-  CHECK(closed(fine));
-  CHECK(surfaceArea(fine) == Approx(52.0));
-  CHECK(signedVolume(fine) == Approx(24.0));
-  CHECK(surfaceArea(fine) / static_cast<double>(fine.triangles.size()) == Approx(0.05).epsilon(0.01));
-  double longest = 0.0;
-  for (const Triangle& t : fine.triangles)
-    for (int k = 0; k < 3; ++k)
-      longest = std::max(longest, (fine.vertices[t[k]] - fine.vertices[t[(k + 1) % 3]]).norm());
-  CHECK(longest < 0.7);
-
-  const TriangleMesh sphere = test::icosphere(4, 5.0);
-  const TriangleMesh coarse = resampled(sphere, 4.0 * surfaceArea(sphere) / sphere.triangles.size());
-  CHECK(closed(coarse));
-  CHECK(coarse.triangles.size() == Approx(sphere.triangles.size() / 4.0).epsilon(0.02));
-  CHECK(signedVolume(coarse) == Approx(signedVolume(sphere)).epsilon(0.05));
-}

@@ -6,7 +6,7 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/growth/power_diagram.h"
-#include "packMesh/growth/step_back.h"
+#include "packMesh/growth/step_halving.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -63,7 +63,7 @@ TEST_CASE("Seeds: bounding spheres do not meet and are inside the lumen") {
       CHECK(state[20].species == 1);
       CHECK(state[51].species == 2);
       checkSpheres(blood.scene, state);
-      CHECK(StepBack(blood.scene).examine(state).clean());
+      CHECK(StepHalving(blood.scene).examine(state).clean());
     }
 }
 

@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <functional>
 #include <map>
-#include <set>
 
 #include "packMesh/growth/missing_triangles.h"
 #include "packMesh/growth/tetrahedralise.h"
@@ -246,49 +245,6 @@ TEST_CASE("Plain Delaunay tetrahedra have empty circumspheres", "[tetrahedra]") 
     if (!(offset.norm() < 1e3)) continue;  // flat: the sphere is a plane
     for (const Vec3& p : t.points) CHECK((p - center).norm() > offset.norm() * (1.0 - 1e-7));
   }
-}
-
-TEST_CASE("Weighted Delaunay tetrahedra have empty orthospheres", "[tetrahedra]") {
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> coordinate(0.0, 10.0), weight(0.0, 4.0);
-  std::vector<Vec3> points;
-  std::vector<double> weights;
-  for (int i = 0; i < 200; ++i) {
-    points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
-    weights.push_back(weight(random));
-  }
-  points.push_back(points[0] + Vec3(0.1, 0.0, 0.0));  // hidden by a heavy one
-  weights[0] = 9.0;
-  weights.push_back(0.0);
-  const auto power = [&](const Vec3& p, std::size_t i) { return (p - points[i]).squaredNorm() - weights[i]; };
-  const auto check = [&](const std::vector<Tetrahedron>& tetrahedra) {
-    CHECK(tetrahedra.size() > 500);
-    for (const Tetrahedron& t : tetrahedra) {
-      Mat3 m;
-      Vec3 rhs;
-      for (int k = 0; k < 3; ++k) {
-        m.row(k) = 2.0 * (points[t[k + 1]] - points[t[0]]).transpose();
-        rhs[k] =
-            points[t[k + 1]].squaredNorm() - weights[t[k + 1]] - points[t[0]].squaredNorm() + weights[t[0]];
-      }
-      const Vec3 center = m.inverse() * rhs;
-      const double radius2 = power(center, t[0]);
-      for (std::size_t i = 0; i < points.size(); ++i)
-        REQUIRE(power(center, i) > radius2 - 1e-7 * (1.0 + center.squaredNorm()));
-    }
-  };
-  const std::vector<Tetrahedron> tetrahedra = weightedDelaunay(points, weights);
-  check(tetrahedra);
-  std::set<int> used;
-  for (const Tetrahedron& t : tetrahedra) used.insert(t.begin(), t.end());
-  CHECK(used.count(200) == 0);
-  CHECK(used.count(0) == 1);
-  weights.assign(points.size(), 2.5);
-  check(weightedDelaunay(points, weights));
-  CHECK_THROWS_AS(weightedDelaunay({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {1, 1, 1, 1}),
-                  TetrahedraError);
-  CHECK_THROWS_AS(weightedDelaunay({{0, 0, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 2}}, {1, 1, 1, 1}),
-                  TetrahedraError);
 }
 
 TEST_CASE("TetGen gives the same tetrahedra in a child process, and is stopped there", "[tetrahedra]") {

@@ -139,16 +139,16 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
     base.freedom.cone = AxisCone{Vec3(0, 0, 1), 30.0 * degree};
     base.freedom.extraWallClearance = 1.5;
     base.count = 24;
-    base.freedom.home = left;
+    base.freedom.region = left;
     problem.species.push_back(base);
     base.count = 12;
-    base.freedom.home = right;
+    base.freedom.region = right;
     problem.species.push_back(base);
     const PackingResult result = certified(problem);
     CHECK(result.certificate.minimumWallGap >= 1.5);
     for (std::size_t i = 0; i < result.poses.size(); ++i) {
       const Species& species = problem.species[result.cells[i].species];
-      CHECK(species.freedom.home->contains(result.poses[i].position));
+      CHECK(species.freedom.region->contains(result.poses[i].position));
       CHECK(species.freedom.cone->angle(result.poses[i].orientation) <= 30.0 * degree + 1e-9);
     }
     // A cone without spread: all alike.

@@ -92,21 +92,17 @@ TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
 }
 
 TEST_CASE("Method cat: same problem, same bits") {
-  PackingProblem problem = grown(test::periodicCube(14.0), 0.35, 3);
-  for (const Builder builder : {Builder::chords, Builder::tetgen}) {
-    problem.builder = builder;
-    CHECK(test::sameBits(pack(problem), pack(problem)));
-  }
+  const PackingProblem problem = grown(test::periodicCube(14.0), 0.35, 3);
+  CHECK(test::sameBits(pack(problem), pack(problem)));
 }
 
 TEST_CASE("Method cat packs with planes from tetrahedra") {
-  const std::shared_ptr<const Container> small = makeSphere(Vec3::Zero(), 6.5);
-  for (const auto& [builder, container] : {std::pair{Builder::tetgen, test::periodicCube(13.0)},
-                                           {Builder::tetgen, small},
-                                           {Builder::catFaces, small}}) {
-    CAPTURE(container->describe(), static_cast<int>(builder));
-    PackingProblem problem = grown(container, 0.25);
-    problem.builder = builder;
+  const std::pair<std::shared_ptr<const Container>, double> lumens[] = {
+      {test::periodicCube(10.0), 0.15}, {makeSphere(Vec3::Zero(), 6.5), 0.25}};
+  for (const auto& [container, fraction] : lumens) {
+    CAPTURE(container->describe());
+    PackingProblem problem = grown(container, fraction);
+    problem.planeSource = PlaneSource::catFaces;
     const PackingResult result = pack(problem);
     checkAll(problem, result);
     REQUIRE(result.statistics.tetrahedra);

@@ -104,17 +104,12 @@ TEST_CASE("A run that goes on from any of its states ends as if it had not been 
   SECTION("growth with tetrahedra, and attempts in vain") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.4, 5);
     problem.method = Method::cat;
-    problem.builder = Builder::tetgen;
+    problem.planeSource = PlaneSource::catFaces;
     problem.limits.maxSweeps = 150;
     problem.escape.emplace();
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(of(seen, Stage::growth) > 4);
     REQUIRE(seen.attempts > 1);
-  }
-  SECTION("cells that grow again") {
-    PackingProblem problem = mixtureIn(longBox(), 0.55, 1);
-    problem.regrowAfter = 0;
-    requireSameWayFromAnyState(problem);
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/step_back.h"
+#include "packMesh/growth/step_halving.h"
 
 #include <algorithm>
 #include <numeric>
@@ -20,7 +20,7 @@ bool moves(const Pose& pose, const GrowthStep& step) {
 
 }  // namespace
 
-CertificateInput StepBack::input() const {
+CertificateInput StepHalving::input() const {
   CertificateInput input;
   input.shapes = scene_.shapes;
   input.walls = scene_.walls;
@@ -30,7 +30,7 @@ CertificateInput StepBack::input() const {
   return input;
 }
 
-std::optional<std::string> StepBack::misplacement(std::int64_t i) const {
+std::optional<std::string> StepHalving::misplacement(std::int64_t i) const {
   const PlacedCell& cell = cells_[i];
   const Wall* wall = scene_.walls[cell.species];
   if (!wall) return {};
@@ -38,25 +38,25 @@ std::optional<std::string> StepBack::misplacement(std::int64_t i) const {
   const Sphere sphere = boundingSphere(shape.hierarchy(), cell.placement);
   if (wall->isAway(sphere, scene_.wallClearance)) return {};
   WallVerdict verdict = wall->examine({shape.hierarchy(), cell.placement}, scene_.wallClearance);
-  if (!verdict.objection && verdict.gap < scene_.wallClearance)
+  if (!verdict.violation && verdict.gap < scene_.wallClearance)
     return "is nearer to the wall than the clearance";
-  return std::move(verdict.objection);
+  return std::move(verdict.violation);
 }
 
-Certificate StepBack::examine(const GrowthState& state) {
+Certificate StepHalving::examine(const GrowthState& state) {
   std::vector<std::int64_t> all(state.size());
   std::iota(all.begin(), all.end(), std::int64_t{0});
   return examine(state, all);
 }
 
-Certificate StepBack::examine(const GrowthState& state, const std::vector<std::int64_t>& cells) {
+Certificate StepHalving::examine(const GrowthState& state, const std::vector<std::int64_t>& cells) {
   cells_.clear();
   for (const GrowingCell& cell : state) cells_.push_back({cell.species, scene_.placement(cell.pose)});
   return faultsOf(cells, scene_.sharesOf(state));
 }
 
 /// What is wrong with cells_ that have changed: every rank looks at its own, all know all.
-Certificate StepBack::faultsOf(const std::vector<std::int64_t>& changed, const CellShares& shares) const {
+Certificate StepHalving::faultsOf(const std::vector<std::int64_t>& changed, const CellShares& shares) const {
   const std::vector<std::int64_t> own = shares.ownOf(changed);
   Certificate faults;
   faults.overlapping = findOverlaps(input(), own);
@@ -77,8 +77,8 @@ Certificate StepBack::faultsOf(const std::vector<std::int64_t>& changed, const C
   return all;
 }
 
-std::vector<double> StepBack::take(const std::vector<GrowthStep>& steps, GrowthState& state,
-                                   StepBackSums& sums, const CellShares& shares) {
+std::vector<double> StepHalving::take(const std::vector<GrowthStep>& steps, GrowthState& state,
+                                      StepHalvingSums& sums, const CellShares& shares) {
   const GrowthState before = state;
   const Box bounds = scene_.container->bounds();
   const Vec3 period = scene_.container->period();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Planes from tetrahedra between the cells.
+/// @file Planes from the CAT faces of tetrahedra between the cells (thesis 3.1.2).
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,6 @@
 
 namespace packmesh {
 
-/// What tetrahedra give to growth.
-enum class TetgenUse {
-  facing,  ///< who faces whom; the planes are those of ChordPlanes, of the cells that face each other
-  faces,   ///< their CAT faces are the planes (thesis 3.1.2), but for those of slivers
-};
-
 /// What tetrahedra took, on one rank.
 struct TetrahedraSums {
   std::int64_t runs = 0;      ///< tetrahedralisations
@@ -29,23 +23,20 @@ struct TetrahedraSums {
   double tetrahedraSeconds = 0.0, faceSeconds = 0.0;  ///< CPU [s]
 };
 
-/// Builder of planes that has TetGen cut up the space between the cells. Planes at walls are those of
-/// ChordPlanes: the wall's distance is exact, its triangles are not.
+/// Planes from CAT faces, but for those of slivers: TetGen cuts up the space between the cells. Planes at
+/// walls are those of ChordPlanes: the wall's distance is exact, its triangles are not.
 ///
 /// Many cells are cut into regions of a few hundred, which do not depend on the number of ranks; every rank
-/// tetrahedralises regions of its own, each with the cells around it.
-///
-/// For `facing`, the tetrahedra are those of the coarsest levels of detail, inset so that they do not meet in
-/// dimples, and serve for a few iterations, as long as no cell moves far. For `faces`, the levels are those
-/// that the request asks for, and every iteration has tetrahedra of its own.
-class TetgenPlanes {
+/// tetrahedralises regions of its own, each with the cells around it. When TetGen gives up, planes are those
+/// of ChordPlanes.
+class CatFacePlanes {
  public:
   /// References the scene and the sums, which must outlive this.
   /// @param sums what it takes is added here
   /// @param failingAttempts for tests: so many attempts of every run are taken to have failed
   /// @param cellsOfRegion at most so many cells are tetrahedralised together
-  TetgenPlanes(const GrowthScene& scene, TetgenUse use, TetrahedraSums& sums, int failingAttempts = 0,
-               int cellsOfRegion = defaultCellsOfRegion);
+  CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts = 0,
+                int cellsOfRegion = defaultCellsOfRegion);
 
   /// As many as fit without the cells around them, which take part in several regions, being most of the
   /// work.
@@ -55,19 +46,14 @@ class TetgenPlanes {
   PlaneConstraints operator()(const GrowthState& state, const PlaneRequest& request);
 
  private:
-  PlaneConstraints facing(const GrowthState& state, const PlaneRequest& request);
-  PlaneConstraints faces(const GrowthState& state, const PlaneRequest& request);
-  bool outdated(const GrowthState& state, const PlaneRequest& request) const;
   /// Cells that are tetrahedralised together with those around them.
   using Region = std::vector<int>;
   std::vector<Region> regionsOf(const GrowthState& state) const;
   std::vector<Region> ownRegions(const GrowthState& state, const CellShares& shares) const;
-  bool tetrahedraOf(const GrowthState& state, const Region& region, double detail, double inset);
+  bool tetrahedraOf(const GrowthState& state, const Region& region, double detail);
   void chooseMembers(const GrowthState& state, const Region& region);
-  std::vector<NearPair> pairsNow(const GrowthState& state) const;
 
   const GrowthScene& scene_;
-  TetgenUse use_;
   int cellsOfRegion_;
   ChordPlanes chords_;
   std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
@@ -75,9 +61,6 @@ class TetgenPlanes {
   std::vector<int> members_;  ///< the cells that input_'s objects are
   Tetrahedra tetrahedra_;
   ChordalFaces split_;
-  std::vector<NearPair> pairs_;  ///< that face each other, as cells were when tetrahedra were made
-  bool known_ = false;           ///< pairs_ are; otherwise TetGen gave up
-  GrowthState madeFor_;
   TetrahedraSums& sums_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/step_back.h"
+#include "packMesh/growth/step_halving.h"
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -44,9 +44,9 @@ bool sameBits(const Pose& a, const Pose& b) {
 
 TEST_CASE("Steps that keep cells apart are taken whole") {
   Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
-  StepBackSums sums;
+  StepHalvingSums sums;
   const auto taken =
-      StepBack(s.scene).take({moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
+      StepHalving(s.scene).take({moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].pose.position.x() == 2.5);
   CHECK(s.state[1].pose.position.x() == 5.5);
   CHECK(taken == std::vector<double>{1.0, 1.0});
@@ -56,8 +56,8 @@ TEST_CASE("Steps that keep cells apart are taken whole") {
 
 TEST_CASE("The steps of an offending pair are halved, others are not") {
   Spheres s(cubeOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
-  StepBackSums sums;
-  const auto taken = StepBack(s.scene).take(
+  StepHalvingSums sums;
+  const auto taken = StepHalving(s.scene).take(
       {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))}, s.state, sums);
   CHECK(taken == std::vector<double>{0.5, 0.5, 1.0});
   CHECK(s.state[0].pose.position.x() == 2.75);
@@ -71,8 +71,8 @@ TEST_CASE("A step that cannot be taken at all leaves the pose as it was, to the 
   const GrowthState before = s.state;
   GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
   turn.rotation = Vec3(0.1, 0.2, 0.3);
-  StepBackSums sums;
-  const auto taken = StepBack(s.scene).take({turn, moveBy(Vec3::Zero())}, s.state, sums);
+  StepHalvingSums sums;
+  const auto taken = StepHalving(s.scene).take({turn, moveBy(Vec3::Zero())}, s.state, sums);
   CHECK(taken[0] == 0.0);
   CHECK(sameBits(s.state[0].pose, before[0].pose));
   CHECK(sameBits(s.state[1].pose, before[1].pose));
@@ -81,12 +81,12 @@ TEST_CASE("A step that cannot be taken at all leaves the pose as it was, to the 
 
 TEST_CASE("Steps out of the lumen are taken back, so are steps nearer to the wall than the clearance") {
   Spheres s(cubeOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
-  StepBackSums sums;
-  StepBack(s.scene).take({moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
+  StepHalvingSums sums;
+  StepHalving(s.scene).take({moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
   CHECK(s.state[0].pose.position.x() == 1.25);
   CHECK(sums.misplaced == 1);
   s.scene.wallClearance = 0.19;
-  StepBack(s.scene).take({moveBy(Vec3(-0.2, 0, 0))}, s.state, sums);
+  StepHalving(s.scene).take({moveBy(Vec3(-0.2, 0, 0))}, s.state, sums);
   CHECK(s.state[0].pose.position.x() == 1.25 - 0.2 / 4.0);
 }
 
@@ -94,11 +94,11 @@ TEST_CASE("A required gap counts as part of the cells, and images are neighbours
   Spheres s(cubeOf(10.0, true),
             {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
   s.scene.clearance = 0.3;
-  StepBackSums sums;
-  StepBack(s.scene).take({moveBy(Vec3(-0.8, 0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
+  StepHalvingSums sums;
+  StepHalving(s.scene).take({moveBy(Vec3(-0.8, 0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
   CHECK(sums.violatingPairs == 1);
   CHECK(s.state[0].pose.position.x() == 1.1);
-  StepBack(s.scene).take({moveBy(Vec3(0.0, 7.0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
+  StepHalving(s.scene).take({moveBy(Vec3(0.0, 7.0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
   CHECK(s.state[0].pose.position.y() == Approx(2.0));  // wrapped into the period
 }
 
@@ -112,8 +112,8 @@ TEST_CASE("Whatever is proposed, states stay valid and no cell shrinks") {
   scene.walls = {nullptr};
   scene.container = container.get();
   GrowthState state = seedRandomly(scene, {8}, {"RBC"}, 0.2);
-  StepBack stepBack(scene);
-  StepBackSums sums;
+  StepHalving stepHalving(scene);
+  StepHalvingSums sums;
   for (int round = 0; round < 40; ++round) {
     const GrowthState before = state;
     std::vector<GrowthStep> steps;
@@ -123,8 +123,8 @@ TEST_CASE("Whatever is proposed, states stay valid and no cell shrinks") {
       step.rotation = 0.5 * test::randomDirection(random);
       steps.push_back(step);
     }
-    stepBack.take(steps, state, sums);
-    CHECK(StepBack(scene).examine(state).clean());
+    stepHalving.take(steps, state, sums);
+    CHECK(StepHalving(scene).examine(state).clean());
     for (std::size_t i = 0; i < state.size(); ++i) CHECK(state[i].pose.scale >= before[i].pose.scale);
   }
   CHECK(sums.violatingPairs > 20);

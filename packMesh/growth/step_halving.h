@@ -11,8 +11,8 @@
 
 namespace packmesh {
 
-/// What stepping back took.
-struct StepBackSums {
+/// What step halving took.
+struct StepHalvingSums {
   std::int64_t steps = 0;           ///< proposed
   std::int64_t violatingPairs = 0;  ///< that met after the full steps
   std::int64_t misplaced = 0;       ///< cells not inside the lumen after the full step
@@ -22,10 +22,10 @@ struct StepBackSums {
 /// Keeps a state free of overlap by the exact test. A step that breaks it is halved, for both cells of an
 /// offending pair, and below 1/8 not taken: as the state before was valid this ends, and nothing ever
 /// shrinks.
-class StepBack {
+class StepHalving {
  public:
   /// References the scene, which must outlive this.
-  explicit StepBack(const GrowthScene& scene) : scene_(scene) {}
+  explicit StepHalving(const GrowthScene& scene) : scene_(scene) {}
 
   /// Takes a state as it is.
   /// @return what is wrong with it: overlapping pairs and misplaced cells
@@ -37,7 +37,7 @@ class StepBack {
   /// Takes the steps, as far as possible. All ranks of the shares call alike. Pre: the state is valid; one
   /// step per cell
   /// @return the part of each step that was taken, 1 for cells that had nothing to do
-  std::vector<double> take(const std::vector<GrowthStep>& steps, GrowthState& state, StepBackSums& sums,
+  std::vector<double> take(const std::vector<GrowthStep>& steps, GrowthState& state, StepHalvingSums& sums,
                            const CellShares& shares = {});
 
  private:
