@@ -48,8 +48,8 @@ TEST_CASE("Local growth: a cell grows up to the surfaces of its neighbours, whic
     const GrowthState before = state;
     LocalGrowth growth(packed.scene, packed.problem.growth, packed.factory(planeSource));
     GrowthStatistics statistics;
-    CHECK(growth.grow({3}, {}, state, statistics) == (state[3].pose.scale == 1.0));
-    CHECK(state[3].pose.scale > 0.9);
+    CHECK(growth.grow({3}, {}, state, statistics));
+    CHECK(state[3].pose.scale == 1.0);
     CHECK(StepHalving(packed.scene).examine(state).clean());
     CHECK(changedCells(before, state) == 1);
     CHECK((planeSource == PlaneSource::catFaces) == (packed.tetrahedra.runs > 0));
