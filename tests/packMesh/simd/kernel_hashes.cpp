@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Runs every kernel on fixed inputs with each instruction set there is, and prints a hash of what each
-// returns: kernel_hashes [repetitions [instruction set]]. Fails where instruction sets differ. Needs nothing
-// but the kernels, so that it is easily built for another processor; inputs take IEEE operations only, so
-// that they are the same on all of them.
+// returns. Fails where instruction sets differ. Needs nothing but the kernels, so that it is easily built for
+// another processor; inputs take IEEE operations only, so that they are the same on all of them.
+// To measure one: kernel_hashes <repetitions> <contact, grid, hierarchy, triangles, form or sampled>
+// <0: portable, 1: AVX2, 2: AVX-512>.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
