@@ -3,9 +3,7 @@
 /// other.
 ///
 /// Floats with margins: pairs are only ever left out when they are certainly apart, so that verdicts and gaps
-/// do not depend on the instruction set. The same source (hierarchy_kernel_body.h) is compiled for each of
-/// them. This header must not pull in templates of other libraries: what they instantiate in an AVX-512
-/// object could be linked into the baseline.
+/// do not depend on the instruction set. A kernel: see packMesh/simd/instruction_set.h.
 #pragma once
 
 #include "packMesh/simd/instruction_set.h"
@@ -54,17 +52,11 @@ using ExaminePair = float (*)(void* context, int first, int second, bool mayMeet
 using PairSearch = bool(const TreeView& first, const TreeView& second, const SeenFrom& map, float rounding,
                         float limit, ExaminePair examine, void* context);
 
-namespace kernel_portable {
-PairSearch searchPairs;
+/// The version for an instruction set. Pre: available(set).
+template <InstructionSet set>
+PairSearch* pairSearch();
+inline PairSearch* pairSearch(InstructionSet set) {
+  return forInstructionSet(set, [](auto constant) { return pairSearch<constant.value>(); });
 }
-namespace kernel_avx2 {
-PairSearch searchPairs;
-}
-namespace kernel_avx512 {
-PairSearch searchPairs;
-}
-
-/// The search for an instruction set. Pre: available(set).
-PairSearch* pairSearch(InstructionSet set);
 
 }  // namespace packmesh

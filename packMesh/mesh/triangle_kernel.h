@@ -34,17 +34,11 @@ struct TriangleKernels {
   TriangleDistances distances;
 };
 
-namespace kernel_portable {
+/// The version for an instruction set. Pre: available(set).
+template <InstructionSet set>
 TriangleKernels triangleKernels();
+inline TriangleKernels triangleKernels(InstructionSet set) {
+  return forInstructionSet(set, [](auto constant) { return triangleKernels<constant.value>(); });
 }
-namespace kernel_avx2 {
-TriangleKernels triangleKernels();
-}
-namespace kernel_avx512 {
-TriangleKernels triangleKernels();
-}
-
-/// The kernels for an instruction set. Pre: available(set).
-TriangleKernels triangleKernels(InstructionSet set);
 
 }  // namespace packmesh

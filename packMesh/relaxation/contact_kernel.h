@@ -59,20 +59,11 @@ struct ContactSums {
 using ContactKernel = void (*)(const SampleView&, const RelativeFrame&, const FieldView&, float clearance,
                                float margin, ClusterMask& mask, ContactSums&);
 
-namespace kernel_portable {
-void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
-             ClusterMask& mask, ContactSums&);
+/// The version for an instruction set. Pre: available(set).
+template <InstructionSet set>
+ContactKernel contactKernel();
+inline ContactKernel contactKernel(InstructionSet set) {
+  return forInstructionSet(set, [](auto constant) { return contactKernel<constant.value>(); });
 }
-namespace kernel_avx2 {
-void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
-             ClusterMask& mask, ContactSums&);
-}
-namespace kernel_avx512 {
-void contact(const SampleView&, const RelativeFrame&, const FieldView&, float clearance, float margin,
-             ClusterMask& mask, ContactSums&);
-}
-
-/// The kernel for an instruction set. Pre: available(set).
-ContactKernel contactKernel(InstructionSet set);
 
 }  // namespace packmesh

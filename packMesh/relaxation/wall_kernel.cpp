@@ -1,15 +1,228 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/relaxation/wall_kernel.h"
+#include "packMesh/simd/lanes.h"
 
 namespace packmesh {
+namespace {
 
-WallKernel wallKernel(InstructionSet set) {
-#if defined(__x86_64__)
-  if (set == InstructionSet::avx512) return kernel_avx512::wall;
-  if (set == InstructionSet::avx2) return kernel_avx2::wall;
-#endif
-  (void)set;
-  return kernel_portable::wall;
+constexpr int width = laneCount;
+
+struct Point {
+  Lanes x, y, z;
+};
+
+/// Points of the cell, seen from its centre along the axes of the world.
+inline Point pointsOf(const WallFrame& f, const Lanes& x, const Lanes& y, const Lanes& z) {
+  return {f.m[0] * x + f.m[1] * y + f.m[2] * z, f.m[3] * x + f.m[4] * y + f.m[5] * z,
+          f.m[6] * x + f.m[7] * y + f.m[8] * z};
 }
+
+struct Look {
+  Lanes distance;
+  Point gradient;
+};
+
+/// Takes the plane `apart` away along `axis`, with the lumen towards `sign`, where it is nearer.
+inline void consider(Look& look, const Lanes& apart, int axis, float sign) {
+  const Mask nearer = apart < look.distance;
+  look.distance = smaller(look.distance, apart);
+  look.gradient.x = select(nearer, splat(axis == 0 ? sign : 0.0f), look.gradient.x);
+  look.gradient.y = select(nearer, splat(axis == 1 ? sign : 0.0f), look.gradient.y);
+  look.gradient.z = select(nearer, splat(axis == 2 ? sign : 0.0f), look.gradient.z);
+}
+
+inline Look closedForm(const WallForm& wall, const Point& p) {
+  Look look{splat(WallForm::none), {splat(0.0f), splat(0.0f), splat(0.0f)}};
+  if (wall.radius > 0.0f) {
+    const Lanes x = wall.across[0] * p.x, y = wall.across[1] * p.y, z = wall.across[2] * p.z;
+    const Point q{x + wall.fromAxis[0], y + wall.fromAxis[1], z + wall.fromAxis[2]};
+    const Lanes r = squareRoot(q.x * q.x + q.y * q.y + q.z * q.z);
+    const Lanes excess = wall.excess -
+                         2.0f * (wall.fromAxis[0] * x + wall.fromAxis[1] * y + wall.fromAxis[2] * z) -
+                         (x * x + y * y + z * z);
+    look.distance = excess / (r + wall.radius);
+    const Lanes inward = splat(-1.0f) / larger(r, splat(1e-6f));  // finite in the centre
+    look.gradient = {inward * q.x, inward * q.y, inward * q.z};
+  }
+  const Lanes* along[3] = {&p.x, &p.y, &p.z};
+  for (int k = 0; k < 3; ++k) {
+    if (wall.toLo[k] < WallForm::none) consider(look, wall.toLo[k] + *along[k], k, 1.0f);
+    if (wall.toHi[k] < WallForm::none) consider(look, wall.toHi[k] - *along[k], k, -1.0f);
+  }
+  return look;
+}
+
+inline Lanes mix(const Lanes& a, const Lanes& b, const Lanes& t) {
+  return a + (b - a) * t;
+}
+
+/// Trilinear interpolation; beyond the grid what holds at its nearest point, less the way there.
+inline Look sampled(const WallGrid& grid, const Point& p) {
+  const BrickView& bricks = grid.bricks;
+  constexpr int cells = BrickView::cells, shift = 3;
+  static_assert(cells == 1 << shift);
+  const Lanes* along[3] = {&p.x, &p.y, &p.z};
+  Lanes beyond[3], t[3];
+  Ints brick[3], cell[3];
+  for (int k = 0; k < 3; ++k) {
+    const Lanes u = bricks.nodesPerLength * *along[k] + grid.start[k];
+    const Lanes inside = smaller(larger(u, splat(grid.first[k])), splat(grid.last[k]));
+    beyond[k] = u - inside;
+    const Ints whole = truncated(inside), node = whole + grid.base[k];
+    t[k] = inside - toFloat(whole);
+    brick[k] = node >> shift;
+    cell[k] = node & (cells - 1);
+  }
+  const Ints index = brick[0] + bricks.bricks[0] * (brick[1] + bricks.bricks[1] * brick[2]);
+  Ints begin = gather(bricks.begins, index);
+  if (const unsigned unknown = bitsOf(begin < 0)) {
+    for (int lane = 0; lane < width; ++lane)
+      if (unknown >> lane & 1u) bricks.evaluate(*bricks.wall, laneOf(index, lane));
+    begin = gather(bricks.begins, index);
+  }
+  const Ints first = begin + cell[0] + BrickView::row * cell[1] + BrickView::slab * cell[2];
+  const std::int16_t* values = *bricks.values;
+  Lanes c[8];
+  for (int k = 0; k < 4; ++k) {  // two neighbours along x at a time
+    const Ints both = gather(values, first + ((k & 1) * BrickView::row + (k >> 1) * BrickView::slab));
+    c[2 * k] = toFloat(both << 16 >> 16);
+    c[2 * k + 1] = toFloat(both >> 16);
+  }
+  const Lanes y00 = mix(c[0], c[1], t[0]), y10 = mix(c[2], c[3], t[0]);
+  const Lanes y01 = mix(c[4], c[5], t[0]), y11 = mix(c[6], c[7], t[0]);
+  const Lanes z0 = mix(y00, y10, t[1]), z1 = mix(y01, y11, t[1]);
+  constexpr float perStep = 1.0f / BrickView::stepsPerSpacing;
+  Look look;
+  look.distance = perStep * mix(z0, z1, t[2]);
+  look.gradient.x = mix(mix(c[1] - c[0], c[3] - c[2], t[1]), mix(c[5] - c[4], c[7] - c[6], t[1]), t[2]);
+  look.gradient.y = mix(y10 - y00, y11 - y01, t[2]);
+  look.gradient.z = z1 - z0;
+  Lanes* slope[3] = {&look.gradient.x, &look.gradient.y, &look.gradient.z};
+  for (int k = 0; k < 3; ++k) {
+    look.distance = look.distance - magnitude(beyond[k]);
+    *slope[k] = perStep * *slope[k];
+    *slope[k] = select(splat(0.0f) < beyond[k], splat(-1.0f), *slope[k]);
+    *slope[k] = select(beyond[k] < splat(0.0f), splat(1.0f), *slope[k]);
+  }
+  look.distance = look.distance / splat(bricks.nodesPerLength);
+  return look;
+}
+
+/// The wall as points see it that matter up to `limit`.
+inline Look look(const WallFrame& frame, const Point& p, float limit) {
+  if (frame.kind == WallFrame::Kind::form) return closedForm(frame.form, p);
+  if (frame.kind == WallFrame::Kind::coarse) return sampled(frame.coarse, p);
+  const Lanes atLeast = sampled(frame.coarse, p).distance - frame.slack;
+  const Mask close = atLeast < splat(limit);
+  const unsigned lanes = bitsOf(close);
+  if (lanes == 0) return {atLeast, {splat(0.0f), splat(0.0f), splat(0.0f)}};
+  // Bricks are made only where they are needed: other points stand in for those that are far away.
+  const int lane = __builtin_ctz(lanes);
+  const Point near{select(close, p.x, splat(laneOf(p.x, lane))), select(close, p.y, splat(laneOf(p.y, lane))),
+                   select(close, p.z, splat(laneOf(p.z, lane)))};
+  Look fine = sampled(frame.fine, near);
+  fine.distance = select(close, fine.distance, atLeast);
+  return fine;
+}
+
+/// Adds what touches the wall to the contact of its direction, or as a new one.
+inline void add(WallSums& out, const WallContact& found) {
+  constexpr float alike = 0.7f;  // cosine
+  int slot = 0;
+  for (; slot < out.contacts; ++slot) {
+    const WallContact& c = out.contact[slot];
+    const float along =
+        c.normal[0] * found.normal[0] + c.normal[1] * found.normal[1] + c.normal[2] * found.normal[2];
+    if (along >= alike * c.weight * found.weight) break;
+  }
+  if (slot == WallSums::most) --slot;
+  WallContact& c = out.contact[slot];
+  if (slot == out.contacts) {
+    c = found;
+    ++out.contacts;
+    return;
+  }
+  c.weight += found.weight;
+  for (int k = 0; k < 3; ++k) {
+    c.point[k] += found.point[k];
+    c.normal[k] += found.normal[k];
+  }
+  c.deepest = c.deepest > found.deepest ? c.deepest : found.deepest;
+}
+
+/// Adds the points of a cluster: together where they touch the wall from one side, else one by one.
+inline void add(WallSums& out, const Lanes& penetration, const Point& p, const Point& gradient) {
+  constexpr float together = 0.9f;
+  float points[4], normals[4];
+  sums(penetration, penetration * p.x, penetration * p.y, penetration * p.z, points);
+  sums(penetration, penetration * gradient.x, penetration * gradient.y, penetration * gradient.z, normals);
+  const WallContact all{points[0],
+                        {points[1], points[2], points[3]},
+                        {normals[1], normals[2], normals[3]},
+                        largest(penetration)};
+  const float squared =
+      all.normal[0] * all.normal[0] + all.normal[1] * all.normal[1] + all.normal[2] * all.normal[2];
+  if (squared >= together * together * all.weight * all.weight) {
+    add(out, all);
+    return;
+  }
+  float depth[width], x[width], y[width], z[width], gx[width], gy[width], gz[width];
+  store(penetration, depth);
+  store(p.x, x), store(p.y, y), store(p.z, z);
+  store(gradient.x, gx), store(gradient.y, gy), store(gradient.z, gz);
+  for (int k = 0; k < width; ++k) {
+    const float d = depth[k];
+    if (d > 0.0f) add(out, {d, {d * x[k], d * y[k], d * z[k]}, {d * gx[k], d * gy[k], d * gz[k]}, d});
+  }
+}
+
+void wall(const SampleView& samples, const WallFrame& frame, float clearance, float margin, ClusterMask& mask,
+          WallSums& out) {
+  const bool everywhere = mask == allClusters;
+  const float limit = everywhere ? clearance + margin : clearance;
+  ClusterMask near = 0;
+  Lanes nearest = splat(WallForm::none);
+  out.contacts = 0;
+  for (int group = 0; group < samples.clusters; group += width) {
+    const int count = samples.clusters - group < width ? samples.clusters - group : width;
+    unsigned members = 0;
+    if (everywhere) {
+      const Point center = pointsOf(frame, load(samples.centerX + group), load(samples.centerY + group),
+                                    load(samples.centerZ + group));
+      const Lanes distance = frame.kind == WallFrame::Kind::form ? closedForm(frame.form, center).distance
+                                                                 : sampled(frame.coarse, center).distance;
+      const Lanes apart = distance - frame.slack - frame.scale * load(samples.radius + group);
+      const Mask close = apart < splat(limit);
+      nearest = smaller(nearest, select(close, nearest, apart));
+      members = bitsOf(close) & ((1u << count) - 1u);
+    } else if (samples.bitShift == 0) {
+      members = static_cast<unsigned>(mask >> group) & ((1u << count) - 1u);
+    } else {
+      for (int k = 0; k < count; ++k)
+        members |= static_cast<unsigned>(mask >> ((group + k) >> samples.bitShift) & 1u) << k;
+    }
+    for (; members != 0; members &= members - 1) {
+      const int cluster = group + __builtin_ctz(members), first = cluster * width;
+      const Point p =
+          pointsOf(frame, load(samples.x + first), load(samples.y + first), load(samples.z + first));
+      const Look at = look(frame, p, limit);
+      nearest = smaller(nearest, at.distance);
+      if (bitsWhereLess(at.distance, splat(limit)) == 0) continue;
+      near |= ClusterMask{1} << (cluster >> samples.bitShift);
+      const Lanes penetration = larger(clearance - at.distance, splat(0.0f));
+      if (bitsWhereLess(splat(0.0f), penetration) != 0) add(out, penetration, p, at.gradient);
+    }
+  }
+  if (everywhere) mask = near;
+  out.nearest = smallest(nearest);
+}
+
+}  // namespace
+
+template <InstructionSet set>
+WallKernel wallKernel() {
+  return wall;
+}
+template WallKernel wallKernel<InstructionSet::PACKMESH_INSTRUCTION_SET>();
 
 }  // namespace packmesh

@@ -58,17 +58,11 @@ struct WallSums {
 using WallKernel = void (*)(const SampleView&, const WallFrame&, float clearance, float margin,
                             ClusterMask& mask, WallSums&);
 
-namespace kernel_portable {
-void wall(const SampleView&, const WallFrame&, float clearance, float margin, ClusterMask& mask, WallSums&);
+/// The version for an instruction set. Pre: available(set).
+template <InstructionSet set>
+WallKernel wallKernel();
+inline WallKernel wallKernel(InstructionSet set) {
+  return forInstructionSet(set, [](auto constant) { return wallKernel<constant.value>(); });
 }
-namespace kernel_avx2 {
-void wall(const SampleView&, const WallFrame&, float clearance, float margin, ClusterMask& mask, WallSums&);
-}
-namespace kernel_avx512 {
-void wall(const SampleView&, const WallFrame&, float clearance, float margin, ClusterMask& mask, WallSums&);
-}
-
-/// The kernel for an instruction set. Pre: available(set).
-WallKernel wallKernel(InstructionSet set);
 
 }  // namespace packmesh

@@ -7,69 +7,22 @@
 /// for another processor.
 #pragma once
 
+#if defined(__AVX2__)
 #include <immintrin.h>
+#endif
 
 namespace packmesh {
 namespace {
 
 constexpr int laneCount = 16;
 
-/// One register of the instruction set, and the operations that the vector extensions of the compiler do not
-/// know or make several instructions of.
+/// One register: the compiler's vector types, which are lowered well only where they fit.
 #if defined(__AVX512F__)
 constexpr int registerLanes = 16;
-typedef __m512 Native;
-inline Native nativeSplat(float v) {
-  return _mm512_set1_ps(v);
-}
-inline Native nativeLarger(Native a, Native b) {
-  return _mm512_max_ps(a, b);
-}
-inline Native nativeSmaller(Native a, Native b) {
-  return _mm512_min_ps(a, b);
-}
-inline Native nativeRoot(Native a) {
-  return _mm512_sqrt_ps(a);
-}
-inline unsigned nativeBits(Native a, Native b) {
-  return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
-}
-#elif defined(__AVX__)
+#elif defined(__AVX2__)
 constexpr int registerLanes = 8;
-typedef __m256 Native;
-inline Native nativeSplat(float v) {
-  return _mm256_set1_ps(v);
-}
-inline Native nativeLarger(Native a, Native b) {
-  return _mm256_max_ps(a, b);
-}
-inline Native nativeSmaller(Native a, Native b) {
-  return _mm256_min_ps(a, b);
-}
-inline Native nativeRoot(Native a) {
-  return _mm256_sqrt_ps(a);
-}
-inline unsigned nativeBits(Native a, Native b) {
-  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)));
-}
 #else
 constexpr int registerLanes = 4;
-typedef __m128 Native;
-inline Native nativeSplat(float v) {
-  return _mm_set1_ps(v);
-}
-inline Native nativeLarger(Native a, Native b) {
-  return _mm_max_ps(a, b);
-}
-inline Native nativeSmaller(Native a, Native b) {
-  return _mm_min_ps(a, b);
-}
-inline Native nativeRoot(Native a) {
-  return _mm_sqrt_ps(a);
-}
-inline unsigned nativeBits(Native a, Native b) {
-  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(a, b)));
-}
 #endif
 constexpr int registers = laneCount / registerLanes;
 
@@ -77,6 +30,54 @@ typedef float Register __attribute__((vector_size(registerLanes * sizeof(float))
 typedef float UnalignedRegister
     __attribute__((vector_size(registerLanes * sizeof(float)), may_alias, aligned(4)));
 typedef int MaskRegister __attribute__((vector_size(registerLanes * sizeof(int))));
+
+/// What vector types do not know, or g++ makes several instructions of: the larger (a > b ? a : b), the
+/// smaller, bits of lanes, the 32 bits that begin at each of the elements `base[at]`.
+#if defined(__AVX512F__)
+inline Register larger(Register a, Register b) {
+  return _mm512_max_ps(a, b);
+}
+inline Register smaller(Register a, Register b) {
+  return _mm512_min_ps(a, b);
+}
+inline unsigned bitsOf(MaskRegister m) {
+  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m), reinterpret_cast<__m512i>(m));
+}
+template <class Element>
+inline MaskRegister gather(const Element* base, MaskRegister at) {
+  return reinterpret_cast<MaskRegister>(
+      _mm512_i32gather_epi32(reinterpret_cast<__m512i>(at), base, sizeof(Element)));
+}
+#elif defined(__AVX2__)
+inline Register larger(Register a, Register b) {
+  return _mm256_max_ps(a, b);
+}
+inline Register smaller(Register a, Register b) {
+  return _mm256_min_ps(a, b);
+}
+inline unsigned bitsOf(MaskRegister m) {
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m)));
+}
+template <class Element>
+inline MaskRegister gather(const Element* base, MaskRegister at) {
+  return reinterpret_cast<MaskRegister>(_mm256_i32gather_epi32(
+      reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(at), sizeof(Element)));
+}
+#else
+inline Register larger(Register a, Register b) {
+  return a > b ? a : b;
+}
+inline Register smaller(Register a, Register b) {
+  return a < b ? a : b;
+}
+template <class Element>
+inline MaskRegister gather(const Element* base, MaskRegister at) {
+  MaskRegister out;
+  for (int lane = 0; lane < registerLanes; ++lane)
+    __builtin_memcpy(reinterpret_cast<int*>(&out) + lane, base + at[lane], sizeof(int));
+  return out;
+}
+#endif
 
 struct Mask {
   MaskRegister r[registers];
@@ -103,7 +104,7 @@ inline __attribute__((always_inline)) Mask eachMask(Operation operation) {
 }
 
 inline Lanes splat(float v) {
-  return each([&](int) { return static_cast<Register>(nativeSplat(v)); });
+  return each([&](int) { return v - Register{}; });  // v + 0 would make zeros positive
 }
 inline Lanes load(const float* p) {
   return each(
@@ -156,17 +157,21 @@ inline Lanes select(const Mask& m, const Lanes& a, const Lanes& b) {
   return each([&](int k) { return m.r[k] ? a.r[k] : b.r[k]; });
 }
 inline Lanes larger(const Lanes& a, const Lanes& b) {
-  return each([&](int k) { return static_cast<Register>(nativeLarger(a.r[k], b.r[k])); });
+  return each([&](int k) { return larger(a.r[k], b.r[k]); });
 }
 inline Lanes smaller(const Lanes& a, const Lanes& b) {
-  return each([&](int k) { return static_cast<Register>(nativeSmaller(a.r[k], b.r[k])); });
+  return each([&](int k) { return smaller(a.r[k], b.r[k]); });
 }
 inline Lanes magnitude(const Lanes& a) {
   return each(
       [&](int k) { return reinterpret_cast<Register>(reinterpret_cast<MaskRegister>(a.r[k]) & 0x7fffffff); });
 }
 inline Lanes squareRoot(const Lanes& a) {
-  return each([&](int k) { return static_cast<Register>(nativeRoot(a.r[k])); });
+  return each([&](int k) {
+    Register out;
+    for (int lane = 0; lane < registerLanes; ++lane) out[lane] = __builtin_sqrtf(a.r[k][lane]);
+    return out;
+  });
 }
 
 inline Ints truncated(const Lanes& a) {
@@ -197,74 +202,60 @@ inline Mask operator<(const Ints& a, int b) {
   return eachMask([&](int k) { return a.r[k] < b; });
 }
 
-/// The 32 bits that begin at each of the elements `base[at]`.
 template <class Element>
 inline Ints gather(const Element* base, const Ints& at) {
-  return eachMask([&](int k) -> MaskRegister {
-#if defined(__AVX512F__)
-    return reinterpret_cast<MaskRegister>(
-        _mm512_i32gather_epi32(reinterpret_cast<__m512i>(at.r[k]), base, sizeof(Element)));
-#elif defined(__AVX2__)
-    return reinterpret_cast<MaskRegister>(_mm256_i32gather_epi32(
-        reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(at.r[k]), sizeof(Element)));
-#else
-    MaskRegister out;
-    for (int lane = 0; lane < registerLanes; ++lane) {
-      int bits;
-      __builtin_memcpy(&bits, base + at.r[k][lane], sizeof bits);
-      out[lane] = bits;
-    }
-    return out;
-#endif
-  });
-}
-
-/// Bit k is set where lane k of a is less than that of b.
-inline unsigned bitsWhereLess(const Lanes& a, const Lanes& b) {
-  unsigned bits = 0;
-  for (int k = 0; k < registers; ++k) bits |= nativeBits(a.r[k], b.r[k]) << k * registerLanes;
-  return bits;
+  return eachMask([&](int k) { return gather(base, at.r[k]); });
 }
 
 /// Bit k is set where lane k of the mask is.
 inline unsigned bitsOf(const Mask& m) {
-  unsigned bits = 0;
-  for (int k = 0; k < registers; ++k) {
 #if defined(__AVX512F__)
-    bits |= _mm512_test_epi32_mask(reinterpret_cast<__m512i>(m.r[k]), reinterpret_cast<__m512i>(m.r[k]));
-#elif defined(__AVX__)
-    bits |= static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(m.r[k]))) << k * registerLanes;
+  return bitsOf(m.r[0]);
+#elif defined(__AVX2__)
+  return bitsOf(m.r[0]) | bitsOf(m.r[1]) << 8;
 #else
-    bits |= static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m.r[k]))) << k * registerLanes;
+  MaskRegister bits{};
+  for (int k = 0; k < registers; ++k) bits |= m.r[k] & (MaskRegister{1, 2, 4, 8} << k * registerLanes);
+  return static_cast<unsigned>((bits[0] | bits[1]) | (bits[2] | bits[3]));
 #endif
-  }
-  return bits;
+}
+
+/// Bit k is set where lane k of a is less than that of b.
+inline unsigned bitsWhereLess(const Lanes& a, const Lanes& b) {
+#if defined(__AVX512F__)
+  return _mm512_cmp_ps_mask(a.r[0], b.r[0], _CMP_LT_OQ);
+#else
+  return bitsOf(a < b);
+#endif
+}
+
+typedef float Four __attribute__((vector_size(16)));
+typedef float UnalignedFour __attribute__((vector_size(16), may_alias, aligned(4)));
+
+/// Lane k is p[k % 4].
+inline Lanes loadAllFourTimes(const float* p) {
+  return each([&](int) -> Register {
+#if defined(__AVX512F__)
+    return _mm512_broadcast_f32x4(_mm_loadu_ps(p));
+#elif defined(__AVX2__)
+    return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(p));
+#else
+    return *reinterpret_cast<const UnalignedFour*>(p);
+#endif
+  });
 }
 
 /// Lane k is p[k / 4].
 inline Lanes loadEachFourTimes(const float* p) {
 #if defined(__AVX512F__)
-  const __m512i from = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
-  const __m512 four = _mm512_castps128_ps512(_mm_loadu_ps(p));
-  return {{static_cast<Register>(_mm512_permutexvar_ps(from, four))}};
+  const Register all = loadAllFourTimes(p).r[0];
+  return {{__builtin_shufflevector(all, all, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3)}};
 #elif defined(__AVX2__)
-  const __m256 four = _mm256_castps128_ps256(_mm_loadu_ps(p));
-  return {{static_cast<Register>(_mm256_permutevar8x32_ps(four, _mm256_set_epi32(1, 1, 1, 1, 0, 0, 0, 0))),
-           static_cast<Register>(_mm256_permutevar8x32_ps(four, _mm256_set_epi32(3, 3, 3, 3, 2, 2, 2, 2)))}};
+  const Register all = loadAllFourTimes(p).r[0];
+  return {{__builtin_shufflevector(all, all, 0, 0, 0, 0, 1, 1, 1, 1),
+           __builtin_shufflevector(all, all, 2, 2, 2, 2, 3, 3, 3, 3)}};
 #else
-  return each([&](int k) { return Register{} + p[k]; });
-#endif
-}
-
-/// Lane k is p[k % 4].
-inline Lanes loadAllFourTimes(const float* p) {
-#if defined(__AVX512F__)
-  return {{static_cast<Register>(_mm512_broadcast_f32x4(_mm_loadu_ps(p)))}};
-#elif defined(__AVX2__)
-  const Register four = static_cast<Register>(_mm256_broadcast_ps(reinterpret_cast<const __m128*>(p)));
-  return {{four, four}};
-#else
-  return each([&](int) -> Register { return *reinterpret_cast<const UnalignedRegister*>(p); });
+  return each([&](int k) { return p[k] - Register{}; });
 #endif
 }
 
@@ -282,31 +273,36 @@ inline int laneOf(const Ints& a, int lane) {
 
 /// Folds the lanes k and k + 8, then k and k + 4: what is left of a sum or an extremum.
 template <class Operation>
-inline __attribute__((always_inline)) __m128 folded(const Lanes& a, Operation operation) {
+inline __attribute__((always_inline)) Four folded(const Lanes& a, Operation operation) {
+#if defined(__AVX2__)
 #if defined(__AVX512F__)
-  const __m512 all = a.r[0];
-  const __m256 half = operation(_mm512_castps512_ps256(all), _mm512_extractf32x8_ps(all, 1));
-  return operation(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
-#elif defined(__AVX__)
-  const __m256 half = operation(static_cast<__m256>(a.r[0]), static_cast<__m256>(a.r[1]));
-  return operation(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
+  const Register all = a.r[0];
+  const auto eight = operation(__builtin_shufflevector(all, all, 0, 1, 2, 3, 4, 5, 6, 7),
+                               __builtin_shufflevector(all, all, 8, 9, 10, 11, 12, 13, 14, 15));
 #else
-  return operation(operation(static_cast<__m128>(a.r[0]), static_cast<__m128>(a.r[2])),
-                   operation(static_cast<__m128>(a.r[1]), static_cast<__m128>(a.r[3])));
+  const Register eight = operation(a.r[0], a.r[1]);
+#endif
+  return operation(__builtin_shufflevector(eight, eight, 0, 1, 2, 3),
+                   __builtin_shufflevector(eight, eight, 4, 5, 6, 7));
+#else
+  return operation(operation(a.r[0], a.r[2]), operation(a.r[1], a.r[3]));
 #endif
 }
 
 /// Four sums, each in an order that every instruction set keeps: lanes k and k + 8, then k and k + 4, ...
 inline void sums(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, float out[4]) {
   const auto add = [](auto x, auto y) { return x + y; };
-  __m128 r0 = folded(a, add), r1 = folded(b, add), r2 = folded(c, add), r3 = folded(d, add);
-  _MM_TRANSPOSE4_PS(r0, r1, r2, r3);
-  _mm_storeu_ps(out, (r0 + r2) + (r1 + r3));
+  const Four ab[2] = {folded(a, add), folded(b, add)}, cd[2] = {folded(c, add), folded(d, add)};
+  // Even and odd lanes of two at a time.
+  const Four p =
+      __builtin_shufflevector(ab[0], ab[1], 0, 4, 1, 5) + __builtin_shufflevector(ab[0], ab[1], 2, 6, 3, 7);
+  const Four q =
+      __builtin_shufflevector(cd[0], cd[1], 0, 4, 1, 5) + __builtin_shufflevector(cd[0], cd[1], 2, 6, 3, 7);
+  *reinterpret_cast<UnalignedFour*>(out) =
+      __builtin_shufflevector(p, q, 0, 1, 4, 5) + __builtin_shufflevector(p, q, 2, 3, 6, 7);
 }
 inline float largest(const Lanes& a) {
-  const auto larger = [](auto x, auto y) { return x > y ? x : y; };
-  alignas(16) float v[4];
-  _mm_store_ps(v, folded(a, larger));
+  const Four v = folded(a, [](auto x, auto y) { return x > y ? x : y; });
   const float even = v[0] > v[2] ? v[0] : v[2], odd = v[1] > v[3] ? v[1] : v[3];
   return even > odd ? even : odd;
 }

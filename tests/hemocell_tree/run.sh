@@ -22,7 +22,7 @@ jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 for _ in first again; do "$cmake" -S "$tree" -B "$tree/build" "${options[@]}"; done
 if [[ ${PACKMESH_COMPILE_ALL:-0} != 1 ]]; then
   sleep 1  # later than the Makefiles, on any file system
-  (cd "$built" && find packMesh/CMakeFiles/packMesh.dir hemocell_adapter/CMakeFiles -name '*.o') |
+  (cd "$built" && find packMesh/CMakeFiles hemocell_adapter/CMakeFiles -name '*.o') |
     grep -v '/version\.cpp\.o$' | while IFS= read -r object; do
       mkdir -p "$(dirname "$tree/build/tools/packMesh/$object")"
       cp "$built/$object" "$tree/build/tools/packMesh/$object"

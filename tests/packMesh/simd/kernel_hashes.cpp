@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Runs every kernel on fixed inputs with each instruction set there is, and prints a hash of what each
+// returns. Fails where instruction sets differ. Needs nothing but the kernels, so that it is easily built for
+// another processor; inputs take IEEE operations only, so that they are the same on all of them.
+// To measure one: kernel_hashes <repetitions> <contact, grid, hierarchy, triangles, form or sampled>
+// <0: portable, 1: AVX2, 2: AVX-512>.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "packMesh/mesh/hierarchy_kernel.h"
+#include "packMesh/mesh/triangle_kernel.h"
+#include "packMesh/relaxation/contact_kernel.h"
+#include "packMesh/relaxation/wall_kernel.h"
+
+namespace packmesh {
+namespace {
+
+/// FNV-1a, of values without padding.
+class Hash {
+ public:
+  template <class Value>
+  void add(const Value& value) {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    unsigned char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    for (unsigned char byte : bytes) state_ = (state_ ^ byte) * 0x100000001b3u;
+  }
+  std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_ = 0xcbf29ce484222325u;
+};
+
+class Random {
+ public:
+  float between(float lo, float hi) {
+    state_ = state_ * 6364136223846793005u + 1442695040888963407u;
+    return lo + (hi - lo) * (static_cast<float>(state_ >> 40) * 0x1p-24f);
+  }
+  void direction(float (&v)[3]) {
+    float squared = 0.0f;
+    while (squared < 0.01f || squared > 1.0f) {
+      squared = 0.0f;
+      for (float& x : v) {
+        x = between(-1.0f, 1.0f);
+        squared += x * x;
+      }
+    }
+    for (float& x : v) x /= std::sqrt(squared);
+  }
+  /// Row by row.
+  void rotation(float (&m)[9]) {
+    float a[3], b[3];
+    direction(a), direction(b);
+    // Two reflections.
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) {
+        m[3 * r + c] = r == c ? 1.0f : 0.0f;
+        m[3 * r + c] -= 2.0f * a[r] * a[c] + 2.0f * b[r] * b[c];
+        m[3 * r + c] += 4.0f * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * a[r] * b[c];
+      }
+  }
+
+ private:
+  std::uint64_t state_ = 1;
+};
+
+/// Points on an ellipsoid, in clusters of neighbours more or less.
+class Samples {
+ public:
+  Samples(int clusters, const float (&axes)[3]) {
+    Random random;
+    for (int c = 0; c < clusters; ++c) {
+      float around[3], center[3], radius = 0.0f;
+      random.direction(around);
+      for (int k = 0; k < 3; ++k) center[k] = axes[k] * around[k];
+      for (int p = 0; p < 16; ++p) {
+        float aside[3], length = 0.0f, apart = 0.0f;
+        random.direction(aside);
+        for (int k = 0; k < 3; ++k) {
+          aside[k] = around[k] + 0.25f * aside[k];
+          length += aside[k] * aside[k];
+        }
+        for (int k = 0; k < 3; ++k) {
+          const float x = axes[k] * aside[k] / std::sqrt(length);
+          points_[k].push_back(x);
+          apart += (x - center[k]) * (x - center[k]);
+        }
+        radius = std::sqrt(apart) > radius ? std::sqrt(apart) : radius;
+      }
+      for (int k = 0; k < 3; ++k) centers_[k].push_back(center[k]);
+      centers_[3].push_back(radius);
+    }
+    for (std::vector<float>& values : centers_) values.resize((clusters + 63) / 64 * 64);
+    view_ = {clusters,           clusters > 64 ? 1 : 0, points_[0].data(),
+             points_[1].data(),  points_[2].data(),     centers_[0].data(),
+             centers_[1].data(), centers_[2].data(),    centers_[3].data()};
+  }
+  const SampleView& view() const { return view_; }
+
+ private:
+  SampleView view_;
+  std::vector<float> points_[3], centers_[4];
+};
+
+constexpr float axes[3] = {3.9f, 1.2f, 3.9f};
+
+/// Much like a red cell.
+FieldView closedForm() {
+  FieldView field{};
+  const float p[6] = {0.16f, 3.2f, -2.36f, -1.5f, 0.9f, -0.4f};
+  std::memcpy(field.p, p, sizeof p);
+  field.a = field.c = 1.0f / (axes[0] * axes[0]);
+  field.bend = -3.0f;
+  field.curvature = 1.4f;
+  return field;
+}
+
+constexpr int gridNodes = 24;
+
+/// Distances from an ellipsoid, roughly.
+std::vector<float> gridValues() {
+  std::vector<float> values;
+  for (int z = 0; z < gridNodes; ++z)
+    for (int y = 0; y < gridNodes; ++y)
+      for (int x = 0; x < gridNodes; ++x) {
+        float squared = 0.0f;
+        const int node[3] = {x, y, z};
+        for (int k = 0; k < 3; ++k) {
+          const float u = (static_cast<float>(node[k]) / 2.0f - 5.5f) / axes[k];
+          squared += u * u;
+        }
+        values.push_back((std::sqrt(squared) - 1.0f) * axes[1]);
+      }
+  return values;
+}
+
+FieldView onGrid(const std::vector<float>& values) {
+  FieldView field{};
+  field.onGrid = true;
+  field.value = values.data();
+  field.nodesPerLength = 2.0f;
+  for (int k = 0; k < 3; ++k) field.origin[k] = -5.5f, field.nodes[k] = gridNodes;
+  return field;
+}
+
+Hash contacts(InstructionSet set, FieldView field, int clusters) {
+  const auto kernel = contactKernel(set);
+  field.ring = axes[0] - axes[1];
+  field.thickness = axes[1];
+  for (int k = 0; k < 3; ++k) field.extent[k] = axes[k];
+  const Samples samples(clusters, axes);
+  Random random;
+  Hash hash;
+  for (int example = 0; example < 100; ++example) {
+    RelativeFrame frame{};
+    random.rotation(frame.m);
+    random.direction(frame.t);
+    const float apart = random.between(1.5f, 7.0f);
+    for (float& t : frame.t) t *= apart;
+    frame.scale = 1.0f;
+    ClusterMask mask = allClusters;
+    for (const char* look : {"at all", "at those"}) {
+      ContactSums sums{};
+      kernel(samples.view(), frame, field, 0.02f, 0.3f, mask, sums);
+      for (float value : {sums.weight, sums.nearest, look[3] == 'a' ? 1.0f : 0.0f}) hash.add(value);
+      hash.add(mask);
+      hash.add(sums.touched);
+      if (!(sums.weight > 0.0f)) continue;
+      hash.add(sums.point);
+      hash.add(sums.normal);
+      hash.add(sums.gradient);
+      hash.add(sums.deepest);
+    }
+  }
+  return hash;
+}
+
+/// A box of bricks that become known when they are asked for.
+struct Bricks {
+  static constexpr int count = 3;
+  std::vector<std::int32_t> begins = std::vector<std::int32_t>(count * count * count, -1);
+  std::vector<std::int16_t> values = std::vector<std::int16_t>(1);
+  const std::int16_t* data = values.data();
+
+  /// The distance from a round wall around the middle of the box.
+  static void evaluate(const SampledWall& wall, int index) {
+    auto& self = const_cast<Bricks&>(reinterpret_cast<const Bricks&>(wall));
+    if (self.begins[index] >= 0) return;
+    const int first[3] = {index % count * BrickView::cells, index / count % count * BrickView::cells,
+                          index / count / count * BrickView::cells};
+    self.begins[index] = static_cast<std::int32_t>(self.values.size()) - 1;
+    self.values.pop_back();
+    for (int node = 0; node < BrickView::nodes; ++node) {
+      const int at[3] = {node % BrickView::row, node / BrickView::row % BrickView::row,
+                         node / BrickView::slab};
+      float squared = 0.0f;
+      for (int k = 0; k < 3; ++k) {
+        const float u = static_cast<float>(first[k] + at[k]) - 12.0f;
+        squared += u * u;
+      }
+      const float steps = (10.0f - std::sqrt(squared)) * BrickView::stepsPerSpacing;
+      self.values.push_back(static_cast<std::int16_t>(steps));
+    }
+    self.values.push_back(0);
+    self.data = self.values.data();
+  }
+  WallGrid grid(const float (&center)[3], float nodesPerLength) const {
+    WallGrid grid{};
+    grid.bricks = {begins.data(),
+                   &data,
+                   {count, count, count},
+                   nodesPerLength,
+                   reinterpret_cast<const SampledWall*>(this),
+                   evaluate};
+    for (int k = 0; k < 3; ++k) {
+      const float at = 12.0f + nodesPerLength * center[k];
+      grid.base[k] = static_cast<int>(at) / 2;
+      grid.start[k] = at - static_cast<float>(grid.base[k]);
+      grid.first[k] = static_cast<float>(-grid.base[k]);
+      grid.last[k] = static_cast<float>(count * BrickView::cells - grid.base[k]) - 0.001f;
+    }
+    return grid;
+  }
+};
+
+Hash walls(InstructionSet set, WallFrame::Kind kind) {
+  const auto kernel = wallKernel(set);
+  const Samples samples(80, axes);
+  const Bricks coarse, fine;
+  Random random;
+  Hash hash;
+  for (int example = 0; example < 100; ++example) {
+    WallFrame frame{};
+    random.rotation(frame.m);
+    frame.scale = 1.0f;
+    frame.kind = kind;
+    frame.slack = kind == WallFrame::Kind::sampled ? 0.3f : 0.0f;
+    float center[3];
+    for (float& x : center) x = random.between(-3.0f, 3.0f);
+    frame.coarse = coarse.grid(center, 1.5f);
+    frame.fine = fine.grid(center, 2.0f);
+    frame.form = {{0.0f, 1.0f, 1.0f}, 6.0f, {0.0f, center[1], center[2]}, 0.0f, {}, {}};
+    frame.form.excess = 36.0f - center[1] * center[1] - center[2] * center[2];
+    for (int k = 0; k < 3; ++k) {
+      frame.form.toLo[k] = k == 1 ? WallForm::none : center[k] + 4.5f;
+      frame.form.toHi[k] = k == 0 ? 4.0f - center[k] : WallForm::none;
+    }
+    ClusterMask mask = allClusters;
+    for (int look = 0; look < 2; ++look) {
+      WallSums sums{};
+      kernel(samples.view(), frame, 0.02f, 0.3f, mask, sums);
+      hash.add(mask);
+      hash.add(sums.contacts);
+      hash.add(sums.nearest);
+      for (int c = 0; c < sums.contacts; ++c) hash.add(sums.contact[c]);
+    }
+  }
+  return hash;
+}
+
+Hash triangles(InstructionSet set) {
+  const auto kernels = triangleKernels(set);
+  Random random;
+  std::vector<TriangleFacts> facts(30);
+  for (TriangleFacts& t : facts) {
+    for (auto& corner : t.corner)
+      for (float& x : corner) x = random.between(-2.0f, 2.0f);
+    random.direction(t.normal);
+    for (int e = 0; e < 3; ++e) {
+      float squared = 0.0f;
+      for (int k = 0; k < 3; ++k) {
+        t.edge[e][k] = t.corner[(e + 1) % 3][k] - t.corner[e][k];
+        squared += t.edge[e][k] * t.edge[e][k];
+      }
+      t.perSquare[e] = 1.0f / squared;
+      for (int k = 0; k < 3; ++k)
+        t.inward[e][k] =
+            t.normal[(k + 1) % 3] * t.edge[e][(k + 2) % 3] - t.normal[(k + 2) % 3] * t.edge[e][(k + 1) % 3];
+    }
+  }
+  std::vector<int> chosen;
+  for (int i = 0; i < 30; i += 2) chosen.push_back((7 * i) % 30);
+  Hash hash;
+  for (int example = 0; example < 100; ++example) {
+    PointLanes points;
+    for (int k = 0; k < 16; ++k) {
+      points.x[k] = random.between(-3.0f, 3.0f);
+      points.y[k] = random.between(-3.0f, 3.0f);
+      points.z[k] = random.between(-3.0f, 3.0f);
+    }
+    float squared[16], nearest[16], all[30 * 16];
+    kernels.nearest(points, facts.data(), chosen.data(), static_cast<int>(chosen.size()), squared, nearest);
+    kernels.distances(points, facts.data(), 30, all);
+    hash.add(squared);
+    hash.add(nearest);
+    hash.add(all);
+  }
+  return hash;
+}
+
+/// A tree of quads over small triangles at the points of a lattice on an ellipsoid.
+class Tree {
+ public:
+  Tree() {
+    Random random;
+    for (int t = 0; t < 256; ++t) {
+      float at[3], aside[3];
+      random.direction(at);
+      float corners[9];
+      for (int c = 0; c < 3; ++c) {
+        random.direction(aside);
+        for (int k = 0; k < 3; ++k) corners[3 * c + k] = axes[k] * at[k] + 0.4f * aside[k];
+      }
+      std::memcpy(corners_[t], corners, sizeof corners);
+    }
+    quads_.resize(1);
+    clear(quads_[0]);
+    quads_[0].disc = 0;
+    put(0, 0, 0, 256);
+    quads_[0].size = quads_[0].discs.radius[0];
+  }
+  TreeView view() const { return {quads_.data(), corners_, discs_}; }
+
+ private:
+  static void clear(DiscQuad& quad) {
+    quad = {};
+    for (int lane = 0; lane < 4; ++lane)
+      quad.discs.radius[lane] = quad.discs.half[lane] = -emptyDisc, quad.content[lane] = -1;
+  }
+  /// Fills a lane of a quad with triangles [begin, end).
+  void put(int quad, int lane, int begin, int end) {
+    float center[3] = {}, radius = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      for (int t = begin; t < end; ++t) center[k] += corners_[t][k] + corners_[t][3 + k] + corners_[t][6 + k];
+      center[k] /= static_cast<float>(3 * (end - begin));
+    }
+    for (int t = begin; t < end; ++t)
+      for (int c = 0; c < 3; ++c) {
+        float squared = 0.0f;
+        for (int k = 0; k < 3; ++k) {
+          const float d = corners_[t][3 * c + k] - center[k];
+          squared += d * d;
+        }
+        radius = std::sqrt(squared) > radius ? std::sqrt(squared) : radius;
+      }
+    FourDiscs& discs = quads_[quad].discs;
+    for (int k = 0; k < 3; ++k) {
+      discs.center[k][lane] = center[k];
+      discs.normal[k][lane] = k == (begin + lane) % 3 ? 1.0f : 0.0f;
+    }
+    discs.radius[lane] = 1.001f * radius;
+    discs.half[lane] = discs.radius[lane];
+    if (end - begin == 1) {
+      quads_[quad].content[lane] = ~begin;
+      discs_[begin] = 4 * quad + lane;
+      return;
+    }
+    const int next = static_cast<int>(quads_.size());
+    quads_[quad].content[lane] = next;
+    const float size = discs.radius[lane];
+    quads_.emplace_back();
+    clear(quads_[next]);
+    quads_[next].size = size;
+    quads_[next].disc = 4 * quad + lane;
+    for (int k = 0; k < 4; ++k)
+      put(next, k, begin + (end - begin) / 4 * k, begin + (end - begin) / 4 * (k + 1));
+  }
+
+  std::vector<DiscQuad> quads_;
+  float corners_[256][9];
+  int discs_[256];
+};
+
+/// What the search shows, and the limit it goes on with.
+struct Seen {
+  Hash hash;
+  float limit;
+};
+
+Hash hierarchies(InstructionSet set) {
+  const auto search = pairSearch(set);
+  const Tree tree;
+  Random random;
+  Hash hash;
+  for (int example = 0; example < 20; ++example) {
+    SeenFrom map{};
+    float m[9];
+    random.rotation(m);
+    std::memcpy(map.point, m, sizeof m);
+    std::memcpy(map.direction, m, sizeof m);
+    random.direction(map.shift);
+    const float apart = random.between(2.0f, 6.0f);
+    for (float& x : map.shift) x *= apart;
+    map.stretch = map.slab = map.skew = 1.0001f;
+    Seen seen{{}, 0.3f};
+    const bool toTheEnd = search(
+        tree.view(), tree.view(), map, 1e-4f, seen.limit,
+        [](void* context, int first, int second, bool mayMeet) {
+          auto& all = *static_cast<Seen*>(context);
+          all.hash.add(first);
+          all.hash.add(second);
+          all.hash.add(mayMeet);
+          return all.limit *= 0.999f;
+        },
+        &seen);
+    hash.add(toTheEnd);
+    hash.add(seen.hash.value());
+  }
+  return hash;
+}
+
+std::map<std::string, std::uint64_t> hashes(InstructionSet set) {
+  const std::vector<float> values = gridValues();
+  return {{"contact, closed form", contacts(set, closedForm(), 50).value()},
+          {"contact, coarse bits", contacts(set, closedForm(), 100).value()},
+          {"contact, grid", contacts(set, onGrid(values), 50).value()},
+          {"hierarchy", hierarchies(set).value()},
+          {"triangles", triangles(set).value()},
+          {"wall, closed form", walls(set, WallFrame::Kind::form).value()},
+          {"wall, coarse", walls(set, WallFrame::Kind::coarse).value()},
+          {"wall, sampled", walls(set, WallFrame::Kind::sampled).value()}};
+}
+
+}  // namespace
+}  // namespace packmesh
+
+int main(int argc, char** argv) {
+  using namespace packmesh;
+  if (argc > 3) {  // one kernel many times, for measuring
+    const auto set = static_cast<InstructionSet>(std::atoi(argv[3]));
+    const std::vector<float> values = gridValues();
+    const std::string what = argv[2];
+    std::uint64_t all = 0;
+    for (int k = 0; k < std::atoi(argv[1]); ++k) {
+      if (what == "contact") all += contacts(set, closedForm(), 50).value();
+      if (what == "grid") all += contacts(set, onGrid(values), 50).value();
+      if (what == "hierarchy") all += hierarchies(set).value();
+      if (what == "triangles") all += triangles(set).value();
+      if (what == "form") all += walls(set, WallFrame::Kind::form).value();
+      if (what == "sampled") all += walls(set, WallFrame::Kind::sampled).value();
+    }
+    std::printf("%016llx\n", static_cast<unsigned long long>(all));
+    return 0;
+  }
+  const auto expected = hashes(InstructionSet::portable);
+  for (const auto& [kernel, hash] : expected)
+    std::printf("%016llx %s\n", static_cast<unsigned long long>(hash), kernel.c_str());
+  for (InstructionSet set : {InstructionSet::avx2, InstructionSet::avx512})
+    if (available(set))
+      for (const auto& [kernel, hash] : hashes(set))
+        if (hash != expected.at(kernel)) {
+          std::fprintf(stderr, "%s: other bytes with instruction set %d\n", kernel.c_str(),
+                       static_cast<int>(set));
+          return 1;
+        }
+  return 0;
+}
