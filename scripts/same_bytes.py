@@ -6,7 +6,8 @@
   scripts/same_bytes.py compare hashes.json    after it: runs them again; fails and names the differences
 
 Hashed are all files that a problem leaves, what it prints, and its exit codes, without times and versions. The hashes hold for
-one machine: record with the program before the change, on the same machine. All 54 problems take half a minute.
+one machine: record with the program before the change, on the same machine. All 54 problems take half a minute. Only one
+run of this script at a time on a machine: programs are called by one path.
 """
 import argparse
 import concurrent.futures

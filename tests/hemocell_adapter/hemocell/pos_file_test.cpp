@@ -259,7 +259,7 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
       try {
         files.add(a, "new");
         files.add(folder.path() / "PLT.pos", std::string(5000, 'x'));
-      } catch (const InputError& error) {
+      } catch (const OutputError& error) {
         message = error.what();
       }
     }
@@ -273,7 +273,7 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
     files.add(folder.path() / "PLT.pos", "x");
     files.add(folder.path() / "WBC.pos", "x");
     fs::create_directory(folder.path() / "WBC.pos");
-    CHECK_THROWS_AS(files.commit(), InputError);
+    CHECK_THROWS_AS(files.commit(), OutputError);
     fs::remove(folder.path() / "WBC.pos");
   }
   CHECK(contentOf(a) == "old");

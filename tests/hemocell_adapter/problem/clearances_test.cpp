@@ -128,7 +128,7 @@ TEST_CASE("levels are tried until one is certified, the last without limits of i
   const RoomyPacking fewer = hard.pack(job, threeLevels);
   CHECK(fewer.result.outcome == Outcome::outOfReach);
   REQUIRE(hard.tried.size() == 3);
-  CHECK(hard.limits[0].maxSeconds < 2.0);
+  CHECK(hard.limits[0].maxSeconds < 3.0);
   CHECK(hard.limits[2].maxSweeps == 0);
   CHECK(hard.limits[2].maxSeconds == Approx(8.0));
   CHECK(hard.limits[2].fewerCells);
