@@ -8,9 +8,9 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
+#include "packMesh/io/atomic_files.h"
 
 namespace packmesh::hemocell {
 namespace {

@@ -13,7 +13,6 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/output/exports.h"
 #include "hemocell_adapter/output/pov_scene.h"
 #include "hemocell_adapter/output/report.h"
@@ -23,6 +22,7 @@
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/vtp_output.h"
 #include "packMesh/analysis/share_measures.h"
+#include "packMesh/io/atomic_files.h"
 
 namespace packmesh::hemocell {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/atomic_files.h"
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {

@@ -13,9 +13,9 @@
 #include "hemocell_adapter/base/plain_text.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/atomic_files.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/state_file.h"
 #include "packMesh/packing/xdmf.h"
 

@@ -3,8 +3,9 @@
 #pragma once
 
 #include <filesystem>
-#include <fstream>
 #include <string>
+
+#include "packMesh/io/atomic_files.h"
 
 namespace packmesh::pov {
 
@@ -12,22 +13,28 @@ namespace packmesh::pov {
 class SceneFile {
  public:
   /// @throws OutputError when the file cannot be written
-  explicit SceneFile(const std::filesystem::path& file);
-  ~SceneFile();
-  SceneFile(const SceneFile&) = delete;
-  SceneFile& operator=(const SceneFile&) = delete;
-  SceneFile& operator<<(const std::string& text);
+  explicit SceneFile(const std::filesystem::path& file) { files_.begin(file); }
+  SceneFile& operator<<(const std::string& text) {
+    text_ += text;
+    if (text_.size() >= chunk) flush();
+    return *this;
+  }
   /// @throws OutputError when the file cannot be written
-  void commit();
+  void commit() {
+    flush();
+    files_.end();
+    files_.commit();
+  }
 
  private:
-  [[noreturn]] void fail();
-  void flush();
+  static constexpr std::size_t chunk = 1 << 20;  ///< bytes collected before they are written
+  void flush() {
+    files_.append(text_);
+    text_.clear();
+  }
 
-  std::filesystem::path file_, temporary_;
-  std::ofstream stream_;
+  AtomicFiles files_;
   std::string text_;
-  bool done_ = false;
 };
 
 }  // namespace packmesh::pov

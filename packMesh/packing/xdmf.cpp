@@ -3,8 +3,7 @@
 
 #include <tinyxml2.h>
 
-#include "packMesh/core/error.h"
-#include "packMesh/core/temporary_name.h"
+#include "packMesh/io/atomic_files.h"
 
 namespace packmesh {
 namespace {
@@ -17,9 +16,9 @@ constexpr Numbers real{"Float", "8"}, wide{"Int", "8"}, whole{"Int", "4"};
 
 class Writer {
  public:
-  Writer(std::FILE* file, std::string stateFile) : xml_(file), stateFile_(std::move(stateFile)) {}
+  explicit Writer(std::string stateFile) : stateFile_(std::move(stateFile)) {}
 
-  void write(std::int64_t cells, const std::vector<Species>& species) {
+  std::string text(std::int64_t cells, const std::vector<Species>& species) {
     xml_.PushHeader(false, true);
     xml_.OpenElement("Xdmf");
     xml_.PushAttribute("Version", "3.0");
@@ -29,6 +28,7 @@ class Writer {
       writeMesh(species[s].name + "_mesh", "/species/" + std::to_string(s), species[s].shape->mesh());
     xml_.CloseElement();
     xml_.CloseElement();
+    return xml_.CStr();
   }
 
  private:
@@ -96,14 +96,9 @@ class Writer {
 
 void writeXdmf(const std::filesystem::path& file, const std::filesystem::path& stateFile, std::int64_t cells,
                const std::vector<Species>& species) {
-  const std::filesystem::path written = temporaryName(file, 0, "new");
-  std::FILE* const out = std::fopen(written.c_str(), "w");
-  if (out != nullptr) Writer(out, stateFile.filename().string()).write(cells, species);
-  const bool good = out != nullptr && std::ferror(out) == 0;
-  const bool closed = out != nullptr && std::fclose(out) == 0;
-  if (good && closed && std::rename(written.c_str(), file.c_str()) == 0) return;
-  std::remove(written.c_str());
-  throw OutputError(file.string() + ": cannot be written");
+  AtomicFiles files;
+  files.add(file, Writer(stateFile.filename().string()).text(cells, species));
+  files.commit();
 }
 
 }  // namespace packmesh

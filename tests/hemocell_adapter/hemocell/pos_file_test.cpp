@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/hemocell/pos_file.h"
 
-#include <sys/resource.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <fstream>
 #include <limits>
 #include <memory>
 #include <random>
 #include <sstream>
 
-#include "hemocell_adapter/output/atomic_files.h"
 #include "packMesh/core/error.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/temporary_folder.h"
@@ -30,12 +26,6 @@ struct Folder : test::TemporaryFolder {
     return TemporaryFolder::write(name, text);
   }
 };
-
-std::string contentOf(const fs::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
 
 Mat3 rotation(int axis, double degrees) {
   return Eigen::AngleAxisd(degrees * M_PI / 180.0, Vec3::Unit(axis)).toRotationMatrix();
@@ -199,94 +189,4 @@ TEST_CASE("readPos reads as many cells as are announced, as HemoCell does, and w
   CHECK(readPos(folder.write("0\n" + good + good), &warnings).empty());
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell reads none of them"));
-}
-
-TEST_CASE("AtomicFiles puts all files in place at once, or none", "[pos]") {
-  const Folder folder;
-  const fs::path a = folder.path() / "RBC.pos", b = folder.path() / "PLT.pos";
-  folder.write("old", "RBC.pos");
-  ::chmod(a.c_str(), 0640);
-  {
-    AtomicFiles files;
-    files.add(a, "new a");
-    files.add(b, "new b");
-    CHECK(contentOf(a) == "old");
-    CHECK(!fs::exists(b));
-  }  // not committed
-  CHECK(contentOf(a) == "old");
-  CHECK(folder.files() == 1);
-
-  AtomicFiles files;
-  files.add(a, "new a");
-  files.add(b, std::string(200000, 'b'));
-  files.commit();
-  CHECK(contentOf(a) == "new a");
-  CHECK(contentOf(b) == std::string(200000, 'b'));
-  CHECK(folder.files() == 2);
-  struct stat info;
-  REQUIRE(::stat(a.c_str(), &info) == 0);
-  CHECK((info.st_mode & 0777) == 0640);
-}
-
-TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written", "[pos]") {
-  const Folder folder;
-  const fs::path a = folder.write("old", "RBC.pos");
-  SECTION("no such folder") {
-    AtomicFiles files;
-    files.add(a, "new");
-    CHECK_THROWS_WITH(files.add(folder.path() / "none" / "PLT.pos", "x"),
-                      Contains("cannot write in the folder"));
-  }
-  SECTION("a folder in the way") {
-    AtomicFiles files;
-    CHECK_THROWS_AS(files.add(folder.path(), "x"), OutputError);
-  }
-  SECTION("twice the same") {
-    AtomicFiles files;
-    files.add(a, "new");
-    CHECK_THROWS_WITH(files.add(a, "newer"), Contains("twice"));
-  }
-  SECTION("a full disk, imitated by a limit on the size of files") {
-    struct rlimit before;
-    ::getrlimit(RLIMIT_FSIZE, &before);
-    struct rlimit small = before;
-    small.rlim_cur = 1000;
-    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-    ::setrlimit(RLIMIT_FSIZE, &small);
-    std::string message;
-    {
-      AtomicFiles files;
-      try {
-        files.add(a, "new");
-        files.add(folder.path() / "PLT.pos", std::string(5000, 'x'));
-      } catch (const OutputError& error) {
-        message = error.what();
-      }
-    }
-    ::setrlimit(RLIMIT_FSIZE, &before);
-    std::signal(SIGXFSZ, handler);
-    CHECK_THAT(message, Contains("PLT.pos: cannot be written"));
-  }
-  SECTION("a target that turns into a folder before the commit") {
-    AtomicFiles files;
-    files.add(a, "new");
-    files.add(folder.path() / "PLT.pos", "x");
-    files.add(folder.path() / "WBC.pos", "x");
-    fs::create_directory(folder.path() / "WBC.pos");
-    CHECK_THROWS_AS(files.commit(), OutputError);
-    fs::remove(folder.path() / "WBC.pos");
-  }
-  CHECK(contentOf(a) == "old");
-  CHECK(folder.files() == 1);
-}
-
-TEST_CASE("AtomicFiles writes through a symbolic link", "[pos]") {
-  const Folder folder;
-  const fs::path real = folder.write("old", "real.pos"), link = folder.path() / "RBC.pos";
-  fs::create_symlink("real.pos", link);
-  AtomicFiles files;
-  files.add(link, "new");
-  files.commit();
-  CHECK(fs::is_symlink(link));
-  CHECK(contentOf(real) == "new");
 }

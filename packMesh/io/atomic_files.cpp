@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/output/atomic_files.h"
+#include "packMesh/io/atomic_files.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -15,7 +15,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/temporary_name.h"
 
-namespace packmesh::hemocell {
+namespace packmesh {
 namespace {
 
 namespace fs = std::filesystem;
@@ -160,4 +160,4 @@ void AtomicFiles::commit() {
   entries_.clear();
 }
 
-}  // namespace packmesh::hemocell
+}  // namespace packmesh

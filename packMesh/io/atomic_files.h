@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace packmesh::hemocell {
+namespace packmesh {
 
 /// @throws OutputError when `target` exists, but not as a file that may be replaced
 void requireReplaceable(const std::filesystem::path& target);
@@ -50,4 +50,4 @@ class AtomicFiles {
   std::vector<Part> parts_;  ///< of it, as they are to be read back
 };
 
-}  // namespace packmesh::hemocell
+}  // namespace packmesh
