@@ -49,7 +49,7 @@ struct PreInlet {
   /// Whether fluid nodes of the slice lie at the border of the case's lattice: vessels end there only at
   /// their openings, so that the slice is hardly a cross-section.
   bool reachesBorder = false;
-  std::optional<SeveralOutlines> severalOutlines;  ///< all of them are in the inlet
+  std::optional<SeveralOutlines> severalOutlines = {};  ///< all of them are in the inlet
 };
 
 /// The box of the fluid nodes of a slice, with a node around them as far as the lattice reaches, lengthN + 3
