@@ -95,7 +95,7 @@ std::string failureText(const Job& job, const Scene& scene, const PackingResult&
   const Statistics& done = result.statistics;
   const bool begun = done.growth ? done.growth->iterations > 0 : done.sweeps > 0;
   if (result.cellCount == 0 && !begun && job.maxSeconds > 0.0)
-    return fmt::format("the time, {}, ended before packing began; nothing was written",
+    return fmt::format("the time limit of {} was reached before packing began; nothing was written",
                        durationText(job.maxSeconds));
   return reachedText(job, scene, result, tally) +
          (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"

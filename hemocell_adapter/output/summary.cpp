@@ -218,7 +218,7 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
     lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", job.clearance,
                                 wall ? fmt::format(", {:.6g} µm to the wall", job.wallClearance) : ""));
   else if (triesMoreClearance(job))
-    lines.push_back("Clearance kept: none; the minimum gaps above are all there is");
+    lines.push_back("Clearance kept: none beyond the minimum gaps above");
   constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall{}; seed {}; packMesh {} ({})", times.cpu,
                               times.wall,

@@ -101,7 +101,7 @@ std::vector<Setting> limitSettings() {
       setting("max-iterations", &R::maxIterations, sweeps,
               "maximum number of relaxation sweeps or growth iterations (the search for the densest packing "
               "takes more)")
-          .byDefault("100000"),
+          .byDefault(std::to_string(Limits().maxSweeps)),
       setting("maxiter", &R::maxIterations, sweeps,
               "the same as --max-iterations, under the name it has in packCells")
           .withoutTag()

@@ -87,7 +87,7 @@ PackingResult packByRelaxation(const PackingProblem& problem) {
 PackingResult pack(const PackingProblem& problem) {
   validate(problem);
   if (problem.method == Method::relaxation) return packByRelaxation(problem);
-  requireEachFitsAlone(problem);
+  if (problem.limits.fewerCells) requireEachFitsAlone(problem);
   return packByGrowth(problem);
 }
 

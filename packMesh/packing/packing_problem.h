@@ -50,7 +50,8 @@ struct Limits {
   double maxSeconds = 0.0;
   std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, to fit all cells in
   std::function<double()> clock = {};  ///< the time [s]; empty: the machine's
-  /// Out of reach: whether to look for the densest packing of fewer cells. Method::relaxation only.
+  /// Out of reach: whether to look for the densest packing of fewer cells (Method::relaxation only), and to
+  /// refuse cells that fit nowhere. Without it pack() says no more than that it did not succeed.
   bool fewerCells = true;
 };
 
