@@ -214,19 +214,19 @@ std::string referenceText() {
     }
     entry(out, fmt::format("<{}>", setting.tag), text);
   }
+  const auto addAttributes = [&](const auto& table) {
+    for (const auto& attribute : table)
+      entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
+  };
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
-  for (const auto& attribute : speciesAttributes()) {
-    entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
-  }
+  addAttributes(speciesAttributes());
   out +=
       "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with a "
       "hematocrit of\nits own, from 0 on. The centres of its red cells, of all species, stay in it. A point "
       "belongs to the "
       "first region that it is\nin; <hematocrit> is that of the rest.\n";
   out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
-  for (const auto& parameter : growthParameters()) {
-    entry(out, parameter.name, attributeText(parameter.value, parameter.help, parameter.fallback));
-  }
+  addAttributes(growthParameters());
   out +=
       "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At "
       "most one\n"
@@ -235,9 +235,7 @@ std::string referenceText() {
       "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
   for (const SolidTag& tag : solidTags()) {
     out += fmt::format("<{} .../>\n", tag.name);
-    for (const auto& attribute : tag.attributes) {
-      entry(out, attribute.name, attributeText(attribute.value, attribute.help, attribute.fallback));
-    }
+    addAttributes(tag.attributes);
   }
   return out;
 }
