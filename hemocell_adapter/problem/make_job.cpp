@@ -103,13 +103,9 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   }
   if (options.states("tile") && (!job.boxSize || job.container || !job.periodicEnds.value_or(false)))
     throw UsageError("option '--tile' is for periodic boxes: sX sY sZ --ends periodic");
-  if (options.states("tile") && job.method == Method::cat)
-    throw UsageError("option '--tile' is for the default method, not for --method cat");
   if (job.seed + std::uint64_t(job.realisations - 1) >
       std::uint64_t(std::numeric_limits<std::int64_t>::max()))
     throw UsageError("option '--realisations': the last of the seeds would be larger than a seed may be");
-  if (job.inColumns && job.method == Method::cat)
-    throw UsageError("columns (--order, <order>) are for the default method, not for --method cat");
   if (job.inColumns && job.boxSize && !ownBody && !job.periodicEnds.value_or(false))
     throw InputError(
         "columns (--order, <order>) take a box that is periodic along all axes: sX sY sZ --ends periodic");
@@ -140,22 +136,6 @@ void warnOfUnits(Job& job, const Settings& options) {
                     "read that file",
                     job.container->lumen->where, job.config->file.string(),
                     job.config->domain.geometry->filename().string()));
-}
-
-/// What growth does not know is refused before anything is built.
-void checkMethod(const Job& job) {
-  if (job.method != Method::cat) return;
-  const auto refuse = [](const std::string& what) {
-    throw InputError(what + ": method cat does not support it; the default method does");
-  };
-  if (!job.regions.empty()) refuse("<region>");
-  for (const JobSpecies& species : job.species) {
-    if (!species.fixed.empty() || !species.start.empty())
-      refuse(fmt::format("cell '{}' has existing cells", species.name));
-    if (species.cone) refuse(fmt::format("cell '{}' has an axis", species.name));
-    if (species.ownWallClearance > job.wallClearance)
-      refuse(fmt::format("cell '{}' has a clearance to the wall of its own", species.name));
-  }
 }
 
 /// A restart of one of several realisations goes on with those after it, in the folder that holds them all.
@@ -219,8 +199,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);
-    checkMethod(job);
-    for (const JobSpecies& species : job.species) {
+      for (const JobSpecies& species : job.species) {
       if (species.cone && !job.rotate)
         throw InputError(fmt::format(
             "cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",

@@ -62,8 +62,6 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
   static const std::vector<Attribute<G>> table = {
       attribute("initialScale", &G::initialScale, number("", "fraction", G::smallestScale, false, 1),
                 "f_init, at which cells start"),
-      attribute("spreadRounds", &G::spreadRounds, integerFrom(0),
-                "rounds in which cells of different sizes are spread"),
       attribute("barriers", &G::barriers, scales,
                 "b_i, increasing to 1: none grows beyond before all are there"),
       attribute("iterations", &G::maxIterations, integerFrom(1), "itn_max, for each barrier"),

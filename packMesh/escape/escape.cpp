@@ -23,7 +23,7 @@ class Escape {
  public:
   Escape(const GrowthScene& scene, const GrowthSettings& growth, const EscapeSettings& settings,
          const PlaneFunctionFactory& factory, const std::function<bool()>& stop,
-         const std::function<void(const GrowthState&)>& observe, GrowthState& state)
+         const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body>& state)
       : scene_(scene),
         growth_(growth),
         settings_(settings),
@@ -55,9 +55,9 @@ class Escape {
       const Timer watch(phase.seconds);
       if (!stopped()) work(phase);
     }
-    for (const GrowingCell& cell : state_) {
-      phase.coverage += volume(cell.species, cell.pose.scale) / scene_.container->volume();
-      phase.full += cell.pose.scale == 1.0;
+    for (const Body& cell : state_) {
+      phase.coverage += volume(cell.species, cell.scale) / scene_.container->volume();
+      phase.full += cell.scale == 1.0;
     }
     phase.cells = static_cast<std::int64_t>(state_.size());
     phases_.push_back(phase);
@@ -69,13 +69,13 @@ class Escape {
   double volume(int species, double scale) const {
     return scale * scale * scale * scene_.shapes[species]->volume();
   }
-  double volumeOf(std::int64_t cell) const { return volume(state_[cell].species, state_[cell].pose.scale); }
+  double volumeOf(std::int64_t cell) const { return volume(state_[cell].species, state_[cell].scale); }
 
   /// Cells that are not full, those that lack most volume first.
   std::vector<std::int64_t> lacking() const {
     std::vector<std::pair<double, std::int64_t>> order;
     for (std::size_t i = 0; i < state_.size(); ++i)
-      if (state_[i].pose.scale < 1.0)
+      if (state_[i].scale < 1.0)
         order.emplace_back(volumeOf(static_cast<std::int64_t>(i)) - volume(state_[i].species, 1.0),
                            static_cast<std::int64_t>(i));
     std::sort(order.begin(), order.end());
@@ -88,11 +88,11 @@ class Escape {
   std::vector<std::int64_t> group(const std::vector<std::int64_t>& wanted) const {
     std::vector<std::int64_t> order = wanted, members;
     for (std::size_t i = 0; i < state_.size(); ++i)
-      if (state_[i].pose.scale == 1.0) order.push_back(static_cast<std::int64_t>(i));
+      if (state_[i].scale == 1.0) order.push_back(static_cast<std::int64_t>(i));
     for (const std::int64_t cell : order) {
       if (static_cast<int>(members.size()) == settings_.groupSize) break;
       // At most half of them are such that lack volume: who is full may have too much room.
-      if (state_[cell].pose.scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2)
+      if (state_[cell].scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2)
         continue;
       const bool apart = std::none_of(members.begin(), members.end(), [&](std::int64_t other) {
         return other == cell || rooms_.neighbours(state_, cell, other);
@@ -124,7 +124,7 @@ class Escape {
         const int species = state_[cell].species;
         if (std::exchange(tried[species], 1)) continue;
         if (species == state_[members[room]].species) {
-          reached[room][species] = state_[members[room]].pose;
+          reached[room][species] = state_[members[room]].pose();
         } else {
           ++phase.tried;
           reached[room][species] = rooms_.largest(state_, members[room], species, stop_);
@@ -144,13 +144,13 @@ class Escape {
       after += score[body][roomOf[body]];
     }
     if (after <= (1.0 + leastGain) * before) return;
-    GrowthState swapped = state_;
+    std::vector<Body> swapped = state_;
     for (std::size_t body = 0; body < n; ++body) {
       const int species = state_[members[body]].species;
-      GrowingCell& place = swapped[members[roomOf[body]]];
+      Body& place = swapped[members[roomOf[body]]];
       phase.changed += place.species != species;
       place.species = species;
-      place.pose = *reached[roomOf[body]][species];
+      place.setPose(*reached[roomOf[body]][species]);
     }
     std::vector<std::int64_t> sorted = members;
     std::sort(sorted.begin(), sorted.end());
@@ -162,7 +162,7 @@ class Escape {
     const std::optional<Pose> pose = rooms_.largest(state_, cell, species, stop_);
     if (!pose || volume(species, pose->scale) <= (1.0 + leastGain) * volumeOf(cell)) return false;
     state_[cell].species = species;
-    state_[cell].pose = *pose;
+    state_[cell].setPose(*pose);
     return true;
   }
 
@@ -172,7 +172,7 @@ class Escape {
       ++phase.tried;
       const double before = volumeOf(cell);
       rooms_.enlarge(state_, cell, stop_);
-      if (state_[cell].pose.scale < 1.0) take(cell, state_[cell].species);
+      if (state_[cell].scale < 1.0) take(cell, state_[cell].species);
       phase.changed += volumeOf(cell) > before;
     }
   }
@@ -212,10 +212,11 @@ class Escape {
     GrowthStatistics statistics;
     const std::vector<std::int64_t> cells = lacking();
     std::vector<double> before;
-    for (const std::int64_t cell : cells) before.push_back(state_[cell].pose.scale);
-    grow(scene_, last, planeFunction_, callbacks, state_, statistics);
+    for (const std::int64_t cell : cells) before.push_back(state_[cell].scale);
+    for (std::size_t i = 0; i < state_.size(); ++i) state_[i].id = static_cast<std::int64_t>(i);
+    grow(scene_, last, *planeFunction_, callbacks, state_, statistics);
     phase.tried = static_cast<std::int64_t>(cells.size());
-    for (std::size_t k = 0; k < cells.size(); ++k) phase.changed += state_[cells[k]].pose.scale > before[k];
+    for (std::size_t k = 0; k < cells.size(); ++k) phase.changed += state_[cells[k]].scale > before[k];
   }
 
   void fillHoles(EscapePhase& phase) {
@@ -229,10 +230,10 @@ class Escape {
       for (const int s : inStock()) {
         if (room < holeFraction * volume(s, 1.0)) continue;
         const auto cell = static_cast<std::int64_t>(state_.size());
-        state_.push_back({s, Pose{1.0, Quaternion::Identity(), hole.center}});
+        state_.push_back(makeBody(cell, s, Pose{1.0, Quaternion::Identity(), hole.center}));
         const std::optional<Pose> pose = rooms_.largest(state_, cell, s, stop_);
         if (pose && pose->scale == 1.0) {
-          state_[cell].pose = *pose;
+          state_[cell].setPose(*pose);
           --reserve_[s];
           ++phase.changed;
           break;
@@ -246,10 +247,10 @@ class Escape {
   const GrowthSettings& growth_;
   const EscapeSettings& settings_;
   const std::function<bool()>& stop_;
-  const std::function<void(const GrowthState&)>& observe_;
+  const std::function<void(const std::vector<Body>&)>& observe_;
   std::vector<std::int64_t> reserve_;  ///< what is left
-  GrowthState& state_;
-  PlaneFunction planeFunction_;
+  std::vector<Body>& state_;
+  std::unique_ptr<PlaneFunction> planeFunction_;
   Rooms rooms_;
   std::vector<EscapePhase> phases_;
 };
@@ -259,7 +260,7 @@ class Escape {
 std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
                                 const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
-                                const std::function<void(const GrowthState&)>& observe, GrowthState& state) {
+                                const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body>& state) {
   return Escape(scene, growth, settings, factory, stop, observe, state)();
 }
 

@@ -18,9 +18,9 @@ namespace {
 /// Distances to the surfaces around a point.
 class FreeSpace {
  public:
-  FreeSpace(const GrowthScene& scene, const GrowthState& state) : scene_(scene), state_(state) {
+  FreeSpace(const GrowthScene& scene, const std::vector<Body>& state) : scene_(scene), state_(state) {
     for (const Shape* shape : scene.shapes) fields_.emplace_back(*shape);
-    for (const GrowingCell& cell : state) inverse_.push_back(cell.pose.orientation.conjugate());
+    for (const Body& cell : state) inverse_.push_back(cell.orientation.conjugate());
   }
 
   /// At most this far from `p` there is nothing, apart from what distances of distance fields err [µm].
@@ -30,7 +30,7 @@ class FreeSpace {
       if (wall) free = std::min(free, wall->distance(p).distance - wall->slack());
     const Vec3 period = scene_.container->period();
     for (std::size_t i = 0; i < state_.size() && free > 0.0; ++i) {
-      const Pose& pose = state_[i].pose;
+      const Body& pose = state_[i];
       const SurfaceDistance& field = fields_[state_[i].species];
       Vec3 offset = p - pose.position;
       for (int k = 0; k < 3; ++k)
@@ -47,7 +47,7 @@ class FreeSpace {
 
  private:
   const GrowthScene& scene_;
-  const GrowthState& state_;
+  const std::vector<Body>& state_;
   std::vector<SurfaceDistance> fields_;
   std::vector<Quaternion> inverse_;
 };
@@ -61,13 +61,13 @@ Vec3 circumcentre(const Tetrahedra& t, int index) {
 
 /// Plain Delaunay tetrahedra between coarse levels: their circumspheres are as empty as those of constrained
 /// ones, and where they are is checked anyway.
-Tetrahedra tetrahedraBetween(const GrowthScene& scene, const GrowthState& state) {
+Tetrahedra tetrahedraBetween(const GrowthScene& scene, const std::vector<Body>& state) {
   std::vector<std::unique_ptr<MeshHierarchy>> coarse;
   for (const Shape* shape : scene.shapes)
     coarse.push_back(std::make_unique<MeshHierarchy>(LevelsOfDetail(shape->mesh()).level(0.0)));
   TetrahedraInput input;
-  for (const GrowingCell& cell : state)
-    input.objects.push_back({coarse[cell.species].get(), cell.pose.placement()});
+  for (const Body& cell : state)
+    input.objects.push_back({coarse[cell.species].get(), cell.pose().placement()});
   input.period = scene.container->period();
   input.bounds = scene.container->bounds();
   input.kind = TetrahedraKind::delaunay;
@@ -78,7 +78,7 @@ Tetrahedra tetrahedraBetween(const GrowthScene& scene, const GrowthState& state)
 
 }  // namespace
 
-std::vector<Sphere> findHoles(const GrowthScene& scene, const GrowthState& state, double least) {
+std::vector<Sphere> findHoles(const GrowthScene& scene, const std::vector<Body>& state, double least) {
   std::vector<Sphere> found;
   if (state.size() < 2) return found;
   const Tetrahedra tetrahedra = tetrahedraBetween(scene, state);

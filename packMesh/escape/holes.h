@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "packMesh/growth/growth_state.h"
+#include "packMesh/growth/growth_scene.h"
 #include "packMesh/mesh/sphere_grid.h"
 
 namespace packmesh {
@@ -12,6 +12,6 @@ namespace packmesh {
 /// Spheres in the free space of a packing, the largest first, no two of which meet: circumspheres of the
 /// tetrahedra between cells (thesis 3.1.3), shrunk until they meet neither cell nor wall.
 /// @param least smallest radius of interest [µm]
-std::vector<Sphere> findHoles(const GrowthScene& scene, const GrowthState& state, double least);
+std::vector<Sphere> findHoles(const GrowthScene& scene, const std::vector<Body>& state, double least);
 
 }  // namespace packmesh

@@ -26,14 +26,14 @@ Rooms::Rooms(const GrowthScene& scene, const GrowthSettings& settings, const Pla
              int orientations)
     : scene_(scene), growth_(scene, settingsOfTrials(settings), factory), orientations_(orientations) {}
 
-std::optional<Pose> Rooms::largest(const GrowthState& state, std::int64_t cell, int species,
+std::optional<Pose> Rooms::largest(const std::vector<Body>& state, std::int64_t cell, int species,
                                    const std::function<bool()>& stop) {
   std::optional<Pose> best;
   StepHalving judge(scene_);
   for (int k = 0; k < orientations_; ++k) {
-    GrowthState trial = state;
+    std::vector<Body> trial = state;
     trial[cell].species = species;
-    Pose& pose = trial[cell].pose;
+    Pose pose = trial[cell].pose();
     if (scene_.rotate) {
       const auto u =
           uniform4(scene_.seed, RandomStream::orientation, static_cast<std::uint64_t>(cell), ++trials_);
@@ -41,21 +41,23 @@ std::optional<Pose> Rooms::largest(const GrowthState& state, std::int64_t cell, 
     }
     pose.scale = firstScale;
     bool fits = false;
-    for (int halving = 0; halving < halvings && !fits; ++halving, pose.scale *= fits ? 1.0 : 0.5)
+    for (int halving = 0; halving < halvings && !fits; ++halving, pose.scale *= fits ? 1.0 : 0.5) {
+      trial[cell].setPose(pose);
       fits = judge.examine(trial, {cell}).clean();
+    }
     if (!fits) continue;
     const bool full = growth_.grow({cell}, stop, trial, statistics_);
-    if (!best || trial[cell].pose.scale > best->scale) best = trial[cell].pose;
+    if (!best || trial[cell].scale > best->scale) best = trial[cell].pose();
     if (full || !scene_.rotate) break;
   }
   return best;
 }
 
-void Rooms::enlarge(GrowthState& state, std::int64_t cell, const std::function<bool()>& stop) {
+void Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, const std::function<bool()>& stop) {
   growth_.grow({cell}, stop, state, statistics_);
 }
 
-bool Rooms::neighbours(const GrowthState& state, std::int64_t a, std::int64_t b) const {
+bool Rooms::neighbours(const std::vector<Body>& state, std::int64_t a, std::int64_t b) const {
   const std::vector<std::int64_t> near = growth_.neighboursOf({a}, state, scene_.clearance);
   return std::binary_search(near.begin(), near.end(), b);
 }

@@ -21,14 +21,14 @@ class Rooms {
   /// The largest that a body of `species` gets in the room of `cell`, instead of it: the suitability score of
   /// thesis 3.1.3. Planes are made anew as it grows.
   /// @return its pose; nothing when it would not even fit in when small
-  std::optional<Pose> largest(const GrowthState& state, std::int64_t cell, int species,
+  std::optional<Pose> largest(const std::vector<Body>& state, std::int64_t cell, int species,
                               const std::function<bool()>& stop);
 
   /// Lets `cell` grow where it is. Never lowers its scale.
-  void enlarge(GrowthState& state, std::int64_t cell, const std::function<bool()>& stop);
+  void enlarge(std::vector<Body>& state, std::int64_t cell, const std::function<bool()>& stop);
 
   /// Whether two cells could meet.
-  bool neighbours(const GrowthState& state, std::int64_t a, std::int64_t b) const;
+  bool neighbours(const std::vector<Body>& state, std::int64_t a, std::int64_t b) const;
 
   const GrowthStatistics& statistics() const { return statistics_; }
 

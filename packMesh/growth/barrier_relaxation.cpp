@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/growth/barrier_relaxation.h"
 
+#include <algorithm>
+
+#include "packMesh/certificate/certify.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/relaxation/body_state.h"
 #include "packMesh/relaxation/relaxation.h"
 #include "packMesh/relaxation/schedule.h"
 
@@ -17,6 +19,7 @@ RelaxationInput inputOf(const GrowthScene& scene) {
   RelaxationInput input;
   input.shapes = scene.shapes;
   input.walls = scene.walls;
+  input.freedoms = scene.freedoms;
   input.bounds = scene.container->bounds();
   input.period = scene.container->period();
   input.clearance = scene.clearance + tolerance::relaxationMargin;
@@ -25,42 +28,51 @@ RelaxationInput inputOf(const GrowthScene& scene) {
   return input;
 }
 
-/// All cells, on every rank.
-GrowthState cellsOf(const Relaxation& relaxation, GrowthState state, const Communicator& communicator) {
-  std::vector<BodyState> own;
-  for (const Body& body : relaxation.cells()) own.push_back(stateOf(body));
-  for (const BodyState& cell : communicator.gatherAll(own)) state[cell.id].pose = bodyOf(cell).pose();
-  return state;
+/// The cell without what relaxation has found out about its surroundings.
+Body bare(const Body& body) {
+  Body out = makeBody(body.id, body.species, body.pose());
+  out.stepTaken = body.stepTaken;
+  return out;
+}
+
+std::vector<Body> bare(std::vector<Body> bodies) {
+  for (Body& body : bodies) body = bare(body);
+  return bodies;
+}
+
+/// What is wrong with the cells as they are now, by id.
+Certificate faultsOf(Relaxation& relaxation, const GrowthScene& scene) {
+  relaxation.dropLists();  // every rank then knows the cells around its own
+  std::vector<PlacedCell> cells;
+  std::vector<bool> own;
+  std::vector<std::int64_t> ids;
+  for (const Body& body : relaxation.cellsAround()) {
+    cells.push_back({body.species, scene.placement(body.pose())});
+    own.push_back(relaxation.owns(body));
+    ids.push_back(body.id);
+  }
+  CertificateInput input = scene.certificateInput();
+  input.cells = &cells;
+  input.own = &own;
+  return ofAllRanks(certify(input, scene.clearance), ids, scene.communicator);
 }
 
 }  // namespace
 
 bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
-                  StepHalving& judge, GrowthState& state) {
-  const CellShares shares = scene.sharesOf(state);
-  std::vector<Body> bodies;
-  for (std::size_t i = 0; i < state.size(); ++i) {
-    if (!shares.own(static_cast<std::int64_t>(i))) continue;
-    const GrowingCell& cell = state[i];
-    Body body;
-    body.id = static_cast<std::int64_t>(i);
-    body.species = cell.species;
-    body.scale = scale;
-    body.position = cell.pose.position;
-    body.orientation = cell.pose.orientation;
-    body.rotation = body.orientation.toRotationMatrix();
-    bodies.push_back(body);
-  }
+                  GrowingCells& cells) {
+  std::vector<Body> bodies = bare(cells.own());
+  for (Body& body : bodies)
+    if (!scene.isFixed(body)) body.scale = std::max(body.scale, scale);
   Relaxation relaxation(inputOf(scene), std::move(bodies), scene.communicator);
   ScheduleLimits limits;
   limits.stop = stop;
   limits.maxSweeps = sweeps;
   if (!relax(relaxation, tolerance::relaxationTolerance, limits)) return false;
   for (int round = 0; round < repairRounds; ++round) {
-    const GrowthState relaxed = cellsOf(relaxation, state, scene.communicator);
-    const Certificate faults = judge.examine(relaxed);
+    const Certificate faults = faultsOf(relaxation, scene);
     if (faults.clean()) {
-      state = relaxed;
+      cells.replace(bare(relaxation.cells()));
       return true;
     }
     for (const OverlappingPair& pair : faults.overlapping)

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What un-stalls growth: all cells at the barrier's scale, pushed apart.
+/// @file Cells at given scales, relaxed as rigid bodies.
 #pragma once
 
 #include <functional>
 
-#include "packMesh/growth/growth_state.h"
-#include "packMesh/growth/step_halving.h"
+#include "packMesh/growth/growing_cells.h"
 
 namespace packmesh {
 
-/// All cells of `state` at `scale`, relaxed as rigid bodies for at most `sweeps` sweeps; pairs that fail the
-/// exact test are relaxed again with more clearance.
-/// @param stop polled between sweeps
-/// @return whether the exact test found the result free of overlap; otherwise `state` is as it was
+/// Relaxes cells at least as large as `scale` as rigid bodies for at most so many sweeps: the contact
+/// relaxation of the default method, with all constraints of the scene. If the exact test finds the result
+/// free of overlap, repaired where needed, it replaces the cells. All ranks call.
+/// @return whether it does; otherwise the cells are as before
 bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
-                  StepHalving& judge, GrowthState& state);
+                  GrowingCells& cells);
 
 }  // namespace packmesh

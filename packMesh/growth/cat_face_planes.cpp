@@ -21,29 +21,13 @@ constexpr double marginSpacings = 1.0;
 /// Faces whose normal has less to do with the gap than this are those of slivers (see planesOfFaces()).
 constexpr double sliverCosine = 0.3;
 
-/// As it travels between ranks.
-struct PlainPlane {
-  double vertex[3], point[3], normal[3];
-  std::int64_t cell;
-
-  static PlainPlane of(const PlaneConstraint& plane, int cell) {
-    PlainPlane plain{};
-    Eigen::Map<Vec3>(plain.vertex) = plane.vertex;
-    Eigen::Map<Vec3>(plain.point) = plane.point;
-    Eigen::Map<Vec3>(plain.normal) = plane.normal;
-    plain.cell = cell;
-    return plain;
-  }
-  PlaneConstraint plane() const {
-    return {Eigen::Map<const Vec3>(vertex), Eigen::Map<const Vec3>(point), Eigen::Map<const Vec3>(normal)};
-  }
-};
+/// As many cells as are worth the cells around them, which take part in the runs of several blocks.
+constexpr std::int64_t cellsOfBlock = 100;
 
 }  // namespace
 
-CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts,
-                             int cellsOfRegion)
-    : scene_(scene), cellsOfRegion_(cellsOfRegion), chords_(scene), sums_(sums) {
+CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts)
+    : scene_(scene), chords_(scene), sums_(sums) {
   for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
     const LevelsOfDetail& levels = chords_.levels(static_cast<int>(s));
     levels_.emplace_back();
@@ -57,103 +41,87 @@ CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int
   input_.failingAttempts = failingAttempts;
 }
 
-PlaneConstraints CatFacePlanes::operator()(const GrowthState& state, const PlaneRequest& request) {
-  const CellShares& shares = request.shares;
-  std::vector<std::vector<PlainPlane>> to(shares.communicator().size());
-  bool known = true;
-  for (const Region& region : ownRegions(state, shares)) {
-    known = known && tetrahedraOf(state, region, request.detail);
-    if (!known) break;
-    const Timer watch(sums_.faceSeconds);
-    splitChordally(tetrahedra_, WallFaces::atWall, split_);
-    std::vector<double> reach;
-    for (const int cell : members_) reach.push_back(request.reach[cell]);
-    const PlaneConstraints planes = planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine, reach);
-    for (std::size_t object = 0; object < planes.size(); ++object) {
-      if (!input_.primary.empty() && !input_.primary[object]) continue;
-      const int cell = members_[object];
-      for (const PlaneConstraint& plane : planes[object])
-        to[shares.owner(cell)].push_back(PlainPlane::of(plane, cell));
-    }
+std::int64_t CatFacePlanes::cellsAtOnce() const {
+  return cellsOfBlock;
+}
+
+double CatFacePlanes::range(std::int64_t count) const {
+  double largest = 0.0;
+  for (const Shape* shape : scene_.shapes) largest = std::max(largest, shape->radius());
+  return margin(largest, count) + 2.0 * largest;
+}
+
+/// Up to here around the bodies, images and cells of other blocks take part [µm].
+double CatFacePlanes::margin(double largestRadius, std::int64_t count) const {
+  return largestRadius + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(count));
+}
+
+PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
+  if (request.wanted.empty()) return {};
+  if (!tetrahedraOf(request)) return chords_(request);
+  const Timer watch(sums_.faceSeconds);
+  splitChordally(tetrahedra_, WallFaces::atWall, split_);
+  std::vector<double> reach;
+  for (const std::int64_t cell : members_) reach.push_back(request.surroundings.reach(cell));
+  PlaneConstraints planes = chords_.atWalls(request);
+  const PlaneConstraints found = planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine, reach);
+  for (std::size_t object = 0; object < found.size(); ++object) {
+    const auto at = std::lower_bound(request.wanted.begin(), request.wanted.end(), members_[object]);
+    if (at == request.wanted.end() || *at != members_[object]) continue;
+    std::vector<PlaneConstraint>& of = planes[at - request.wanted.begin()];
+    of.insert(of.end(), found[object].begin(), found[object].end());
   }
-  if (shares.communicator().any(!known)) return chords_(state, request);
-  PlaneConstraints planes = chords_.atWalls(state, request);
-  for (const std::vector<PlainPlane>& received : shares.communicator().exchange(to))
-    for (const PlainPlane& plane : received) planes[plane.cell].push_back(plane.plane());
   return planes;
 }
 
-std::vector<CatFacePlanes::Region> CatFacePlanes::regionsOf(const GrowthState& state) const {
-  std::vector<Vec3> centres;
-  for (const GrowingCell& cell : state) centres.push_back(cell.pose.position);
-  int regions = 1;  // as many as can be shared out evenly
-  while (state.size() > static_cast<std::size_t>(regions) * cellsOfRegion_) regions *= 2;
-  return bisected(centres, regions);
-}
-
-/// Those that this rank tetrahedralises.
-std::vector<CatFacePlanes::Region> CatFacePlanes::ownRegions(const GrowthState& state,
-                                                             const CellShares& shares) const {
-  std::vector<Region> all = regionsOf(state), own;
-  const int ranks = shares.communicator().size(), rank = shares.communicator().rank();
-  const auto count = static_cast<int>(all.size());
-  for (int r = 0; r < count; ++r)
-    if (r * ranks / count == rank) own.push_back(std::move(all[r]));
-  return own;
-}
-
-/// Takes the cells of a region and those of which an image is within the margin of it.
-void CatFacePlanes::chooseMembers(const GrowthState& state, const Region& region) {
+/// Takes the wanted cells and those of which an image is within the margin of them.
+void CatFacePlanes::chooseMembers(const PlaneRequest& request) {
+  const std::vector<Body>& cells = request.surroundings.cells();
   members_.clear();
   input_.primary.clear();
-  if (region.size() == state.size()) {
-    members_ = region;
+  if (static_cast<std::int64_t>(request.wanted.size()) == request.count) {
+    members_ = request.wanted;
     return;
   }
-  const Vec3& first = state[region.front()].pose.position;
+  const Vec3& first = cells[request.wanted.front()].position;
   input_.region = Box{first, first};
-  for (const int cell : region) input_.region.add(state[cell].pose.position);
-  std::vector<bool> inRegion(state.size(), false);
-  for (const int cell : region) inRegion[cell] = true;
-  for (int cell = 0; cell < static_cast<int>(state.size()); ++cell) {
-    const double reach =
-        input_.margin + 2.0 * state[cell].pose.scale * scene_.shapes[state[cell].species]->radius();
-    bool near = inRegion[cell];
-    forEachImage(state[cell].pose.position, reach, input_.bounds, input_.period, [&](const ImageShift& n) {
-      const Vec3 image = state[cell].pose.position + displacement(n, input_.period);
+  for (const std::int64_t cell : request.wanted) input_.region.add(cells[cell].position);
+  for (std::int64_t cell = 0; cell < static_cast<std::int64_t>(cells.size()); ++cell) {
+    const Body& body = cells[cell];
+    const double reach = input_.margin + 2.0 * body.scale * scene_.shapes[body.species]->radius();
+    const bool wanted = std::binary_search(request.wanted.begin(), request.wanted.end(), cell);
+    bool near = wanted;
+    forEachImage(body.position, reach, input_.bounds, input_.period, [&](const ImageShift& n) {
+      const Vec3 image = body.position + displacement(n, input_.period);
       near = near || input_.region.squaredDistance(image) < reach * reach;
     });
     if (!near) continue;
     members_.push_back(cell);
-    input_.primary.push_back(inRegion[cell]);
+    input_.primary.push_back(wanted);
   }
 }
 
-/// @return whether tetrahedra_ are those of the region; otherwise TetGen gave up
-bool CatFacePlanes::tetrahedraOf(const GrowthState& state, const Region& region, double detail) {
+/// @return whether tetrahedra_ are those around the wanted cells; otherwise TetGen failed
+bool CatFacePlanes::tetrahedraOf(const PlaneRequest& request) {
   const Timer watch(sums_.tetrahedraSeconds);
+  const std::vector<Body>& cells = request.surroundings.cells();
   tetrahedra_ = Tetrahedra();
-  double largest = 0.0;
-  for (const GrowingCell& cell : state)
-    largest = std::max(largest, cell.pose.scale * scene_.shapes[cell.species]->radius());
-  if (!input_.period.isZero() || region.size() < state.size())
-    input_.margin =
-        largest + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(state.size()));
-  chooseMembers(state, region);
+  input_.margin = margin(request.largestRadius, request.count);
+  chooseMembers(request);
   if (members_.size() < 2 && input_.period.isZero()) return true;
   ++sums_.runs;
   int coarsest = 0;
   for (std::size_t s = 0; s < levels_.size(); ++s)
-    coarsest = std::max(coarsest, chords_.levels(static_cast<int>(s)).indexOf(detail));
+    coarsest = std::max(coarsest, chords_.levels(static_cast<int>(s)).indexOf(request.detail));
   for (int level = coarsest; level >= 0; --level) {
     // The cells themselves are known not to meet.
     input_.valid = level == 0;
     input_.objects.clear();
-    for (const int member : members_) {
-      const GrowingCell& cell = state[member];
+    for (const std::int64_t member : members_) {
+      const Body& cell = cells[member];
       const auto& levels = levels_[cell.species];
-      const int index = std::min(level, chords_.levels(cell.species).indexOf(detail));
-      input_.objects.push_back({levels[index].get(), scene_.placement(cell.pose)});
+      const int index = std::min(level, chords_.levels(cell.species).indexOf(request.detail));
+      input_.objects.push_back({levels[index].get(), scene_.placement(cell.pose())});
     }
     try {
       input_.stop = scene_.stop;

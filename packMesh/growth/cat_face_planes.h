@@ -26,39 +26,29 @@ struct TetrahedraSums {
 /// Planes from CAT faces, but for those of slivers: TetGen cuts up the space between the cells. Planes at
 /// walls are those of ChordPlanes: the wall's distance is exact, its triangles are not.
 ///
-/// Many cells are cut into regions of a few hundred, which do not depend on the number of ranks; every rank
-/// tetrahedralises regions of its own, each with the cells around it. When TetGen gives up, planes are those
-/// of ChordPlanes.
-class CatFacePlanes {
+/// Cells asked for together are tetrahedralised together with those around them, on whichever rank asks. When
+/// TetGen fails, their planes are those of ChordPlanes.
+class CatFacePlanes : public PlaneFunction {
  public:
   /// References the scene and the sums, which must outlive this.
   /// @param sums what it takes is added here
   /// @param failingAttempts for tests: so many attempts of every run are taken to have failed
-  /// @param cellsOfRegion at most so many cells are tetrahedralised together
-  CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts = 0,
-                int cellsOfRegion = defaultCellsOfRegion);
+  CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts = 0);
 
-  /// As many as fit without the cells around them, which take part in several regions, being most of the
-  /// work.
-  static constexpr int defaultCellsOfRegion = 400;
-
-  /// Pre: no two cells overlap
-  PlaneConstraints operator()(const GrowthState& state, const PlaneRequest& request);
+  PlaneConstraints operator()(const PlaneRequest& request) override;
+  double range(std::int64_t count) const override;
+  std::int64_t cellsAtOnce() const override;
 
  private:
-  /// Cells that are tetrahedralised together with those around them.
-  using Region = std::vector<int>;
-  std::vector<Region> regionsOf(const GrowthState& state) const;
-  std::vector<Region> ownRegions(const GrowthState& state, const CellShares& shares) const;
-  bool tetrahedraOf(const GrowthState& state, const Region& region, double detail);
-  void chooseMembers(const GrowthState& state, const Region& region);
+  bool tetrahedraOf(const PlaneRequest& request);
+  void chooseMembers(const PlaneRequest& request);
+  double margin(double largestRadius, std::int64_t count) const;
 
   const GrowthScene& scene_;
-  int cellsOfRegion_;
   ChordPlanes chords_;
   std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
   TetrahedraInput input_;
-  std::vector<int> members_;  ///< the cells that input_'s objects are
+  std::vector<std::int64_t> members_;  ///< the cells that input_'s objects are
   Tetrahedra tetrahedra_;
   ChordalFaces split_;
   TetrahedraSums& sums_;

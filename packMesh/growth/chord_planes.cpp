@@ -53,49 +53,52 @@ ChordPlanes::ChordPlanes(const GrowthScene& scene) : scene_(scene) {
   }
 }
 
-std::vector<ChordPlanes::Cell> ChordPlanes::cellsOf(const GrowthState& state,
-                                                    const PlaneRequest& request) const {
-  std::vector<Cell> cells;
-  for (std::size_t i = 0; i < state.size(); ++i) {
-    const GrowingCell& c = state[i];
-    const Species& species = species_[c.species];
-    cells.push_back({c.species, c.pose.orientation.toRotationMatrix(), c.pose.position, c.pose.scale,
-                     c.frozen ? 0.0 : request.reach[i],
-                     &species.points[species.levels.indexOf(request.detail)], c.frozen,
-                     !c.frozen && request.shares.own(static_cast<std::int64_t>(i))});
+ChordPlanes::Cell ChordPlanes::cellOf(std::int64_t index, const PlaneRequest& request) const {
+  const Body& cell = request.surroundings.cells()[index];
+  const Species& species = species_[cell.species];
+  const bool fixed = scene_.isFixed(cell);
+  return {cell.species, cell.rotation, cell.position, cell.scale,
+          fixed ? 0.0 : request.surroundings.reach(index),
+          &species.points[species.levels.indexOf(request.detail)], fixed, nullptr};
+}
+
+PlaneConstraints ChordPlanes::operator()(const PlaneRequest& request) {
+  const std::vector<std::int64_t>& wanted = request.wanted;
+  PlaneConstraints planes(wanted.size());
+  const auto cellFor = [&](std::int64_t index) {
+    Cell cell = cellOf(index, request);
+    const auto at = std::lower_bound(wanted.begin(), wanted.end(), index);
+    if (at != wanted.end() && *at == index && !cell.fixed) cell.planes = &planes[at - wanted.begin()];
+    return cell;
+  };
+  std::int64_t last = -1;
+  Cell first{};
+  for (const NearPair& pair : request.surroundings.pairsOf(wanted)) {
+    if (pair.first != last) first = cellFor(last = pair.first);
+    joinPair(pair, first, pair.second == pair.first ? first : cellFor(pair.second));
   }
-  return cells;
-}
-
-PlaneConstraints ChordPlanes::operator()(const GrowthState& state, const PlaneRequest& request) const {
-  const std::vector<Cell> cells = cellsOf(state, request);
-  std::vector<Sphere> spheres;
-  for (const Cell& c : cells)
-    spheres.push_back({c.position, c.scale * species_[c.species].shape->radius() + c.reach});
-  PlaneConstraints planes(state.size());
-  const PeriodicNeighbors neighbors(std::move(spheres), scene_.container->period());
-  for (std::size_t i = 0; i < state.size(); ++i)
-    neighbors.forEachNear(static_cast<std::int64_t>(i), scene_.clearance, true,
-                          [&](const NearPair& pair) { joinPair(pair, cells, planes); });
-  meetWalls(cells, planes);
+  meetSurroundings(request, planes);
   return planes;
 }
 
-PlaneConstraints ChordPlanes::atWalls(const GrowthState& state, const PlaneRequest& request) const {
-  PlaneConstraints planes(state.size());
-  meetWalls(cellsOf(state, request), planes);
+PlaneConstraints ChordPlanes::atWalls(const PlaneRequest& request) const {
+  PlaneConstraints planes(request.wanted.size());
+  meetSurroundings(request, planes);
   return planes;
 }
 
-void ChordPlanes::meetWalls(const std::vector<Cell>& cells, PlaneConstraints& planes) const {
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    if (species_[cells[i].species].wall && cells[i].wanted) meetWall(static_cast<int>(i), cells, planes);
+void ChordPlanes::meetSurroundings(const PlaneRequest& request, PlaneConstraints& planes) const {
+  for (std::size_t k = 0; k < request.wanted.size(); ++k) {
+    Cell cell = cellOf(request.wanted[k], request);
+    if (cell.fixed) continue;
+    cell.planes = &planes[k];
+    if (species_[cell.species].wall) meetWall(cell);
+    meetRegion(cell);
+  }
 }
 
-void ChordPlanes::joinPair(const NearPair& pair, const std::vector<Cell>& cells,
-                           PlaneConstraints& planes) const {
-  const Cell &a = cells[pair.first], &b = cells[pair.second];
-  if (!a.wanted && !b.wanted) return;
+void ChordPlanes::joinPair(const NearPair& pair, const Cell& a, const Cell& b) const {
+  if (!a.planes && !b.planes) return;
   const Vec3 between = a.position - (b.position + pair.shift);
   const double distance = between.norm();
   if (distance > 0.0) {
@@ -105,14 +108,12 @@ void ChordPlanes::joinPair(const NearPair& pair, const std::vector<Cell>& cells,
         b.scale * species_[b.species].shape->bound().support(b.rotation.transpose() * direction);
     if (apart > a.reach + b.reach + scene_.clearance) return;
   }
-  dropChords(static_cast<int>(pair.first), static_cast<int>(pair.second), pair.shift, cells, planes);
-  dropChords(static_cast<int>(pair.second), static_cast<int>(pair.first), -pair.shift, cells, planes);
+  dropChords(a, b, pair.shift);
+  dropChords(b, a, -pair.shift);
 }
 
 /// Chords from the samples of one cell to the surface of another, seen from the body frame of the other.
-void ChordPlanes::dropChords(int from, int onto, const Vec3& ontoShift, const std::vector<Cell>& cells,
-                             PlaneConstraints& planes) const {
-  const Cell &a = cells[from], &b = cells[onto];
+void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift) const {
   const SurfaceDistance& field = species_[b.species].field;
   const Mat3 toBody = b.rotation.transpose() / b.scale;
   const Mat3 linear = a.scale * toBody * a.rotation;
@@ -133,19 +134,19 @@ void ChordPlanes::dropChords(int from, int onto, const Vec3& ontoShift, const st
       const double length = chord.norm();
       const bool longEnough = sample.distance > 0.0 && b.scale * length > shortChord;
       const Vec3 normal = b.rotation * (longEnough ? Vec3(chord / length) : Vec3(-sample.gradient));
-      const double share = a.frozen ? 0.0 : b.frozen ? 1.0 : 0.5;  // of the gap that is the first cell's
+      const double share = a.fixed ? 0.0 : b.fixed ? 1.0 : 0.5;  // of the gap that is the first cell's
       const Vec3 meeting = b.position + b.scale * (b.rotation * (p + share * chord)) +
                            (0.5 - share) * scene_.clearance * normal;
-      if (a.wanted) planes[from].push_back({vertex, meeting + ontoShift, normal});
-      if (b.wanted) planes[onto].push_back({foot, meeting, -normal});
+      if (a.planes) a.planes->push_back({vertex, meeting + ontoShift, normal});
+      if (b.planes) b.planes->push_back({foot, meeting, -normal});
     }
   }
 }
 
-void ChordPlanes::meetWall(int cell, const std::vector<Cell>& cells, PlaneConstraints& planes) const {
-  const Cell& a = cells[cell];
+void ChordPlanes::meetWall(const Cell& a) const {
   const Species& species = species_[a.species];
-  const double limit = a.reach + scene_.wallClearance + species.wall->slack();
+  const double margin = scene_.wallClearanceOf(a.species);  // near the wall its distance is precise, no slack
+  const double limit = a.reach + margin + species.wall->slack();
   const auto near = [&](const Vec3& p, double radius) {
     return species.toWall(p).distance <= limit + radius;
   };
@@ -159,9 +160,8 @@ void ChordPlanes::meetWall(int cell, const std::vector<Cell>& cells, PlaneConstr
       const Vec3 vertex = pointOf(points, i), p = a.position + a.scale * (a.rotation * vertex);
       const WallDistance here = species.toWall(p);
       if (here.distance > limit || here.gradient.norm() < noDirection) continue;
-      const double margin = scene_.wallClearance;  // near the wall its distance is precise, without slack
       const Vec3 inward = here.gradient.normalized();
-      planes[cell].push_back({vertex, p - (here.distance - margin) * inward, -inward});
+      a.planes->push_back({vertex, p - (here.distance - margin) * inward, -inward});
       // The plane says nothing of a wall that curves inwards or has edges: where could the point run into it?
       const Vec3 u = inward.unitOrthogonal(), v = inward.cross(u);
       for (const Vec3& aside : {u, Vec3(-u), v, Vec3(-v)}) {
@@ -170,10 +170,20 @@ void ChordPlanes::meetWall(int cell, const std::vector<Cell>& cells, PlaneConstr
         if (there.distance > here.distance - closingIn * a.reach || there.gradient.norm() < noDirection)
           continue;
         const Vec3 back = there.gradient.normalized(), foot = q - (there.distance - margin) * back;
-        if (back.dot(p - foot) > 0.0) planes[cell].push_back({vertex, foot, -back});
+        if (back.dot(p - foot) > 0.0) a.planes->push_back({vertex, foot, -back});
       }
     }
   }
+}
+
+/// The centre stays in the region of its species.
+void ChordPlanes::meetRegion(const Cell& cell) const {
+  const Freedom* freedom = scene_.freedomOf(cell.species);
+  if (!freedom || !freedom->region) return;
+  const WallDistance border = freedom->region->distance(cell.position);
+  if (border.distance > cell.reach || border.gradient.norm() < noDirection) return;
+  const Vec3 inward = border.gradient.normalized();
+  cell.planes->push_back({Vec3::Zero(), cell.position - border.distance * inward, -inward});
 }
 
 }  // namespace packmesh

@@ -5,9 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/container/sampled_wall.h"
-#include "packMesh/growth/growth_state.h"
+#include "packMesh/growth/plane_function.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/resampling.h"
 #include "packMesh/shape/surface_distance.h"
@@ -21,16 +20,16 @@ namespace packmesh {
 /// end. That is what the faces of CAT cells are made from too (thesis 3.1.2), with chords that tetrahedra
 /// pick instead of the nearest ones. At walls, which do not move, the plane lies at the foot, and
 /// neighbouring parts of the wall that run in another direction (edges, corners) add planes of their own.
-class ChordPlanes {
+class ChordPlanes : public PlaneFunction {
  public:
   /// References the scene, which must outlive this.
   explicit ChordPlanes(const GrowthScene& scene);
 
-  /// Planes for chords that are short enough to matter in the request. Pre: no two cells overlap
-  PlaneConstraints operator()(const GrowthState& state, const PlaneRequest& request) const;
+  /// Planes for chords that are short enough to matter in the request.
+  PlaneConstraints operator()(const PlaneRequest& request) override;
 
-  /// The planes at walls alone.
-  PlaneConstraints atWalls(const GrowthState& state, const PlaneRequest& request) const;
+  /// Only the planes at walls and borders of regions.
+  PlaneConstraints atWalls(const PlaneRequest& request) const;
 
   const LevelsOfDetail& levels(int species) const { return species_[species].levels; }
 
@@ -54,16 +53,16 @@ class ChordPlanes {
     Vec3 position;
     double scale, reach;
     const SamplePoints* points;
-    bool frozen;
-    bool wanted;  ///< planes of this one
+    bool fixed;
+    PlaneConstraints::pointer planes;  ///< where its planes go; nullptr: they are not wanted
   };
 
-  std::vector<Cell> cellsOf(const GrowthState& state, const PlaneRequest& request) const;
-  void meetWalls(const std::vector<Cell>& cells, PlaneConstraints& planes) const;
-  void joinPair(const NearPair& pair, const std::vector<Cell>& cells, PlaneConstraints& planes) const;
-  void dropChords(int from, int onto, const Vec3& ontoShift, const std::vector<Cell>& cells,
-                  PlaneConstraints& planes) const;
-  void meetWall(int cell, const std::vector<Cell>& cells, PlaneConstraints& planes) const;
+  Cell cellOf(std::int64_t index, const PlaneRequest& request) const;
+  void meetSurroundings(const PlaneRequest& request, PlaneConstraints& planes) const;
+  void joinPair(const NearPair& pair, const Cell& a, const Cell& b) const;
+  void dropChords(const Cell& from, const Cell& onto, const Vec3& ontoShift) const;
+  void meetWall(const Cell& cell) const;
+  void meetRegion(const Cell& cell) const;
 
   const GrowthScene& scene_;
   std::vector<Species> species_;

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/growth/barrier_relaxation.h"
-#include "packMesh/growth/growth_program.h"
-#include "packMesh/growth/require_valid.h"
 #include "packMesh/growth/resampling.h"
 
 namespace packmesh {
@@ -30,223 +29,244 @@ constexpr std::int64_t iterationsPerCheckpoint = 4;
 /// Each relaxation that failed at a barrier is followed by one of so many times as many sweeps.
 constexpr double moreSweeps = 1.5;
 
-/// Lengths that scale with a species' mesh [µm].
-struct SpeciesLengths {
-  double radius, size, facet;  ///< bounding radius, cube root of the volume, root of the mean triangle's area
-};
+/// Planes are made for so many cells at a time: all of them would take some 30 kB per cell.
+constexpr std::size_t cellsPerBatch = 512;
 
-/// One run of grow().
-class Growth {
- public:
-  Growth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunction& planeFunction,
-         const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
-         const GrowthProgress& from)
-      : scene_(scene),
-        settings_(settings),
-        planeFunction_(planeFunction),
-        callbacks_(callbacks),
-        state_(state),
-        statistics_(statistics),
-        stepHalving_(scene),
-        at_(from) {
-    at_.taken.resize(state.size(), 1.0);
-    for (const Shape* shape : scene.shapes) {
-      const double size = std::cbrt(shape->volume());
-      const double meanArea =
-          surfaceArea(shape->mesh()) / static_cast<double>(shape->mesh().triangles.size());
-      lengths_.push_back({shape->radius(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
-    }
-  }
-
-  bool operator()() {
-    requireValid();
-    for (const auto barriers = static_cast<std::int64_t>(settings_.barriers.size()); at_.barrier < barriers;
-         ++at_.barrier, at_.iteration = 0) {
-      const double barrier = settings_.barriers[at_.barrier];
-      if (barrier <= settings_.initialScale) continue;
-      growTo(barrier);
-      if (stopped() || gaveUp_) break;
-    }
-    return missing(1.0) == 0.0;
-  }
-
- private:
-  void requireValid() {
-    const Certificate faults = stepHalving_.examine(state_);
-    if (!faults.overlapping.empty())
-      throw InputError("cells " + std::to_string(faults.overlapping[0].first) + " and " +
-                       std::to_string(faults.overlapping[0].second) + " overlap before growth");
-    if (!faults.misplaced.empty())
-      throw InputError("cell " + std::to_string(faults.misplaced[0].cell) + " " + faults.misplaced[0].reason +
-                       " before growth");
-  }
-
-  bool stopped() const { return callbacks_.stop && callbacks_.stop(); }
-
-  /// What cells lack of a scale, in total.
-  double missing(double scale) const {
-    double sum = 0.0;
-    for (const GrowingCell& cell : state_)
-      if (!cell.frozen) sum += std::max(0.0, scale - cell.pose.scale);
-    return sum;
-  }
-
-  bool anyFrozen() const {
-    return std::any_of(state_.begin(), state_.end(), [](const GrowingCell& cell) { return cell.frozen; });
-  }
-
-  void growTo(double barrier) {
-    if (at_.iteration == 0) {
-      at_.reference = missing(barrier);
-      at_.since = at_.failures = 0;
-      at_.sweeps = settings_.relaxationSweeps;
-    }
-    for (; at_.iteration < settings_.maxIterations && !stopped(); ++at_.iteration) {
-      if (callbacks_.checkpoint && statistics_.iterations % iterationsPerCheckpoint == 0)
-        callbacks_.checkpoint(state_, at_);
-      iterate(barrier);
-      const double lacks = missing(barrier);
-      if (lacks == 0.0) return;
-      if (++at_.since < settings_.patience) continue;
-      const bool stalled = lacks > (1.0 - settings_.stalledGrowth) * at_.reference;
-      at_.reference = lacks;
-      at_.since = 0;
-      if (!stalled) continue;
-      if (at_.sweeps > 0.0 && !anyFrozen() && relaxed(barrier, static_cast<int>(at_.sweeps))) return;
-      at_.sweeps *= moreSweeps;
-      gaveUp_ = ++at_.failures == settings_.giveUpAfter;
-      if (gaveUp_) return;
-    }
-  }
-
-  void iterate(double barrier) {
-    PlaneRequest request;
-    request.shares = scene_.sharesOf(state_);
-    for (const GrowingCell& cell : state_) request.reach.push_back(reachOf(cell, barrier));
-    request.detail = detailAt(barrier);
-    PlaneConstraints planes;
-    {
-      const Timer watch(statistics_.planeSeconds);
-      planes = planeFunction_(state_, request);
-    }
-    std::vector<std::int64_t> counts = {0, program_.pivots()};
-    for (const std::vector<PlaneConstraint>& of : planes) counts[0] += static_cast<std::int64_t>(of.size());
-
-    std::vector<GrowthStep> steps;
-    {
-      const Timer watch(statistics_.programSeconds);
-      for (std::size_t i = 0; i < state_.size(); ++i)
-        steps.push_back(state_[i].frozen || !request.shares.own(static_cast<std::int64_t>(i))
-                            ? GrowthStep{state_[i].pose.scale}
-                            : program_.solve(state_[i].pose, planes[i], boundsOf(i, barrier)));
-      shareSteps(request.shares, steps);
-    }
-    counts[1] = program_.pivots() - counts[1];
-    scene_.communicator.sum(counts);
-    statistics_.planes += counts[0];
-    statistics_.pivots += counts[1];
-    {
-      const Timer watch(statistics_.stepHalvingSeconds);
-      at_.taken = stepHalving_.take(steps, state_, statistics_.stepHalving, request.shares);
-    }
-    ++statistics_.iterations;
-    if (callbacks_.accepted) callbacks_.accepted(state_, barrier, statistics_);
-  }
-
-  /// Every rank gets the steps of all cells.
-  void shareSteps(const CellShares& shares, std::vector<GrowthStep>& steps) const {
-    if (shares.alone()) return;
-    struct PlainStep {
-      double scale, rotation[3], translation[3];
-      std::int64_t cell;
-    };
-    std::vector<PlainStep> mine;
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-      if (!shares.own(static_cast<std::int64_t>(i))) continue;
-      PlainStep plain{};
-      plain.scale = steps[i].scale;
-      Eigen::Map<Vec3>(plain.rotation) = steps[i].rotation;
-      Eigen::Map<Vec3>(plain.translation) = steps[i].translation;
-      plain.cell = static_cast<std::int64_t>(i);
-      mine.push_back(plain);
-    }
-    for (const PlainStep& plain : scene_.communicator.gatherAll(mine))
-      steps[plain.cell] = {plain.scale, Eigen::Map<const Vec3>(plain.rotation),
-                           Eigen::Map<const Vec3>(plain.translation)};
-  }
-
-  double detailAt(double barrier) const {
-    const double first = settings_.initialScale;
-    return resamplingFactor((barrier - first) / (1.0 - first), settings_.alpha, settings_.beta);
-  }
-
-  /// p of eq. 3.10 [µm].
-  double paddingAt(double barrier, const SpeciesLengths& lengths) const {
-    return settings_.padding * barrier * lengths.facet / std::sqrt(detailAt(barrier));
-  }
-
-  double rotationBound() const { return scene_.rotate ? settings_.rotationBound : 0.0; }
-
-  /// How far points of a cell may be expected to move in one iteration, and how far planes are padded [µm].
-  double reachOf(const GrowingCell& cell, double barrier) const {
-    const SpeciesLengths& l = lengths_[cell.species];
-    const double farthest =
-        std::sqrt(3.0) * (settings_.translationBound * l.size + rotationBound() * barrier * l.radius);
-    return expectedShare * farthest + std::max(0.0, barrier - cell.pose.scale) * l.radius +
-           paddingAt(barrier, l);
-  }
-
-  GrowthBounds boundsOf(std::size_t i, double barrier) const {
-    const SpeciesLengths& l = lengths_[state_[i].species];
-    GrowthBounds bounds;
-    // Who ran into something first makes room: otherwise the same step would be proposed again.
-    bounds.scale = at_.taken[i] < 1.0 ? state_[i].pose.scale : std::max(barrier, state_[i].pose.scale);
-    bounds.rotation = rotationBound();
-    bounds.translation = settings_.translationBound * l.size;
-    bounds.padding = paddingAt(barrier, l) + 0.5 * scene_.clearance;
-    bounds.linearisations = settings_.linearisations;
-    if (settings_.centring) bounds.margin = bounds.translation;
-    // Pushes compare with the growth that they could cost: per µm for translations, per turn for rotations.
-    const auto u =
-        uniform4(scene_.seed, RandomStream::turn, i, static_cast<std::uint32_t>(statistics_.iterations));
-    const auto v =
-        uniform4(scene_.seed, RandomStream::kick, i, static_cast<std::uint32_t>(statistics_.iterations));
-    bounds.turn = settings_.shaking * uniformDirection(u[0], u[1]);
-    bounds.push = settings_.shaking / l.radius * uniformDirection(v[0], v[1]);
-    return bounds;
-  }
-
-  bool relaxed(double barrier, int sweeps) {
-    ++statistics_.relaxations;
-    bool kept = false;
-    {
-      const Timer watch(statistics_.relaxationSeconds);
-      kept = relaxAtScale(scene_, barrier, sweeps, callbacks_.stop, stepHalving_, state_);
-    }
-    statistics_.relaxationsKept += kept;
-    if (kept && callbacks_.accepted) callbacks_.accepted(state_, barrier, statistics_);
-    return kept;
-  }
-
-  const GrowthScene& scene_;
-  const GrowthSettings& settings_;
-  const PlaneFunction& planeFunction_;
-  const GrowthCallbacks& callbacks_;
-  GrowthState& state_;
-  GrowthStatistics& statistics_;
-  StepHalving stepHalving_;
-  GrowthProgram program_;
-  std::vector<SpeciesLengths> lengths_;
-  GrowthProgress at_;
-  bool gaveUp_ = false;
-};
+/// Scales are added up in this unit, so that the sum does not depend on the order.
+constexpr double unitsOfScale = 0x1p24;
 
 }  // namespace
 
-bool grow(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunction& planeFunction,
-          const GrowthCallbacks& callbacks, GrowthState& state, GrowthStatistics& statistics,
-          const GrowthProgress& from) {
-  return Growth(scene, settings, planeFunction, callbacks, state, statistics, from)();
+Growth::Growth(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
+               const GrowthCallbacks& callbacks, std::vector<Body> own, GrowthStatistics& statistics,
+               const GrowthProgress& from)
+    : scene_(scene),
+      settings_(settings),
+      planeFunction_(planeFunction),
+      callbacks_(callbacks),
+      statistics_(statistics),
+      at_(from),
+      lengths_(lengthsOf(scene)),
+      cells_(scene, own, range(scene.communicator.sum(static_cast<std::int64_t>(own.size()))),
+             planeFunction.cellsAtOnce()),
+      anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
+      stepHalving_(scene) {
+  requireValid();
+}
+
+std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const GrowthScene& scene) {
+  std::vector<SpeciesLengths> lengths;
+  for (const Shape* shape : scene.shapes) {
+    const double size = std::cbrt(shape->volume());
+    const double meanArea = surfaceArea(shape->mesh()) / static_cast<double>(shape->mesh().triangles.size());
+    lengths.push_back({shape->radius(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
+  }
+  return lengths;
+}
+
+/// How near cells must be to matter to each other in one iteration [µm]: for planes, and after any step for
+/// the exact test.
+double Growth::range(std::int64_t count) const {
+  double reach = 0.0;
+  for (std::size_t s = 0; s < lengths_.size(); ++s) {
+    const Sphere sphere = boundingSphere(scene_.shapes[s]->hierarchy(), Placement());
+    reach = std::max(reach, sphere.center.norm() + sphere.radius + farthest(1.0, lengths_[s]) +
+                                paddingAt(1.0, lengths_[s]));
+  }
+  return std::max(2.0 * reach + scene_.clearance, planeFunction_.range(count));
+}
+
+void Growth::requireValid() const {
+  const Certificate faults = stepHalving_.examine(cells_);
+  if (!faults.overlapping.empty())
+    throw InputError("cells " + std::to_string(faults.overlapping[0].first) + " and " +
+                     std::to_string(faults.overlapping[0].second) + " overlap before growth");
+  if (!faults.misplaced.empty())
+    throw InputError("cell " + std::to_string(faults.misplaced[0].cell) + " " + faults.misplaced[0].reason +
+                     " before growth");
+}
+
+bool Growth::stopped(std::int64_t iterations) const {
+  return statistics_.iterations >= iterations || (callbacks_.stop && callbacks_.stop());
+}
+
+bool Growth::ended() const {
+  return at_.gaveUp || at_.barrier >= static_cast<std::int64_t>(settings_.barriers.size());
+}
+
+bool Growth::run(std::int64_t iterations) {
+  while (!ended()) {
+    const double barrier = settings_.barriers[at_.barrier];
+    if (barrier > settings_.initialScale && !growTo(barrier, iterations)) break;
+    if (at_.gaveUp) break;
+    ++at_.barrier;
+    at_.iteration = 0;
+  }
+  return missing(1.0).cells == 0;
+}
+
+Growth::Missing Growth::missing(double scale) const {
+  std::vector<std::int64_t> sums = {0, 0};
+  for (std::size_t i = 0; i < cells_.all().size(); ++i) {
+    const Body& cell = cells_.all()[i];
+    if (!cells_.isOwn(static_cast<std::int64_t>(i)) || cell.frozen || cell.scale >= scale) continue;
+    ++sums[0];
+    sums[1] += std::llround((scale - cell.scale) * unitsOfScale);
+  }
+  scene_.communicator.sum(sums);
+  return {sums[0], sums[1]};
+}
+
+/// @return whether growth is done with this barrier; false: it is to be gone on with
+bool Growth::growTo(double barrier, std::int64_t iterations) {
+  if (at_.iteration == 0) {
+    at_.reference = missing(barrier).scale;
+    at_.since = at_.failures = 0;
+    at_.sweeps = settings_.relaxationSweeps;
+  }
+  while (at_.iteration < settings_.maxIterations) {
+    if (stopped(iterations)) return false;
+    if (callbacks_.checkpoint && statistics_.iterations % iterationsPerCheckpoint == 0)
+      callbacks_.checkpoint();
+    iterate(barrier);
+    ++at_.iteration;
+    const Missing lacks = missing(barrier);
+    if (callbacks_.progress) callbacks_.progress(barrier, lacks.cells, statistics_);
+    if (lacks.cells == 0) return true;
+    if (++at_.since < settings_.patience) continue;
+    const bool stalled = static_cast<double>(lacks.scale) >
+                         (1.0 - settings_.stalledGrowth) * static_cast<double>(at_.reference);
+    at_.reference = lacks.scale;
+    at_.since = 0;
+    if (!stalled) continue;
+    if (at_.sweeps > 0.0 && !anyFrozen_ && relaxed(barrier)) return true;
+    at_.sweeps *= moreSweeps;
+    at_.gaveUp = ++at_.failures == settings_.giveUpAfter;
+    if (at_.gaveUp) return true;
+  }
+  return true;
+}
+
+void Growth::iterate(double barrier) {
+  cells_.distribute();
+  std::vector<GrowthStep> steps(cells_.all().size());
+  propose(barrier, steps);
+  {
+    const Timer watch(statistics_.stepHalvingSeconds);
+    StepHalvingSums own;
+    stepHalving_.take(steps, cells_, own);
+    std::vector<std::int64_t> sums = {own.steps, own.violatingPairs, own.misplaced, own.stayed};
+    scene_.communicator.sum(sums);
+    StepHalvingSums& all = statistics_.stepHalving;
+    all.steps += sums[0];
+    all.violatingPairs += sums[1];
+    all.misplaced += sums[2];
+    all.stayed += sums[3];
+  }
+  ++statistics_.iterations;
+  if (callbacks_.accepted) callbacks_.accepted(cells_.own());
+}
+
+/// The step of each cell of this rank in its planes.
+void Growth::propose(double barrier, std::vector<GrowthStep>& steps) {
+  std::vector<double> reach;
+  for (const Body& cell : cells_.all()) reach.push_back(reachOf(cell, barrier));
+  const CellSurroundings surroundings(scene_, cells_.all(), std::move(reach));
+  PlaneRequest request{surroundings, {}, detailAt(barrier), cells_.count(), largestRadius()};
+  std::vector<std::int64_t> sums = {0, -program_.pivots()};
+  const std::size_t most = planeFunction_.cellsAtOnce() > 0 ? 0 : cellsPerBatch;
+  for (std::vector<std::int64_t>& batch : cells_.batches(most)) {
+    request.wanted = std::move(batch);
+    PlaneConstraints planes;
+    {
+      const Timer watch(statistics_.planeSeconds);
+      planes = planeFunction_(request);
+    }
+    const Timer watch(statistics_.programSeconds);
+    for (std::size_t k = 0; k < request.wanted.size(); ++k) {
+      const std::int64_t i = request.wanted[k];
+      const Body& cell = cells_.all()[i];
+      steps[i] = scene_.isFixed(cell) ? GrowthStep{cell.scale}
+                                      : program_.solve(cell.pose(), planes[k], boundsOf(cell, barrier));
+      cells_.addWork(i, 1 + static_cast<std::int64_t>(planes[k].size()));
+      sums[0] += static_cast<std::int64_t>(planes[k].size());
+    }
+  }
+  sums[1] += program_.pivots();
+  scene_.communicator.sum(sums);
+  statistics_.planes += sums[0];
+  statistics_.pivots += sums[1];
+}
+
+double Growth::largestRadius() const {
+  double largest = 0.0;
+  for (const Body& cell : cells_.all()) largest = std::max(largest, cell.scale * lengths_[cell.species].radius);
+  return scene_.communicator.max(largest);
+}
+
+double Growth::detailAt(double barrier) const {
+  const double first = settings_.initialScale;
+  return resamplingFactor((barrier - first) / (1.0 - first), settings_.alpha, settings_.beta);
+}
+
+/// p of eq. 3.10 [µm].
+double Growth::paddingAt(double barrier, const SpeciesLengths& lengths) const {
+  return settings_.padding * barrier * lengths.facet / std::sqrt(detailAt(barrier));
+}
+
+/// How far any point of a cell can move in one iteration without growing [µm].
+double Growth::farthest(double barrier, const SpeciesLengths& lengths) const {
+  return std::sqrt(3.0) *
+         (settings_.translationBound * lengths.size + rotationBound() * barrier * lengths.radius);
+}
+
+/// How far points of a cell are expected to move in one iteration, and how far planes are padded [µm].
+double Growth::reachOf(const Body& cell, double barrier) const {
+  const SpeciesLengths& l = lengths_[cell.species];
+  return expectedShare * farthest(barrier, l) + std::max(0.0, barrier - cell.scale) * l.radius +
+         paddingAt(barrier, l);
+}
+
+GrowthBounds Growth::boundsOf(const Body& cell, double barrier) const {
+  const SpeciesLengths& l = lengths_[cell.species];
+  GrowthBounds bounds;
+  // Who ran into something first makes room: otherwise the same step would be proposed again.
+  bounds.scale = cell.stepTaken < 1.0 ? cell.scale : std::max(barrier, cell.scale);
+  bounds.rotation = rotationBound();
+  bounds.translation = settings_.translationBound * l.size;
+  bounds.padding = paddingAt(barrier, l) + 0.5 * scene_.clearance;
+  bounds.linearisations = settings_.linearisations;
+  if (settings_.centring) bounds.margin = bounds.translation;
+  const Freedom* freedom = scene_.freedomOf(cell.species);
+  if (freedom && scene_.rotate) bounds.cone = freedom->cone;
+  // Pushes compare with the growth that they could cost: per µm for translations, per turn for rotations.
+  const auto id = static_cast<std::uint64_t>(cell.id);
+  const auto iteration = static_cast<std::uint32_t>(statistics_.iterations);
+  const auto u = uniform4(scene_.seed, RandomStream::turn, id, iteration);
+  const auto v = uniform4(scene_.seed, RandomStream::kick, id, iteration);
+  bounds.turn = settings_.shaking * uniformDirection(u[0], u[1]);
+  bounds.push = settings_.shaking / l.radius * uniformDirection(v[0], v[1]);
+  return bounds;
+}
+
+bool Growth::relaxed(double barrier) {
+  ++statistics_.relaxations;
+  bool kept = false;
+  {
+    const Timer watch(statistics_.relaxationSeconds);
+    kept = relaxAtScale(scene_, barrier, static_cast<int>(at_.sweeps), callbacks_.stop, cells_);
+  }
+  statistics_.relaxationsKept += kept;
+  if (kept && callbacks_.accepted) callbacks_.accepted(cells_.own());
+  return kept;
+}
+
+bool grow(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
+          const GrowthCallbacks& callbacks, std::vector<Body>& own, GrowthStatistics& statistics) {
+  Growth growth(scene, settings, planeFunction, callbacks, own, statistics);
+  const bool full = growth.run(std::numeric_limits<std::int64_t>::max());
+  own = growth.cells();
+  return full;
 }
 
 }  // namespace packmesh

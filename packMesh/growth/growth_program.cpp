@@ -2,6 +2,7 @@
 #include "packMesh/growth/growth_program.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace packmesh {
@@ -22,12 +23,14 @@ Vec3 vectorOf(const Quaternion& q) {
 
 }  // namespace
 
-Pose stepped(const Pose& pose, const GrowthStep& step, double fraction) {
+Pose stepped(const Pose& pose, const GrowthStep& step, double fraction, const AxisCone* cone) {
   if (fraction == 0.0) return pose;
   Pose out = pose;
   out.scale = fraction == 1.0 ? step.scale : pose.scale + fraction * (step.scale - pose.scale);
-  if (!step.rotation.isZero(0.0))
+  if (!step.rotation.isZero(0.0)) {
     out.orientation = (quaternionOf(fraction * step.rotation) * pose.orientation).normalized();
+    if (cone) out.orientation = cone->nearest(out.orientation);
+  }
   out.position += fraction * step.translation;
   return out;
 }
@@ -38,6 +41,7 @@ void GrowthProgram::takeRows(const Pose& pose, const std::vector<PlaneConstraint
   rows_.clear();
   rows_.reserve(planes.size());
   const Mat3 rotation = pose.orientation.toRotationMatrix();
+  axis_ = rotation * Vec3::UnitY();
   for (const PlaneConstraint& plane : planes) {
     const Vec3 arm = rotation * plane.vertex;
     const double toPlane = plane.normal.dot(plane.point - pose.position);
@@ -71,6 +75,7 @@ bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthSt
     a.segment<3>(4) = row.normal;
     program_.addRow(a, atBarrier ? row.limit - bounds.scale * along : row.limit);
   }
+  if (bounds.cone) addCone(*bounds.cone, rotation);
   program_.objective << 1.0, bounds.turn, bounds.push;
   program_.lower << 0.0, Vec3::Constant(-bounds.rotation) - step.rotation,
       Vec3::Constant(-bounds.translation);
@@ -83,6 +88,22 @@ bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthSt
   if (bounds.rotation > 0.0) step.rotation = vectorOf(quaternionOf(solution.x.segment<3>(1)) * turned);
   step.translation = solution.x.segment<3>(4);
   return true;
+}
+
+/// Rotations r that keep the axis a, turned so far by `rotation`, in the cone around c, to first order:
+/// (a + r x a) · c >= cos(spread). In a narrow cone that says nothing where a = c: there neither component of
+/// r across the axis may be more than twice the spread.
+void GrowthProgram::addCone(const AxisCone& cone, const Mat3& rotation) {
+  const Vec3 a = rotation * axis_;
+  const Vec3 c = a.dot(cone.axis) < 0.0 ? Vec3(-cone.axis) : cone.axis;
+  LinearProgram::Vector row = LinearProgram::Vector::Zero();
+  row.segment<3>(1) = -a.cross(c);
+  program_.addRow(row, std::max(0.0, a.dot(c) - std::cos(cone.spread)));
+  const Vec3 u = a.unitOrthogonal(), v = a.cross(u);
+  for (const Vec3& across : {u, Vec3(-u), v, Vec3(-v)}) {
+    row.segment<3>(1) = across;
+    program_.addRow(row, 2.0 * cone.spread);
+  }
 }
 
 GrowthStep GrowthProgram::solve(const Pose& pose, const std::vector<PlaneConstraint>& planes,

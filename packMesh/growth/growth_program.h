@@ -2,11 +2,13 @@
 /// @file One cell grows within its planes (thesis eqs. 3.1-3.3, 3.9, 3.10).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "packMesh/core/pose.h"
 #include "packMesh/growth/linear_program.h"
 #include "packMesh/growth/plane_constraint.h"
+#include "packMesh/relaxation/freedom.h"
 
 namespace packmesh {
 
@@ -19,7 +21,8 @@ struct GrowthStep {
 };
 
 /// `pose` after a fraction of a step; exactly `pose` for 0.
-Pose stepped(const Pose& pose, const GrowthStep& step, double fraction = 1.0);
+/// @param cone that the cell's axis stays in; nullptr: any direction
+Pose stepped(const Pose& pose, const GrowthStep& step, double fraction = 1.0, const AxisCone* cone = nullptr);
 
 /// Within what a step is looked for (eq. 3.3), and how.
 struct GrowthBounds {
@@ -31,6 +34,8 @@ struct GrowthBounds {
   /// Cells that can reach the barrier are moved until their planes are at least this much further away than
   /// the padding, or as far as possible [µm]; 0: they stay where they can reach it.
   double margin = 0.0;
+  /// Directions that the cell's axis may have; the pose's is one of them. Empty: any.
+  std::optional<AxisCone> cone;
   /// Objective of the rotation and translation, small against 1, the objective of the scale: chooses among
   /// equally good steps.
   Vec3 turn = Vec3::Zero(), push = Vec3::Zero();
@@ -57,8 +62,10 @@ class GrowthProgram {
   void takeRows(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
   double roomAt(double scale) const;
   bool improve(const GrowthBounds& bounds, bool atBarrier, GrowthStep& step);
+  void addCone(const AxisCone& cone, const Mat3& rotation);
 
   std::vector<Row> rows_;
+  Vec3 axis_ = Vec3::UnitY();  ///< of the cell, at the beginning
   LinearProgram program_;
   int pivots_ = 0;
 };

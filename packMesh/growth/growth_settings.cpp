@@ -29,7 +29,6 @@ bool within(double low, double value, double high) {
 void validate(const GrowthSettings& s) {
   require(within(GrowthSettings::smallestScale, s.initialScale, 1.0),
           "the initial scale must be in [0.001, 1]");
-  require(s.spreadRounds >= 0, "rounds of spreading must be at least 0");
   require(!s.barriers.empty() && s.barriers.back() == 1.0, "the last barrier must be 1, full size");
   double last = 0.0;
   for (const double barrier : s.barriers) {

@@ -11,8 +11,6 @@ struct GrowthSettings {
   /// Scale at which cells start, f_init [thesis: 0.1].
   double initialScale = 0.1;
   static constexpr double smallestScale = 0.001;  ///< that cells may start at
-  /// Rounds of Lloyd's algorithm on the power diagram of cells that differ in volume [not used].
-  int spreadRounds = 10;
   /// Barriers b_i: no cell grows beyond one before all have reached it [0.1, 0.2, ... 1.0].
   std::vector<double> barriers = {0.3, 0.5, 0.7, 0.8, 0.9, 1.0};
   /// Iterations spent on one barrier, itn_max; the last barrier's end the attempt.

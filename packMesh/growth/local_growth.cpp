@@ -31,10 +31,10 @@ LocalGrowth::LocalGrowth(const GrowthScene& scene, const GrowthSettings& setting
 }
 
 std::vector<std::int64_t> LocalGrowth::neighboursOf(const std::vector<std::int64_t>& cells,
-                                                    const GrowthState& state, double margin) const {
+                                                    const std::vector<Body>& state, double margin) const {
   std::vector<Sphere> spheres;
-  for (const GrowingCell& cell : state)
-    spheres.push_back({cell.pose.position, scene_.shapes[cell.species]->radius()});
+  for (const Body& cell : state)
+    spheres.push_back({cell.position, scene_.shapes[cell.species]->radius()});
   const PeriodicNeighbors neighbors(std::move(spheres), scene_.container->period());
   std::vector<char> near(state.size(), 0);
   for (const std::int64_t cell : cells)
@@ -48,24 +48,24 @@ std::vector<std::int64_t> LocalGrowth::neighboursOf(const std::vector<std::int64
 }
 
 bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop,
-                       GrowthState& state, GrowthStatistics& statistics) {
+                       std::vector<Body>& state, GrowthStatistics& statistics) {
   double step = 0.0;
   for (const std::int64_t i : growing)
     step = std::max(step, settings_.translationBound * std::cbrt(scene_.shapes[state[i].species]->volume()));
   const double margin = expectedSteps * step + scene_.clearance;
   const std::vector<std::int64_t> members = joined(growing, neighboursOf(growing, state, margin));
 
-  GrowthState part;
+  std::vector<Body> part;
   for (const std::int64_t i : members) {
-    part.push_back(state[i]);
+    part.push_back(makeBody(static_cast<std::int64_t>(part.size()), state[i].species, state[i].pose()));
     part.back().frozen = !std::binary_search(growing.begin(), growing.end(), i);
   }
   GrowthCallbacks callbacks;
   callbacks.stop = stop;
-  packmesh::grow(scene_, settings_, planeFunction_, callbacks, part, statistics);
+  packmesh::grow(scene_, settings_, *planeFunction_, callbacks, part, statistics);
 
-  const GrowthState before = state;
-  for (std::size_t k = 0; k < members.size(); ++k) state[members[k]].pose = part[k].pose;
+  const std::vector<Body> before = state;
+  for (std::size_t k = 0; k < members.size(); ++k) state[members[k]].setPose(part[k].pose());
   // Some cell may have gone further than its neighbours were looked for.
   StepHalving judge(scene_);
   if (!judge.examine(state, growing).clean()) {
@@ -73,7 +73,7 @@ bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::func
     return false;
   }
   return std::all_of(growing.begin(), growing.end(),
-                     [&](std::int64_t i) { return state[i].pose.scale == 1.0; });
+                     [&](std::int64_t i) { return state[i].scale == 1.0; });
 }
 
 }  // namespace packmesh

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "packMesh/growth/growth.h"
@@ -11,7 +12,7 @@
 namespace packmesh {
 
 /// How a plane function is made for the cells that take part.
-using PlaneFunctionFactory = std::function<PlaneFunction(const GrowthScene&)>;
+using PlaneFunctionFactory = std::function<std::unique_ptr<PlaneFunction>(const GrowthScene&)>;
 
 /// Growth of some cells of a state, to scale 1, up to the surfaces of their neighbours, as in CDT cells: all
 /// others stay. Costs what the cells near them cost.
@@ -24,18 +25,18 @@ class LocalGrowth {
   /// @param growing indices into the state, ascending
   /// @param state free of overlap; on return as well, with no cell smaller than before
   /// @return whether all of `growing` reached scale 1
-  bool grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop, GrowthState& state,
+  bool grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop, std::vector<Body>& state,
             GrowthStatistics& statistics);
 
   /// The cells whose bounding spheres, all at scale 1, come nearer than `margin` [µm] to those of `cells`,
   /// without these; ascending.
-  std::vector<std::int64_t> neighboursOf(const std::vector<std::int64_t>& cells, const GrowthState& state,
+  std::vector<std::int64_t> neighboursOf(const std::vector<std::int64_t>& cells, const std::vector<Body>& state,
                                          double margin) const;
 
  private:
   GrowthScene scene_;
   GrowthSettings settings_;
-  PlaneFunction planeFunction_;
+  std::unique_ptr<PlaneFunction> planeFunction_;
 };
 
 }  // namespace packmesh

@@ -2,8 +2,9 @@
 /// @file The sources of planes by name.
 #pragma once
 
+#include <memory>
+
 #include "packMesh/growth/cat_face_planes.h"
-#include "packMesh/growth/growth_state.h"
 
 namespace packmesh {
 
@@ -16,6 +17,7 @@ enum class PlaneSource {
 
 /// References the scene and the sums, which must outlive it.
 /// @param sums what tetrahedra take is added here
-PlaneFunction makePlaneFunction(PlaneSource planeSource, const GrowthScene& scene, TetrahedraSums& sums);
+std::unique_ptr<PlaneFunction> makePlaneFunction(PlaneSource planeSource, const GrowthScene& scene,
+                                                 TetrahedraSums& sums);
 
 }  // namespace packmesh

@@ -2,27 +2,20 @@
 /// @file Where growth begins.
 #pragma once
 
-#include <cstdint>
-#include <string>
+#include <functional>
 #include <vector>
 
-#include "packMesh/growth/growth_settings.h"
-#include "packMesh/growth/growth_state.h"
+#include "packMesh/growth/growth_scene.h"
 
 namespace packmesh {
 
-/// Cells shrunk to `scale` at random centres, turned at random, such that their bounding spheres do not meet
-/// and are inside the lumen (thesis eq. 3.6, with the sum of both radii as distance). Large cells choose
-/// first.
-/// @param counts cells of each species
-/// @param names of the species, for messages
-/// @throws InputError naming the species and cell for which no room was found
-GrowthState seedRandomly(const GrowthScene& scene, const std::vector<std::int64_t>& counts,
-                         const std::vector<std::string>& names, double scale);
-
-/// The first state: seedRandomly() at the initial scale and, where cells differ in volume, spread by a
-/// centroidal power diagram (spreadByPowerDiagram). Parameters and errors as there.
-GrowthState seed(const GrowthScene& scene, const std::vector<std::int64_t>& counts,
-                 const std::vector<std::string>& names, const GrowthSettings& settings);
+/// Makes placed cells a valid first state: cells larger than `smallest` that meet each other, a fixed cell or
+/// the wall are halved until they do not, and what is left is resolved by relaxation at those scales. All
+/// ranks call; the result does not depend on their number.
+/// @param own this rank's cells: fixed ones at scale 1, those that exist at scale 1 or less, all others at
+///   `smallest`
+/// @return whether the cells are valid now; false: even so small they do not fit, or it was stopped
+bool seed(const GrowthScene& scene, double smallest, const std::function<bool()>& stop,
+          std::vector<Body>& own);
 
 }  // namespace packmesh

@@ -2,9 +2,9 @@
 #include "packMesh/growth/step_halving.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "packMesh/certificate/certify.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/periodic_images.h"
 
@@ -14,111 +14,133 @@ namespace {
 /// Shorter parts of a step than this are not tried.
 constexpr double shortestPart = 1.0 / 8.0;
 
-bool moves(const Pose& pose, const GrowthStep& step) {
-  return step.scale != pose.scale || !step.rotation.isZero(0.0) || !step.translation.isZero(0.0);
+bool moves(const Body& body, const GrowthStep& step) {
+  return step.scale != body.scale || !step.rotation.isZero(0.0) || !step.translation.isZero(0.0);
 }
 
 }  // namespace
 
-CertificateInput StepHalving::input() const {
-  CertificateInput input;
-  input.shapes = scene_.shapes;
-  input.walls = scene_.walls;
-  input.container = scene_.container;
-  input.cells = &cells_;
-  input.requiredGap = scene_.clearance;
-  return input;
-}
-
-std::optional<std::string> StepHalving::misplacement(std::int64_t i) const {
-  const PlacedCell& cell = cells_[i];
+std::optional<std::string> StepHalving::misplacement(const Body& body, const PlacedCell& cell) const {
+  const Freedom* freedom = scene_.freedomOf(cell.species);
+  // Relaxation, from which cells come, is content when the centre is this near to its region.
+  if (freedom && freedom->region && !freedom->fixed &&
+      freedom->region->distance(body.position).distance < -tolerance::relaxationTolerance)
+    return "leaves its region";
   const Wall* wall = scene_.walls[cell.species];
   if (!wall) return {};
   const Shape& shape = *scene_.shapes[cell.species];
-  const Sphere sphere = boundingSphere(shape.hierarchy(), cell.placement);
-  if (wall->isAway(sphere, scene_.wallClearance)) return {};
-  WallVerdict verdict = wall->examine({shape.hierarchy(), cell.placement}, scene_.wallClearance);
-  if (!verdict.violation && verdict.gap < scene_.wallClearance)
-    return "is nearer to the wall than the clearance";
+  const double clearance = scene_.wallClearanceOf(cell.species);
+  if (wall->isAway(boundingSphere(shape.hierarchy(), cell.placement), clearance)) return {};
+  WallVerdict verdict = wall->examine({shape.hierarchy(), cell.placement}, clearance);
+  if (!verdict.violation && verdict.gap < clearance) return "is nearer to the wall than the clearance";
   return std::move(verdict.violation);
 }
 
-Certificate StepHalving::examine(const GrowthState& state) {
-  std::vector<std::int64_t> all(state.size());
-  std::iota(all.begin(), all.end(), std::int64_t{0});
-  return examine(state, all);
-}
-
-Certificate StepHalving::examine(const GrowthState& state, const std::vector<std::int64_t>& cells) {
-  cells_.clear();
-  for (const GrowingCell& cell : state) cells_.push_back({cell.species, scene_.placement(cell.pose)});
-  return faultsOf(cells, scene_.sharesOf(state));
-}
-
-/// What is wrong with cells_ that have changed: every rank looks at its own, all know all.
-Certificate StepHalving::faultsOf(const std::vector<std::int64_t>& changed, const CellShares& shares) const {
-  const std::vector<std::int64_t> own = shares.ownOf(changed);
+Certificate StepHalving::examineOwn(const GrowingCells& cells) const {
+  std::vector<PlacedCell> placedCells;
+  std::vector<std::int64_t> own;
   Certificate faults;
-  faults.overlapping = findOverlaps(input(), own);
-  for (const std::int64_t i : own)
-    if (auto reason = misplacement(i)) faults.misplaced.push_back({i, std::move(*reason)});
-  faults.cells = static_cast<std::int64_t>(cells_.size());
-  if (shares.alone()) return faults;
-  std::vector<std::int64_t> numbers(cells_.size());
-  std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
-  Certificate all = ofAllRanks(faults, numbers, shares.communicator());
-  // Pairs of cells of two ranks were seen by both.
-  const auto same = [](const OverlappingPair& a, const OverlappingPair& b) {
-    return a.first == b.first && a.second == b.second && a.shift == b.shift;
-  };
-  all.overlapping.erase(std::unique(all.overlapping.begin(), all.overlapping.end(), same),
-                        all.overlapping.end());
-  all.cells = faults.cells;
-  return all;
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(cells.all().size()); ++i) {
+    placedCells.push_back(placed(cells.all()[i]));
+    if (!cells.isOwn(i)) continue;
+    own.push_back(i);
+    if (auto reason = misplacement(cells.all()[i], placedCells.back()))
+      faults.misplaced.push_back({i, std::move(*reason)});
+  }
+  CertificateInput input = scene_.certificateInput();
+  input.cells = &placedCells;
+  faults.overlapping = findOverlaps(input, own);
+  faults.cells = static_cast<std::int64_t>(own.size());
+  return faults;
 }
 
-std::vector<double> StepHalving::take(const std::vector<GrowthStep>& steps, GrowthState& state,
-                                      StepHalvingSums& sums, const CellShares& shares) {
-  const GrowthState before = state;
+Certificate StepHalving::examine(const GrowingCells& cells) const {
+  Certificate faults = examineOwn(cells);
+  const auto ofOthers = [&](const OverlappingPair& pair) { return !cells.isOwn(pair.first); };
+  faults.overlapping.erase(
+      std::remove_if(faults.overlapping.begin(), faults.overlapping.end(), ofOthers),
+      faults.overlapping.end());
+  std::vector<std::int64_t> ids;
+  for (const Body& body : cells.all()) ids.push_back(body.id);
+  return ofAllRanks(faults, ids, scene_.communicator);
+}
+
+Certificate StepHalving::examine(const std::vector<Body>& cells,
+                                 const std::vector<std::int64_t>& which) const {
+  std::vector<PlacedCell> placedCells;
+  for (const Body& body : cells) placedCells.push_back(placed(body));
+  CertificateInput input = scene_.certificateInput();
+  input.cells = &placedCells;
+  Certificate faults;
+  faults.overlapping = findOverlaps(input, which);
+  for (const std::int64_t i : which)
+    if (auto reason = misplacement(cells[i], placedCells[i])) faults.misplaced.push_back({i, *reason});
+  return faults;
+}
+
+void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells,
+                       StepHalvingSums& sums) const {
+  std::vector<Body>& bodies = cells.all();
   const Box bounds = scene_.container->bounds();
   const Vec3 period = scene_.container->period();
-  cells_.resize(state.size());
-  std::vector<double> part(state.size(), 1.0);
-  std::vector<bool> still(state.size(), false);
-  const auto place = [&](std::int64_t i) {
-    state[i] = before[i];
-    if (part[i] > 0.0 && !still[i]) {
-      state[i].pose = stepped(before[i].pose, steps[i], part[i]);
-      state[i].pose.position = wrapped(state[i].pose.position, bounds, period);
-    }
-    cells_[i] = {state[i].species, scene_.placement(state[i].pose)};
-  };
+  std::vector<Pose> before(bodies.size());
+  std::vector<char> tried(bodies.size(), 0);  // own cells that have a step to take
   std::vector<std::int64_t> changed;
-  for (std::size_t i = 0; i < state.size(); ++i) {
-    still[i] = !moves(state[i].pose, steps[i]);
-    if (!still[i]) changed.push_back(static_cast<std::int64_t>(i));
-    place(static_cast<std::int64_t>(i));
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
+    Body& body = bodies[i];
+    body.touched = false;
+    if (!cells.isOwn(i)) continue;
+    body.stepTaken = 1.0;
+    if (scene_.isFixed(body) || !moves(body, steps[i])) continue;
+    before[i] = body.pose();
+    tried[i] = 1;
+    changed.push_back(i);
   }
+  const auto place = [&](std::int64_t i) {
+    Body& body = bodies[i];
+    const Freedom* freedom = scene_.freedomOf(body.species);
+    const AxisCone* cone = freedom && freedom->cone ? &*freedom->cone : nullptr;
+    Pose pose = stepped(before[i], steps[i], body.stepTaken, cone);
+    if (body.stepTaken > 0.0) pose.position = wrapped(pose.position, bounds, period);
+    body.setPose(pose);
+    body.changed = body.touched = true;
+  };
+  for (const std::int64_t i : changed) place(i);
   sums.steps += static_cast<std::int64_t>(changed.size());
-  for (bool first = true; !changed.empty(); first = false) {
-    std::vector<bool> offends(state.size(), false);
-    const Certificate faults = faultsOf(changed, shares);
-    for (const MisplacedCell& cell : faults.misplaced) offends[cell.cell] = true;
-    for (const OverlappingPair& pair : faults.overlapping) offends[pair.first] = offends[pair.second] = true;
-    if (first) {
-      sums.misplaced += static_cast<std::int64_t>(faults.misplaced.size());
-      sums.violatingPairs += static_cast<std::int64_t>(faults.overlapping.size());
-    }
+
+  std::vector<PlacedCell> placedCells(bodies.size());
+  for (bool first = true;; first = false) {
+    cells.updateGhosts();
     changed.clear();
-    for (std::size_t i = 0; i < state.size(); ++i) {
-      if (!offends[i] || still[i] || part[i] == 0.0) continue;
-      part[i] = part[i] > shortestPart ? 0.5 * part[i] : 0.0;
-      sums.stayed += part[i] == 0.0;
-      place(static_cast<std::int64_t>(i));
-      changed.push_back(static_cast<std::int64_t>(i));
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
+      if (first || bodies[i].touched) placedCells[i] = placed(bodies[i]);
+      if (bodies[i].touched) changed.push_back(i);
+      bodies[i].touched = false;
     }
+    CertificateInput input = scene_.certificateInput();
+    input.cells = &placedCells;
+    input.own = &cells.ownFlags();
+    std::vector<char> offends(bodies.size(), 0);
+    for (const OverlappingPair& pair : findOverlaps(input, changed)) {
+      offends[pair.first] = offends[pair.second] = 1;
+      sums.violatingPairs += first && cells.isOwn(pair.first);
+    }
+    for (const std::int64_t i : changed) {
+      if (!cells.isOwn(i) || !misplacement(bodies[i], placedCells[i])) continue;
+      offends[i] = 1;
+      sums.misplaced += first;
+    }
+    bool any = false;
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
+      Body& body = bodies[i];
+      if (!offends[i] || !tried[i] || body.stepTaken == 0.0) continue;
+      body.stepTaken = body.stepTaken > shortestPart ? 0.5 * body.stepTaken : 0.0;
+      sums.stayed += body.stepTaken == 0.0;
+      place(i);
+      any = true;
+    }
+    if (!scene_.communicator.any(any)) return;
   }
-  return part;
 }
 
 }  // namespace packmesh

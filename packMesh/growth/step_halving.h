@@ -3,15 +3,17 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/growth/growing_cells.h"
 #include "packMesh/growth/growth_program.h"
-#include "packMesh/growth/growth_state.h"
 
 namespace packmesh {
 
-/// What step halving took.
+/// What step halving took; on this rank.
 struct StepHalvingSums {
   std::int64_t steps = 0;           ///< proposed
   std::int64_t violatingPairs = 0;  ///< that met after the full steps
@@ -27,26 +29,24 @@ class StepHalving {
   /// References the scene, which must outlive this.
   explicit StepHalving(const GrowthScene& scene) : scene_(scene) {}
 
-  /// Takes a state as it is.
-  /// @return what is wrong with it: overlapping pairs and misplaced cells
-  Certificate examine(const GrowthState& state);
-  /// All ranks of the scene call with the same state. The same of some cells only: what is wrong with them,
-  /// and of pairs with them.
-  Certificate examine(const GrowthState& state, const std::vector<std::int64_t>& cells);
+  /// What is wrong with this rank's cells and pairs with them, by index.
+  Certificate examineOwn(const GrowingCells& cells) const;
+  /// What is wrong with all cells, by id; the same on all ranks, which all call.
+  Certificate examine(const GrowingCells& cells) const;
 
-  /// Takes the steps, as far as possible. All ranks of the shares call alike. Pre: the state is valid; one
-  /// step per cell
-  /// @return the part of each step that was taken, 1 for cells that had nothing to do
-  std::vector<double> take(const std::vector<GrowthStep>& steps, GrowthState& state, StepHalvingSums& sums,
-                           const CellShares& shares = {});
+  /// What is wrong with some cells (indices), and pairs with them, of a state that this rank knows wholly.
+  Certificate examine(const std::vector<Body>& cells, const std::vector<std::int64_t>& which) const;
+
+  /// Takes the steps, as far as possible; Body::stepTaken then says how far, 1 for cells that had nothing to
+  /// do. All ranks call. Pre: the state is valid; one step for each of cells.all(), of which those of ghosts
+  /// do not matter
+  void take(const std::vector<GrowthStep>& steps, GrowingCells& cells, StepHalvingSums& sums) const;
 
  private:
-  CertificateInput input() const;
-  std::optional<std::string> misplacement(std::int64_t cell) const;
-  Certificate faultsOf(const std::vector<std::int64_t>& cells, const CellShares& shares) const;
+  PlacedCell placed(const Body& body) const { return {body.species, scene_.placement(body.pose())}; }
+  std::optional<std::string> misplacement(const Body& body, const PlacedCell& cell) const;
 
   const GrowthScene& scene_;
-  std::vector<PlacedCell> cells_;
 };
 
 }  // namespace packmesh

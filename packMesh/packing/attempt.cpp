@@ -9,8 +9,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/placement/columns.h"
-#include "packMesh/placement/placement.h"
+#include "packMesh/packing/placed_cells.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
@@ -42,14 +41,15 @@ Attempt::Attempt(const PackingProblem& problem, RunControl& control)
 
 bool Attempt::certifyAll(std::int64_t sweeps) {
   if (over_) return false;
+  const std::int64_t most = std::min(sweeps, problem_.limits.maxSweeps);
   if (!relaxation_) {
     begin();
+    if (growth_ && !grown(most)) return false;
     if (!relaxation_ || control_.interrupted()) return false;
     keepState();
     if (startsClean()) return true;
     if (at_.fewer) return certified();
   }
-  const std::int64_t most = std::min(sweeps, problem_.limits.maxSweeps);
   while (relaxed(most))
     if (certified()) return true;
   const bool suspended = most < problem_.limits.maxSweeps && relaxation_->sweeps() >= most;
@@ -59,7 +59,7 @@ bool Attempt::certifyAll(std::int64_t sweeps) {
 }
 
 PackingResult Attempt::takeResult() {
-  const bool all = delivered_ && result_.cellCount == cells_;
+  const bool all = delivered_ && result_.cellCount >= cells_ && !leftOut_;
   result_.outcome = control_.interrupted() ? Outcome::interrupted
                     : all                  ? Outcome::certified
                                            : Outcome::outOfReach;
@@ -78,20 +78,57 @@ PackingResult Attempt::takeResult() {
 
 /// Places the cells, or takes those of the state to go on from.
 void Attempt::begin() {
-  if (!problem_.resume) {
-    if (std::optional<std::vector<Body>> bodies = placed())
-      relaxation_.emplace(relaxationInput(), std::move(*bodies), problem_.communicator);
-    return;
+  if (growth_) return;
+  const bool grows = problem_.method == Method::cat;
+  if (problem_.resume && !(grows && problem_.resume->position.stage == Stage::growth)) {
+    if (grows) result_.statistics.growth.emplace().iterations = problem_.resume->growth.iterations;
+    resume(*problem_.resume);
+  } else if (grows) {
+    growth_.emplace(problem_, control_, result_.statistics, [this] { keepState(); });
+    if (growth_->hasBegun()) keepState();
+  } else {
+    const Timer watch(result_.statistics.placementSeconds);
+    if (std::optional<std::vector<Body>> bodies = placedCells(problem_, problem_.seed, shares_, control_))
+      relaxFrom(std::move(*bodies));
   }
-  const PackingState& state = *problem_.resume;
+}
+
+void Attempt::resume(const PackingState& state) {
   at_ = state.position;
   if (at_.fewer) at_ = {Stage::certificate, true, 0, {}};
   result_.statistics.repairs = state.repairs;
   failures_ = state.failures;
   demandedOfWall_ = state.demandedOfWall;
+  shares_ = IdShares(std::max(cells_, state.cellCount), problem_.communicator);
   std::vector<Body> bodies;
   for (const BodyState& cell : state.cells) bodies.push_back(bodyOf(cell));
-  relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state.relaxation);
+  relaxFrom(std::move(bodies), state.relaxation);
+}
+
+void Attempt::relaxFrom(std::vector<Body> bodies, const RelaxationState& state) {
+  relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state);
+}
+
+/// Whether all cells have grown to full size; then they are ready for the certificate.
+bool Attempt::grown(std::int64_t iterations) {
+  if (!growth_->run(iterations)) {
+    over_ = !control_.interrupted() && (growth_->ended() || iterations >= problem_.limits.maxSweeps);
+    return false;
+  }
+  takeGrown();
+  return true;
+}
+
+/// The cells of full size take the place of what growth has.
+void Attempt::takeGrown() {
+  std::vector<Body> cells = growth_->fullCells();
+  std::int64_t last = 0;  // an escape may have added cells
+  for (const Body& cell : cells) last = std::max(last, cell.id + 1);
+  last = -problem_.communicator.min(-last);
+  shares_ = IdShares(std::max(cells_, last), problem_.communicator);
+  result_.statistics.tetrahedra = growth_->tetrahedra();
+  relaxFrom(std::move(cells));
+  at_ = {Stage::certificate, false, 0, {}};
 }
 
 RelaxationInput Attempt::relaxationInput() const {
@@ -109,59 +146,12 @@ RelaxationInput Attempt::relaxationInput() const {
   return input;
 }
 
-/// Where cells [from, to) of a species start, the first of which has this id.
-std::vector<Pose> Attempt::startOf(std::size_t s, std::int64_t from, std::int64_t to,
-                                   std::int64_t firstId) const {
-  const Species& species = problem_.species[s];
-  const std::int64_t atRandom = std::clamp(static_cast<std::int64_t>(species.start.size()), from, to);
-  std::vector<Pose> poses(species.start.begin() + std::min(from, atRandom), species.start.begin() + atRandom);
-  if (species.inColumns) {
-    const Columns columns(*species.shape, species.count, problem_.container->bounds(),
-                          problem_.clearance + tolerance::relaxationMargin, problem_.seed);
-    for (std::int64_t cell = from; cell < to; ++cell) poses.push_back(columns.pose(cell));
-    return poses;
-  }
-  const PlacementInput random{species.shape.get(), problem_.wallOf(species), firstId + atRandom,
-                              to - atRandom, &species.freedom};
-  const auto stop = [this] { return control_.outOfTimeHere(); };
-  for (const Pose& pose :
-       placeRandomly(random, problem_.container->bounds(), problem_.seed, problem_.rotate, stop))
-    poses.push_back(pose);
-  return poses;
-}
-
-/// The cells of this rank's share; nothing when there was no time for it.
-std::optional<std::vector<Body>> Attempt::placed() {
-  Timer watch(result_.statistics.placementSeconds);
-  const auto [first, end] = shares_.own();
-  std::vector<Body> bodies;
-  std::int64_t begin = 0;  // of the species
-  for (std::size_t s = 0; s < problem_.species.size(); ++s) {
-    const std::int64_t speciesBegin = begin;
-    begin += problem_.species[s].count;
-    const std::int64_t from = std::max(first, speciesBegin), to = std::min(end, begin);
-    if (from >= to) continue;
-    std::int64_t id = from;
-    for (const Pose& pose : startOf(s, from - speciesBegin, to - speciesBegin, speciesBegin)) {
-      Body body;
-      body.id = id++;
-      body.species = static_cast<int>(s);
-      body.position = pose.position;
-      body.orientation = pose.orientation;
-      body.rotation = pose.orientation.toRotationMatrix();
-      bodies.push_back(body);
-    }
-  }
-  if (control_.outOfTime()) return {};
-  return bodies;
-}
-
 /// A packing that is given whole stays as it is when nothing is wrong with it.
 bool Attempt::startsClean() {
   const bool whole = std::all_of(problem_.species.begin(), problem_.species.end(), [](const Species& s) {
     return static_cast<std::int64_t>(s.start.size()) >= s.count;
   });
-  if (!whole || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
+  if (!whole || growth_ || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
   return cleanByChance();
 }
 
@@ -181,17 +171,26 @@ bool Attempt::cleanByChance() {
   return true;
 }
 
-/// Keeps what is saved if the run should end before this is done again. Pre: the relaxation begins anew.
+/// Keeps what is saved if the run should end before this is done again. Pre: there are cells; the relaxation
+/// begins anew.
 void Attempt::keepState() {
   if (!problem_.checkpoints) return;
   kept_ = PackingState();
-  kept_.position = at_;
-  kept_.repairs = result_.statistics.repairs;
-  kept_.relaxation = relaxation_->state();
-  kept_.failures = failures_;
-  kept_.demandedOfWall = demandedOfWall_;
-  kept_.cellCount = relaxation_->cellCount();
-  kept_.cells = shares_.collect(relaxation_->cells());
+  if (relaxation_) {
+    kept_.position = at_;
+    kept_.repairs = result_.statistics.repairs;
+    kept_.relaxation = relaxation_->state();
+    kept_.failures = failures_;
+    kept_.demandedOfWall = demandedOfWall_;
+    kept_.cellCount = relaxation_->cellCount();
+    kept_.cells = shares_.collect(relaxation_->cells());
+    if (result_.statistics.growth) kept_.growth.iterations = result_.statistics.growth->iterations;
+  } else {
+    kept_.position.stage = Stage::growth;
+    kept_.growth = growth_->position();
+    kept_.cellCount = cells_;
+    kept_.cells = shares_.collect(growth_->cells());
+  }
   const auto& due = problem_.checkpoints->due;
   if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
 }
@@ -332,7 +331,9 @@ void Attempt::demandDistance(const MisplacedCell& cell) {
 }
 
 bool Attempt::leaveOutFailing() {
+  if (!relaxation_ && growth_ && growth_->hasBegun()) takeGrown();
   if (!relaxation_) return false;
+  leftOut_ = true;
   Timer watch(result_.statistics.certificateSeconds);
   while (!control_.outOfTime()) {
     relaxation_->dropLists();
@@ -380,18 +381,14 @@ void Attempt::take(const PackingResult& fewer) {
     if (static_cast<int>(i / species) < problem_.communicator.rank()) before[i % species] += all[i];
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < fewer.cells.size(); ++i) {
-    Body body;
-    body.species = fewer.cells[i].species;
-    body.id = before[body.species]++;
-    for (int s = 0; s < body.species; ++s) body.id += problem_.species[s].count;
-    body.position = fewer.poses[i].position;
-    body.orientation = fewer.poses[i].orientation;
-    body.rotation = body.orientation.toRotationMatrix();
-    bodies.push_back(body);
+    const int of = fewer.cells[i].species;
+    std::int64_t id = before[of]++;
+    for (int s = 0; s < of; ++s) id += problem_.species[s].count;
+    bodies.push_back(makeBody(id, of, fewer.poses[i]));
   }
   RelaxationState state;
   state.sweeps = relaxation_ ? relaxation_->sweeps() : 0;
-  relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state);
+  relaxFrom(std::move(bodies), state);
   at_ = {Stage::certificate, true, 0, {}};
   failures_.clear();
   demandedOfWall_.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One way through placement, relaxation and certificate.
+/// @file One way through placement, growth or relaxation, and certificate: the one run loop.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "packMesh/certificate/certifier.h"
+#include "packMesh/packing/growth_stage.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
@@ -19,7 +20,7 @@
 
 namespace packmesh {
 
-/// Tries once to pack all cells of a problem (Method::relaxation), within its limits.
+/// Tries once to pack all cells of a problem, within its limits.
 /// @return all cells, certified; none when a limit was met, when the cells are jammed (see relax()), or when
 /// the run was interrupted Pre: validate(problem); fixed cells are apart
 PackingResult attempt(const PackingProblem& problem);
@@ -31,7 +32,8 @@ class Attempt {
   Attempt(const PackingProblem& problem, RunControl& control);
 
   /// Places the cells, or goes on from where the problem resumes, until all are certified or a limit is met,
-  /// or so many sweeps are done: called again, it then goes on as if it had not stopped.
+  /// or so many sweeps (or iterations of growth) are done: called again, it then goes on as if it had not
+  /// stopped.
   bool certifyAll(std::int64_t sweeps = std::numeric_limits<std::int64_t>::max());
 
   /// Leaves out cells until no other one fails, moving none: of each failing pair the cell that fails in more
@@ -44,9 +46,12 @@ class Attempt {
   void take(const PackingResult& fewer);
 
   /// Whether cells have been placed: there is something to keep.
-  bool hasBegun() const { return relaxation_.has_value(); }
+  bool hasBegun() const { return relaxation_ || (growth_ && growth_->hasBegun()); }
 
-  std::int64_t sweeps() const { return relaxation_ ? relaxation_->sweeps() : 0; }
+  /// Sweeps of relaxation, or iterations of growth.
+  std::int64_t sweeps() const {
+    return growth_ ? growth_->iterations() : relaxation_ ? relaxation_->sweeps() : 0;
+  }
 
   /// What has been kept last: what a run that is interrupted now can go on from.
   const PackingState& kept() const { return kept_; }
@@ -57,10 +62,11 @@ class Attempt {
 
  private:
   RelaxationInput relaxationInput() const;
-  std::vector<Pose> startOf(std::size_t species, std::int64_t from, std::int64_t to,
-                            std::int64_t firstId) const;
-  std::optional<std::vector<Body>> placed();
   void begin();
+  void resume(const PackingState& state);
+  bool grown(std::int64_t iterations);
+  void takeGrown();
+  void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
   bool startsClean();
   void keepState();
   void measure();
@@ -79,14 +85,16 @@ class Attempt {
   RunControl& control_;
   const std::int64_t cells_;  ///< asked for
   IdShares shares_;
-  std::optional<Relaxation> relaxation_;  ///< nothing until cells are placed
+  std::optional<GrowthStage> growth_;     ///< Method::cat
+  std::optional<Relaxation> relaxation_;  ///< nothing until cells are placed, or grown
   RunPosition at_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
   std::map<std::int64_t, double> demandedOfWall_;  ///< by cells (ids) that were found misplaced [µm]
   WrittenCells written_;
   PackingState kept_;
   bool delivered_ = false;
-  bool over_ = false;  ///< jammed, or a limit was met
+  bool over_ = false;     ///< jammed, or a limit was met
+  bool leftOut_ = false;  ///< cells were, so that no other one fails
   PackingResult result_;
 };
 

@@ -5,7 +5,6 @@
 
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
-#include "packMesh/packing/pack_by_growth.h"
 #include "packMesh/packing/single_cell.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/relaxation/schedule.h"
@@ -33,12 +32,14 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
       if (ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
     };
   stopAfter(timeWithSearch);
-  Densest densest = findDensest(problem, control, [&](std::int64_t sweeps) {
-    stopAfter(timeForAll);
-    const bool packed = all.certifyAll(sweeps);
-    if (!control.stopped()) stopAfter(timeWithSearch);
-    return packed;
-  });
+  Densest densest;
+  if (!problem.escape)  // which has done what can be done
+    densest = findDensest(problem, control, [&](std::int64_t sweeps) {
+      stopAfter(timeForAll);
+      const bool packed = all.certifyAll(sweeps);
+      if (!control.stopped()) stopAfter(timeWithSearch);
+      return packed;
+    });
   control.atPolls = {};
   if (control.interrupted() || densest.whole) return densest;
   if (densest.packing)
@@ -56,7 +57,10 @@ void requireEachFitsAlone(const PackingProblem& problem) {
                        problem.wallClearance + species.freedom.extraWallClearance, problem.clearance);
 }
 
-PackingResult packByRelaxation(const PackingProblem& problem) {
+}  // namespace
+
+PackingResult pack(const PackingProblem& problem) {
+  validate(problem);
   RunControl control(problem);
   Attempt all(problem, control);
   // Under a limit of time fewer cells are secured before all of them are tried for long.
@@ -78,17 +82,8 @@ PackingResult packByRelaxation(const PackingProblem& problem) {
   }
   PackingResult result = all.takeResult();
   result.searched = fewer.ended && !packed;
-  result.statistics.sweeps += fewer.sweeps;
+  (result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps) += fewer.sweeps;
   return result;
-}
-
-}  // namespace
-
-PackingResult pack(const PackingProblem& problem) {
-  validate(problem);
-  if (problem.method == Method::relaxation) return packByRelaxation(problem);
-  if (problem.limits.fewerCells) requireEachFitsAlone(problem);
-  return packByGrowth(problem);
 }
 
 }  // namespace packmesh

@@ -86,7 +86,7 @@ void addGrowth(const PackingProblem& problem, Digest& digest) {
   for (const double number : {g.initialScale, g.rotationBound, g.translationBound, g.padding, g.alpha, g.beta,
                               g.shaking, g.stalledGrowth})
     digest.add(number);
-  for (const int number : {g.spreadRounds, g.maxIterations, g.linearisations, g.centring ? 1 : 0, g.patience,
+  for (const int number : {g.maxIterations, g.linearisations, g.centring ? 1 : 0, g.patience,
                            g.relaxationSweeps, g.giveUpAfter, g.attempts})
     digest.add(number);
   digest.add(problem.escape.has_value());

@@ -107,6 +107,7 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     BodyState& cell = cells[i];
     cell = BodyState{};
+    cell.stepTaken = 1.0;
     cell.id = tables.id[i];
     cell.species = tables.species[i];
     std::copy_n(&tables.position[3 * i], 3, cell.pose.position);
@@ -133,7 +134,7 @@ struct RunTables {
   std::vector<std::int64_t> position, counters, counts, clearedPairs, disturbed, failedPairs, failures,
       wallCells;
   std::vector<std::int64_t> growth;
-  std::vector<double> lengths, wallDemands, growthNumbers, growthTaken;
+  std::vector<double> lengths, wallDemands, growthNumbers;
   std::vector<float> clearances;
 };
 
@@ -152,7 +153,6 @@ void forEachRunTable(Tables& tables, Visit&& visit) {
   visit("/run/demanded_of_wall", 1, tables.wallDemands);
   visit("/growth/position", 1, tables.growth);
   visit("/growth/numbers", 1, tables.growthNumbers);
-  visit("/growth/taken", 1, tables.growthTaken);
 }
 
 RunTables runTablesOf(const PackingState& state) {
@@ -186,8 +186,7 @@ RunTables runTablesOf(const PackingState& state) {
   }
   const GrowthProgress& g = state.growth.progress;
   t.growth = {state.growth.attempt, state.growth.iterations, g.barrier, g.iteration, g.since, g.failures};
-  t.growthNumbers = {g.sweeps, g.reference};
-  t.growthTaken = g.taken;
+  t.growthNumbers = {g.sweeps, static_cast<double>(g.reference)};
   return t;
 }
 
@@ -219,8 +218,12 @@ PackingState stateOf(const RunTables& t) {
     state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
   state.growth.attempt = t.growth[0];
   state.growth.iterations = t.growth[1];
-  state.growth.progress = {t.growth[2],        t.growth[3],        t.growth[4],  t.growth[5],
-                           t.growthNumbers[0], t.growthNumbers[1], t.growthTaken};
+  state.growth.progress = {t.growth[2],
+                           t.growth[3],
+                           t.growth[4],
+                           t.growth[5],
+                           t.growthNumbers[0],
+                           static_cast<std::int64_t>(t.growthNumbers[1])};
   return state;
 }
 
@@ -244,7 +247,7 @@ bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
   const auto count = from0To(mostPossible), length = from0To(longestPossible(problem));
   return count(run.position) && count(run.counters) && length(run.lengths) && count(run.counts) &&
          count(run.failures) && length(run.clearances) && length(run.wallDemands) && count(run.growth) &&
-         count(run.growthNumbers) && count(run.growthTaken);
+         count(run.growthNumbers);
 }
 
 /// The same of cells. Their species are known.
@@ -259,7 +262,8 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
     bool possible = std::abs(turned - 1.0) < rounding && cell.scale > smallestScale &&
                     cell.scale < 1.0 + rounding && cell.extraWallClearance >= 0.0 &&
                     cell.extraWallClearance < longest && cell.overlap >= 0.0 && cell.overlap < longest &&
-                    cell.moved >= 0.0 && cell.moved < mostPossible;
+                    cell.moved >= 0.0 && cell.moved < mostPossible && cell.stepTaken >= 0.0 &&
+                    cell.stepTaken <= 1.0;
     for (int k = 0; k < 3; ++k)  // periods are not always taken off at once
       possible = possible && cell.pose.position[k] > bounds.lo[k] - size[k] - farthest &&
                  cell.pose.position[k] < bounds.hi[k] + size[k] + farthest;
@@ -315,9 +319,16 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
     table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
     out.table(std::string("/cells/") + name, state.cellCount, 1, first, table);
   });
+  // What only growth has: how much of their last steps cells took, and the best of earlier attempts.
+  const bool growing = state.position.stage == Stage::growth;
+  std::vector<double> taken;
+  for (const BodyState& cell : state.cells)
+    if (growing) taken.push_back(cell.stepTaken);
+  out.table("/growth/taken", growing ? state.cellCount : 0, 1, growing ? first : 0, taken);
   const CellTables best = tablesOf(state.growth.best);
+  const auto bestCells = ranks.sum(static_cast<std::int64_t>(state.growth.best.size()));
   forEachTable(best, [&](const char* name, int columns, const auto& table) {
-    out.table(std::string("/growth/best/") + name, columns, table);
+    out.table(std::string("/growth/best/") + name, bestCells, columns, bestCells > 0 ? first : 0, table);
   });
 }
 
@@ -395,14 +406,22 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   forEachMeasure(state.measures, [&, from = first, count = end - first](const char* name, auto& table) {
     table = in.table<double>(std::string("/cells/") + name, 1, from, count);
   });
+  state.cells = cellsOf(cells);
+  if (state.position.stage == Stage::growth) {
+    if (in.size("/growth/taken")[0] != state.cellCount) in.fail(misfit);
+    const std::vector<double> taken = in.table<double>("/growth/taken", 1, first, end - first);
+    for (std::size_t i = 0; i < taken.size(); ++i) state.cells[i].stepTaken = taken[i];
+  }
+  const std::int64_t bestCells = in.size("/growth/best/id")[0];
+  if (bestCells != 0 && bestCells != state.cellCount) in.fail(misfit);
   CellTables best;
-  forEachTable(best, [&](const char* name, int columns, auto& table) {
+  forEachTable(best, [&, from = bestCells > 0 ? first : 0, count = bestCells > 0 ? end - first : 0](
+                         const char* name, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
-    table = in.table<Number>(std::string("/growth/best/") + name, columns);
+    table = in.table<Number>(std::string("/growth/best/") + name, columns, from, count);
   });
   if (!alike(best)) in.fail(misfit);
   state.growth.best = cellsOf(best);
-  state.cells = cellsOf(cells);
   std::int64_t all = state.cellCount;
   if (state.position.stage != Stage::growth)
     for (const Species& species : problem.species) all += species.count;

@@ -75,7 +75,7 @@ void checkRoomForClearance(const PackingProblem& problem) {
                      " µm apart need a lumen larger than " + problem.container->describe());
 }
 
-void checkStart(const PackingProblem& problem, const Species& species) {
+void checkStart(const Species& species) {
   const Freedom& freedom = species.freedom;
   const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
   if (freedom.fixed && static_cast<std::int64_t>(species.start.size()) != species.count)
@@ -89,8 +89,6 @@ void checkStart(const PackingProblem& problem, const Species& species) {
     refuse("has an axis with a spread that is not in [0, pi/2] rad");
   if (freedom.cone && !(std::abs(freedom.cone->axis.norm() - 1.0) < 1e-9))  // but for rounding
     refuse("has an axis that is no unit vector");
-  if (problem.method == Method::cat && (!freedom.isFree() || !species.start.empty()))
-    refuse("is held back or has a place to start, which growth (method cat) does not know");
 }
 
 void checkColumns(const PackingProblem& problem) {
@@ -106,7 +104,6 @@ void checkColumns(const PackingProblem& problem) {
     if (one.freedom.region) refuse("its cells are held to a region");
     if (!one.freedom.isFree()) refuse("its cells are fixed, or keep more clearance to the wall than others");
     if (!problem.rotate) refuse("no cell is to be turned");
-    if (problem.method != Method::relaxation) refuse("the method of packing is growth");
     if (!(problem.container->period().minCoeff() > 0.0))
       refuse("that takes a box that is periodic along all axes");
   }
@@ -137,7 +134,7 @@ void validate(const PackingProblem& problem) {
     if (species.count < 0)
       throw InputError("species '" + species.name + "' has a negative count, " +
                        std::to_string(species.count));
-    checkStart(problem, species);
+    checkStart(species);
     if (species.count == 0) continue;
     checkPeriods(species, problem);
     checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);

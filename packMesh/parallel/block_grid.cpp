@@ -38,6 +38,15 @@ std::array<int, 3> BlockGrid::indexOf(int block) const {
   return {block % blocks_[0], block / blocks_[0] % blocks_[1], block / blocks_[0] / blocks_[1]};
 }
 
+std::uint64_t BlockGrid::curvePosition(int block) const {
+  const std::array<int, 3> index = indexOf(block);
+  std::uint64_t position = 0;  // the bits of the three indices in turn
+  for (int bit = 0; bit < 20; ++bit)
+    for (int k = 0; k < 3; ++k)
+      position |= static_cast<std::uint64_t>(index[k] >> bit & 1) << (3 * bit + k);
+  return position;
+}
+
 int BlockGrid::colourOf(int block) const {
   const auto [i, j, k] = indexOf(block);
   return i % 2 + 2 * (j % 2) + 4 * (k % 2);

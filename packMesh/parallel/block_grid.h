@@ -40,6 +40,9 @@ class BlockGrid {
 
   std::array<int, 3> indexOf(int block) const;
 
+  /// Where the block is along a space-filling curve (Morton 1966): neighbours along it are near each other.
+  std::uint64_t curvePosition(int block) const;
+
   /// The block itself and those that touch it, across periodic faces too; each once, sorted.
   std::vector<int> around(int block) const;
 

@@ -2,26 +2,13 @@
 #include "packMesh/parallel/block_owners.h"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 
 namespace packmesh {
-namespace {
-
-/// Bits of the three indices, one after the other (Morton 1966).
-std::uint64_t mortonCode(const std::array<int, 3>& index) {
-  std::uint64_t code = 0;
-  for (int bit = 0; bit < 20; ++bit)
-    for (int k = 0; k < 3; ++k) code |= static_cast<std::uint64_t>(index[k] >> bit & 1) << (3 * bit + k);
-  return code;
-}
-
-}  // namespace
-
 BlockOwners::BlockOwners(const BlockGrid& blocks, const std::vector<std::int64_t>& work, int ranks)
     : owner_(blocks.count(), 0) {
   std::vector<std::uint64_t> code(blocks.count());
-  for (int b = 0; b < blocks.count(); ++b) code[b] = mortonCode(blocks.indexOf(b));
+  for (int b = 0; b < blocks.count(); ++b) code[b] = blocks.curvePosition(b);
   std::vector<int> order(blocks.count());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) { return code[a] < code[b]; });

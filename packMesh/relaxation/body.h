@@ -31,6 +31,8 @@ struct Body {
   bool changed = false;             ///< moved since other ranks were told
   bool touched = false;             ///< moved since Relaxation::forgetTouched()
   double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
+  double stepTaken = 1.0;           ///< growth: the part of the last proposed step that was taken
+  bool frozen = false;              ///< growth: does not move, and neighbours grow up to its surface
 
   /// Nothing is known of its surroundings.
   void forgetSurroundings() {
@@ -39,6 +41,21 @@ struct Body {
   }
 
   Pose pose() const { return {scale, orientation, position}; }
+  void setPose(const Pose& pose) {
+    scale = pose.scale;
+    position = pose.position;
+    orientation = pose.orientation;
+    rotation = orientation.toRotationMatrix();
+  }
 };
+
+/// A body as it is placed.
+inline Body makeBody(std::int64_t id, int species, const Pose& pose) {
+  Body body;
+  body.id = id;
+  body.species = species;
+  body.setPose(pose);
+  return body;
+}
 
 }  // namespace packmesh

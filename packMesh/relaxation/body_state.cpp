@@ -23,11 +23,13 @@ BodyState stateOf(const Body& body) {
   state.extraWallClearance = body.extraWallClearance;
   state.overlap = body.overlap;
   state.moved = body.moved;
+  state.stepTaken = body.stepTaken;
   state.id = body.id;
   state.species = body.species;
   state.block = body.block;
   state.deepInWall = body.deepInWall;
   state.touched = body.touched;
+  state.frozen = body.frozen;
   return state;
 }
 
@@ -38,11 +40,13 @@ Body bodyOf(const BodyState& state) {
   body.extraWallClearance = state.extraWallClearance;
   body.overlap = state.overlap;
   body.moved = state.moved;
+  body.stepTaken = state.stepTaken;
   body.id = state.id;
   body.species = state.species;
   body.block = state.block;
   body.deepInWall = state.deepInWall;
   body.touched = state.touched;
+  body.frozen = state.frozen;
   return body;
 }
 

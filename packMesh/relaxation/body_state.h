@@ -21,10 +21,10 @@ struct PlainPose {
 /// All of a body that lasts from one list of pairs to the next; trivially copyable.
 struct BodyState {
   PlainPose pose;
-  double scale, extraWallClearance, overlap, moved;
+  double scale, extraWallClearance, overlap, moved, stepTaken;
   std::int64_t id;
   std::int32_t species, block;
-  bool deepInWall, touched;
+  bool deepInWall, touched, frozen;
 };
 
 BodyState stateOf(const Body& body);

@@ -13,7 +13,7 @@ namespace {
 /// What a push changes.
 struct Change {
   PlainPose pose;
-  double moved, overlap;
+  double scale, moved, overlap;
   std::int64_t slot;
 };
 
@@ -125,7 +125,8 @@ void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies) {
     for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
       const Body& body = bodies[common_[p][slot]];
       if (!body.changed) continue;
-      const Change change{PlainPose::of(body), body.moved, body.overlap, static_cast<std::int64_t>(slot)};
+      const Change change{PlainPose::of(body), body.scale, body.moved, body.overlap,
+                          static_cast<std::int64_t>(slot)};
       const auto* bytes = reinterpret_cast<const std::byte*>(&change);
       peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);
     }
@@ -145,6 +146,7 @@ std::vector<int> SharedBodies::finishGhostUpdate(std::vector<Body>& bodies) {
       std::memcpy(&change, &peers_[p].received[at], sizeof change);
       Body& body = bodies[common_[p][change.slot]];
       change.pose.giveTo(body);
+      body.scale = change.scale;
       body.moved = change.moved;
       body.overlap = change.overlap;
       body.touched = true;

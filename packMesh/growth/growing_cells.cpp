@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/growth/growing_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "packMesh/parallel/periodic_images.h"
+
+namespace packmesh {
+namespace {
+
+/// So many blocks share out evenly among many ranks, and lists of all of them stay short.
+constexpr double mostBlocks = 32768.0;
+
+/// Blocks are shared out anew when a rank has so much more than its even share to do.
+constexpr double tolerableImbalance = 1.05;
+
+double blockEdge(const Box& bounds, std::int64_t cells, std::int64_t cellsPerBlock) {
+  const double perCell = bounds.volume() / static_cast<double>(std::max<std::int64_t>(1, cells));
+  return std::cbrt(
+      std::max(bounds.volume() / mostBlocks, perCell * static_cast<double>(cellsPerBlock)));
+}
+
+}  // namespace
+
+GrowingCells::GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range,
+                           std::int64_t cellsPerBlock)
+    : scene_(scene),
+      range_(range),
+      // Nothing is worked on by colours: edges of one range are enough, of which the grid makes two.
+      blocks_(scene.container->bounds(), scene.container->period(), 0.5 * range,
+              blockEdge(scene.container->bounds(),
+                        scene.communicator.sum(static_cast<std::int64_t>(own.size())), cellsPerBlock)),
+      shared_(scene.communicator, blocks_),
+      count_(0) {
+  replace(std::move(own));
+}
+
+void GrowingCells::replace(std::vector<Body> own) {
+  count_ = scene_.communicator.sum(static_cast<std::int64_t>(own.size()));
+  bodies_ = std::move(own);
+  own_.assign(bodies_.size(), true);
+  work_.assign(blocks_.count(), 0);
+  for (const Body& body : bodies_)
+    ++work_[blocks_.blockOf(wrapped(body.position, scene_.container->bounds(), scene_.container->period()))];
+  balance();
+  distribute();
+}
+
+void GrowingCells::balance() {
+  shared_.balance(work_);
+  std::fill(work_.begin(), work_.end(), 0);
+}
+
+void GrowingCells::distribute() {
+  const Communicator& ranks = scene_.communicator;
+  if (!ranks.alone()) {
+    const std::int64_t work = std::accumulate(work_.begin(), work_.end(), std::int64_t{0});
+    const auto all = static_cast<double>(ranks.sum(work));
+    if (ranks.max(static_cast<double>(work)) > tolerableImbalance * all / ranks.size()) balance();
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+      if (own_[i]) bodies_[kept++] = bodies_[i];
+    bodies_.resize(kept);
+  }
+  for (Body& body : bodies_) {
+    body.position = wrapped(body.position, scene_.container->bounds(), scene_.container->period());
+    body.block = blocks_.blockOf(body.position);
+    body.touched = body.changed = false;
+  }
+  shared_.distribute(bodies_, range_);
+  own_.resize(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) own_[i] = shared_.owns(bodies_[i].block);
+}
+
+void GrowingCells::updateGhosts() {
+  shared_.beginGhostUpdate(bodies_);
+  shared_.finishGhostUpdate(bodies_);
+  shared_.awaitGhostUpdate();
+}
+
+std::vector<Body> GrowingCells::own() const {
+  std::vector<Body> own;
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (own_[i]) own.push_back(bodies_[i]);
+  std::sort(own.begin(), own.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+  return own;
+}
+
+std::vector<std::vector<std::int64_t>> GrowingCells::batches(std::size_t most) const {
+  struct Run {  // the own cells of a block
+    std::uint64_t at;
+    std::int64_t begin, end;
+  };
+  std::vector<Run> runs;
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies_.size()); ++i) {
+    if (!own_[i]) continue;
+    if (runs.empty() || runs.back().end < i || bodies_[runs.back().begin].block != bodies_[i].block)
+      runs.push_back({blocks_.curvePosition(bodies_[i].block), i, i});
+    runs.back().end = i + 1;
+  }
+  std::sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.at < b.at; });
+  std::vector<std::vector<std::int64_t>> batches;
+  for (const Run& run : runs) {
+    const auto more = static_cast<std::size_t>(run.end - run.begin);
+    if (batches.empty() || batches.back().size() + more > most) batches.emplace_back();
+    for (std::int64_t i = run.begin; i < run.end; ++i) batches.back().push_back(i);
+  }
+  for (std::vector<std::int64_t>& batch : batches) std::sort(batch.begin(), batch.end());
+  return batches;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The cells of growth, distributed over the ranks.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "packMesh/growth/growth_scene.h"
+#include "packMesh/parallel/block_grid.h"
+#include "packMesh/relaxation/shared_bodies.h"
+
+namespace packmesh {
+
+/// Every cell belongs to the rank that owns its block; each rank has copies (ghosts) of the cells within a
+/// range of its own. Nothing a rank keeps grows with the number of all cells, but for one number per block,
+/// of which there are at most some 30 000.
+///
+/// All ranks call distribute(), replace() and updateGhosts() together.
+class GrowingCells {
+ public:
+  /// @param own each cell on one rank, whichever
+  /// @param range up to which cells matter to each other [µm]
+  /// @param cellsPerBlock wanted; 0: blocks are as small as the range allows
+  GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range, std::int64_t cellsPerBlock);
+
+  /// Brings every cell to the owner of its block, and ghosts up to date. Sorts by block, then by id.
+  void distribute();
+  /// Other cells (or the same ones elsewhere) take the place of these. @param own each on one rank
+  void replace(std::vector<Body> own);
+  /// Ghosts take over what their owners changed (Body::changed); those are then marked as `touched`.
+  void updateGhosts();
+
+  /// This rank's cells and ghosts.
+  std::vector<Body>& all() { return bodies_; }
+  const std::vector<Body>& all() const { return bodies_; }
+  bool isOwn(std::int64_t cell) const { return own_[cell]; }
+  const std::vector<bool>& ownFlags() const { return own_; }
+  std::int64_t count() const { return count_; }  ///< on all ranks
+
+  /// This rank's cells, in the order of their ids.
+  std::vector<Body> own() const;
+
+  /// This rank's cells (indices, ascending) in groups of cells near each other: of blocks together up to about
+  /// `most` cells, or, if `most` is 0, of one block each.
+  std::vector<std::vector<std::int64_t>> batches(std::size_t most) const;
+
+  /// What a cell cost in the last iteration, in any unit: for even shares of work.
+  void addWork(std::int64_t cell, std::int64_t work) { work_[bodies_[cell].block] += work; }
+
+ private:
+  void balance();
+
+  const GrowthScene& scene_;
+  double range_;
+  BlockGrid blocks_;
+  SharedBodies shared_;
+  std::int64_t count_;
+  std::vector<Body> bodies_;
+  std::vector<bool> own_;
+  std::vector<std::int64_t> work_;  ///< per block, since the blocks were shared out
+};
+
+}  // namespace packmesh

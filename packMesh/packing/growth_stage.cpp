@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/growth_stage.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "packMesh/core/timer.h"
+#include "packMesh/growth/seeding.h"
+#include "packMesh/packing/placed_cells.h"
+#include "packMesh/relaxation/body_state.h"
+
+namespace packmesh {
+namespace {
+
+/// Of attempts that are not the last one.
+constexpr int giveUpAfter = 2;
+
+/// Seeds of attempts differ by multiples of this.
+constexpr std::uint64_t attemptStride = 0x9E3779B97F4A7C15u;
+
+GrowthScene growthSceneOf(const PackingProblem& problem, RunControl& control) {
+  GrowthScene scene;
+  for (const Species& species : problem.species) {
+    scene.shapes.push_back(species.shape.get());
+    scene.walls.push_back(problem.wallOf(species));
+    scene.freedoms.push_back(species.freedom);
+  }
+  scene.container = problem.container.get();
+  scene.clearance = problem.clearance;
+  scene.wallClearance = problem.wallClearance;
+  scene.rotate = problem.rotate;
+  scene.seed = problem.seed;
+  scene.communicator = problem.communicator;
+  scene.stop = [&control] { return control.stoppedHere(); };
+  scene.written = problem.written;
+  return scene;
+}
+
+}  // namespace
+
+GrowthStage::GrowthStage(const PackingProblem& problem, RunControl& control, Statistics& statistics,
+                         std::function<void()> keep)
+    : problem_(problem),
+      control_(control),
+      statistics_(statistics),
+      keep_(std::move(keep)),
+      attempts_(std::max<std::int64_t>(
+          1, problem.growth.attempts / std::max<std::int64_t>(1, problem.cellCount()))),
+      scene_(growthSceneOf(problem, control)),
+      settings_(problem.growth) {
+  statistics_.growth.emplace();
+  planeFunction_ = makePlaneFunction(problem.planeSource, scene_, tetrahedra_);
+  callbacks_.stop = [this] { return stopped(); };
+  callbacks_.checkpoint = keep_;
+  if (problem.progress)
+    callbacks_.progress = [this](double barrier, std::int64_t below, const GrowthStatistics& sums) {
+      problem_.progress({"growth", sums.iterations, barrier, 0.0, below});
+    };
+  if (problem.observe)
+    callbacks_.accepted = [this](const std::vector<Body>& now) { problem_.observe(placed(now)); };
+  if (problem.resume && problem.resume->position.stage == Stage::growth) resume(*problem.resume);
+}
+
+bool GrowthStage::stopped() {
+  return control_.stopped() || iterations() >= problem_.limits.maxSweeps;
+}
+
+bool GrowthStage::run(std::int64_t iterations) {
+  while (!ended_) {
+    if (!growth_) begin();
+    if (!growth_) return false;  // there was no time for it
+    const Timer watch(statistics_.growthSeconds);
+    const bool full = growth_->run(iterations);
+    if (!full && !growth_->ended()) return false;
+    keepBest(growth_->cells());
+    growth_.reset();
+    ended_ = full || ++attempt_ == attempts_;
+    if (ended_ && problem_.escape && (!full || anyReserve()) && !stopped()) escapeFromBest();
+  }
+  return complete(best_);
+}
+
+/// Seeds the cells of an attempt.
+void GrowthStage::begin() {
+  scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
+  const IdShares shares(problem_.cellCount(), problem_.communicator);
+  std::vector<Body> cells;
+  {
+    const Timer watch(statistics_.placementSeconds);
+    std::optional<std::vector<Body>> placed = placedCells(problem_, scene_.seed, shares, control_);
+    if (!placed) return;
+    cells = std::move(*placed);
+    std::vector<std::int64_t> first = {0};
+    for (const Species& species : problem_.species) first.push_back(first.back() + species.count);
+    for (Body& cell : cells)
+      if (!startsAtGivenPose(problem_.species[cell.species], cell.id - first[cell.species]))
+        cell.scale = settings_.initialScale;
+    if (!seed(scene_, settings_.initialScale, callbacks_.stop, cells)) {
+      ended_ = !stopped();
+      return;
+    }
+  }
+  growFrom(std::move(cells), {});
+  keep_();
+}
+
+void GrowthStage::growFrom(std::vector<Body> cells, const GrowthProgress& from) {
+  settings_.giveUpAfter = attempt_ + 1 < attempts_ ? giveUpAfter : problem_.growth.giveUpAfter;
+  growth_ = std::make_unique<Growth>(scene_, settings_, *planeFunction_, callbacks_, std::move(cells),
+                                     *statistics_.growth, from);
+}
+
+void GrowthStage::resume(const PackingState& state) {
+  attempt_ = state.growth.attempt;
+  statistics_.growth->iterations = state.growth.iterations;
+  scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
+  const auto bodiesOf = [](const std::vector<BodyState>& states) {
+    std::vector<Body> bodies;
+    for (const BodyState& body : states) bodies.push_back(bodyOf(body));
+    return bodies;
+  };
+  keepBest(bodiesOf(state.growth.best));
+  growFrom(bodiesOf(state.cells), state.growth.progress);
+}
+
+GrowthPosition GrowthStage::position() const {
+  GrowthPosition position;
+  position.attempt = attempt_;
+  position.iterations = iterations();
+  if (growth_) position.progress = growth_->progress();
+  position.best = IdShares(problem_.cellCount(), problem_.communicator).collect(best_);
+  return position;
+}
+
+std::vector<Body> GrowthStage::cells() const {
+  return growth_ ? growth_->cells() : best_;
+}
+
+void GrowthStage::keepBest(std::vector<Body> cells) {
+  const std::int64_t full = countFull(cells);
+  if (full <= bestFull_) return;
+  bestFull_ = full;
+  best_ = std::move(cells);
+}
+
+std::vector<Body> GrowthStage::fullCells() const {
+  std::vector<Body> now = cells(), full;
+  if (countFull(now) <= bestFull_) now = best_;
+  for (const Body& cell : now)
+    if (cell.scale == 1.0) full.push_back(makeBody(cell.id, cell.species, cell.pose()));
+  return full;
+}
+
+std::optional<TetrahedraSums> GrowthStage::tetrahedra() const {
+  if (problem_.planeSource == PlaneSource::chords) return {};
+  const Communicator& ranks = problem_.communicator;
+  TetrahedraSums sums = tetrahedra_;
+  std::vector<std::int64_t> counts = {sums.runs, sums.attempts, sums.finer, sums.failures};
+  ranks.sum(counts);
+  sums.runs = counts[0];
+  sums.attempts = counts[1];
+  sums.finer = counts[2];
+  sums.failures = counts[3];
+  const std::vector<char> failures =
+      ranks.gatherAll(std::vector<char>(sums.lastFailure.begin(), sums.lastFailure.end()));
+  sums.lastFailure.assign(failures.begin(), failures.end());
+  return sums;
+}
+
+/// On all ranks.
+std::int64_t GrowthStage::countFull(const std::vector<Body>& cells) const {
+  return problem_.communicator.sum(static_cast<std::int64_t>(
+      std::count_if(cells.begin(), cells.end(), [](const Body& cell) { return cell.scale == 1.0; })));
+}
+
+/// Whether there are as many full cells of each species as asked for, or more from the reserve.
+bool GrowthStage::complete(const std::vector<Body>& cells) const {
+  std::vector<std::int64_t> full(problem_.species.size(), 0);
+  for (const Body& cell : cells) full[cell.species] += cell.scale == 1.0;
+  problem_.communicator.sum(full);
+  for (std::size_t s = 0; s < full.size(); ++s)
+    if (full[s] < problem_.species[s].count) return false;
+  return true;
+}
+
+bool GrowthStage::anyReserve() const {
+  const std::vector<std::int64_t>& reserve = problem_.escape->reserve;
+  return std::any_of(reserve.begin(), reserve.end(), [](std::int64_t cells) { return cells > 0; });
+}
+
+/// Done by all ranks alike. Swapping may gain volume with full cells that become smaller: if less volume
+/// were in full cells then, the state stays as it was.
+void GrowthStage::escapeFromBest() {
+  std::vector<BodyState> own;
+  for (const Body& cell : best_) own.push_back(stateOf(cell));
+  std::vector<Body> state;
+  for (const BodyState& cell : problem_.communicator.gatherAll(own)) state.push_back(bodyOf(cell));
+  std::sort(state.begin(), state.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+  const double before = fullVolume(state);
+  GrowthScene scene = scene_;
+  scene.communicator = Communicator();
+  if (!problem_.communicator.alone()) scene.stop = {};  // ranks must not part ways
+  const Timer watch(statistics_.growthSeconds);
+  const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
+    return makePlaneFunction(problem_.planeSource, part, tetrahedra_);
+  };
+  const auto observe = [this](const std::vector<Body>& now) {
+    if (problem_.observe) problem_.observe(placed(now));
+  };
+  // All ranks poll equally often; that they agree takes longer than what is done between two polls.
+  const auto stop = [this, polls = std::int64_t{0}, ended = false]() mutable {
+    constexpr std::int64_t pollsPerAgreement = 64;
+    ended = ended || (polls++ % pollsPerAgreement == 0 && stopped());
+    return ended;
+  };
+  statistics_.escape = escape(scene, problem_.growth, *problem_.escape, factory, stop, observe, state);
+  if (fullVolume(state) < before) return;
+  std::stable_sort(state.begin(), state.end(),
+                   [](const Body& a, const Body& b) { return a.species < b.species; });
+  best_.clear();
+  const auto [first, end] =
+      IdShares(static_cast<std::int64_t>(state.size()), problem_.communicator).own();
+  for (std::int64_t i = first; i < end; ++i) best_.push_back(makeBody(i, state[i].species, state[i].pose()));
+}
+
+double GrowthStage::fullVolume(const std::vector<Body>& cells) const {
+  double volume = 0.0;
+  for (const Body& cell : cells)
+    if (cell.scale == 1.0) volume += scene_.shapes[cell.species]->volume();
+  return volume;
+}
+
+std::vector<PlacedCell> GrowthStage::placed(const std::vector<Body>& cells) const {
+  std::vector<PlacedCell> placed;
+  for (const Body& cell : cells) placed.push_back({cell.species, scene_.placement(cell.pose())});
+  return placed;
+}
+
+}  // namespace packmesh
