@@ -18,7 +18,9 @@ constexpr int giveUpAfter = 2;
 /// Seeds of attempts differ by multiples of this.
 constexpr std::uint64_t attemptStride = 0x9E3779B97F4A7C15u;
 
-GrowthScene growthSceneOf(const PackingProblem& problem, RunControl& control) {
+}  // namespace
+
+GrowthScene growthSceneOf(const PackingProblem& problem) {
   GrowthScene scene;
   for (const Species& species : problem.species) {
     scene.shapes.push_back(species.shape.get());
@@ -31,12 +33,9 @@ GrowthScene growthSceneOf(const PackingProblem& problem, RunControl& control) {
   scene.rotate = problem.rotate;
   scene.seed = problem.seed;
   scene.communicator = problem.communicator;
-  scene.stop = [&control] { return control.stoppedHere(); };
   scene.written = problem.written;
   return scene;
 }
-
-}  // namespace
 
 GrowthStage::GrowthStage(const PackingProblem& problem, RunControl& control, Statistics& statistics,
                          std::function<void()> keep)
@@ -46,8 +45,9 @@ GrowthStage::GrowthStage(const PackingProblem& problem, RunControl& control, Sta
       keep_(std::move(keep)),
       attempts_(std::max<std::int64_t>(
           1, problem.growth.attempts / std::max<std::int64_t>(1, problem.cellCount()))),
-      scene_(growthSceneOf(problem, control)),
+      scene_(growthSceneOf(problem)),
       settings_(problem.growth) {
+  scene_.stop = [this] { return control_.stoppedHere(); };
   statistics_.growth.emplace();
   planeFunction_ = makePlaneFunction(problem.planeSource, scene_, tetrahedra_);
   callbacks_.stop = [this] { return stopped(); };

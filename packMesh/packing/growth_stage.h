@@ -15,6 +15,9 @@
 
 namespace packmesh {
 
+/// A problem as growth sees it. References the problem, which must outlive it.
+GrowthScene growthSceneOf(const PackingProblem& problem);
+
 /// Seeds the cells and grows them, from several random starts if they are few, and escapes local maxima where
 /// the problem asks for it. All ranks call its functions together.
 class GrowthStage {

@@ -61,67 +61,85 @@ void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
   }
 }
 
+// Each of the following names all members of what it adds: a new member does not compile before it is decided
+// here whether states of problems that differ in it can be told apart.
+
 void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
-  const Freedom& freedom = species.freedom;
+  const auto& [fixed, cone, region, extraWallClearance] = species.freedom;
   digest.add(static_cast<std::int64_t>(species.start.size()));
   for (const Pose& pose : species.start) {
     digest.add(pose.position);
     for (int k = 0; k < 4; ++k) digest.add(pose.orientation.coeffs()[k]);
   }
-  digest.add(freedom.fixed);
-  digest.add(freedom.extraWallClearance);
-  digest.add(freedom.cone ? freedom.cone->axis : Vec3(Vec3::Zero()));
-  digest.add(freedom.cone ? freedom.cone->spread : -1.0);
-  for (std::int64_t n = 0; freedom.region && n < probes; ++n) {
+  digest.add(fixed);
+  digest.add(extraWallClearance);
+  digest.add(cone ? cone->axis : Vec3(Vec3::Zero()));
+  digest.add(cone ? cone->spread : -1.0);
+  for (std::int64_t n = 0; region && n < probes; ++n) {
     const auto u = uniform4(0, RandomStream::position, n, 0);
     const Vec3 p = bounds.lo + Vec3(u[0], u[1], u[2]).cwiseProduct(bounds.size());
-    digest.add(freedom.region->distance(p).distance);
+    digest.add(region->distance(p).distance);
   }
 }
 
-void addGrowth(const PackingProblem& problem, Digest& digest) {
-  const GrowthSettings& g = problem.growth;
-  digest.add(static_cast<int>(problem.planeSource));
-  for (const double barrier : g.barriers) digest.add(barrier);
-  for (const double number : {g.initialScale, g.rotationBound, g.translationBound, g.padding, g.alpha, g.beta,
-                              g.shaking, g.stalledGrowth})
+void addSpecies(const PackingProblem& problem, const Species& species, const Box& bounds, Digest& digest) {
+  // The hematocrit and the requests before rounding decide how fewer cells are tried, not on the way here.
+  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked] = species;
+  digest.add(name);
+  digest.add(count);
+  digest.add(shape->mesh());
+  if (const Wall* met = problem.wallOf(species)) addWall(*met, bounds, digest);
+  if (inColumns) digest.add(std::string("in columns"));
+  if (!start.empty() || !freedom.isFree()) addFreedom(species, bounds, digest);
+}
+
+void addGrowth(const GrowthSettings& settings, Digest& digest) {
+  const auto& [initialScale, barriers, maxIterations, rotationBound, translationBound, padding,
+               linearisations, alpha, beta, centring, shaking, patience, stalledGrowth, relaxationSweeps,
+               giveUpAfter, attempts] = settings;
+  for (const double barrier : barriers) digest.add(barrier);
+  for (const double number :
+       {initialScale, rotationBound, translationBound, padding, alpha, beta, shaking, stalledGrowth})
     digest.add(number);
-  for (const int number : {g.maxIterations, g.linearisations, g.centring ? 1 : 0, g.patience,
-                           g.relaxationSweeps, g.giveUpAfter, g.attempts})
+  for (const int number : {maxIterations, linearisations, centring ? 1 : 0, patience, relaxationSweeps,
+                           giveUpAfter, attempts})
     digest.add(number);
-  digest.add(problem.escape.has_value());
-  if (!problem.escape) return;
-  for (const int number : {problem.escape->orientations, problem.escape->swapRounds,
-                           problem.escape->groupSize, problem.escape->holes})
-    digest.add(number);
-  for (const std::int64_t number : problem.escape->reserve) digest.add(number);
+}
+
+void addEscape(const EscapeSettings& settings, Digest& digest) {
+  const auto& [orientations, swapRounds, groupSize, holes, reserve] = settings;
+  for (const int number : {orientations, swapRounds, groupSize, holes}) digest.add(number);
+  for (const std::int64_t number : reserve) digest.add(number);
 }
 
 }  // namespace
 
 std::string digestOf(const PackingProblem& problem) {
+  // What comes after the escape says how to run, not what to pack. `written` is not compared: it belongs to the
+  // program, not to the problem.
+  const auto& [species, container, clearance, wallClearance, seed, rotate, limits, communicator, method,
+               planeSource, growth, escape, written, interrupted, progress, resume, checkpoints, observe] =
+      problem;
   Digest digest;
   digest.add(generation);
-  digest.add(static_cast<int>(problem.method));
-  digest.add(problem.seed);
-  digest.add(problem.rotate);
-  digest.add(problem.clearance);
-  digest.add(problem.wallClearance);
+  digest.add(static_cast<int>(method));
+  digest.add(seed);
+  digest.add(rotate);
+  digest.add(clearance);
+  digest.add(wallClearance);
   digest.add(1);  // of an option that is gone, so that states from before still belong to their problems
-  if (problem.method == Method::cat) addGrowth(problem, digest);
-  const Box bounds = problem.container->bounds();
+  if (method == Method::cat) {
+    digest.add(static_cast<int>(planeSource));
+    addGrowth(growth, digest);
+    digest.add(escape.has_value());
+    if (escape) addEscape(*escape, digest);
+  }
+  const Box bounds = container->bounds();
   digest.add(bounds.lo);
   digest.add(bounds.hi);
-  digest.add(problem.container->period());
-  digest.add(problem.container->volume());
-  for (const Species& species : problem.species) {
-    digest.add(species.name);
-    digest.add(species.count);
-    digest.add(species.shape->mesh());
-    if (const Wall* wall = problem.wallOf(species)) addWall(*wall, bounds, digest);
-    if (species.inColumns) digest.add(std::string("in columns"));
-    if (!species.start.empty() || !species.freedom.isFree()) addFreedom(species, bounds, digest);
-  }
+  digest.add(container->period());
+  digest.add(container->volume());
+  for (const Species& one : species) addSpecies(problem, one, bounds, digest);
   return digest.text();
 }
 

@@ -6,7 +6,7 @@
 
 #include "packMesh/growth/growth.h"
 #include "packMesh/growth/plane_source.h"
-#include "packMesh/packing/growth_scene.h"
+#include "packMesh/packing/growth_stage.h"
 #include "tests/benchmark/growth/spheres.h"
 #include "tests/benchmark/growth/svg_plot.h"
 
@@ -21,16 +21,17 @@ struct Parts {
 /// One iteration from the state of `spheres` up to the barrier.
 Parts iterationOf(const Spheres& spheres, PlaneSource planeSource, double barrier) {
   const GrowthScene scene = growthSceneOf(spheres.problem);
-  GrowthState state;
-  for (const Pose& pose : spheres.poses) state.push_back({0, pose});
+  std::vector<Body> state;
+  for (const Pose& pose : spheres.poses)
+    state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
   GrowthSettings settings;
   settings.barriers = {barrier};
   settings.maxIterations = 1;
   settings.initialScale = std::min(settings.initialScale, 0.5 * barrier);
   TetrahedraSums sums;
-  const PlaneFunction planes = makePlaneFunction(planeSource, scene, sums);
+  const std::unique_ptr<PlaneFunction> planes = makePlaneFunction(planeSource, scene, sums);
   GrowthStatistics statistics;
-  grow(scene, settings, planes, {}, state, statistics);
+  grow(scene, settings, *planes, {}, state, statistics);
   return {statistics.planeSeconds, sums.tetrahedraSeconds, sums.faceSeconds, statistics.programSeconds,
           statistics.stepHalvingSeconds};
 }

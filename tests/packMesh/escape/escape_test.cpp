@@ -7,6 +7,7 @@
 #include "packMesh/escape/holes.h"
 #include "packMesh/growth/plane_source.h"
 #include "tests/support/bodies.h"
+#include "tests/support/growing.h"
 
 using namespace packmesh;
 
@@ -17,7 +18,7 @@ struct Scene {
   std::vector<std::shared_ptr<const Shape>> shapes;
   std::shared_ptr<const Container> lumen;
   GrowthScene scene;
-  GrowthState state;
+  std::vector<Body> state;
   TetrahedraSums tetrahedra;
 
   Scene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
@@ -27,7 +28,8 @@ struct Scene {
     scene.container = lumen.get();
   }
   void add(int species, double scale, const Vec3& at) {
-    state.push_back({species, Pose{scale, Quaternion::Identity(), at}});
+    state.push_back(
+        makeBody(static_cast<std::int64_t>(state.size()), species, Pose{scale, Quaternion::Identity(), at}));
   }
   std::vector<EscapePhase> operator()(const EscapeSettings& settings) {
     const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
@@ -35,7 +37,7 @@ struct Scene {
     };
     phases = escape(
         scene, GrowthSettings(), settings, factory, {},
-        [this](const GrowthState& now) { CHECK(StepHalving(scene).examine(now).clean()); }, state);
+        [this](const std::vector<Body>& now) { CHECK(test::examine(scene, now).clean()); }, state);
     for (std::size_t k = 1; k < phases.size(); ++k)
       CHECK(phases[k].coverage >= phases[k - 1].coverage - 1e-12);
     return phases;
@@ -92,7 +94,7 @@ TEST_CASE("Replacement: a body from the reserve takes the place of one that does
   CHECK(s.state.size() == 1);
   // Enlargement made the cube full; nothing that is full is replaced.
   CHECK(s.state[0].species == 1);
-  CHECK(s.state[0].pose.scale == 1.0);
+  CHECK(s.state[0].scale == 1.0);
 
   Scene t({test::sphereShape(2.5), std::make_shared<const Shape>(test::cube(4.0))},
           makeSphere(Vec3::Zero(), 3.0));
@@ -101,7 +103,7 @@ TEST_CASE("Replacement: a body from the reserve takes the place of one that does
   t(settings);
   CHECK(t.phase("replacement").changed == 1);
   CHECK(t.state[0].species == 0);
-  CHECK(t.state[0].pose.scale == 1.0);
+  CHECK(t.state[0].scale == 1.0);
 }
 
 TEST_CASE("Holes are free, apart from each other and found largest first") {
@@ -115,8 +117,8 @@ TEST_CASE("Holes are free, apart from each other and found largest first") {
   CHECK((holes[0].center - Vec3::Constant(4.0)).norm() < 0.05);
   CHECK(holes[0].radius == Approx(2.5 * std::sqrt(3.0) - 1.0).epsilon(0.03));
   for (std::size_t i = 0; i < holes.size(); ++i) {
-    for (const GrowingCell& cell : s.state)
-      CHECK((holes[i].center - cell.pose.position).norm() >= holes[i].radius + 0.98);
+    for (const Body& cell : s.state)
+      CHECK((holes[i].center - cell.position).norm() >= holes[i].radius + 0.98);
     CHECK(s.lumen->wall()->distance(holes[i].center).distance >= holes[i].radius - 1e-9);
     for (std::size_t j = 0; j < i; ++j) {
       CHECK(holes[i].radius <= holes[j].radius);

@@ -7,7 +7,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/growth.h"
-#include "packMesh/growth/seeding.h"
+#include "tests/support/growing.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -18,7 +18,7 @@ namespace {
 struct Shrunk {
   PackingProblem problem;
   GrowthScene scene;
-  GrowthState state;
+  std::vector<Body> state;
 
   Shrunk(const std::shared_ptr<const Container>& container, double fraction, double scale)
       : problem(test::redCellProblem(container, fraction)) {
@@ -27,27 +27,24 @@ struct Shrunk {
     scene.container = container.get();
     for (Pose pose : pack(problem).poses) {
       pose.scale = scale;
-      state.push_back({0, pose});
+      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
     }
   }
-  PlaneRequest request(double reach, double detail = 1.0) const {
-    PlaneRequest out;
-    out.reach.assign(state.size(), reach);
-    out.detail = detail;
-    return out;
+  PlaneConstraints planes(PlaneFunction&& planeFunction, double reach) const {
+    return test::planesOf(planeFunction, scene, state, reach);
   }
   std::vector<PlacedCell> cells() const {
     std::vector<PlacedCell> out;
-    for (const GrowingCell& cell : state) out.push_back({cell.species, cell.pose.placement()});
+    for (const Body& cell : state) out.push_back({cell.species, cell.pose().placement()});
     return out;
   }
 };
 
 /// The scale to which each cell can grow in place within its planes.
-std::vector<double> scalesWithin(const PlaneConstraints& planes, const GrowthState& state) {
+std::vector<double> scalesWithin(const PlaneConstraints& planes, const std::vector<Body>& state) {
   std::vector<double> scales;
   for (std::size_t i = 0; i < state.size(); ++i) {
-    const Pose& pose = state[i].pose;
+    const Pose pose = state[i].pose();
     double most = 2.0;
     for (const PlaneConstraint& plane : planes[i]) {
       const double arm = plane.normal.dot(pose.orientation * plane.vertex);
@@ -68,14 +65,14 @@ TEST_CASE("Every vertex is behind its planes, and cells that grow up to them do 
   for (const auto& lumen : lumens()) {
     const Shrunk packing(lumen, 0.35, 0.8);
     TetrahedraSums sums;
-    const PlaneConstraints planes = CatFacePlanes(packing.scene, sums)(packing.state, packing.request(1.0));
+    const PlaneConstraints planes = packing.planes(CatFacePlanes(packing.scene, sums), 1.0);
     CHECK(sums.runs == 1);
     Shrunk grown = packing;
     const std::vector<double> scales = scalesWithin(planes, packing.state);
     for (std::size_t i = 0; i < planes.size(); ++i) {
       CHECK(planes[i].size() > 10);
       CHECK(scales[i] >= 0.8 - 1e-6);
-      grown.state[i].pose.scale = std::min(1.0, scales[i] - 0.01);
+      grown.state[i].scale = std::min(1.0, scales[i] - 0.01);
     }
     const std::vector<PlacedCell> cells = grown.cells();
     CHECK(certify({packing.scene.shapes, packing.scene.walls, lumen.get(), &cells, 0.0}, 1e-3).clean());
@@ -87,9 +84,9 @@ TEST_CASE("Both kinds of planes leave a cell about the room of its CAT cell") {
   const Shrunk packing(lumen, 0.30, 0.8);
   TetrahedraSums sums;
   const std::vector<double> faces =
-      scalesWithin(CatFacePlanes(packing.scene, sums)(packing.state, packing.request(3.0)), packing.state);
+      scalesWithin(packing.planes(CatFacePlanes(packing.scene, sums), 3.0), packing.state);
   const std::vector<double> chords =
-      scalesWithin(ChordPlanes(packing.scene)(packing.state, packing.request(3.0)), packing.state);
+      scalesWithin(packing.planes(ChordPlanes(packing.scene), 3.0), packing.state);
   double sum = 0.0;
   for (std::size_t i = 0; i < chords.size(); ++i) {
     // Planes of chords halve the gap where it is narrowest. CAT faces halve edges between vertices, many of
@@ -104,15 +101,13 @@ TEST_CASE("Both kinds of planes leave a cell about the room of its CAT cell") {
 TEST_CASE("When TetGen gives up, planes are those of all cells that are near") {
   const Shrunk packing(test::periodicCube(13.0), 0.30, 0.8);
   TetrahedraSums sums;
-  CatFacePlanes failing(packing.scene, sums, tetgenVariants);
-  const PlaneConstraints planes = failing(packing.state, packing.request(0.5));
-  const PlaneConstraints chords = ChordPlanes(packing.scene)(packing.state, packing.request(0.5));
+  const PlaneConstraints planes = packing.planes(CatFacePlanes(packing.scene, sums, tetgenVariants), 0.5);
+  const PlaneConstraints chords = packing.planes(ChordPlanes(packing.scene), 0.5);
   for (std::size_t i = 0; i < planes.size(); ++i) CHECK(planes[i].size() == chords[i].size());
   CHECK(sums.failures == 1);
   CHECK(sums.attempts == tetgenVariants);
   CHECK_THAT(sums.lastFailure, Catch::Contains("TetGen gave up") && Catch::Contains("3 attempts"));
-  CatFacePlanes second(packing.scene, sums, 1);
-  second(packing.state, packing.request(0.5));
+  packing.planes(CatFacePlanes(packing.scene, sums, 1), 0.5);
   CHECK(sums.failures == 1);
   CHECK(sums.attempts > tetgenVariants + 1);
 }

@@ -8,7 +8,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
-#include "packMesh/growth/seeding.h"
+#include "tests/support/growing.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -20,19 +20,18 @@ struct Arrangement {
   std::shared_ptr<const Shape> shape;
   std::unique_ptr<Container> container;
   GrowthScene scene;
-  GrowthState state;
+  std::vector<Body> state;
 
   Arrangement(std::shared_ptr<const Shape> of, std::unique_ptr<Container> in, int cells, double scale)
       : shape(std::move(of)), container(std::move(in)) {
     scene.shapes = {shape.get()};
     scene.walls = {container->wall()};
     scene.container = container.get();
-    state = seedRandomly(scene, {cells}, {"cell"}, scale);
+    state = test::seeded(scene, {cells}, scale);
   }
-  PlaneRequest request(double reach) const {
-    PlaneRequest request;
-    request.reach.assign(state.size(), reach);
-    return request;
+  PlaneConstraints planes(double reach) const {
+    ChordPlanes chords(scene);
+    return test::planesOf(chords, scene, state, reach);
   }
 };
 
@@ -53,13 +52,13 @@ TEST_CASE("Every vertex is behind its planes") {
       CAPTURE(name, periodic);
       const double edge = 9.0 * shape->radius();
       const Arrangement a(shape, cubeOf(edge, periodic), 12, 0.9);
-      const PlaneConstraints planes = ChordPlanes(a.scene)(a.state, a.request(shape->radius()));
+      const PlaneConstraints planes = a.planes(shape->radius());
       std::size_t count = 0;
       for (std::size_t i = 0; i < planes.size(); ++i)
         for (const PlaneConstraint& plane : planes[i]) {
           ++count;
           REQUIRE(plane.normal.norm() == Approx(1.0));
-          REQUIRE(room(a.state[i].pose, plane) >= -1e-6);
+          REQUIRE(room(a.state[i].pose(), plane) >= -1e-6);
         }
       CHECK(count > 100);
     }
@@ -70,11 +69,11 @@ TEST_CASE("Planes of two cells lie across the middle of the gap between them") {
   // Two spheres on a line: all planes are tangent to a surface between them, the nearest one across the line.
   const auto sphere = test::sphereShape(1.0);
   Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);
-  a.state[0].pose = {1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)};
-  a.state[1].pose = {0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)};
-  const PlaneConstraints planes = ChordPlanes(a.scene)(a.state, a.request(0.5));
+  a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
+  a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});
+  const PlaneConstraints planes = a.planes(0.5);
   double nearest = 1e30;
-  for (const PlaneConstraint& plane : planes[0]) nearest = std::min(nearest, room(a.state[0].pose, plane));
+  for (const PlaneConstraint& plane : planes[0]) nearest = std::min(nearest, room(a.state[0].pose(), plane));
   CHECK(nearest == Approx(0.25).margin(0.01));
   // What bounds one bounds the other, at the same plane.
   REQUIRE(planes[0].size() == planes[1].size());
@@ -87,9 +86,9 @@ TEST_CASE("Planes of two cells lie across the middle of the gap between them") {
 TEST_CASE("Images are neighbours") {
   const auto sphere = test::sphereShape(1.0);
   Arrangement a(sphere, cubeOf(10.0, true), 2, 0.5);
-  a.state[0].pose = {1.0, Quaternion::Identity(), Vec3(0.5, 5.0, 5.0)};
-  a.state[1].pose = {1.0, Quaternion::Identity(), Vec3(8.0, 5.0, 5.0)};
-  const PlaneConstraints planes = ChordPlanes(a.scene)(a.state, a.request(0.5));
+  a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(0.5, 5.0, 5.0)});
+  a.state[1].setPose({1.0, Quaternion::Identity(), Vec3(8.0, 5.0, 5.0)});
+  const PlaneConstraints planes = a.planes(0.5);
   REQUIRE(!planes[0].empty());
   for (const PlaneConstraint& plane : planes[0]) CHECK(plane.normal.x() < -0.5);
   for (const PlaneConstraint& plane : planes[1]) CHECK(plane.normal.x() > 0.5);
@@ -103,7 +102,7 @@ TEST_CASE("Planes hold back steps: within them meshes stay apart") {
     CAPTURE(name);
     const Arrangement a(shape, cubeOf(4.2 * shape->radius(), true), 16, 0.55);
     const double reach = 0.4 * shape->radius();
-    const PlaneConstraints planes = ChordPlanes(a.scene)(a.state, a.request(reach));
+    const PlaneConstraints planes = a.planes(reach);
     int overlaps = 0, held = 0;
     for (std::uint32_t trial = 0; trial < 20; ++trial) {
       std::vector<PlacedCell> cells;
@@ -113,10 +112,10 @@ TEST_CASE("Planes hold back steps: within them meshes stay apart") {
         double far = reach;
         for (const PlaneConstraint& plane : planes[i]) {
           const double along = plane.normal.dot(direction);
-          if (along > 0.0) far = std::min(far, room(a.state[i].pose, plane) / along);
+          if (along > 0.0) far = std::min(far, room(a.state[i].pose(), plane) / along);
         }
         held += far < reach;
-        Pose pose = a.state[i].pose;
+        Pose pose = a.state[i].pose();
         pose.position += std::max(0.0, far - 0.0025) * direction;
         cells.push_back({0, pose.placement()});
       }
@@ -135,8 +134,8 @@ TEST_CASE("Planes hold back steps: within them meshes stay apart") {
 TEST_CASE("Planes at walls: along edges and inward curves there are several") {
   const auto sphere = test::sphereShape(1.0);
   Arrangement corner(sphere, cubeOf(10.0, false), 1, 0.5);
-  corner.state[0].pose = {1.0, Quaternion::Identity(), Vec3(1.2, 1.2, 1.2)};
-  const PlaneConstraints planes = ChordPlanes(corner.scene)(corner.state, corner.request(1.0));
+  corner.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.2, 1.2, 1.2)});
+  const PlaneConstraints planes = corner.planes(1.0);
   bool seen[3] = {false, false, false};
   for (const PlaneConstraint& plane : planes[0])
     for (int k = 0; k < 3; ++k)
@@ -154,22 +153,22 @@ TEST_CASE("Planes at walls: along edges and inward curves there are several") {
   CHECK(own >= 2);
 
   Arrangement inside(sphere, makeSphere(Vec3::Zero(), 4.0), 1, 0.5);
-  inside.state[0].pose = {1.0, Quaternion::Identity(), Vec3(2.5, 0.0, 0.0)};
-  const PlaneConstraints tangent = ChordPlanes(inside.scene)(inside.state, inside.request(0.5));
+  inside.state[0].setPose({1.0, Quaternion::Identity(), Vec3(2.5, 0.0, 0.0)});
+  const PlaneConstraints tangent = inside.planes(0.5);
   CHECK(!tangent[0].empty());
   for (const PlaneConstraint& plane : tangent[0]) {
     // Tangent planes of the sphere: they do not cut it.
     CHECK(plane.normal.dot(plane.point) == Approx(4.0).epsilon(1e-6));
-    CHECK(room(inside.state[0].pose, plane) > 0.0);
+    CHECK(room(inside.state[0].pose(), plane) > 0.0);
   }
 }
 
 TEST_CASE("Clearance to the wall moves its planes inwards") {
   const auto sphere = test::sphereShape(1.0);
   Arrangement a(sphere, cubeOf(10.0, false), 1, 0.5);
-  a.state[0].pose = {1.0, Quaternion::Identity(), Vec3(1.5, 5.0, 5.0)};
+  a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.5, 5.0, 5.0)});
   a.scene.wallClearance = 0.25;
-  const PlaneConstraints planes = ChordPlanes(a.scene)(a.state, a.request(1.0));
+  const PlaneConstraints planes = a.planes(1.0);
   REQUIRE(!planes[0].empty());
   for (const PlaneConstraint& plane : planes[0]) CHECK(plane.point.x() == Approx(0.25));
 }
@@ -198,20 +197,20 @@ TEST_CASE("Frozen cells have no planes, and leave all of the gap to others") {
   for (const double clearance : {0.0, 0.1}) {
     Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);
     a.scene.clearance = clearance;
-    a.state[0].pose = {1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)};
-    a.state[1].pose = {0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)};
+    a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
+    a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});
     for (const int frozen : {0, 1}) {
       a.state[frozen].frozen = true;
       a.state[1 - frozen].frozen = false;
-      const PlaneConstraints planes = ChordPlanes(a.scene)(a.state, a.request(0.7));
+      const PlaneConstraints planes = a.planes(0.7);
       CHECK(planes[frozen].empty());
       double nearest = 1e30;
       for (const PlaneConstraint& plane : planes[1 - frozen])
-        nearest = std::min(nearest, room(a.state[1 - frozen].pose, plane));
+        nearest = std::min(nearest, room(a.state[1 - frozen].pose(), plane));
       // Growth keeps half of the clearance itself.
       CHECK(nearest == Approx(0.5 - 0.5 * clearance).margin(0.01));
     }
     a.state[0].frozen = a.state[1].frozen = true;
-    CHECK(ChordPlanes(a.scene)(a.state, a.request(0.7))[0].empty());
+    CHECK(a.planes(0.7)[0].empty());
   }
 }

@@ -37,7 +37,6 @@ TEST_CASE("Settings of growth: the defaults and the thesis' own are valid") {
   thesis.centring = false;
   thesis.shaking = 0.0;
   thesis.relaxationSweeps = 0;
-  thesis.spreadRounds = 0;
   CHECK_NOTHROW(validate(thesis));
 }
 
@@ -66,7 +65,6 @@ TEST_CASE("Settings of growth out of their ranges are named") {
   CHECK_THAT(refusal([](S& s) { s.barriers = {0.5}; }), Contains("last barrier"));
   CHECK_THAT(refusal([](S& s) { s.barriers = {0.5, 0.5, 1.0}; }), Contains("must increase"));
   CHECK_THAT(refusal([](S& s) { s.barriers = {1.0, 0.5, 1.0}; }), Contains("must increase"));
-  CHECK_THAT(refusal([](S& s) { s.spreadRounds = -1; }), Contains("spreading"));
   CHECK_THAT(refusal([](S& s) { s.maxIterations = 0; }), Contains("iteration"));
   CHECK_THAT(refusal([](S& s) { s.linearisations = 0; }), Contains("linearised"));
   CHECK_THAT(refusal([](S& s) { s.patience = 0; }), Contains("patience"));

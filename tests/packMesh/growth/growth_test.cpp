@@ -8,7 +8,7 @@
 #include "packMesh/container/vessel.h"
 #include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/growth/chord_planes.h"
-#include "packMesh/growth/seeding.h"
+#include "tests/support/growing.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -21,7 +21,7 @@ struct Run {
   std::vector<std::int64_t> counts;
   GrowthScene scene;
   GrowthSettings settings;
-  GrowthState state;
+  std::vector<Body> state;
   GrowthStatistics statistics;
   std::int64_t statesSeen = 0;
 
@@ -33,26 +33,31 @@ struct Run {
     scene.container = container.get();
   }
 
+  void seed() { state = test::seeded(scene, counts, settings.initialScale); }
+
   /// Grows; every accepted state is certified by itself, and no cell may be smaller than before.
   bool operator()() {
-    std::vector<std::string> names(shapes.size(), "cell");
-    state = seed(scene, counts, names, settings);
-    const ChordPlanes chords(scene);
-    GrowthState last = state;
+    if (state.empty()) seed();
+    ChordPlanes chords(scene);
+    std::vector<Body> last = state;
     GrowthCallbacks callbacks;
-    callbacks.accepted = [&](const GrowthState& now, double barrier, const GrowthStatistics&) {
+    callbacks.accepted = [&](const std::vector<Body>& now) {
       ++statesSeen;
       std::vector<PlacedCell> cells;
+      REQUIRE(now.size() == last.size());
       for (std::size_t i = 0; i < now.size(); ++i) {
-        REQUIRE(now[i].pose.scale >= last[i].pose.scale);
-        REQUIRE(now[i].pose.scale <= barrier);
-        REQUIRE(container->bounds().contains(now[i].pose.position));
-        cells.push_back({now[i].species, now[i].pose.placement()});
+        REQUIRE(now[i].id == last[i].id);
+        REQUIRE(now[i].scale >= last[i].scale);
+        REQUIRE(now[i].scale <= 1.0);
+        REQUIRE(container->bounds().contains(now[i].position));
+        cells.push_back({now[i].species, now[i].pose().placement()});
       }
-      REQUIRE(certify({scene.shapes, scene.walls, container.get(), &cells, scene.clearance}, 1e-3).clean());
+      CertificateInput input = scene.certificateInput();
+      input.cells = &cells;
+      REQUIRE(certify(input, 1e-3).clean());
       last = now;
     };
-    return grow(scene, settings, std::ref(chords), callbacks, state, statistics);
+    return grow(scene, settings, chords, callbacks, state, statistics);
   }
 };
 
@@ -73,7 +78,7 @@ TEST_CASE("Red cells grow in a periodic box, every state valid") {
   CHECK(run.statesSeen == run.statistics.iterations + run.statistics.relaxationsKept);
   CHECK(run.statistics.planes > 0);
   CHECK(run.statistics.pivots > 0);
-  for (const GrowingCell& cell : run.state) CHECK(cell.pose.scale == 1.0);
+  for (const Body& cell : run.state) CHECK(cell.scale == 1.0);
 }
 
 TEST_CASE("Five red cells grow in a sphere, every state valid") {
@@ -106,10 +111,10 @@ TEST_CASE("Growth keeps clearances and orientations") {
   run.scene.wallClearance = 0.3;
   run.scene.rotate = false;
   REQUIRE(run());
-  for (const GrowingCell& cell : run.state) {
-    CHECK(cell.pose.orientation.coeffs() == Quaternion::Identity().coeffs());
+  for (const Body& cell : run.state) {
+    CHECK(cell.orientation.coeffs() == Quaternion::Identity().coeffs());
     for (const Vec3& v : test::redCellShape()->mesh().vertices) {
-      const double z = cell.pose.placement()(v).z();
+      const double z = cell.pose().placement()(v).z();
       CHECK(std::min(z, 18.0 - z) >= 0.3);
     }
   }
@@ -122,11 +127,11 @@ TEST_CASE("The same seed gives the same bits, another one another packing") {
     REQUIRE(run());
     return run.state;
   };
-  const GrowthState first = poses(1), again = poses(1), other = poses(2);
+  const std::vector<Body> first = poses(1), again = poses(1), other = poses(2);
   for (std::size_t i = 0; i < first.size(); ++i) {
-    CHECK(first[i].pose.position == again[i].pose.position);
-    CHECK(first[i].pose.orientation.coeffs() == again[i].pose.orientation.coeffs());
-    CHECK(first[i].pose.position != other[i].pose.position);
+    CHECK(first[i].position == again[i].position);
+    CHECK(first[i].orientation.coeffs() == again[i].orientation.coeffs());
+    CHECK(first[i].position != other[i].position);
   }
 }
 
@@ -147,49 +152,51 @@ TEST_CASE("What cannot fit ends, with every cell as large as it came") {
   run.settings.relaxationSweeps = 50;
   CHECK(!run());
   double mean = 0.0;
-  for (const GrowingCell& cell : run.state) mean += cell.pose.scale / 16.0;
+  for (const Body& cell : run.state) mean += cell.scale / 16.0;
   CHECK(mean > 0.8);
   CHECK(mean < 1.0);
 }
 
 TEST_CASE("Growth stops when asked to") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
-  run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
-  const ChordPlanes chords(run.scene);
+  run.seed();
+  ChordPlanes chords(run.scene);
   GrowthCallbacks callbacks;
   callbacks.stop = [&] { return run.statistics.iterations >= 3; };
-  CHECK(!grow(run.scene, run.settings, std::ref(chords), callbacks, run.state, run.statistics));
+  CHECK(!grow(run.scene, run.settings, chords, callbacks, run.state, run.statistics));
   CHECK(run.statistics.iterations == 3);
 }
 
 TEST_CASE("Growth refuses a first state that is not valid, naming the cells") {
   Run run({test::redCellShape()}, periodicCube(16.0), {3});
-  run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
-  const ChordPlanes chords(run.scene);
-  GrowthState overlapping = run.state;
-  overlapping[2].pose = overlapping[0].pose;
-  CHECK_THROWS_WITH(grow(run.scene, run.settings, std::ref(chords), {}, overlapping, run.statistics),
+  run.seed();
+  ChordPlanes chords(run.scene);
+  std::vector<Body> overlapping = run.state;
+  overlapping[2].setPose(overlapping[0].pose());
+  CHECK_THROWS_WITH(grow(run.scene, run.settings, chords, {}, overlapping, run.statistics),
                     Catch::Contains("cells 0 and 2 overlap"));
   Run walled({test::redCellShape()}, makeSphere(Vec3::Zero(), 10.0), {3});
-  walled.state = seed(walled.scene, walled.counts, {"RBC"}, walled.settings);
-  const ChordPlanes walledChords(walled.scene);
-  walled.state[1].pose.position = Vec3(9.9, 0.0, 0.0);
+  walled.seed();
+  ChordPlanes walledChords(walled.scene);
+  walled.state[1].position = Vec3(9.9, 0.0, 0.0);
   CHECK_THROWS_WITH(
-      grow(walled.scene, walled.settings, std::ref(walledChords), {}, walled.state, walled.statistics),
+      grow(walled.scene, walled.settings, walledChords, {}, walled.state, walled.statistics),
       Catch::Contains("cell 1 meets the wall"));
 }
 
 TEST_CASE("A relaxation at a scale either gives a valid state of that scale or changes nothing") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
-  run.state = seed(run.scene, run.counts, {"RBC"}, run.settings);
-  StepHalving judge(run.scene);
-  REQUIRE(relaxAtScale(run.scene, 0.8, 400, {}, judge, run.state));
-  for (const GrowingCell& cell : run.state) CHECK(cell.pose.scale == 0.8);
-  CHECK(StepHalving(run.scene).examine(run.state).clean());
-  const GrowthState before = run.state;
-  CHECK(!relaxAtScale(run.scene, 1.0, 1, {}, judge, run.state));
+  run.seed();
+  GrowingCells cells(run.scene, run.state, 1e9, 0);
+  REQUIRE(relaxAtScale(run.scene, 0.8, 400, {}, cells));
+  run.state = cells.own();
+  for (const Body& cell : run.state) CHECK(cell.scale == 0.8);
+  CHECK(test::examine(run.scene, run.state).clean());
+  const std::vector<Body> before = run.state;
+  CHECK(!relaxAtScale(run.scene, 1.0, 1, {}, cells));
+  run.state = cells.own();
   for (std::size_t i = 0; i < before.size(); ++i) {
-    CHECK(run.state[i].pose.scale == 0.8);
-    CHECK(run.state[i].pose.position == before[i].pose.position);
+    CHECK(run.state[i].scale == 0.8);
+    CHECK(run.state[i].position == before[i].position);
   }
 }

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "packMesh/growth/plane_source.h"
+#include "tests/support/growing.h"
 #include "tests/support/packings.h"
 
 using namespace packmesh;
@@ -13,7 +14,7 @@ namespace {
 struct Packed {
   PackingProblem problem;
   GrowthScene scene;
-  GrowthState state;
+  std::vector<Body> state;
   TetrahedraSums tetrahedra;
 
   Packed(const std::shared_ptr<const Container>& container, double fraction)
@@ -21,7 +22,8 @@ struct Packed {
     scene.shapes = {problem.species[0].shape.get()};
     scene.walls = {container->wall()};
     scene.container = container.get();
-    for (const Pose& pose : pack(problem).poses) state.push_back({0, pose});
+    for (const Pose& pose : pack(problem).poses)
+      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
   }
   PlaneFunctionFactory factory(PlaneSource planeSource = PlaneSource::chords) {
     return [this, planeSource](const GrowthScene& part) {
@@ -30,11 +32,11 @@ struct Packed {
   }
 };
 
-std::size_t changedCells(const GrowthState& a, const GrowthState& b) {
+std::size_t changedCells(const std::vector<Body>& a, const std::vector<Body>& b) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
-    count += a[i].pose.position != b[i].pose.position || a[i].pose.scale != b[i].pose.scale ||
-             a[i].pose.orientation.coeffs() != b[i].pose.orientation.coeffs();
+    count += a[i].position != b[i].position || a[i].scale != b[i].scale ||
+             a[i].orientation.coeffs() != b[i].orientation.coeffs();
   return count;
 }
 
@@ -43,14 +45,14 @@ std::size_t changedCells(const GrowthState& a, const GrowthState& b) {
 TEST_CASE("Local growth: a cell grows up to the surfaces of its neighbours, which stay") {
   Packed packed(test::periodicCube(16.0), 0.35);
   for (const PlaneSource planeSource : {PlaneSource::chords, PlaneSource::catFaces}) {
-    GrowthState state = packed.state;
-    state[3].pose.scale = 0.7;
-    const GrowthState before = state;
+    std::vector<Body> state = packed.state;
+    state[3].scale = 0.7;
+    const std::vector<Body> before = state;
     LocalGrowth growth(packed.scene, packed.problem.growth, packed.factory(planeSource));
     GrowthStatistics statistics;
     CHECK(growth.grow({3}, {}, state, statistics));
-    CHECK(state[3].pose.scale == 1.0);
-    CHECK(StepHalving(packed.scene).examine(state).clean());
+    CHECK(state[3].scale == 1.0);
+    CHECK(test::examine(packed.scene, state).clean());
     CHECK(changedCells(before, state) == 1);
     CHECK((planeSource == PlaneSource::catFaces) == (packed.tetrahedra.runs > 0));
   }

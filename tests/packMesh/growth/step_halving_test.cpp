@@ -5,7 +5,7 @@
 #include <random>
 
 #include "packMesh/container/primitives.h"
-#include "packMesh/growth/seeding.h"
+#include "tests/support/growing.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -16,13 +16,15 @@ struct Spheres {
   std::shared_ptr<const Shape> shape = test::sphereShape(1.0);
   std::unique_ptr<Container> container;
   GrowthScene scene;
-  GrowthState state;
+  std::vector<Body> state;
 
   Spheres(std::unique_ptr<Container> in, const std::vector<Vec3>& centers) : container(std::move(in)) {
     scene.shapes = {shape.get()};
     scene.walls = {container->wall()};
     scene.container = container.get();
-    for (const Vec3& center : centers) state.push_back({0, Pose{1.0, Quaternion::Identity(), center}});
+    for (const Vec3& center : centers)
+      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0,
+                               Pose{1.0, Quaternion::Identity(), center}));
   }
 };
 
@@ -36,6 +38,13 @@ GrowthStep moveBy(const Vec3& translation) {
   return step;
 }
 
+/// The part of its step that each cell took.
+std::vector<double> taken(const std::vector<Body>& cells) {
+  std::vector<double> parts;
+  for (const Body& cell : cells) parts.push_back(cell.stepTaken);
+  return parts;
+}
+
 bool sameBits(const Pose& a, const Pose& b) {
   return a.scale == b.scale && a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
@@ -45,11 +54,10 @@ bool sameBits(const Pose& a, const Pose& b) {
 TEST_CASE("Steps that keep cells apart are taken whole") {
   Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
   StepHalvingSums sums;
-  const auto taken =
-      StepHalving(s.scene).take({moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
-  CHECK(s.state[0].pose.position.x() == 2.5);
-  CHECK(s.state[1].pose.position.x() == 5.5);
-  CHECK(taken == std::vector<double>{1.0, 1.0});
+  test::takeSteps(s.scene, {moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
+  CHECK(s.state[0].position.x() == 2.5);
+  CHECK(s.state[1].position.x() == 5.5);
+  CHECK(taken(s.state) == std::vector<double>{1.0, 1.0});
   CHECK(sums.steps == 2);
   CHECK(sums.violatingPairs == 0);
 }
@@ -57,37 +65,37 @@ TEST_CASE("Steps that keep cells apart are taken whole") {
 TEST_CASE("The steps of an offending pair are halved, others are not") {
   Spheres s(cubeOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
   StepHalvingSums sums;
-  const auto taken = StepHalving(s.scene).take(
-      {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))}, s.state, sums);
-  CHECK(taken == std::vector<double>{0.5, 0.5, 1.0});
-  CHECK(s.state[0].pose.position.x() == 2.75);
-  CHECK(s.state[2].pose.position.x() == 11.5);
+  test::takeSteps(
+      s.scene, {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))}, s.state, sums);
+  CHECK(taken(s.state) == std::vector<double>{0.5, 0.5, 1.0});
+  CHECK(s.state[0].position.x() == 2.75);
+  CHECK(s.state[2].position.x() == 11.5);
   CHECK(sums.violatingPairs == 1);
   CHECK(sums.stayed == 0);
 }
 
 TEST_CASE("A step that cannot be taken at all leaves the pose as it was, to the bit") {
   Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
-  const GrowthState before = s.state;
+  const std::vector<Body> before = s.state;
   GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
   turn.rotation = Vec3(0.1, 0.2, 0.3);
   StepHalvingSums sums;
-  const auto taken = StepHalving(s.scene).take({turn, moveBy(Vec3::Zero())}, s.state, sums);
-  CHECK(taken[0] == 0.0);
-  CHECK(sameBits(s.state[0].pose, before[0].pose));
-  CHECK(sameBits(s.state[1].pose, before[1].pose));
+  test::takeSteps(s.scene, {turn, moveBy(Vec3::Zero())}, s.state, sums);
+  CHECK(taken(s.state)[0] == 0.0);
+  CHECK(sameBits(s.state[0].pose(), before[0].pose()));
+  CHECK(sameBits(s.state[1].pose(), before[1].pose()));
   CHECK(sums.stayed == 1);
 }
 
 TEST_CASE("Steps out of the lumen are taken back, so are steps nearer to the wall than the clearance") {
   Spheres s(cubeOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
   StepHalvingSums sums;
-  StepHalving(s.scene).take({moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
-  CHECK(s.state[0].pose.position.x() == 1.25);
+  test::takeSteps(s.scene, {moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
+  CHECK(s.state[0].position.x() == 1.25);
   CHECK(sums.misplaced == 1);
   s.scene.wallClearance = 0.19;
-  StepHalving(s.scene).take({moveBy(Vec3(-0.2, 0, 0))}, s.state, sums);
-  CHECK(s.state[0].pose.position.x() == 1.25 - 0.2 / 4.0);
+  test::takeSteps(s.scene, {moveBy(Vec3(-0.2, 0, 0))}, s.state, sums);
+  CHECK(s.state[0].position.x() == 1.25 - 0.2 / 4.0);
 }
 
 TEST_CASE("A required gap counts as part of the cells, and images are neighbours") {
@@ -95,11 +103,11 @@ TEST_CASE("A required gap counts as part of the cells, and images are neighbours
             {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
   s.scene.clearance = 0.3;
   StepHalvingSums sums;
-  StepHalving(s.scene).take({moveBy(Vec3(-0.8, 0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
+  test::takeSteps(s.scene, {moveBy(Vec3(-0.8, 0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
   CHECK(sums.violatingPairs == 1);
-  CHECK(s.state[0].pose.position.x() == 1.1);
-  StepHalving(s.scene).take({moveBy(Vec3(0.0, 7.0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
-  CHECK(s.state[0].pose.position.y() == Approx(2.0));  // wrapped into the period
+  CHECK(s.state[0].position.x() == 1.1);
+  test::takeSteps(s.scene, {moveBy(Vec3(0.0, 7.0, 0)), moveBy(Vec3::Zero())}, s.state, sums);
+  CHECK(s.state[0].position.y() == Approx(2.0));  // wrapped into the period
 }
 
 TEST_CASE("Whatever is proposed, states stay valid and no cell shrinks") {
@@ -111,21 +119,20 @@ TEST_CASE("Whatever is proposed, states stay valid and no cell shrinks") {
   scene.shapes = {cell.get()};
   scene.walls = {nullptr};
   scene.container = container.get();
-  GrowthState state = seedRandomly(scene, {8}, {"RBC"}, 0.2);
-  StepHalving stepHalving(scene);
+  std::vector<Body> state = test::seeded(scene, {8}, 0.2);
   StepHalvingSums sums;
   for (int round = 0; round < 40; ++round) {
-    const GrowthState before = state;
+    const std::vector<Body> before = state;
     std::vector<GrowthStep> steps;
-    for (const GrowingCell& c : state) {
+    for (const Body& c : state) {
       GrowthStep step = moveBy(2.0 * unit(random) * test::randomDirection(random));
-      step.scale = std::min(1.0, c.pose.scale + 0.2 * unit(random));
+      step.scale = std::min(1.0, c.scale + 0.2 * unit(random));
       step.rotation = 0.5 * test::randomDirection(random);
       steps.push_back(step);
     }
-    stepHalving.take(steps, state, sums);
-    CHECK(StepHalving(scene).examine(state).clean());
-    for (std::size_t i = 0; i < state.size(); ++i) CHECK(state[i].pose.scale >= before[i].pose.scale);
+    test::takeSteps(scene, steps, state, sums);
+    CHECK(test::examine(scene, state).clean());
+    for (std::size_t i = 0; i < state.size(); ++i) CHECK(state[i].scale >= before[i].scale);
   }
   CHECK(sums.violatingPairs > 20);
 }

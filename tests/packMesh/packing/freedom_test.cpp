@@ -24,6 +24,16 @@ bool same(const Pose& a, const Pose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
 
+/// Both methods keep all constraints.
+Method anyMethod() {
+  return GENERATE(Method::relaxation, Method::cat);
+}
+
+/// Sweeps or iterations that it took.
+std::int64_t effort(const PackingResult& result) {
+  return result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps;
+}
+
 PackingResult certified(const PackingProblem& problem) {
   PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
@@ -47,6 +57,7 @@ TEST_CASE("An axis is turned into its cone as little as possible") {
 }
 
 TEST_CASE("Fixed cells stay to the bit, others make room") {
+  const Method method = anyMethod();
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
     const PackingResult first = certified(problem);
@@ -58,10 +69,11 @@ TEST_CASE("Fixed cells stay to the bit, others make room") {
     fixed.freedom.fixed = true;
     others.count = 45;
     problem.species = {fixed, others};
+    problem.method = method;
     const PackingResult result = certified(problem);
     REQUIRE(result.cellCount == 75);
     for (std::size_t i = 0; i < kept; ++i) CHECK(same(result.poses[i], fixed.start[i]));
-    CHECK(result.statistics.sweeps > 0);
+    CHECK(effort(result) > 0);
   }
 }
 
@@ -73,6 +85,7 @@ TEST_CASE("What does not fit beside fixed cells is left out, not the fixed ones"
   fixed.freedom.fixed = true;
   others.count = 15;
   problem.species = {fixed, others};
+  problem.method = anyMethod();
   problem.limits.maxSweeps = 60;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
@@ -103,13 +116,14 @@ TEST_CASE("Fixed cells that meet, or the wall, are refused") {
 TEST_CASE("A packing that is given whole stays as it is, and cells of one that is not clean move") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
   const PackingResult first = certified(problem);
+  problem.method = anyMethod();
   problem.species[0].start = first.poses;
   const PackingResult again = certified(problem);
-  CHECK(again.statistics.sweeps == 0);
+  CHECK(effort(again) == 0);
   for (std::size_t i = 0; i < first.poses.size(); ++i) CHECK(same(again.poses[i], first.poses[i]));
   problem.species[0].start[3].position = problem.species[0].start[2].position;
   const PackingResult mended = certified(problem);
-  CHECK(mended.statistics.sweeps > 0);
+  CHECK(effort(mended) > 0);
   // More cells: the first ones begin where they were, so most of them are not far from there.
   problem.species[0].start = first.poses;
   problem.species[0].count += 3;
@@ -124,6 +138,7 @@ TEST_CASE("A packing that is given whole stays as it is, and cells of one that i
 }
 
 TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall") {
+  const Method method = anyMethod();
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
     const auto lumen = std::shared_ptr<const Container>(makeCylinder(Vec3(15, 12, 12), 0, 12.0, 30.0, true));
@@ -144,6 +159,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
     base.count = 12;
     base.freedom.region = right;
     problem.species.push_back(base);
+    problem.method = method;
     const PackingResult result = certified(problem);
     CHECK(result.certificate.minimumWallGap >= 1.5);
     for (std::size_t i = 0; i < result.poses.size(); ++i) {
@@ -162,7 +178,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
   }
 }
 
-TEST_CASE("Freedom is checked, and growth refuses to be held back") {
+TEST_CASE("Constraints that cannot be are refused") {
   const auto refused = [](auto&& change) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.1);
     change(problem);
@@ -184,11 +200,6 @@ TEST_CASE("Freedom is checked, and growth refuses to be held back") {
                p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0};
              }),
              Contains("pi/2"));
-  CHECK_THAT(refused([](P& p) {
-               p.method = Method::cat;
-               p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 1.0};
-             }),
-             Contains("growth (method cat) does not know"));
   CHECK_THAT(refused([](P& p) {
                p.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}};
              }),

@@ -305,8 +305,8 @@ TEST_CASE("Whatever a state says that can be read, the run that goes on from it 
       [&](PackingState& s) { s.growth.progress.since = number(); },
       [&](PackingState& s) { s.growth.progress.failures = number(); },
       [&](PackingState& s) { s.growth.progress.sweeps = length(); },
-      [&](PackingState& s) { s.growth.progress.reference = length(); },
-      [&](PackingState& s) { s.growth.progress.taken.push_back(length()); },
+      [&](PackingState& s) { s.growth.progress.reference = number(); },
+      [&](PackingState& s) { cell(s).stepTaken = length(); },
       [&](PackingState& s) { s.growth.best.assign(2, cell(s)); },
       [&](PackingState& s) {
         s.growth.best.assign(2, cell(s));
