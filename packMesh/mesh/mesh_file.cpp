@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_file.h"
 
-#include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -32,47 +30,17 @@ std::string meshIn(const std::filesystem::path& file) {
   return content;
 }
 
-bool startsWithWord(const std::string& content, const char* word) {
-  const std::size_t from = content.find_first_not_of(" \t\r\n");
-  if (from == std::string::npos) return false;
-  for (std::size_t k = 0; word[k]; ++k)
-    if (from + k >= content.size() || (content[from + k] | 0x20) != word[k]) return false;
-  return true;
-}
-
-/// Binary files may begin with "solid" too, and their sizes tell them from text beyond doubt.
-PolygonSoup readStl(const std::string& content, const std::filesystem::path& file) {
-  std::uint32_t count = 0;
-  if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
-  const std::uint64_t binarySize = 84 + 50 * std::uint64_t(count);
-  if (content.size() >= 84 && content.size() == binarySize) return readBinaryStl(content);
-  const bool brokenBinary = content.size() >= 84 && content.find('\0') != std::string::npos;
-  if (startsWithWord(content, "solid") && !brokenBinary) return readTextStl(content, file);
-  if (content.size() < 84)
-    throw InputError(file.string() +
-                     ": expected an STL file: text that begins with 'solid', or at least 84 bytes");
-  throw InputError(file.string() + ": expected a binary STL file of " + std::to_string(binarySize) +
-                   " bytes for the " + std::to_string(count) + " triangles its header announces, found " +
-                   std::to_string(content.size()) + " bytes");
-}
-
 PolygonSoup readSoup(const std::filesystem::path& file) {
   const std::string kind = kindOf(file);
   const std::string content = meshIn(file);
-  if (kind == "stl") return readStl(content, file);
-  if (kind == "obj") return readObj(content, file);
-  const std::size_t headerEnd = std::min(content.find("end_header"), content.size());
-  if (kind == "ply") {
-    if (!startsWithWord(content, "ply"))
-      throw InputError(file.string() + ": expected a PLY file, beginning with 'ply'");
-    if (headerEnd == content.size())
-      throw InputError(file.string() + ": expected 'end_header' in the PLY file");
-    const bool binary = content.find("format binary") < headerEnd;
-    return binary ? readBinaryPly(content, file) : readTextPly(content, file);
-  }
-  const std::string firstLine = content.substr(0, content.find('\n'));
-  const bool binary = firstLine.find("BINARY") != std::string::npos;
-  return binary ? readBinaryOff(content, file) : readTextOff(content, file);
+  const auto read = kind == "stl" ? readStl : kind == "off" ? readOff : kind == "ply" ? readPly : readObj;
+  PolygonSoup soup = read(content, file);
+  const int first = kind == "obj";  // faces count vertices from here
+  if (soup.largestCorner() >= static_cast<int>(soup.vertices.size()))
+    throw InputError(file.string() + ": a face names vertex " + std::to_string(soup.largestCorner() + first) +
+                     ", but there are " + std::to_string(soup.vertices.size()) + ", counted from " +
+                     std::to_string(first));
+  return soup;
 }
 
 /// Cuts a polygon into a fan of triangles from the first corner from which all of them face the polygon's

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What stands in a mesh file, before anything is made of it. Internal to packMesh/io.
+/// @file What stands in a mesh file, before anything is made of it. Internal to packMesh/mesh.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -20,24 +21,21 @@ struct PolygonSoup {
     corners.insert(corners.end(), polygon.begin(), polygon.end());
     ends.push_back(static_cast<int>(corners.size()));
   }
+  int largestCorner() const {
+    return corners.empty() ? -1 : *std::max_element(corners.begin(), corners.end());
+  }
 };
 
-/// Strict readers of text: every coordinate in double precision, every index checked, every error with its
-/// line. OpenMesh's readers of these kinds round coordinates to single precision and read past damage in
-/// silence (a truncated OFF file becomes triangles 0 0 0), which is why they are not used here.
+/// Strict readers of text and binary files: every coordinate in double precision, every count held against
+/// the file before it is believed, no face left out, every error of a text with its line. OpenMesh's readers
+/// would be less code, but round coordinates to single precision, leave out faces, and accept damaged files
+/// or never end with them (docs/contributing.md).
+/// Corners may be numbers of vertices that there are not: readMesh() checks them.
 /// @param content the whole file; @param file its name, for messages
-/// @throws InputError naming file and line, what was expected and what was found
-PolygonSoup readTextStl(const std::string& content, const std::filesystem::path& file);
-PolygonSoup readTextOff(const std::string& content, const std::filesystem::path& file);
-PolygonSoup readTextPly(const std::string& content, const std::filesystem::path& file);
+/// @throws InputError naming the file, and the line of a text, what was expected and what was found
+PolygonSoup readStl(const std::string& content, const std::filesystem::path& file);
 PolygonSoup readObj(const std::string& content, const std::filesystem::path& file);
-
-/// Binary STL; `content` has the size its header announces.
-PolygonSoup readBinaryStl(const std::string& content);
-
-/// Binary PLY (either byte order, any properties) and binary OFF (Geomview's and OpenMesh's). Strict, too:
-/// OpenMesh's reader goes through 10^9 vertices that a header announces and no file holds.
-PolygonSoup readBinaryPly(const std::string& content, const std::filesystem::path& file);
-PolygonSoup readBinaryOff(const std::string& content, const std::filesystem::path& file);
+PolygonSoup readPly(const std::string& content, const std::filesystem::path& file);
+PolygonSoup readOff(const std::string& content, const std::filesystem::path& file);
 
 }  // namespace packmesh

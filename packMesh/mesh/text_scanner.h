@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Words of a text file, line by line. Internal to packMesh/io.
+/// @file Words of a text file, line by line. Internal to packMesh/mesh.
 #pragma once
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -15,6 +16,9 @@
 #include "packMesh/core/vector.h"
 
 namespace packmesh {
+
+/// Largest count of anything in a file; indices are int.
+constexpr long largestCount = std::numeric_limits<int>::max() / 8;
 
 /// Hands out the lines of a text that hold something besides comments, cut into words. Independent of the
 /// locale.
@@ -45,6 +49,9 @@ class TextScanner {
       throw InputError(file_ + ": the file ends after line " + std::to_string(line_) + ", expected " +
                        expected);
   }
+
+  /// What follows the line.
+  std::string_view rest() const { return text_.substr(std::min(at_, text_.size())); }
 
   const std::vector<std::string_view>& words() const { return words_; }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_file.h"
 
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -230,6 +232,62 @@ TEST_CASE("readMesh cuts polygons, understands OBJ indices and PLY properties", 
       "end_header\n255 3 2 1\n0 0 1 0\n0 0 0 1\n1 3 0 1 2\n"));
   REQUIRE(ply.vertices[0] == Vec3(1, 2, 3));
   REQUIRE(ply.triangles.size() == 1);
+}
+
+TEST_CASE("readMesh reads PLY with properties and comments of any kind, text and binary alike", "[io]") {
+  const Folder folder;
+  const auto header = [](const std::string& format) {
+    return "ply\nformat " + format +
+           " 1.0\ncomment element face 9 end_header\nelement vertex 3\nproperty list uchar short near\n"
+           "property float x\nproperty float y\nproperty float z\nelement face 1\nproperty uchar flag\n"
+           "property list uint uint vertex_indices\nproperty list uchar float texcoord\nend_header\n";
+  };
+  const std::string text = header("ascii") + "0 1 2 3\n1 7 4 5 6\n2 8 9 7 8 10\n1 3 2 1 0 1 0.5\n";
+  std::string binary = header("binary_little_endian");
+  for (int v = 0; v < 3; ++v) {
+    put(binary, std::uint8_t(v));
+    for (int near = 0; near < v; ++near) put(binary, std::int16_t(near));
+    for (int k = 0; k < 3; ++k) put(binary, v == 2 && k == 2 ? 10.0f : float(3 * v + k + 1));
+  }
+  put(binary, std::uint8_t(1));
+  for (const std::uint32_t number : {3, 2, 1, 0}) put(binary, number);
+  put(binary, std::uint8_t(1));
+  put(binary, 0.5f);
+  for (const std::string& content : {text, binary}) {
+    const TriangleMesh mesh = readMesh(folder.write("a.ply", content));
+    CHECK(mesh.vertices == std::vector<Vec3>{{1, 2, 3}, {4, 5, 6}, {7, 8, 10}});
+    CHECK(mesh.triangles == std::vector<Triangle>{{2, 1, 0}});
+  }
+}
+
+// Why packMesh has readers of its own (polygon_soup.h). If this fails, OpenMesh's may be good enough by now.
+TEST_CASE("OpenMesh's readers round coordinates, leave out faces and accept damage", "[.][openmesh]") {
+  struct Traits : OpenMesh::DefaultTraits {
+    using Point = OpenMesh::Vec3d;
+  };
+  using Mesh = OpenMesh::PolyMesh_ArrayKernelT<Traits>;
+  const Folder folder;
+  const auto read = [](const std::filesystem::path& file) {
+    Mesh mesh;
+    CHECK(OpenMesh::IO::read_mesh(mesh, file.string()));
+    return mesh;
+  };
+  TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3::Constant(1.0 / 3.0));
+  for (const char* name : {"a.off", "a.ply", "a.obj", "a.stl"}) {
+    CAPTURE(name);
+    writeMesh(folder.path() / name, mesh);
+    const Mesh rounded = read(folder.path() / name);
+    CHECK(rounded.n_faces() == 12);
+    for (const auto v : rounded.vertices())
+      if (rounded.point(v)[0] > 0.0) CHECK(rounded.point(v)[0] == double(1.0f / 3.0f));
+    for (const Vec3& v : readMesh(folder.path() / name).vertices)
+      if (v.x() > 0.0) CHECK(v.x() == 1.0 / 3.0);
+  }
+  mesh.triangles.push_back({0, 0, 1});
+  CHECK(read(folder.write("collapsed.stl", binaryStl(mesh))).n_faces() == 12);
+  CHECK(read(folder.write("nonsense.obj", "v 0 0 0\nv one 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")).n_faces() == 1);
+  const std::string stl = binaryStl(mesh);
+  CHECK(read(folder.write("truncated.stl", stl.substr(0, 400))).n_faces() == 0);
 }
 
 TEST_CASE("readMesh reads text STL as programs write it", "[io]") {
