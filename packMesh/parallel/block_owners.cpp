@@ -8,7 +8,7 @@
 namespace packmesh {
 namespace {
 
-/// Bits of the three indices, one after the other (Morton 1966).
+/// Interleaved bits of the three indices (Morton 1966).
 std::uint64_t mortonCode(const std::array<int, 3>& index) {
   std::uint64_t code = 0;
   for (int bit = 0; bit < 20; ++bit)
@@ -30,7 +30,7 @@ BlockOwners::BlockOwners(const BlockGrid& blocks, const std::vector<std::int64_t
   double own = 0.0;
   int rank = 0;
   for (const int block : order) {
-    // The next rank begins where that brings this one nearer to an even share of what is left.
+    // The next rank begins here if that brings this rank nearer to an equal share of the remaining work.
     const double share = left / (ranks - rank), more = static_cast<double>(work[block]);
     if (rank + 1 < ranks && own > 0.0 && own + 0.5 * more > share) {
       left -= own;

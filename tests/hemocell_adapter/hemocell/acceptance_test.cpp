@@ -240,7 +240,7 @@ TEST_CASE("Clearance is to the true wall, of voxels cells only have to stay clea
   REQUIRE(certificateAt(&floor, tooLow).misplaced.size() == 1);
   CHECK(certificateAt(&floor, tooLow).misplaced[0].gap == Approx(0.75).margin(1e-12));
   CHECK(certificateAt(&floor, tooLow).misplaced[0].reason ==
-        "is 0.75 µm from the wall, less than the 1 µm asked for");
+        "is 0.75 µm from the wall, less than the required 1 µm");
 
   // 0.1 µm beyond the face of the lattice, and as far into a solid voxel: nearer to the voxels than the
   // clearance is no fault, beyond them is, however large the clearance.

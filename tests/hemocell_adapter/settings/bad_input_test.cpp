@@ -81,7 +81,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"1e-9 20 20 --ends periodic --cell a 1 1e-10 1 1", 2,
        "repeats every 1e-09 µm along x is too small to be examined"},
       {"check --box 1e-9 20 20 --ends periodic", 2,
-       "cannot be examined in a lumen that repeats every 1e-09 µm", file("RBC.pos", "1\n4 4 4 0 0 0\n")},
+       "is too large or too far away for a lumen with a period of 1e-09 µm", file("RBC.pos", "1\n4 4 4 0 0 0\n")},
       {"20 20 20 --rbc 1 --report k.html --state k.html", 5, "k.html: two outputs have this name"},
       {"20 20 20 --rbc 1 --report RBC.json --state ./RBC.json", 5, "two outputs have this name"},
       {"20 20 20 --rbc 1 --vtp --state RBC.vtp", 5, "two outputs have this name"},
