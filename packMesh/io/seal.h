@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Files that begin with a checksum of themselves: damage is seen before anything else reads them.
+/// @file Files that begin with their own checksum, so that damage is detected before they are used.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,14 @@
 
 namespace packmesh {
 
-/// What a sealed file begins with: text, then zeros, sealSize bytes in all.
+/// Begin of a sealed file: text padded with zeros to sealSize bytes.
 struct Seal {
-  std::string kind;  ///< of file, one line
+  std::string kind;  ///< kind of file, one line
   std::int64_t version;
   std::string writer;  ///< one line
 };
 
-/// A seal takes so many bytes [bytes].
+/// Size of a seal [bytes].
 inline constexpr std::size_t sealSize = 512;
 
 /// Puts the seal over the first sealSize bytes of a file, with the XXH3 of all others.

@@ -139,8 +139,8 @@ TEST_CASE("pipes, devices and files that cannot be read are refused as input", "
       {"20 20 20 --cell-mesh a 1 a.off", 2, "a.off: is a pipe, expected a mesh file", fifo("a.off")},
       {"20 20 20 --rbc 2 --fixed RBC.pos", 2, "RBC.pos: is a pipe, expected a .pos file", fifo("RBC.pos")},
       {"check --box 20 20 20", 2, "RBC.pos: is a pipe, expected a .pos file", fifo("RBC.pos")},
-      {"--restart s.h5", 2, "s.h5: is a pipe, expected a state of packMesh", fifo("s.h5")},
-      {"20 20 20 --rbc 1 --state s.h5", 5, "s.h5: is not a file, so it cannot be replaced by one",
+      {"--restart s.h5", 2, "s.h5: is a pipe, expected a packMesh state", fifo("s.h5")},
+      {"20 20 20 --rbc 1 --state s.h5", 5, "s.h5: is not a regular file and cannot be replaced",
        fifo("s.h5")},
       // Of a regular file by its kind; what a process has at address 0 cannot be read.
       {"20 20 20 --cell-mesh a 1 a.stl", 2, "a.stl: cannot be read: Input/output error",

@@ -139,7 +139,7 @@ TEST_CASE("The gap to the wall of fluid nodes is that to the nearest solid cube"
   CHECK(gap({2.0, 2.9, 2.9}, {2.5, 3.1, 3.1}) == Approx(0.25));
   CHECK(gap({2.0, 2.0, 2.0}, {2.5, 2.5, 2.5}) == Approx(0.25 * std::sqrt(3.0)));
   CHECK(gap({0.0, 1.0, 1.0}, {0.5, 1.2, 1.2}) == Approx(0.25));  // the end of the lattice
-  CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses a part of the wall");
+  CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses part of the wall");
   CHECK(lumen->wall()->violation(sample::box({2.8, 2.8, 2.8}, {3.2, 3.2, 3.2})) == "is outside the lumen");
   CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {2.75, 3, 3})) == "meets the wall");
   for (int k = 0; k < 12; ++k)

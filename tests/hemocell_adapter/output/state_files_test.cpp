@@ -226,7 +226,7 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
   writeText(file, "not HDF5");
   const Ran garbage = run(folder.path(), "--restart state.h5");
   REQUIRE(garbage.exitCode == int(ExitCode::badInput));
-  REQUIRE_THAT(garbage.err, Contains("not a state of packMesh"));
+  REQUIRE_THAT(garbage.err, Contains("not a packMesh state"));
   const Ran check = run(folder.path(), "check config.xml --restart state.h5");
   REQUIRE(check.exitCode == int(ExitCode::usage));
 }
@@ -286,7 +286,7 @@ TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too",
     const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
     CAPTURE(arguments, ran.all());
     REQUIRE(ran.exitCode == int(ExitCode::badInput));
-    REQUIRE_THAT(ran.all(), Contains("not a state of packMesh") || Contains("no such file"));
+    REQUIRE_THAT(ran.all(), Contains("not a packMesh state") || Contains("no such file"));
   }
   REQUIRE(run(folder.path(), "30 30 30 --checkpoint-every 0").exitCode == int(ExitCode::usage));
   REQUIRE(run(folder.path(), "--restart").exitCode == int(ExitCode::usage));

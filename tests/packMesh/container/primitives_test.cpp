@@ -163,7 +163,7 @@ TEST_CASE("The gap of a cell in a convex lumen is that of its nearest vertex", "
 TEST_CASE("Containers refuse sizes that make no sense", "[container][messages]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(makeBox({{0, 0, 0}, {1, 0, 1}}, {false, false, false}),
-                    Contains("along y must be positive and finite, found 0 µm"));
+                    Contains("along y must be positive and finite; found 0 µm"));
   CHECK_THROWS_AS(makeBox(Box(), {false, false, false}), InputError);
   CHECK_THROWS_AS(makeBox({{0, 0, nan}, {1, 1, 1}}, {true, true, true}), InputError);
   CHECK_THROWS_WITH(makeCylinder({0, 0, 0}, 0, -1.0, 2.0, true), Contains("radius of the cylinder"));

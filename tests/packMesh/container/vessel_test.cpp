@@ -104,7 +104,7 @@ TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
   REQUIRE(verdict(wall, cellAt({3.5, 0, 0}, 0.7)) == "meets the wall");
   REQUIRE(verdict(wall, cellAt({2, 0, 0}, 1.0)) == "is outside the lumen");
   REQUIRE(verdict(wall, cellAt({20, 0, 0}, 1.0)) == "is outside the lumen");
-  REQUIRE(verdict(wall, cellAt({2, 0, 0}, 3.0)) == "encloses a part of the wall");
+  REQUIRE(verdict(wall, cellAt({2, 0, 0}, 3.0)) == "encloses part of the wall");
   REQUIRE(verdict(wall, cellAt({0, 0, 0}, 20.0)) == "is outside the lumen");
   // A cell of two parts, of which one is elsewhere.
   TriangleMesh two = cellAt({-3, 0, 0});

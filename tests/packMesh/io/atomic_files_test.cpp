@@ -68,7 +68,7 @@ TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written
     AtomicFiles files;
     files.add(a, "new");
     CHECK_THROWS_WITH(files.add(folder.path() / "none" / "PLT.pos", "x"),
-                      Contains("cannot write in the folder"));
+                      Contains("cannot write to the folder"));
   }
   SECTION("a folder in the way") {
     AtomicFiles files;

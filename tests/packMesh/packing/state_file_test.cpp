@@ -93,15 +93,15 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
   }
   SECTION("empty, text, a folder, a pipe") {
     writeBytes(file, "");
-    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("not a packMesh state"));
     writeBytes(file, "12\n1 2 3\n");
-    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("not a packMesh state"));
     fs::remove(file);
     fs::create_directory(file);
-    REQUIRE_THAT(refusal(), Contains("is a folder, expected a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is a folder, expected a packMesh state"));
     fs::remove(file);
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
-    REQUIRE_THAT(refusal(), Contains("is a pipe, expected a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is a pipe, expected a packMesh state"));
   }
   SECTION("truncated") {
     for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
@@ -111,7 +111,7 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
   }
   SECTION("another program's HDF5 file") {
     H5Fclose(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
-    REQUIRE_THAT(refusal(), Contains("is an HDF5 file, but not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is an HDF5 file, but not a packMesh state"));
   }
   SECTION("another version") {
     std::string other = bytes;
