@@ -19,12 +19,13 @@ struct Seal {
 /// Size of a seal [bytes].
 inline constexpr std::size_t sealSize = 512;
 
-/// Puts the seal over the first sealSize bytes of a file, with the XXH3 of all others.
-/// @return what went wrong, or nothing
+/// Writes the seal into the first sealSize bytes of a file, with the XXH3 hash of the remaining bytes.
+/// @return an error message, or an empty string
 std::string seal(const std::filesystem::path& file, const Seal& seal);
 
-/// Reads all of the file.
-/// @throws InputError naming the file when it is none of this kind and version, or not as it was when sealed
+/// Reads and verifies the whole file.
+/// @throws InputError naming the file if it is not of this kind and version, or has changed since it was
+/// sealed
 void requireSealed(const std::filesystem::path& file, const std::string& kind, std::int64_t version);
 
 }  // namespace packmesh

@@ -201,7 +201,7 @@ TEST_CASE("a case whose STL has triangles without area and is inside out is pack
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
   INFO(packed.all());
   CHECK(packed.exitCode == 0);
-  CHECK_THAT(packed.err, Contains("mended 1 triangle without area") && Contains("inside out"));
+  CHECK_THAT(packed.err, Contains("repaired 1 triangle without area") && Contains("inside out"));
   // HemoCell deflates this one: a node fewer along each axis than of the sound tube.
   CHECK_THAT(packed.out, Contains("of 50 x 32 x 32"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
@@ -219,13 +219,13 @@ TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[exe
   const Ran ran = run(folder.path(), "config.xml --rbc 3");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.err, Contains("turned round 1 triangle") && Contains("HemoCell reads the file as it is"));
+  CHECK_THAT(ran.err, Contains("flipped 1 triangle") && Contains("HemoCell reads the file as it is"));
 
   writeText(folder.path() / "tube.stl", tubeStl(-2.4, 0.75, 48));  // mirrored: inside out
   const Ran mirrored = run(folder.path(), "config.xml --rbc 3");
   INFO(mirrored.all());
   CHECK(mirrored.exitCode == 0);
-  CHECK_THAT(mirrored.err, Contains("turned 1 surface that was inside out") &&
+  CHECK_THAT(mirrored.err, Contains("flipped 1 surface that was inside out") &&
                                Contains("HemoCell reads the file as it is"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
 }

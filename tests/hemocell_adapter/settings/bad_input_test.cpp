@@ -121,7 +121,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
        file("tube.stl",
             "solid" + std::string(75, ' ') + std::string("\x0c\0\0\0", 4) + std::string(550, 'x'))},
       {h, 2, "not closed, it has 3 open edges", file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
-      {h, 2, "tube.stl: the surface meets itself", file("tube.stl", spikedTubeStl())},
+      {h, 2, "tube.stl: the surface intersects itself", file("tube.stl", spikedTubeStl())},
       {h, 2, "tube.stl: all triangles of the mesh are collapsed", file("tube.stl", tubeStl(0, 0, 48))},
       {h + " --ends periodic", 2, "<geometry>: tube.stl: the two ends",
        file("tube.stl", tubeStl(2.4, 0.75, 48, false, 1.1))},

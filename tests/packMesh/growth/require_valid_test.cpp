@@ -85,7 +85,7 @@ TEST_CASE("Meshes that bound no body are refused by name", "[tetrahedra]") {
 
   TriangleMesh crossing = icosphere(2);
   crossing.vertices[0] *= -3.0;
-  refuse(crossing, "meets itself");
+  refuse(crossing, "intersects itself");
 
   TriangleMesh flat = cube;
   for (Vec3& v : flat.vertices) v.z() = 0.0;

@@ -81,7 +81,7 @@ TEST_CASE("Loops are found among segments in any order and direction") {
 }
 
 TEST_CASE("What is no simple polygon is refused") {
-  CHECK_THROWS_WITH(loopsOf({}), Contains("no cross-section"));
+  CHECK_THROWS_WITH(loopsOf({}), Contains("cross-section is empty"));
   auto open = segmentsOf(star(1, 8));
   open.pop_back();
   CHECK_THROWS_WITH(loopsOf(open), Contains("not closed"));
