@@ -22,7 +22,7 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
                 "cells, below 1"),
       named("construction", constructions(), "construction of the cell in the C++ code of the case",
             [](S& s, const Value& v) { s.construction = constructionFromString(text(v)); })
-          .byDefault("by the name"),
+          .byDefault("depends on the name"),
       attribute("minimumDistanceFromSolid", &S::minimumDistanceFromSolid, distanceFromSolid(),
                 "value that the C++ code of the case passes to setInitialMinimumDistanceFromSolid; HemoCell "
                 "truncates it to whole µm")
@@ -35,7 +35,7 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("hemocell"),
       attribute("ellipsoid", &S::ellipsoidAxes, vector("e1 e2 d", 0, true),
                 "an ellipsoid instead of <name>.xml, full axis lengths"),
-      attribute("redCell", &S::redCell, flag(), "whether its volume counts as hematocrit")
+      attribute("redCell", &S::redCell, flag(), "true if its volume counts in the hematocrit")
           .byDefault("true when the name contains RBC"),
       attribute("fixed", &S::fixed, file(), "a .pos file of fixed cells"),
       attribute("start", &S::start, file(),
@@ -61,32 +61,32 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
   scales.kind = Kind::numbers;
   static const std::vector<Attribute<G>> table = {
       attribute("initialScale", &G::initialScale, number("", "fraction", G::smallestScale, false, 1),
-                "f_init, at which cells start"),
+                "f_init, initial scale of cells"),
       attribute("spreadRounds", &G::spreadRounds, integerFrom(0),
-                "rounds in which cells of different sizes are spread"),
+                "rounds of redistributing cells of different sizes"),
       attribute("barriers", &G::barriers, scales,
-                "b_i, increasing to 1: none grows beyond before all are there"),
-      attribute("iterations", &G::maxIterations, integerFrom(1), "itn_max, for each barrier"),
+                "b_i, increasing to 1: no cell grows beyond a barrier before all have reached it"),
+      attribute("iterations", &G::maxIterations, integerFrom(1), "itn_max, largest number of iterations per barrier"),
       attribute("rotationBound", &G::rotationBound, positive("rad", 3.14159),
-                "theta_max, largest turn in an iteration"),
+                "theta_max, largest rotation in an iteration"),
       attribute("translationBound", &G::translationBound, positive("cube roots of the volume", 1e3),
                 "t_max, largest translation in an iteration"),
       attribute("padding", &G::padding, nonNegative("roots of a triangle's area", 1e3),
-                "p, kept from the planes"),
-      attribute("linearisations", &G::linearisations, integerFrom(1), "of the rotation in an iteration"),
-      attribute("alpha", &G::alpha, positive("", 1), "of the resampling (eq. 3.4)"),
-      attribute("beta", &G::beta, positive("", 1e3), "of the resampling (eq. 3.4)"),
-      attribute("centring", &G::centring, flag(), "cells at the barrier move to the middle of their planes"),
-      attribute("shaking", &G::shaking, nonNegative("", 1), "random pushes relative to growth"),
-      attribute("patience", &G::patience, integerFrom(1), "iterations over which growth is judged stalled"),
+                "p, distance kept from the planes"),
+      attribute("linearisations", &G::linearisations, integerFrom(1), "linearisations of the rotation in an iteration"),
+      attribute("alpha", &G::alpha, positive("", 1), "alpha of the resampling (eq. 3.4)"),
+      attribute("beta", &G::beta, positive("", 1e3), "beta of the resampling (eq. 3.4)"),
+      attribute("centring", &G::centring, flag(), "move cells that reached the barrier to the centre of their planes"),
+      attribute("shaking", &G::shaking, nonNegative("", 1), "random displacements relative to growth"),
+      attribute("patience", &G::patience, integerFrom(1), "iterations over which stalled growth is detected"),
       attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of what was missing", 1e3),
-                "less than this is stalled"),
+                "growth counts as stalled below this"),
       attribute("relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
-                "of a relaxation when stalled; 0: none, as in the thesis"),
+                "sweeps of the relaxation after growth stalls; 0: none, as in the thesis"),
       attribute("giveUpAfter", &G::giveUpAfter, integerFrom(0),
-                "stalls at one barrier that no relaxation helped; 0: never"),
+                "give up after this many stalls at one barrier despite relaxation; 0: never"),
       attribute("attempts", &G::attempts, integerFrom(1),
-                "random starts times cells, when few cells get nowhere"),
+                "number of random starts times number of cells, if few cells do not grow"),
   };
   return table;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Into what cells are packed.
+// Settings of the lumen.
 #include <algorithm>
 
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -84,18 +84,18 @@ std::vector<Setting> lumenSettings() {
       setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
               "nodes of that plane that form the inlet, where the plane has several outlines: y 0 42",
               setPreInletRange)
-          .byDefault("of the C++ code, or all of the plane")
+          .byDefault("of the C++ code, or the whole plane")
           .withTag("preInletRange")
           .mayRepeat(),
       flagSetting("keep-all", &R::keepAll,
-                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all; default of "
+                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all cells; default of "
                   "packMesh")
           .withoutTag(),
       setting("dx", &R::dx, number("dx", "µm", 0, true, 100),
               "lattice spacing of the simulation, without a config.xml")
           .withoutTag(),
       [] {
-        Setting box = setting("box", {flag()}, "with check: the .pos files of a box, not of a case",
+        Setting box = setting("box", {flag()}, "with check: check the .pos files of a box, not of a case",
                               [](Settings& s, const Values& v) { s.checkBox = yes(v[0]); });
         box.flag = true;
         return box;

@@ -189,9 +189,9 @@ TEST_CASE("input of absurd sizes is refused, large input is read quickly", "[exe
   std::string attributes;
   for (int i = 0; i < 200'000; ++i) attributes += fmt::format("a{}=\"1\" ", i);
   requireRefused({
-      {"config.xml", 2, "config.xml:2: a tag with more than 1000 attributes",
+      {"config.xml", 2, "config.xml:2: a tag has more than 1000 attributes",
        config(caseOf("<!-- <a = = = > -->\n<species name=\"RBC\" " + attributes + "/>"))},
-      {"config.xml", 2, "more than 10000 kinds of cells", config(caseOf(ellipsoids(10'001)))},
+      {"config.xml", 2, "more than 10000 species", config(caseOf(ellipsoids(10'001)))},
   });
   const TemporaryFolder folder;
   writeText(folder.path() / "config.xml", caseOf(ellipsoids(2000)));

@@ -137,7 +137,7 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
     std::string text, expected;
   };
   const Case cases[] = {
-      {"", "is empty or no text"},
+      {"", "is empty or not text"},
       {"<hemocell><MaterialModel></hemocell>", ":1: is not well-formed XML"},
       {"<?xml version=\"1.0\" ?>\n<Hemocell></Hemocell>", ":2: root <Hemocell>, expected <hemocell>"},
       {"<hemocell>\n</hemocell>", ":1: expected <MaterialModel>"},

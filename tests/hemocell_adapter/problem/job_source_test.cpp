@@ -165,7 +165,7 @@ TEST_CASE("a pre-inlet that cannot be told is refused, and the calls are named",
                     Contains("case.cpp:6: ") && Contains("case.cpp:7: "));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "3"}), Contains("need its direction"));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "first"}),
-                    Contains("a plane of nodes: 0, 1 ... or last"));
+                    Contains("a plane of nodes: 0, 1, ... or last"));
   CHECK_THROWS_WITH(inletOf(inletCode, {"--pre-inlet-range", "x", "0", "4"}),
                     Contains("the inlet is along x"));
   CHECK_THROWS_WITH(inletOf(inletCode, {"--pre-inlet-range", "y", "0", "all"}),

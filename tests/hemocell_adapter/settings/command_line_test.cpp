@@ -98,7 +98,7 @@ TEST_CASE("errors of the command line teach", "[command_line]") {
   };
   for (const Row& row : {
            Row{"", "nothing to do"},
-           {"--rbc 3", "what is to be packed into"},
+           {"--rbc 3", "no container: give"},
            {"50 50", "expected a config.xml or three sizes"},
            {"50 50 50 50", "found 4 sizes"},
            {"a.xml b.xml", "found 2 words"},
@@ -120,7 +120,7 @@ TEST_CASE("errors of the command line teach", "[command_line]") {
            {"50 50 50 --hematocrit 0.3 --plt 5", "excludes '--plt'"},
            {"50 50 50 --ends open", "expected closed or periodic, found 'open'"},
            {"50 50 50 --walls ab", "expected axes"},
-           {"50 50 50 --rbc 1 --box", "belongs to check"},
+           {"50 50 50 --rbc 1 --box", "is for check"},
            {"check --box 50 50", "three sizes"},
            {"config.xml --dx 0.5", "for boxes"},
            {"50 50 50 --quiet --verbose --rbc 1", "excludes"},
