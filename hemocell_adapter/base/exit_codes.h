@@ -28,7 +28,8 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::badInput, "a file or a value in it is invalid"},
     {ExitCode::outOfReach, "not feasible within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
-     "check found overlap, cells outside the lumen, gaps below the required clearance, or cells that HemoCell deletes "
+     "check found overlap, cells outside the lumen, gaps below the required clearance, or cells that "
+     "HemoCell deletes "
      "(not counted where cells can cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::internal, "internal error"},

@@ -62,9 +62,8 @@ Candidate resolve(const std::string& word, const std::string& asTyped) {
   }
   for (const Candidate& candidate : all) names.push_back(candidate.name);
   const auto nearest = nearestName(word, names);
-  throw UsageError(
-      fmt::format("unknown option '{}'{}", asTyped,
-                  nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; see --help"));
+  throw UsageError(fmt::format("unknown option '{}'{}", asTyped,
+                               nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; see --help"));
 }
 
 std::string usage(const Setting& setting) {
@@ -255,9 +254,9 @@ void refuseTwice(const CommandLine& c, std::size_t from) {
     if (a.word < from || option == "export") continue;
     const auto [other, isNew] = known.try_emplace({a.setting, subjectOf(a)}, &a);
     if (isNew || other->second->values == a.values) continue;
-    throw UsageError(fmt::format(
-        "option '--{}' is given twice{}, with different values", option,
-        other->first.second.empty() ? "" : fmt::format(" for '{}'", other->first.second)));
+    throw UsageError(
+        fmt::format("option '--{}' is given twice{}, with different values", option,
+                    other->first.second.empty() ? "" : fmt::format(" for '{}'", other->first.second)));
   }
 }
 
@@ -268,8 +267,8 @@ void checkCombination(const CommandLine& c) {
     for (const char* other : {"rbc", "plt"}) {
       if (given(c, other)) {
         throw UsageError(
-            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit determines the number{}", other,
-                        other == std::string("plt") ? ", and --plt_ratio that of platelets" : ""));
+            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit determines the number{}",
+                        other, other == std::string("plt") ? ", and --plt_ratio that of platelets" : ""));
       }
     }
   }
@@ -286,7 +285,8 @@ void checkCombination(const CommandLine& c) {
   }
   if (!c.configFile && given(c, "minimum-distance-from-solid")) {
     throw UsageError(
-        "option '--minimum-distance-from-solid' requires a case: without a config.xml there are no solid nodes");
+        "option '--minimum-distance-from-solid' requires a case: without a config.xml there are no solid "
+        "nodes");
   }
   if (given(c, "box") && c.command != Command::check) {
     throw UsageError("option '--box' is for check; to pack a box, give only its sizes: sX sY sZ");
@@ -294,7 +294,8 @@ void checkCombination(const CommandLine& c) {
   if (c.configFile) {
     for (const char* boxOnly : {"dx", "keep-all", "box"}) {
       if (given(c, boxOnly)) {
-        throw UsageError(fmt::format("option '--{}' is for boxes; a case specifies this in config.xml", boxOnly));
+        throw UsageError(
+            fmt::format("option '--{}' is for boxes; a case specifies this in config.xml", boxOnly));
       }
     }
   }

@@ -87,9 +87,10 @@ std::vector<Setting> lumenSettings() {
           .byDefault("of the C++ code, or the whole plane")
           .withTag("preInletRange")
           .mayRepeat(),
-      flagSetting("keep-all", &R::keepAll,
-                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all cells; default of "
-                  "packMesh")
+      flagSetting(
+          "keep-all", &R::keepAll,
+          "with packCells: no cell crosses a face of the box, so that HemoCell keeps all cells; default of "
+          "packMesh")
           .withoutTag(),
       setting("dx", &R::dx, number("dx", "µm", 0, true, 100),
               "lattice spacing of the simulation, without a config.xml")

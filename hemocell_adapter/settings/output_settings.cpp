@@ -52,8 +52,9 @@ std::vector<Setting> outputSettings() {
       flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray")
           .withTag("povScene")
           .notForCheck(),
-      flagSetting("vtp", &R::vtp,
-                  "write <Cell>.vtp for ParaView: the cells as points with their measurements, and their meshes")
+      flagSetting(
+          "vtp", &R::vtp,
+          "write <Cell>.vtp for ParaView: the cells as points with their measurements, and their meshes")
           .notForCheck(),
       flagSetting("vtp-meshes", &R::vtpMeshes,
                   "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)")
@@ -62,7 +63,8 @@ std::vector<Setting> outputSettings() {
               "write a report: file.json, or file.html (with file.json beside it)")
           .notForCheck(),
       flagSetting("quiet", &R::quiet, "print only warnings and errors").withoutTag(),
-      flagSetting("verbose", &R::verbose, "print progress, and every violation that a check finds").withoutTag(),
+      flagSetting("verbose", &R::verbose, "print progress, and every violation that a check finds")
+          .withoutTag(),
   };
 }
 

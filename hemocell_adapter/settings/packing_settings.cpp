@@ -41,9 +41,8 @@ std::vector<Setting> methodSettings() {
                     {{"chords", PlaneSource::chords}, {"cat-faces", PlaneSource::catFaces}},
                     "with --method cat: source of the planes between cells")
           .onlyFor(Method::cat),
-      flagSetting(
-          "escape", &R::escape,
-          "with --method cat: cells that remain small exchange places and grow into gaps")
+      flagSetting("escape", &R::escape,
+                  "with --method cat: cells that remain small exchange places and grow into gaps")
           .onlyFor(Method::cat),
       setting("stock", {name(), count()},
               "with --escape: number of additional cells of that kind that can fill gaps",

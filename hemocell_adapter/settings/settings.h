@@ -28,9 +28,9 @@ struct SpeciesRequest {
   std::optional<std::filesystem::path> meshFile;
   std::optional<double> meshScale;  ///< µm per unit of the mesh file
   std::optional<MeshFrame> meshFrame;
-  std::optional<Vec3> ellipsoidAxes;  ///< full lengths [µm]
-  std::optional<bool> redCell;        ///< true if its volume counts in the hematocrit
-  std::optional<std::int64_t> stock;  ///< with escape: number of additional cells that can fill gaps
+  std::optional<Vec3> ellipsoidAxes;           ///< full lengths [µm]
+  std::optional<bool> redCell;                 ///< true if its volume counts in the hematocrit
+  std::optional<std::int64_t> stock;           ///< with escape: number of additional cells that can fill gaps
   std::optional<std::filesystem::path> fixed;  ///< .pos file of fixed cells
   std::optional<std::filesystem::path> start;  ///< .pos file of existing cells that can move
   std::optional<double> wallClearance;         ///< [µm]
@@ -69,8 +69,9 @@ struct RegionRequest {
 /// Settings used without further processing; the initial values of members are the defaults.
 struct RunSettings {
   std::optional<double> hematocrit;
-  std::optional<double> redCellVolume;  ///< volume of one red cell in the hematocrit [µm³]; empty: that of the mesh
-  bool fluidVolume = false;             ///< hematocrit refers to the volume of the fluid nodes, not of the true lumen
+  std::optional<double>
+      redCellVolume;         ///< volume of one red cell in the hematocrit [µm³]; empty: that of the mesh
+  bool fluidVolume = false;  ///< hematocrit refers to the volume of the fluid nodes, not of the true lumen
   std::optional<ContainerRequest> container;
   std::vector<RegionRequest> regions;  ///< a point belongs to the first region that contains it
   double cellFreeLayer = 0.0;          ///< minimum distance between red cells and the wall [µm]

@@ -17,8 +17,8 @@ constexpr double firstLevel = 0.02;
 std::string tooNear(double gap, double required) {
   int digits = 6;
   while (digits < 17 && toText(gap, digits) == toText(required, digits)) ++digits;
-  return "is " + toText(gap, digits) + " µm from the wall, less than the required " + toText(required, digits) +
-         " µm";
+  return "is " + toText(gap, digits) + " µm from the wall, less than the required " +
+         toText(required, digits) + " µm";
 }
 
 }  // namespace

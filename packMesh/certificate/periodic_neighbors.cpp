@@ -23,7 +23,8 @@ constexpr double mostImages = 100.0, furthest = 1e9;
 void requireBelow(double limit, double periods, const Sphere& sphere, double period) {
   if (periods < limit) return;  // false for NaN
   throw InputError(
-      fmt::format("the cell at {1}, {0:.4g} µm wide, is too large or too far away for a lumen with a period of {2:.4g} µm",
+      fmt::format("the cell at {1}, {0:.4g} µm wide, is too large or too far away for a lumen with a period "
+                  "of {2:.4g} µm",
                   2.0 * sphere.radius, toText(sphere.center), period));
 }
 
@@ -86,7 +87,8 @@ void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onl
           Periods inGrid{x, y, z};
           NearPair pair{sphere, other, {}, 0.0};
           if (other == sphere) {
-            if (n <= Periods{0, 0, 0}) return;  // the sphere itself, or the mirror image of a pair visited anyway
+            if (n <= Periods{0, 0, 0})
+              return;  // the sphere itself, or the mirror image of a pair visited anyway
           } else if (other < sphere) {
             if (onlyLater) return;
             std::swap(pair.first, pair.second);

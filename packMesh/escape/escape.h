@@ -12,18 +12,18 @@
 namespace packmesh {
 
 struct EscapeSettings {
-  int orientations = 3;  ///< number of random orientations tried in each room
-  int swapRounds = 6;    ///< maximum number of groups of cells that exchange places
-  int groupSize = 12;    ///< number of cells in a group
-  int holes = 60;        ///< number of holes tried, largest first
-  std::vector<std::int64_t>
-      reserve;  ///< per species: number of bodies that can be added; empty: none
+  int orientations = 3;               ///< number of random orientations tried in each room
+  int swapRounds = 6;                 ///< maximum number of groups of cells that exchange places
+  int groupSize = 12;                 ///< number of cells in a group
+  int holes = 60;                     ///< number of holes tried, largest first
+  std::vector<std::int64_t> reserve;  ///< per species: number of bodies that can be added; empty: none
 };
 
 /// Result of one phase.
 struct EscapePhase {
   std::string name;
-  double coverage = 0.0;                ///< after the phase: volume of all cells at their present scale / volume of the lumen
+  double coverage =
+      0.0;  ///< after the phase: volume of all cells at their present scale / volume of the lumen
   std::int64_t cells = 0, full = 0;     ///< after the phase: number of cells; of full-size cells
   std::int64_t tried = 0, changed = 0;  ///< number of rooms or holes
   double seconds = 0.0;                 ///< CPU time [s]

@@ -88,8 +88,8 @@ void requireSealed(const fs::path& file, const std::string& kind, std::int64_t v
   constexpr std::string_view by = "written by ";
   const std::string writer(writtenBy.substr(std::min(by.size(), writtenBy.size())));
   if (found > 0 && found != version)
-    fail(fmt::format("is a {0} of version {1}, written by {3}; this packMesh reads version {2}", kind,
-                     found, version, writer));
+    fail(fmt::format("is a {0} of version {1}, written by {3}; this packMesh reads version {2}", kind, found,
+                     version, writer));
   const auto hash = hashOf(writer, in);
   if (!hash || block != blockOf({kind, version, writer}, *hash)) fail("is truncated or damaged");
 }

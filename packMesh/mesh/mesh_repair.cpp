@@ -244,8 +244,7 @@ void checkInput(const TriangleMesh& mesh, const std::string& name) {
         throw MeshError(name + ": a triangle refers to vertex " + std::to_string(v) + " of " +
                         std::to_string(mesh.vertices.size()));
       if (!mesh.vertices[v].allFinite())
-        throw MeshError(name + ": vertex " + std::to_string(v) +
-                        " has a coordinate that is not finite");
+        throw MeshError(name + ": vertex " + std::to_string(v) + " has a coordinate that is not finite");
     }
 }
 
@@ -293,8 +292,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
                     counted(faults.crowded, "edge", "edges") + ", the first " +
                     edgeText(mesh, faults.firstCrowded));
 
-  if (mesh.triangles.empty())
-    throw MeshError(name + ": all its triangles cancel each other");
+  if (mesh.triangles.empty()) throw MeshError(name + ": all its triangles cancel each other");
 
   std::vector<int> component;
   const std::optional<std::size_t> turned = orient(mesh, sides, component);
@@ -321,8 +319,8 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
     };
     if (pair->first == pair->second)
       throw MeshError(name + ": the triangle at " + toText(middle(pair->first)) + " has no area");
-    throw MeshError(name + ": the surface intersects itself: the triangles at " + toText(middle(pair->first)) +
-                    " and " + toText(middle(pair->second)) + " intersect");
+    throw MeshError(name + ": the surface intersects itself: the triangles at " +
+                    toText(middle(pair->first)) + " and " + toText(middle(pair->second)) + " intersect");
   }
   note(orientComponents(mesh, component, name), "flipped", "surface that was inside out",
        "surfaces that were inside out");

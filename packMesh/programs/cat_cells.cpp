@@ -86,8 +86,7 @@ Options parse(int argc, char** argv) {
     else
       files.push_back(argument);
   }
-  if (files.size() < 2)
-    throw UsageError("give a container and at least one object; see catCells --help");
+  if (files.size() < 2) throw UsageError("give a container and at least one object; see catCells --help");
   requireMeshCollectionEnding(options.output);
   options.container = files.front();
   options.objects.assign(files.begin() + 1, files.end());
@@ -121,8 +120,10 @@ void printCases(const Tetrahedra& tetrahedra, WallFaces wall) {
   ChordalFaces split;
   splitChordally(tetrahedra, wall, split);
   const auto& n = split.tetrahedra;
-  fmt::print("(packMesh) {} tetrahedra: {} join two surfaces (3+1 vertices), {} (2+2), {} three, {} four; {} CAT faces\n",
-             tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
+  fmt::print(
+      "(packMesh) {} tetrahedra: {} join two surfaces (3+1 vertices), {} (2+2), {} three, {} four; {} CAT "
+      "faces\n",
+      tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
 }
 
 void writeScene(const Options& options, const TetrahedraInput& input, const CatCells& cells) {
@@ -168,7 +169,8 @@ void run(const Options& options) {
                cells.cells[i].triangles.size());
     sum += volume;
   }
-  fmt::print("(packMesh) The cells fill {:.6f} % of the container\n", 100.0 * sum / signedVolume(container.mesh()));
+  fmt::print("(packMesh) The cells fill {:.6f} % of the container\n",
+             100.0 * sum / signedVolume(container.mesh()));
   writeCatCells(options.output, cells, options.objects);
   fmt::print("(packMesh) Wrote {}\n", options.output);
   if (!options.scene.empty()) writeScene(options, input, cells);

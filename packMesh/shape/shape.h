@@ -49,7 +49,9 @@ class Shape {
   const TriangleMesh& mesh() const { return hierarchy_.mesh(); }
   const MeshHierarchy& hierarchy() const { return hierarchy_; }
   double volume() const { return volume_; }  ///< volume of the mesh [µm³]
-  double radius() const { return radius_; }  ///< radius of the smallest enclosing sphere around the body origin [µm]
+  double radius() const {
+    return radius_;
+  }  ///< radius of the smallest enclosing sphere around the body origin [µm]
   double halfThickness() const { return halfThickness_; }  ///< largest depth of a point inside [µm]
   const SupportBound& bound() const { return bound_; }
   double sampleSpacing() const;  ///< approximate largest distance of a surface point from a sample [µm]

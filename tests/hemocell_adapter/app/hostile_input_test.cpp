@@ -61,7 +61,7 @@ TEST_CASE("names of cells that no file or table can hold are refused", "[executa
   std::vector<Row> rows = {
       {box + std::string(252, 'x') + ellipsoid, 1, expected},
       {box + std::string(101, 'x') + ellipsoid, 1, expected},
-      {"20 20 20 --fixed a,b.pos", 2, "a,b.pos: the name before .pos is that of the cells; " + expected},
+      {"20 20 20 --fixed a,b.pos", 2, "a,b.pos: the name before .pos is the name of the cells; " + expected},
       {"20 20 20 --rbc 1 --state '\x02.h5'", 5, "expected UTF-8 without control characters"},
   };
   for (const char* name : {"a,b",
@@ -208,10 +208,10 @@ TEST_CASE("<packing> counts directly in <hemocell> alone", "[executable]") {
     return [=](const fs::path& folder) { writeText(folder / "config.xml", text); };
   };
   requireRefused({
-      {"config.xml --rbc 1", 2, "config.xml:2: <packing>: stands outside of <hemocell>",
+      {"config.xml --rbc 1", 2, "config.xml:2: <packing>: found outside of <hemocell>",
        config("<hemocell>" + domain + "</hemocell>\n" + packing)},
       {"config.xml --rbc 1", 2,
-       "config.xml:1: <packing>: stands in <domain>; it belongs directly into <hemocell>",
+       "config.xml:1: <packing>: found in <domain>; it must be a child of <hemocell>",
        config("<hemocell><domain>" + sampleDomain + packing + "</domain></hemocell>")},
       {"config.xml --rbc 1", 2, "config.xml:1: <Packing>: unknown tag, did you mean <packing>?",
        config("<hemocell>" + domain + "<Packing/></hemocell>")},

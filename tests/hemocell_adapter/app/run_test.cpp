@@ -131,8 +131,9 @@ TEST_CASE("time that ends before packing begins is told as such", "[executable]"
   const Ran ran = run(folder.path(), "50 50 50 --rbc 1 --max-time 1e-9");
   INFO(ran.all());
   CHECK(ran.exitCode == 3);
-  CHECK_THAT(ran.err, Contains("the time limit of 1e-09 s was reached before packing began; nothing was written") &&
-                          !Contains("hematocrit"));
+  CHECK_THAT(ran.err,
+             Contains("the time limit of 1e-09 s was reached before packing began; nothing was written") &&
+                 !Contains("hematocrit"));
 }
 
 TEST_CASE("columns are proposed only where a random packing is out of reach", "[executable]") {

@@ -99,7 +99,7 @@ TEST_CASE("A minimum distance from solid keeps a cube of nodes free", "[acceptan
     CHECK(one.allows(0.5 * Vec3(i, i, i)) == (std::abs(i - 8) > 2));  // a cube, not a ball
     CHECK(one.allows({0.5 * i, 5.5, 4}));
   }
-  CHECK(one.violation({{3, 4, 4}}) == std::string("nearer than 1 µm to a solid node"));
+  CHECK(one.violation({{3, 4, 4}}) == std::string("closer than 1 µm to a solid node"));
   CHECK(one.violation({{4, 4, 4}}) == std::string("a vertex lies on a wall node"));
   CHECK(one.allows({-0.2, 4, 4}));  // what lies outside the lattice does not count
   // int(d/dx): 0.4 µm nodes, 1 µm is 2 nodes; 0.1 µm, 10.

@@ -139,7 +139,7 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>fifty</refDirN>"),
             "found 'fifty'"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>1e3</refDirN>"),
-            "<refDirN>: expected a whole number in digits alone, found '1e3'"},
+            "<refDirN>: expected a whole number without exponent, found '1e3'"},
            {configXml("<dx>5e-7</dx><nx>10</nx><ny>10</ny>"), "has no <nz>"},
            {configXml("<dx>5e-7</dx><nx>-10</nx><ny>10</ny><nz>10</nz>"), "found '-10'"},
            {packing("<hematokrit>0.4</hematokrit>"),

@@ -154,7 +154,7 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
       {material(triangles + "<radius> </radius>"), "<radius> ''"},
       {material(triangles + "<radius>3.91e-6 m</radius>"), "'3.91e-6 m'"},
       {material(triangles + radius + "\n" + radius),
-       ":5: <radius> stands here and on line 4, expected it once"},
+       ":5: <radius> occurs here and on line 4, expected only one"},
       {material(radius + "<minNumTriangles>0</minNumTriangles>"),
        "<minNumTriangles> '0', expected a whole number"},
       {material(radius + "<minNumTriangles>600.5</minNumTriangles>"), "'600.5'"},

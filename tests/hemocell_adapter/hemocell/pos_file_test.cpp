@@ -128,7 +128,7 @@ TEST_CASE("readPos refuses what HemoCell would silently misread, and says where"
        "1\n" +
            good,
        "byte order mark"},
-      {"2\n" + good, ":1: announces 2 cells, but 1 follow: HemoCell would make up the other 1"},
+      {"2\n" + good, ":1: announces 2 cells, but 1 follow: HemoCell would invent the other 1"},
       {"1\n# the first cell\n" + good, ":2: a comment"},
       {"2\n" + good + "1 2 3 4 5 6 # fast\n", ":3: 8 fields"},
       {"2\n" + good + "1 2 3 4 5\n", ":3: 5 fields, expected six numbers"},
@@ -183,10 +183,10 @@ TEST_CASE("readPos reads as many cells as are announced, as HemoCell does, and w
   CHECK(readPos(folder.write("1\n" + good + "\n" + good + "not a cell\n"), &warnings).size() == 1);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
-             Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell reads the first "
-                      "1 only, and so does packMesh"));
+             Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell and packMesh read "
+                      "only the first 1"));
   warnings.clear();
   CHECK(readPos(folder.write("0\n" + good + good), &warnings).empty());
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell reads none of them"));
+  CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell and packMesh read none"));
 }

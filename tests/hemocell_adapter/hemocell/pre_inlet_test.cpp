@@ -147,7 +147,7 @@ TEST_CASE("of a slice with several outlines one must be chosen", "[pre_inlet]") 
   place.ranges = {{1, 34, 38}};
   CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("has no fluid node in that range"));
   place.ranges = {{1, 30, 20}};
-  CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("y 30 20, is none of its nodes"));
+  CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("y 30 20 is invalid"));
 }
 
 TEST_CASE("places of pre-inlets are compared in the lattice they are in", "[pre_inlet]") {
@@ -184,7 +184,7 @@ TEST_CASE("a slice across the vessel has the frame of its own box", "[pre_inlet]
   place.slice = 0;
   CHECK_THROWS_WITH(makePreInlet(tube, place, 40), Contains("has no fluid node"));
   place.slice = 1000;
-  CHECK_THROWS_WITH(makePreInlet(tube, place, 40), Contains("is no plane of nodes"));
+  CHECK_THROWS_WITH(makePreInlet(tube, place, 40), Contains("is outside the lattice"));
 }
 
 TEST_CASE("a case with a pre-inlet is packed in the inlet's frame", "[executable]") {

@@ -190,7 +190,7 @@ TEST_CASE("a case whose C++ keeps cells from the wall is packed and checked so",
   fs::rename(folder.path() / "case.txt", folder.path() / "case.cpp");
   const Ran deleted = run(folder.path(), "check config.xml");
   CHECK(deleted.exitCode == 4);
-  CHECK_THAT(deleted.out, Contains("nearer than 1 µm to a solid node"));
+  CHECK_THAT(deleted.out, Contains("closer than 1 µm to a solid node"));
 }
 
 TEST_CASE("who asks for a cell without a file learns which there are", "[executable]") {

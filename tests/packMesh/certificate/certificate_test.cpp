@@ -293,8 +293,7 @@ TEST_CASE("A cell nearer to its wall than required is misplaced, and the smalles
       for (const MisplacedCell& m : certificate.misplaced)
         REQUIRE(m.gap == (m.cell == 0 ? 2.0 : m.cell == 1 ? 0.25 : 0.5));
       if (required == 0.51)
-        REQUIRE(certificate.misplaced[1].reason ==
-                "is 0.5 µm from the wall, less than the required 0.51 µm");
+        REQUIRE(certificate.misplaced[1].reason == "is 0.5 µm from the wall, less than the required 0.51 µm");
       if (required == 0.2500001)  // both would be 0.25 in six digits
         REQUIRE(certificate.misplaced[0].reason ==
                 "is 0.25 µm from the wall, less than the required 0.2500001 µm");

@@ -259,7 +259,7 @@ TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {
   CHECK_THROWS_WITH(makeVessel(tube, std::nullopt, 0.0), Contains("spacing of the vessel's distances"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{4, 0, 20, true}, 0.25), Contains("axis"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 20, 0, true}, 0.25),
-                    Contains("must end beyond where it begins"));
+                    Contains("end of the vessel must lie beyond its beginning"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 30, 40, true}, 0.25),
                     Contains("lies outside the container"));
   CHECK_THROWS_WITH(makeVessel(sample::sphere(Vec3::Zero(), 5.0, 10, 16), VesselEnds{0, -5, 5, false}, 0.25),

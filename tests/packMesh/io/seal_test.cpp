@@ -38,7 +38,8 @@ TEST_CASE("A seal tells what a file is, and any change of it") {
     REQUIRE_NOTHROW(requireSealed(file, "thing", 3));
     REQUIRE_THROWS_WITH(
         requireSealed(file, "thing", 4),
-        Contains("sealed: is a thing of version 3, written by me; this packMesh reads version 4") && Contains("me"));
+        Contains("sealed: is a thing of version 3, written by me; this packMesh reads version 4") &&
+            Contains("me"));
     REQUIRE_THROWS_WITH(requireSealed(file, "something", 3), Contains("is not a packMesh something"));
     for (const std::size_t at :
          {std::size_t{16}, std::size_t{40}, std::size_t{60}, sealSize - 1, sealed.size() - 1}) {
