@@ -55,7 +55,7 @@ std::string ellipsoids(int count) {
 
 }  // namespace
 
-TEST_CASE("names of cells that no file or table can hold are refused", "[executable]") {
+TEST_CASE("Cell names that no file or table can hold are rejected", "[executable]") {
   const std::string box = "20 20 20 --cell ", ellipsoid = " 1 2 2 2",
                     expected = "expected a cell name of at most 100 bytes";
   std::vector<Row> rows = {
@@ -84,7 +84,7 @@ TEST_CASE("names of cells that no file or table can hold are refused", "[executa
   CHECK(run(folder.path(), "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv").exitCode == 0);
 }
 
-TEST_CASE("paths that lead nowhere are the user's to mend", "[executable]") {
+TEST_CASE("Invalid paths are reported as errors of the user", "[executable]") {
   const std::string longName(300, 'n'), pack = "20 20 20 --rbc 1 ";
   std::string longPath;
   while (longPath.size() < 5000) longPath += std::string(200, 'p') + '/';
@@ -125,7 +125,7 @@ TEST_CASE("paths that lead nowhere are the user's to mend", "[executable]") {
   });
 }
 
-TEST_CASE("pipes, devices and files that cannot be read are refused as input", "[executable]") {
+TEST_CASE("Pipes, devices and unreadable files are rejected as input", "[executable]") {
   const auto fifo = [](const std::string& name) {
     return [=](const fs::path& folder) {
       fs::remove(folder / name);
@@ -148,7 +148,7 @@ TEST_CASE("pipes, devices and files that cannot be read are refused as input", "
   });
 }
 
-TEST_CASE("folders without permission are told from files that are not there", "[executable]") {
+TEST_CASE("Folders without permission are distinguished from missing files", "[executable]") {
   std::string asNobody;  // root may do everything
   if (geteuid() == 0) {
     if (std::system("setpriv --version > /dev/null 2>&1") != 0) return;
@@ -182,7 +182,7 @@ TEST_CASE("folders without permission are told from files that are not there", "
   fs::permissions(folder.path() / "locked", fs::perms::all);
 }
 
-TEST_CASE("input of absurd sizes is refused, large input is read quickly", "[executable]") {
+TEST_CASE("Input of implausible size is rejected, and large input is read quickly", "[executable]") {
   const auto config = [](const std::string& text) {
     return [=](const fs::path& folder) { writeText(folder / "config.xml", text); };
   };
@@ -201,7 +201,7 @@ TEST_CASE("input of absurd sizes is refused, large input is read quickly", "[exe
   CHECK_THAT(ran.out, Contains("config.xml is valid"));
 }
 
-TEST_CASE("<packing> counts directly in <hemocell> alone", "[executable]") {
+TEST_CASE("<packing> is accepted only as a child of <hemocell>", "[executable]") {
   const std::string domain = "<domain>" + sampleDomain + "</domain>",
                     packing = "<packing><seed>2</seed></packing>";
   const auto config = [](const std::string& text) {
@@ -218,7 +218,7 @@ TEST_CASE("<packing> counts directly in <hemocell> alone", "[executable]") {
   });
 }
 
-TEST_CASE("check is understood wherever it stands", "[executable]") {
+TEST_CASE("check is recognised at any position of the command line", "[executable]") {
   const SampleCase folder;
   REQUIRE(run(folder.path(), "config.xml --rbc 5").exitCode == 0);
   const Ran usual = run(folder.path(), "check config.xml"), other = run(folder.path(), "config.xml check");
@@ -228,7 +228,7 @@ TEST_CASE("check is understood wherever it stands", "[executable]") {
   CHECK_THAT(other.out, Contains("Verdict: clean"));
 }
 
-TEST_CASE("options given twice with different values are refused") {
+TEST_CASE("Options given twice with different values are rejected") {
   const auto parse = [](const std::vector<std::string>& words, const char* name = "packMesh",
                         std::size_t earlier = 0) {
     return parseCommandLine(name, words, earlier).settings();
@@ -253,7 +253,7 @@ TEST_CASE("options given twice with different values are refused") {
                        "0.1", "--fixed", "a/RBC.pos", "--fixed",  "a/PLT.pos", "--vtp",  "--vtp"}));
 }
 
-TEST_CASE("columns of cells that are held to a direction are refused for that reason", "[executable]") {
+TEST_CASE("Columns are rejected for cells with a prescribed direction", "[executable]") {
   requireRefused({{"40 40 40 --ends periodic --rbc 40 --order columns --orient RBC 0 0 1 5", 2,
                    "cannot start in columns: its cells are held to a direction"}});
 }

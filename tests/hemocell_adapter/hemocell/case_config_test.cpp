@@ -21,7 +21,7 @@ CaseConfig read(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a vessel case", "[case_config]") {
+TEST_CASE("The lattice of a vessel case is read from config.xml", "[case_config]") {
   const CaseConfig config =
       read(configXml("<geometry> <!-- where --> tube.stl </geometry>s <dx> 5e-7 </dx>"
                      "<refDir> 1 </refDir> <refDirN> 50 </refDirN> <unknown/>"));
@@ -33,7 +33,7 @@ TEST_CASE("a vessel case", "[case_config]") {
   CHECK_FALSE(config.hasPacking);
 }
 
-TEST_CASE("cases without a geometry are boxes of nodes", "[case_config]") {
+TEST_CASE("Cases without a geometry are boxes of nodes", "[case_config]") {
   using Nodes = std::array<int, 3>;
   CHECK(read(configXml("<dx>5e-7</dx><nx> 40 </nx><ny>41</ny><nz>42</nz>")).domain.boxNodes ==
         Nodes{40, 41, 42});
@@ -43,7 +43,7 @@ TEST_CASE("cases without a geometry are boxes of nodes", "[case_config]") {
   CHECK(read(configXml("<dx>1e-6</dx><refDirN>256</refDirN>")).domain.boxNodes == Nodes{256, 256, 256});
 }
 
-TEST_CASE("the packing section", "[case_config]") {
+TEST_CASE("The packing section is read from config.xml", "[case_config]") {
   const CaseConfig config = read(configXml(sampleDomain, R"(<packing>
     <!-- all there is -->
     <hematocrit> 0.4 </hematocrit> <hematocritVolume> fluid </hematocritVolume> <redCellVolume> 97 </redCellVolume>
@@ -108,7 +108,7 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.container->nodes == Vec3(100, 80, 60));
 }
 
-TEST_CASE("everything wrong with a config.xml is named with its place", "[case_config]") {
+TEST_CASE("Every error in config.xml is reported with its position", "[case_config]") {
   struct Row {
     std::string text, message;
   };

@@ -22,7 +22,7 @@ std::string spikedTubeStl() {
 
 }  // namespace
 
-TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
+TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") {
   struct Row {
     std::string arguments;
     int exitCode;

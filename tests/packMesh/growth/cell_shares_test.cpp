@@ -9,7 +9,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Bisection gives groups of even size of points near each other") {
+TEST_CASE("Bisection gives groups of equal size with nearby points") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const int points : {0, 1, 5, 64, 1000})
@@ -35,7 +35,7 @@ TEST_CASE("Bisection gives groups of even size of points near each other") {
     }
 }
 
-TEST_CASE("One rank works on all cells") {
+TEST_CASE("A single rank works on all cells") {
   const CellShares shares;
   REQUIRE(shares.alone());
   REQUIRE(shares.own(17));

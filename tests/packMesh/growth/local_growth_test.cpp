@@ -40,7 +40,7 @@ std::size_t changedCells(const GrowthState& a, const GrowthState& b) {
 
 }  // namespace
 
-TEST_CASE("Local growth: a cell grows up to the surfaces of its neighbours, which stay") {
+TEST_CASE("Local growth enlarges a cell up to the surfaces of its fixed neighbours") {
   Packed packed(test::periodicCube(16.0), 0.35);
   for (const PlaneSource planeSource : {PlaneSource::chords, PlaneSource::catFaces}) {
     GrowthState state = packed.state;

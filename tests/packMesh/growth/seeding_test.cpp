@@ -47,7 +47,7 @@ void checkSpheres(const GrowthScene& scene, const GrowthState& state) {
 
 }  // namespace
 
-TEST_CASE("Seeds: bounding spheres do not meet and are inside the lumen") {
+TEST_CASE("Bounding spheres of seeds do not meet and are inside the lumen") {
   const std::vector<std::shared_ptr<const Container>> containers = {
       makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {true, true, true}),
       makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {false, true, false}), makeSphere(Vec3::Zero(), 16.0),
@@ -67,7 +67,7 @@ TEST_CASE("Seeds: bounding spheres do not meet and are inside the lumen") {
     }
 }
 
-TEST_CASE("Seeds depend on the seed alone, and orientations can be kept") {
+TEST_CASE("Seed poses depend only on the random seed, and orientations can be fixed") {
   Blood blood(makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {true, true, true}));
   const GrowthState first = seedRandomly(blood.scene, {0, 10, 0}, {"PLT", "RBC", "WBC"}, 0.1);
   const GrowthState again = seedRandomly(blood.scene, {0, 10, 0}, {"PLT", "RBC", "WBC"}, 0.1);
@@ -82,13 +82,13 @@ TEST_CASE("Seeds depend on the seed alone, and orientations can be kept") {
   }
 }
 
-TEST_CASE("No room for a seed is an error that names the cell") {
+TEST_CASE("A seed that does not fit is an error that names the cell") {
   Blood blood(makeBox(Box{Vec3::Zero(), Vec3::Constant(12.0)}, {true, true, true}));
   CHECK_THROWS_WITH(seedRandomly(blood.scene, {0, 0, 40}, {"PLT", "RBC", "WBC"}, 0.9),
                     Catch::Contains("species 'WBC'") && Catch::Contains("0.9"));
 }
 
-TEST_CASE("The power diagram gives large cells more room and leaves states valid") {
+TEST_CASE("The power diagram gives large cells more room and keeps states valid") {
   for (const bool periodic : {true, false}) {
     CAPTURE(periodic);
     Blood blood(makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {periodic, periodic, periodic}));
@@ -123,7 +123,7 @@ TEST_CASE("The power diagram gives large cells more room and leaves states valid
   }
 }
 
-TEST_CASE("Only cells that differ in volume are spread") {
+TEST_CASE("Only cells that differ in volume are redistributed") {
   Blood blood(makeBox(Box{Vec3::Zero(), Vec3::Constant(30.0)}, {true, true, true}));
   const std::vector<std::string> names = {"PLT", "RBC", "WBC"};
   const GrowthSettings settings;

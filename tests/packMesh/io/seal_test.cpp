@@ -25,7 +25,7 @@ void write(const fs::path& file, const std::string& bytes) {
 
 }  // namespace
 
-TEST_CASE("A seal tells what a file is, and any change of it") {
+TEST_CASE("A seal identifies a file and detects any change of it") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "sealed";
   for (const std::size_t size :

@@ -28,7 +28,7 @@ const Vec3 one = Vec3::Ones();
 
 }  // namespace
 
-TEST_CASE("repairClosed leaves sound meshes alone", "[geometry]") {
+TEST_CASE("repairClosed does not change valid meshes", "[geometry]") {
   for (const TriangleMesh& sound :
        {sample::box(-one, one), sample::sphere(one, 3.0, 12, 17), sample::torus(one, 3.0, 1.0, 30, 20),
         sample::straightTube(0.0, 10.0, 2.0, 11, 24)}) {
@@ -39,7 +39,7 @@ TEST_CASE("repairClosed leaves sound meshes alone", "[geometry]") {
   }
 }
 
-TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry]") {
+TEST_CASE("repairClosed repairs what can be repaired safely and reports it", "[geometry]") {
   const TriangleMesh sound = sample::torus(Vec3::Zero(), 3.0, 1.0, 30, 20);
   const double volume = signedVolume(sound);
   TriangleMesh mesh = sound;
@@ -101,7 +101,7 @@ TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry
   REQUIRE(repairClosed(mesh, "again").empty());
 }
 
-TEST_CASE("repairClosed makes enclosed surfaces holes, and what is in a hole solid", "[geometry]") {
+TEST_CASE("repairClosed orients enclosed surfaces as holes, and surfaces in holes as solid", "[geometry]") {
   for (int flips = 0; flips < 16; ++flips) {
     TriangleMesh mesh;
     const double edges[4] = {8.0, 6.0, 4.0, 2.0};
@@ -119,7 +119,7 @@ TEST_CASE("repairClosed makes enclosed surfaces holes, and what is in a hole sol
   }
 }
 
-TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages]") {
+TEST_CASE("repairClosed rejects what is not a closed surface", "[geometry][messages]") {
   const TriangleMesh cube = sample::box(Vec3::Zero(), one);
   CHECK_THAT(refusalOf({}), Contains("no triangles"));
   CHECK_THAT(refusalOf({cube.vertices, {{0, 1, 99}}}), Contains("refers to vertex 99 of 8"));
@@ -151,7 +151,7 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   CHECK_THAT(refusalOf(mesh), Contains("all triangles of the mesh are collapsed"));
 }
 
-TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messages]") {
+TEST_CASE("repairClosed finds surfaces that intersect themselves", "[geometry][messages]") {
   TriangleMesh mesh = sample::box(Vec3::Zero(), one);
   SECTION("two parts that cross") {
     sample::append(mesh, sample::box(0.5 * one, 1.5 * one));
@@ -206,7 +206,7 @@ TriangleMesh boxWithSeam(int inner, bool fan) {
 
 }  // namespace
 
-TEST_CASE("repairClosed mends triangles without area and leaves the surface where it is", "[geometry]") {
+TEST_CASE("repairClosed removes triangles without area without moving the surface", "[geometry]") {
   for (const bool fan : {true, false})
     for (const bool insideOut : {false, true})
       for (const int inner : {1, 2, 3, 7, 30}) {
@@ -226,7 +226,7 @@ TEST_CASE("repairClosed mends triangles without area and leaves the surface wher
       }
 }
 
-TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[geometry][messages]") {
+TEST_CASE("repairClosed rejects a corrupt coordinate and names the vertex", "[geometry][messages]") {
   const TriangleMesh tube = sample::straightTube(0.0, 12.0, 5.0, 2, 12);
   TriangleMesh soup;
   for (const Triangle& t : tube.triangles) {
@@ -261,7 +261,7 @@ TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[ge
   CHECK(repairClosed(mesh, "x").empty());
 }
 
-TEST_CASE("findSelfIntersection agrees with touching and nearly touching parts", "[geometry]") {
+TEST_CASE("findSelfIntersection is exact for touching and nearly touching parts", "[geometry]") {
   TriangleMesh mesh = sample::sphere({0, 0, 0}, 1.0, 8, 12);
   TriangleMesh near = sample::sphere({0, 0, 2.0}, 1.0, 8, 12);
   TriangleMesh both = mesh;
@@ -273,7 +273,7 @@ TEST_CASE("findSelfIntersection agrees with touching and nearly touching parts",
   REQUIRE_FALSE(findSelfIntersection(both));
 }
 
-TEST_CASE("repairClosed of 200,000 triangles", "[geometry][.slow]") {
+TEST_CASE("repairClosed handles 200,000 triangles", "[geometry][.slow]") {
   TriangleMesh mesh = sample::torus(Vec3::Zero(), 50.0, 10.0, 500, 200);
   REQUIRE(repairClosed(mesh, "large").empty());
 }

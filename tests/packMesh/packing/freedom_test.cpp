@@ -33,7 +33,7 @@ PackingResult certified(const PackingProblem& problem) {
 
 }  // namespace
 
-TEST_CASE("An axis is turned into its cone as little as possible") {
+TEST_CASE("An axis is rotated into its cone by the smallest angle") {
   AxisCone cone{Vec3(1, 2, -2) / 3.0, 20.0 * degree};
   for (std::uint64_t i = 0; i < 200; ++i) {
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
@@ -46,7 +46,7 @@ TEST_CASE("An axis is turned into its cone as little as possible") {
   }
 }
 
-TEST_CASE("Fixed cells stay to the bit, others make room") {
+TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
     const PackingResult first = certified(problem);
@@ -65,7 +65,7 @@ TEST_CASE("Fixed cells stay to the bit, others make room") {
   }
 }
 
-TEST_CASE("What does not fit beside fixed cells is left out, not the fixed ones") {
+TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are not") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.40);
   const PackingResult first = certified(problem);
   Species fixed = problem.species[0], others = problem.species[0];
@@ -82,7 +82,7 @@ TEST_CASE("What does not fit beside fixed cells is left out, not the fixed ones"
   for (std::int64_t i = 0; i < fixed.count; ++i) CHECK(same(result.poses[i], fixed.start[i]));
 }
 
-TEST_CASE("Fixed cells that meet, or the wall, are refused") {
+TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.2);
   Species& species = problem.species[0];
   species.name = "WBC";
@@ -100,7 +100,7 @@ TEST_CASE("Fixed cells that meet, or the wall, are refused") {
   CHECK_THROWS_AS(pack(problem), InputError);
 }
 
-TEST_CASE("A packing that is given whole stays as it is, and cells of one that is not clean move") {
+TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one move") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
   const PackingResult first = certified(problem);
   problem.species[0].start = first.poses;
@@ -123,7 +123,7 @@ TEST_CASE("A packing that is given whole stays as it is, and cells of one that i
   CHECK(2 * near > static_cast<int>(first.poses.size()));
 }
 
-TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall") {
+TEST_CASE("Axes stay in their cone, centres in their region, cells away from the wall") {
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
     const auto lumen = std::shared_ptr<const Container>(makeCylinder(Vec3(15, 12, 12), 0, 12.0, 30.0, true));
@@ -162,7 +162,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
   }
 }
 
-TEST_CASE("Freedom is checked, and growth refuses to be held back") {
+TEST_CASE("Constraints are validated, and growth rejects those it does not support") {
   const auto refused = [](auto&& change) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.1);
     change(problem);

@@ -69,7 +69,7 @@ TEST_CASE("catCells writes a cell for each object and a scene", "[executable]") 
   CHECK_THAT(ran.text, !Contains(": cell of 236") && Contains("100.000000 %"));
 }
 
-TEST_CASE("catCells names what is wrong", "[executable]") {
+TEST_CASE("catCells explains errors", "[executable]") {
   const Meshes folder;
   const auto refused = [&](const std::string& arguments, int exitCode) {
     const Ran ran = folder.run(arguments);
