@@ -37,7 +37,7 @@ std::string toString(const PreInletPlace& place);
 
 /// Description of a slice that cuts the vessel more than once.
 struct SeveralOutlines {
-  std::string text;  ///< "the slice of the pre-inlet, plane 4 of nodes along x, has 2 outlines: ..."
+  std::string text;  ///< "the pre-inlet slice, plane 4 of nodes along x, has 2 outlines: ..."
   NodeRange first;   ///< a range that selects only the largest outline, if there is one
 };
 

@@ -35,7 +35,7 @@ class VoxelDistance {
   /// lattice.
   void atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const;
 
-  /// Samples of a block (see atSamples): begin of its rows along x, and the step.
+  /// Samples of a block (see atSamples): start of its rows along x, and the step.
   struct SampleRows {
     std::array<int, 3> first;
     int step;

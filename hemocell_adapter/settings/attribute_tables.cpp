@@ -16,7 +16,7 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
   static const std::vector<Attribute<S>> table = {
       attribute("name", &S::name, name(), "name of the cell: <name>.xml is read, <name>.pos written")
           .required(),
-      attribute("count", &S::count, count(), "number of cells").byDefault("by hematocrit or ratio"),
+      attribute("count", &S::count, count(), "number of cells").byDefault("from hematocrit or ratio"),
       attribute("ratio", &S::ratio, ratio(),
                 "number of these cells per red cell of any species; for red cells: their share of all red "
                 "cells, below 1"),
@@ -45,7 +45,7 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("that of all cells"),
       attribute("axis", &S::axis, direction("x y z"), "direction of the symmetry axis of the cells"),
       attribute("spread", &S::spread, spread(), "largest angle to that direction").byDefault("0"),
-      attribute("stock", &S::stock, count(), "with escape: number of additional cells that may fill gaps")
+      attribute("stock", &S::stock, count(), "with escape: number of additional cells that can fill gaps")
           .byDefault("0"),
   };
   return table;
@@ -63,7 +63,7 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
       attribute("initialScale", &G::initialScale, number("", "fraction", G::smallestScale, false, 1),
                 "f_init, initial scale of cells"),
       attribute("spreadRounds", &G::spreadRounds, integerFrom(0),
-                "rounds of redistributing cells of different sizes"),
+                "rounds of redistribution of cells of different sizes"),
       attribute("barriers", &G::barriers, scales,
                 "b_i, increasing to 1: no cell grows beyond a barrier before all have reached it"),
       attribute("iterations", &G::maxIterations, integerFrom(1),
@@ -75,21 +75,22 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
       attribute("padding", &G::padding, nonNegative("roots of a triangle's area", 1e3),
                 "p, distance kept from the planes"),
       attribute("linearisations", &G::linearisations, integerFrom(1),
-                "linearisations of the rotation in an iteration"),
+                "number of linearisations of the rotation per iteration"),
       attribute("alpha", &G::alpha, positive("", 1), "alpha of the resampling (eq. 3.4)"),
       attribute("beta", &G::beta, positive("", 1e3), "beta of the resampling (eq. 3.4)"),
       attribute("centring", &G::centring, flag(),
                 "move cells that reached the barrier to the centre of their planes"),
       attribute("shaking", &G::shaking, nonNegative("", 1), "random displacements relative to growth"),
-      attribute("patience", &G::patience, integerFrom(1), "iterations over which stalled growth is detected"),
-      attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of what was missing", 1e3),
-                "growth counts as stalled below this"),
+      attribute("patience", &G::patience, integerFrom(1),
+                "number of iterations over which stalling is judged"),
+      attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of the missing growth", 1e3),
+                "mean growth below which cells count as stalled"),
       attribute("relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
                 "sweeps of the relaxation after growth stalls; 0: none, as in the thesis"),
       attribute("giveUpAfter", &G::giveUpAfter, integerFrom(0),
                 "give up after this many stalls at one barrier despite relaxation; 0: never"),
       attribute("attempts", &G::attempts, integerFrom(1),
-                "number of random starts times number of cells, if few cells do not grow"),
+                "with few cells: largest number of random starts times number of cells"),
   };
   return table;
 }
@@ -119,7 +120,7 @@ const std::vector<SolidTag>& solidTags() {
         attribute("scale", &S::scale, meshScale(), "unit of the file"),
         origin("offset", "added to the scaled coordinates"),
         attribute("openAxis", &S::openAxis, axis, "axis along which the lumen is open")
-            .byDefault("closed all around")}},
+            .byDefault("closed on all sides")}},
   };
   return table;
 }

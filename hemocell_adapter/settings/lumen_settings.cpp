@@ -61,14 +61,15 @@ std::vector<Setting> lumenSettings() {
               setVessel),
       setting("open-axis", {axis}, "axis along which the --vessel is open (flat caps at both ends)",
               setOpenAxis)
-          .byDefault("closed all around"),
+          .byDefault("closed on all sides"),
       setting("walls", &R::walls, plain(Kind::axes, "axes"),
               "axes (xyz, or none) along which the box ends in walls")
           .byDefault("none for a box from the command line"),
-      setting("ends", {choice("kind", {"closed", "periodic"})},
-              "open ends of a vessel, faces of a box; closed: cells stay inside, where HemoCell keeps them; "
-              "periodic: cells wrap around",
-              [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
+      setting(
+          "ends", {choice("kind", {"closed", "periodic"})},
+          "open ends of a vessel and faces of a box; closed: cells stay inside, where HemoCell keeps them; "
+          "periodic: cells wrap around",
+          [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
           .byDefault("closed; periodic for a box under the name packCells")
           .withTag("ends"),
       setting("pre-inlet", {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
@@ -82,7 +83,7 @@ std::vector<Setting> lumenSettings() {
           .byDefault("of the C++ code, or the outermost with fluid")
           .withTag("preInletSlice"),
       setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
-              "nodes of that plane that form the inlet, where the plane has several outlines: y 0 42",
+              "nodes of that plane that form the inlet, if the plane has several outlines: y 0 42",
               setPreInletRange)
           .byDefault("of the C++ code, or the whole plane")
           .withTag("preInletRange")

@@ -31,7 +31,7 @@ std::int64_t whole(double value, double step) {
   return std::llround(value / step);
 }
 
-/// Layers from 0 to `length`, all of about the same width.
+/// Layers of equal width that cover `length` [µm] from `begin` on.
 Profile layersOf(double begin, double length, bool exactly) {
   Profile profile;
   profile.begin = begin;

@@ -12,7 +12,7 @@ namespace packmesh {
 class SurfaceWall {
  public:
   /// @param surface the surface that cells must not meet; open at the ends of a periodic lumen
-  /// @param lo, period begin of the first period along `axis` and its length [µm]; 0: not periodic
+  /// @param lo, period start of the first period along `axis` and its length [µm]; 0: not periodic
   SurfaceWall(const TriangleMesh& surface, int axis, double lo, double period);
 
   /// Exact test of a placed mesh.

@@ -76,9 +76,9 @@ OpenedVessel openVessel(const TriangleMesh& surface, int axis) {
   OpenedVessel out = takenApart(surface, axis);
   for (int end = 0; end < 2; ++end)
     if (out.caps[end].empty())
-      throw MeshError("the vessel has no flat end across " + std::string(axisName[axis]) + " at " +
+      throw MeshError("the vessel has no flat end perpendicular to " + std::string(axisName[axis]) + " at " +
                       axisName[axis] + " = " + toText(end == 0 ? out.lo : out.hi) +
-                      " µm: the mesh must be closed there by triangles that lie in one plane");
+                      " µm: the mesh must be closed there by triangles in one plane");
   return out;
 }
 

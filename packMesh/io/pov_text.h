@@ -26,7 +26,7 @@ inline constexpr double crease = 0.76;
 /// Default of a name that `povray Declare=name=value` can set.
 std::string defaultOf(const std::string& name, const std::string& value, const std::string& comment = "");
 
-/// Begin of every scene. @param what title
+/// Beginning of every scene. @param what title
 void writeHead(SceneFile& out, const std::string& what);
 
 /// mesh2 with vertex normals averaged over faces whose normals differ by less than the crease angle; the

@@ -9,7 +9,7 @@
 
 namespace packmesh {
 
-/// Begin of a sealed file: text padded with zeros to sealSize bytes.
+/// Beginning of a sealed file: text padded with zeros to sealSize bytes.
 struct Seal {
   std::string kind;  ///< kind of file, one line
   std::int64_t version;

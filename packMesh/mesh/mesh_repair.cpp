@@ -292,7 +292,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
                     counted(faults.crowded, "edge", "edges") + ", the first " +
                     edgeText(mesh, faults.firstCrowded));
 
-  if (mesh.triangles.empty()) throw MeshError(name + ": all its triangles cancel each other");
+  if (mesh.triangles.empty()) throw MeshError(name + ": all triangles cancel each other");
 
   std::vector<int> component;
   const std::optional<std::size_t> turned = orient(mesh, sides, component);

@@ -9,8 +9,8 @@
 
 namespace packmesh {
 
-/// Blocks along a space-filling curve (Morton), divided into one section of equal work per rank. A rank can
-/// own no block. Identical on all ranks.
+/// Blocks along a space-filling curve (Morton), divided into one section of equal work per rank. Some ranks
+/// may own no blocks. Identical on all ranks.
 class BlockOwners {
  public:
   /// One rank owns all blocks.

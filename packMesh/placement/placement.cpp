@@ -27,7 +27,7 @@ constexpr double jitter = 1.0 / 3.0;
 
 /// Point n of the unit cube: frac(begin + n (1/g, 1/g², 1/g³)) with g⁴ = g + 1, for which any number of
 /// successive points is evenly spread (M. Roberts 2018, "The unreasonable effectiveness of quasirandom
-/// sequences"), plus an offset. Every try has its own random begin.
+/// sequences"), plus an offset. Every try has its own random `begin`.
 Vec3 evenPoint(std::uint64_t seed, std::uint64_t n, std::uint32_t attempt, const Vec3& offset) {
   constexpr double g = 1.22074408460575947536, step[] = {1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g)};
   const auto begin = uniform4(seed, RandomStream::begin, 0, attempt);

@@ -91,7 +91,7 @@ Options parse(int argc, char** argv) {
   options.container = files.front();
   options.objects.assign(files.begin() + 1, files.end());
   if (!options.shown.empty() && *options.shown.rbegin() >= options.objects.size())
-    throw UsageError(fmt::format("--show: there are only {} objects", options.objects.size()));
+    throw UsageError(fmt::format("--show: the largest object number is {}", options.objects.size()));
   return options;
 }
 

@@ -263,7 +263,7 @@ TEST_CASE("Errors of a vessel are reported", "[container][messages]") {
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 30, 40, true}, 0.25),
                     Contains("lies outside the container"));
   CHECK_THROWS_WITH(makeVessel(sample::sphere(Vec3::Zero(), 5.0, 10, 16), VesselEnds{0, -5, 5, false}, 0.25),
-                    Contains("no flat end across x at x = -"));
+                    Contains("no flat end perpendicular to x at x = -"));
   const TriangleMesh cone = sample::tube(
       0.0, 20.0, 11, 16, [](double x) { return Vec3(x, 0, 0); }, [](double x) { return 5.0 - 0.1 * x; });
   CHECK_THROWS_WITH(

@@ -89,7 +89,7 @@ TEST_CASE("catCells explains errors", "[executable]") {
   CHECK_THAT(refused("box.off ball.off@1,two,3", 1), Contains("@1,two,3"));
   CHECK_THAT(refused("box.off", 1), Contains("at least one object"));
   CHECK_THAT(refused("box.off ball.off --colour", 1), Contains("--colour"));
-  CHECK_THAT(refused("box.off ball.off --show 2", 1), Contains("1 objects"));
+  CHECK_THAT(refused("box.off ball.off --show 2", 1), Contains("number is 1"));
   // Before anything else: the container does not even exist.
   CHECK_THAT(refused("none.off ball.off --output cells.vtk", 2), Contains(".obj, .ply or .h5"));
 }
