@@ -14,12 +14,11 @@ namespace packmesh::hemocell {
 
 /// Position of the inlet, from the case's C++ code (Direction::Xpos and the slice).
 struct PreInletPlace {
-  int axis = 0;           ///< axis of the inflow
-  bool atHighEnd = true;  ///< Xpos: beyond the high end; Xneg: before the low one
-  std::optional<NodePlane>
-      slice;                      ///< plane that defines the frame; empty: the outermost one with fluid nodes
-  std::vector<NodeRange> ranges;  ///< part of the slice that is used; at most one range per axis
-  bool allOutlines = false;       ///< the inlet is known to be the whole slice, even with several outlines
+  int axis = 0;                      ///< axis of the inflow
+  bool atHighEnd = true;             ///< Xpos: beyond the high end; Xneg: before the low one
+  std::optional<NodePlane> slice;    ///< plane of the frame; empty: the outermost with fluid nodes
+  std::vector<NodeRange> ranges;     ///< part of the slice that is used; at most one range per axis
+  bool allOutlines = false;          ///< the inlet is known to be the whole slice, even with several outlines
   std::string origin = "as stated";  ///< "AR2.cpp:71", for messages
 
   /// "Xpos", "zneg"...

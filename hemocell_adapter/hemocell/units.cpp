@@ -40,8 +40,7 @@ Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double
   int longest = 0;
   bounds.size().maxCoeff(&longest);
   fit.spread = box.size()[longest] / bounds.size()[longest];
-  constexpr double radius =
-      4.0;  // [µm] of the largest cells: distance of centres from the border of the filled region
+  constexpr double radius = 4.0;  // [µm] of the largest cells: margin around their centres
   fit.canBe = volumes < box.grownBy(radius).volume();
   return fit;
 }

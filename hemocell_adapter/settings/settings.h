@@ -69,8 +69,7 @@ struct RegionRequest {
 /// Settings used without further processing; the initial values of members are the defaults.
 struct RunSettings {
   std::optional<double> hematocrit;
-  std::optional<double>
-      redCellVolume;         ///< volume of one red cell in the hematocrit [µm³]; empty: that of the mesh
+  std::optional<double> redCellVolume;  ///< of one red cell in the hematocrit [µm³]; empty: of its mesh
   bool fluidVolume = false;  ///< hematocrit refers to the volume of the fluid nodes, not of the true lumen
   std::optional<ContainerRequest> container;
   std::vector<RegionRequest> regions;  ///< a point belongs to the first region that contains it

@@ -45,8 +45,7 @@ struct OrientationOrder {
   Vec3 eigenvalues = Vec3::Zero();  ///< of the tensor, in descending order
   /// Number of cells with |n·x|, |n·y|, |n·z| in each tenth from 0 to 1: equal numbers if there is no order.
   std::array<std::array<std::int64_t, 10>, 3> cosines{};
-  Vec3 director =
-      Vec3::Zero();  ///< unit eigenvector of the largest eigenvalue; its largest component is positive
+  Vec3 director = Vec3::Zero();  ///< unit eigenvector of the largest; largest component positive
   /// Order parameter S, the largest eigenvalue. 1: all parallel; about 1/√cells: no order; the smallest
   /// eigenvalue near -1/2: all in a plane.
   double nematic() const { return eigenvalues[0]; }

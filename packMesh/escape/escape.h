@@ -22,8 +22,7 @@ struct EscapeSettings {
 /// Result of one phase.
 struct EscapePhase {
   std::string name;
-  double coverage =
-      0.0;  ///< after the phase: volume of all cells at their present scale / volume of the lumen
+  double coverage = 0.0;                ///< afterwards: volume of all cells as scaled / volume of the lumen
   std::int64_t cells = 0, full = 0;     ///< after the phase: number of cells; of full-size cells
   std::int64_t tried = 0, changed = 0;  ///< number of rooms or holes
   double seconds = 0.0;                 ///< CPU time [s]

@@ -75,8 +75,7 @@ std::array<std::int64_t, 2> Hdf5Reader::size(const std::string& path) const {
   if (rank < 1 || rank > 2 || (kind != H5T_INTEGER && kind != H5T_FLOAT) ||
       H5Sget_simple_extent_dims(space, size, nullptr) < 0)
     fail("'" + path + "' is not a numeric table");
-  const hsize_t most =
-      std::filesystem::file_size(name_);  // the stated size of a damaged file can be anything
+  const hsize_t most = std::filesystem::file_size(name_);  // damaged files can state any size
   if (size[0] > most || size[1] > most || size[0] * size[1] > most)
     fail("is damaged: table '" + path + "' is larger than the file");
   return {static_cast<std::int64_t>(size[0]), static_cast<std::int64_t>(size[1])};

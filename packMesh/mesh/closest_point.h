@@ -18,8 +18,7 @@ class ClosestPoint {
   struct Nearest {
     double distance;  ///< [µm], >= 0
     int triangle;
-    int feature;  ///< nearest feature of the triangle: corner 0-2, edge 3-5 (from corner f-3 to the next),
-                  ///< face 6
+    int feature;  ///< of the triangle: corner 0-2, edge 3-5 (from corner f-3 to the next), face 6
     Vec3 point;   ///< [µm]
   };
 
