@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Failures that all ranks know of.
+/// @file Failures known to all ranks.
 #pragma once
 
 #include <stdexcept>
@@ -9,13 +9,13 @@
 
 namespace packmesh::hemocell {
 
-/// An error as users get to see it.
+/// An error as reported to the user.
 struct Failure {
   ExitCode code = ExitCode::internal;
   std::string message;
 };
 
-/// Thrown on all ranks alike.
+/// Thrown identically on all ranks.
 class AgreedFailure : public std::runtime_error {
  public:
   explicit AgreedFailure(const Failure& failure) : std::runtime_error(failure.message), code_(failure.code) {}

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double minute = 60.0, hour = 3600.0, day = 86400.0, year = 365.25 * day;
 
-/// "3 h 20 min"; the second part is left out when it is 0.
+/// "3 h 20 min"; the second part is omitted if it is 0.
 std::string inTwoParts(double seconds, double large, const char* largeName, double small,
                        const char* smallName) {
   const auto parts = static_cast<std::int64_t>(std::llround(seconds / small));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Times as people say them.
+/// @file Durations as readable text.
 #pragma once
 
 #include <string>

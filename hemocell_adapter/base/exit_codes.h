@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How the executable tells scripts what happened.
+/// @file Exit codes of the program.
 #pragma once
 
 #include "packMesh/core/error.h"
@@ -17,19 +17,20 @@ enum class ExitCode {
   interrupted = 130,
 };
 
-/// What an exit code says, as `--help` and the README tell it.
+/// Meaning of an exit code, as printed by `--help` and in the README.
 struct ExitCodeMeaning {
   ExitCode code;
   const char* text;
 };
 inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
-    {ExitCode::ok, "certified and written; check: nothing wrong"},
+    {ExitCode::ok, "certified and written; check: no violations"},
     {ExitCode::usage, "the command line is invalid"},
-    {ExitCode::badInput, "a file, or a value in it, is invalid"},
-    {ExitCode::outOfReach, "out of reach within the limits: nothing written, unless --best-effort"},
+    {ExitCode::badInput, "a file or a value in it is invalid"},
+    {ExitCode::outOfReach, "not feasible within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
-     "check found overlap, cells outside the lumen, gaps below those asked for, or cells HemoCell deletes "
-     "(not counted where cells may cross periodic faces)"},
+     "check found overlap, cells outside the lumen, gaps below the required clearance, or cells that "
+     "HemoCell deletes "
+     "(not counted where cells can cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::internal, "internal error"},
     {ExitCode::interrupted, "interrupted: no .pos file written"},

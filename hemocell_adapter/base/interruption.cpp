@@ -14,14 +14,14 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
+/// From Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
 constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
 
 volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
 volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
 
-/// timeout, mpirun and batch systems send the same signal to a process and to its group: what comes within so
-/// many seconds is one signal.
+/// timeout, mpirun and batch systems send the same signal both to a process and to its group: signals within
+/// this time count as one [s].
 constexpr time_t sameSignal = 2;
 
 time_t now() {
@@ -30,7 +30,7 @@ time_t now() {
   return time.tv_sec;
 }
 
-/// Files to remove at the end, where a signal handler can read their names.
+/// Files to remove when the program ends, stored so that a signal handler can read their names.
 struct FileAtEnd {
   volatile sig_atomic_t used = 0;
   char path[4096] = {};
@@ -46,10 +46,10 @@ FileAtEnd filesAtEnd[4];
 
 extern "C" void onSignal(int) {
   constexpr char early[] = "(packMesh) (Error) interrupted: nothing was written\n";
-  constexpr char again[] = "(packMesh) (Error) interrupted again: ended at once\n";
+  constexpr char again[] = "(packMesh) (Error) interrupted again: ended immediately\n";
   if (!polled && !flag) endNow(early, sizeof early - 1);
   if (!flag) {
-    firstAt = now();  // first: the other signal can come in between
+    firstAt = now();  // first, because the other signal can arrive in between
     flag = 1;
   } else if (now() - firstAt >= sameSignal) {
     endNow(again, sizeof again - 1);
@@ -74,7 +74,7 @@ void handle(int number, void (*handler)(int)) {
 void catchSignals() {
   for (const int number : endingSignals) handle(number, onSignal);
   handle(SIGUSR1, onCheckpointSignal);
-  signal(SIGXFSZ, SIG_IGN);  // beyond a limit on the size of files, write() fails and says so
+  signal(SIGXFSZ, SIG_IGN);  // beyond a file size limit, write() then returns an error
 }
 
 void ignoreInterruption() {

@@ -26,7 +26,7 @@ void clearStatus() {
 void line(std::FILE* stream, const char* kind, const std::string& message) {
   if (currentLevel == Level::silent) return;
   clearStatus();
-  // Messages quote what stands in files: control characters would reach the user's terminal.
+  // Messages quote file contents: remove control characters, which would affect the user's terminal.
   fmt::print(stream, "(packMesh) {}{}\n", kind, withShortenedNames(plainText(message)));
   std::fflush(stream);
 }
@@ -42,7 +42,7 @@ Level level() {
 
 namespace {
 
-/// What of a text fits into a line of the terminal; a character of several bytes counts once.
+/// The part of a text that fits into a line of the terminal; multi-byte characters count once.
 std::string fitting(const std::string& text) {
   winsize size{};
   if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return text;
@@ -59,7 +59,7 @@ std::string fitting(const std::string& text) {
 }  // namespace
 
 bool isTerminal() {
-  // Launchers of ranks give them terminals of their own, whatever becomes of the output.
+  // Launchers give ranks pseudo-terminals, whatever the destination of the output.
   static const bool is = isatty(STDOUT_FILENO) != 0 && std::getenv("SLURM_JOB_ID") == nullptr &&
                          std::getenv("PMIX_RANK") == nullptr && std::getenv("PMI_RANK") == nullptr;
   return is;

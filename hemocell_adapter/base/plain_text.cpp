@@ -6,8 +6,8 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Bytes of the character at the beginning of `text`, which is not empty; 0 when it is no character, or
-/// controls.
+/// Number of bytes of the character at the beginning of `text`, which is not empty; 0 if it is invalid or a
+/// control character.
 std::size_t characterLength(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Text from users that goes to terminals and into files of other programs.
+/// @file Sanitising of user-supplied text for terminals and for files of other programs.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace packmesh::hemocell {
 
-/// Whether `text` is UTF-8 without control characters.
+/// True if `text` is UTF-8 without control characters.
 bool isPlainText(std::string_view text);
 
-/// `text` with every byte that is not so replaced by `?`; ends of lines and tabs stay.
+/// `text` with every invalid byte replaced by `?`; line ends and tabs are kept.
 std::string plainText(std::string_view text);
 
-/// `text` with the middle of every word that is longer than any sensible name replaced by "...". Pre: UTF-8.
+/// `text` with the middle of every excessively long word replaced by "...". Pre: UTF-8.
 std::string withShortenedNames(std::string_view text);
 
 }  // namespace packmesh::hemocell

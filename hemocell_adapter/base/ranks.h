@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Errors when several ranks work together: all stop, one tells why.
+/// @file Errors with several ranks: all ranks stop, one reports the error.
 #pragma once
 
 #include <functional>
@@ -9,14 +9,14 @@
 
 namespace packmesh::hemocell {
 
-/// What the exception that is being handled means for users. Pre: called in a catch block.
+/// The failure that corresponds to the exception being handled. Pre: called in a catch block.
 Failure failureOfException();
 
-/// All ranks do `work`, in which they do not talk to each other.
-/// @throws AgreedFailure on all ranks when it fails on any of them: the failure of the first one
+/// All ranks execute `work`, which must not communicate. Collective.
+/// @throws AgreedFailure on all ranks if it fails on any rank, with the failure of the lowest such rank
 void together(const Communicator& ranks, const std::function<void()>& work);
 
-/// Only the first rank does `work`. @throws AgreedFailure on all ranks when it fails
+/// Only rank 0 executes `work`. Collective. @throws AgreedFailure on all ranks if it fails
 void onFirstRank(const Communicator& ranks, const std::function<void()>& work);
 
 }  // namespace packmesh::hemocell

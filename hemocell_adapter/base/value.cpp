@@ -17,23 +17,23 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Cells' names become names of files, with endings, and entries of tables.
+/// Cell names are used as names of files, with extensions, and as table entries.
 constexpr std::size_t longestName = 100;  // [bytes]
 
-/// What a message quotes of a value.
+/// The part of a value that a message quotes.
 std::string shortened(const std::string& text) {
   constexpr std::size_t longest = 200;  // [bytes]
   return text.size() <= longest ? text : text.substr(0, longest) + "...";
 }
 
-/// A bound of the range of `spec`: whole numbers with all their digits.
+/// A bound of the range of `spec`; integers with all digits.
 std::string boundText(const ValueSpec& spec, double bound) {
   if (spec.kind != Kind::integer) return fmt::format("{:.15g}", bound);
   constexpr auto largest = std::numeric_limits<std::int64_t>::max();
   return fmt::format("{}", bound < double(largest) ? std::int64_t(bound) : largest);
 }
 
-/// " > 0", " in [1, 5)", "": the range of `spec` in words.
+/// The range of `spec` as text: " > 0", " in [1, 5)", "".
 std::string rangeText(const ValueSpec& spec) {
   const bool low = std::isfinite(spec.low), high = std::isfinite(spec.high);
   if (low && high) {
@@ -56,7 +56,7 @@ std::optional<std::int64_t> toInteger(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), whole);
   if (error == std::errc() && end == text.data() + text.size()) return whole;
   const auto number = toNumber(text);
-  constexpr double largestExact = 9007199254740992.0;  // 2^53: beyond it a double skips whole numbers
+  constexpr double largestExact = 9007199254740992.0;  // 2^53: larger doubles skip integers
   if (number && std::abs(*number) <= largestExact && *number == std::floor(*number))
     return std::int64_t(*number);
   return {};
@@ -78,7 +78,7 @@ std::optional<std::string> toAxes(const std::string& text) {
   return sorted;
 }
 
-/// Blanks between them; empty when one of them is none or out of range.
+/// Numbers separated by blanks; empty if one of them is invalid or out of range.
 std::vector<double> toNumbers(const ValueSpec& spec, const std::string& text) {
   std::istringstream words(text);
   std::vector<double> numbers;
@@ -90,7 +90,7 @@ std::vector<double> toNumbers(const ValueSpec& spec, const std::string& text) {
   return numbers;
 }
 
-/// The choice that `text` names, whatever its case.
+/// The choice named by `text`, ignoring case.
 std::optional<Value> choiceIn(const ValueSpec& spec, const std::string& text) {
   for (const std::string& choice : spec.choices)
     if (lowered(text) == lowered(choice)) return choice;
@@ -169,7 +169,7 @@ std::string expectation(const ValueSpec& spec) {
     case Kind::text:
       return "some text";
     case Kind::name:
-      return fmt::format("a cell name of at most {} bytes without blanks, slashes, commas and quotes",
+      return fmt::format("a cell name of at most {} bytes without blanks, slashes, commas or quotes",
                          longestName);
     case Kind::choice: {
       return alternatives(spec.choices);
@@ -177,7 +177,7 @@ std::string expectation(const ValueSpec& spec) {
     case Kind::axis:
       return "an axis: x, y or z";
     case Kind::plane:
-      return "a plane of nodes: 0, 1 ... or last, last-1 ...";
+      return "a plane of nodes: 0, 1, ... or last, last-1, ...";
     case Kind::axes:
       return "axes, such as yz, or none";
     case Kind::vector:
@@ -227,7 +227,8 @@ std::string lowered(std::string text) {
 }
 
 std::optional<std::string> nearestName(const std::string& name, const std::vector<std::string>& candidates) {
-  // Optimal string alignment distance: insertions, deletions, substitutions and swapped neighbours cost one.
+  // Optimal string alignment distance: insertion, deletion, substitution and transposition of neighbours cost
+  // one each.
   const auto distance = [](const std::string& a, const std::string& b) {
     std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
     for (std::size_t i = 0; i <= a.size(); ++i) cost[i][0] = i;
@@ -244,7 +245,7 @@ std::optional<std::string> nearestName(const std::string& name, const std::vecto
     return cost[a.size()][b.size()];
   };
   std::optional<std::string> nearest;
-  constexpr std::size_t longest = 100;  // beyond it is no slip of the fingers, and the comparison takes long
+  constexpr std::size_t longest = 100;  // longer names are no typing errors, and comparing them is slow
   if (name.size() > longest) return nearest;
   std::size_t least = 1 + std::max<std::size_t>(1, name.size() / 3);
   for (const std::string& candidate : candidates) {

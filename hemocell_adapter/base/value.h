@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Typed values of options and tags: what is expected, reading it strictly, saying what is wrong with
-/// it.
+/// @file Typed values of options and tags: expected values, strict parsing, error messages.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +14,11 @@
 namespace packmesh::hemocell {
 
 enum class Kind {
-  number,   ///< finite decimal number, or one of ValueSpec::choices if any; Value holds double or std::string
+  number,   ///< finite decimal number, or one of ValueSpec::choices; double or std::string
   integer,  ///< whole number (`50`, `50.0`, `1e3`); std::int64_t
   boolean,  ///< true/false, yes/no, on/off, 1/0; bool
-  text,     ///< anything but nothing; std::string
-  name,     ///< a cell name, which becomes a file name and an entry of tables; std::string
+  text,     ///< any non-empty text; std::string
+  name,     ///< a cell name, used as file name and table entry; std::string
   choice,   ///< one of ValueSpec::choices; std::string
   axis,     ///< x, y or z; std::int64_t 0, 1, 2
   plane,    ///< a plane of nodes: `42`, `last`, `last - 5`; NodePlane (std::int64_t)
@@ -30,7 +29,7 @@ enum class Kind {
 
 using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>>;
 
-/// What one value has to be.
+/// Specification of one value.
 struct ValueSpec {
   Kind kind = Kind::text;
   const char* placeholder = "";  ///< in the usage: `h`, `name`, `file`
@@ -43,12 +42,12 @@ struct ValueSpec {
 /// "a number > 0 [µm]", "closed or periodic": for messages and the reference.
 std::string expectation(const ValueSpec& spec);
 
-/// Reads `text` (surrounding white space ignored) as `spec` demands.
+/// Parses `text` (surrounding white space ignored) according to `spec`.
 /// @throws InputError "expected a number > 0 [µm], found 'abc'"
 Value parseValue(const ValueSpec& spec, const std::string& text);
 
-/// The whole of `text` as a number, independent of the locale; nothing when it is not one. May be NaN or
-/// infinite.
+/// Parses the whole of `text` as a number, independent of the locale; empty if it is not one. The result can
+/// be NaN or infinite.
 std::optional<double> toNumber(const std::string& text);
 
 /// `text` without white space at both ends.
@@ -57,7 +56,7 @@ std::string trimmed(const std::string& text);
 /// `text` with its ASCII letters in lower case.
 std::string lowered(std::string text);
 
-/// The candidate most like `name`, if any is near enough to be a likely slip of the fingers.
+/// The candidate most similar to `name`, if it is similar enough for `name` to be a likely typing error.
 std::optional<std::string> nearestName(const std::string& name, const std::vector<std::string>& candidates);
 
 /// "a", "a or b", "a, b or c".

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What is wrong with XML that is not well-formed.
+/// Describes why XML is not well-formed.
 std::string faultOf(const tinyxml2::XMLDocument& document) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
@@ -26,9 +26,9 @@ std::string faultOf(const tinyxml2::XMLDocument& document) {
     case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:
       return "expected an attribute, name=\"value\"";
     case tinyxml2::XML_ERROR_PARSING_COMMENT:
-      return "a comment does not end (-->)";
+      return "a comment is not closed by -->";
     case tinyxml2::XML_ERROR_PARSING_TEXT:
-      return "text that does not stand between a tag and its end tag";
+      return "text outside of any tag";
     case tinyxml2::XML_ERROR_PARSING:
       return "a tag is not closed before the end of the file";
     default:
@@ -36,7 +36,7 @@ std::string faultOf(const tinyxml2::XMLDocument& document) {
   }
 }
 
-/// A tag of so many attributes would keep the parser busy, which compares each with all before it.
+/// Rejects tags with very many attributes: the parser compares each attribute with all before it.
 void refuseManyAttributes(const std::string& content, const fs::path& file) {
   constexpr int most = 1000;
   const auto after = [&](std::size_t at, const char* end) {
@@ -57,7 +57,7 @@ void refuseManyAttributes(const std::string& content, const fs::path& file) {
         attributes += at < content.size() && content[at] == '=';
         if (attributes > most)
           throw InputError(fmt::format(
-              "{}:{}: a tag with more than {} attributes", file.string(),
+              "{}:{}: a tag has more than {} attributes", file.string(),
               1 + std::count(content.begin(), content.begin() + std::ptrdiff_t(tag), '\n'), most));
       }
     }
@@ -74,7 +74,7 @@ void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
       return;
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
       throw InputError(
-          fmt::format("{}: is empty or no text; expected XML with the root <hemocell>", file.string()));
+          fmt::format("{}: is empty or not text; expected XML with the root <hemocell>", file.string()));
     default:
       throw InputError(fmt::format("{}:{}: is not well-formed XML: {}", file.string(),
                                    document.ErrorLineNum(), faultOf(document)));
@@ -107,7 +107,7 @@ const XMLElement* onlyChild(const XMLElement& parent, const char* name, const fs
   const XMLElement* first = parent.FirstChildElement(name);
   if (!first) return nullptr;
   if (const XMLElement* second = first->NextSiblingElement(name)) {
-    throw InputError(fmt::format("{}: stands here a second time (first in line {})", placeOf(*second, file),
+    throw InputError(fmt::format("{}: this tag occurs twice (first in line {})", placeOf(*second, file),
                                  first->GetLineNum()));
   }
   return first;

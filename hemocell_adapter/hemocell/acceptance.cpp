@@ -15,30 +15,30 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// int(d/dx) must not lose a node to rounding when dx divides d.
+/// int(d/dx) must not lose a node to rounding if d is a multiple of dx.
 constexpr double wholeNodes = 1e-9;
 
 int nodesWithin(int minimumDistance, double dx) {
   return minimumDistance > 0 ? static_cast<int>(std::min(minimumDistance / dx + wholeNodes, 1e9)) : 0;
 }
 
-/// The node HemoCell looks at for a vertex [µm]; nothing when rule 1 already deletes the cell.
+/// The node that HemoCell tests for a vertex [µm]; empty if rule 1 already deletes the cell.
 std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) {
   const std::array<int, 3> nodes = lattice.nodes();
   std::array<int, 3> node;
   for (int k = 0; k < 3; ++k) {
     const double u = p[k] / lattice.dx();
     if (!(u > -0.5 && u <= nodes[k] - 0.5)) return {};
-    // As HemoCell rounds. NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative here
+    // Rounds as HemoCell does. NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative here
     node[k] = std::min(static_cast<int>(u + 0.5), nodes[k] - 1);
   }
   return node;
 }
 
-/// Beyond the clearance, no contact is looked for further from the wall than this [µm].
+/// Contacts are only searched for up to the clearance plus this distance from the wall [µm].
 constexpr double noContact = 0.3;
 
-/// Distances at the nodes of a block from those at every other node, by interpolation.
+/// Interpolates the distances at the nodes of a block from those at every second node.
 void refine(const std::vector<float>& coarse, const NodeBlock& block, float* distances) {
   const int row = (block.nodes[0] + 1) / 2, slab = row * ((block.nodes[1] + 1) / 2);
   for (int k = 0; k < block.nodes[2]; ++k)
@@ -68,7 +68,7 @@ class AcceptedWall final : public Wall {
         voxels_(acceptance_.allowedNodes()),
         wallClearance_(wallClearance),
         kept_(acceptance_.allowedNodes().keptRegion()),
-        // The corner of a cube around a node outside, with the cube of nodes it forbids.
+        // The corner of a cube around a node outside, including the cube of nodes that it forbids.
         reach_((nodesWithin(minimumDistanceFromSolid, dx()) + 0.5) * std::sqrt(3.0) * dx() +
                (wall ? wall->slack() : 0.0)) {
     const double known = VoxelDistance::fineReach * dx() - reach_;
@@ -90,7 +90,7 @@ class AcceptedWall final : public Wall {
     const std::optional<VoxelDistance::SampleRows> rows = voxels_.rowsOf(block);
     const int n = block.nodes[0];
     std::vector<float> toFaces(n), voxel(n, std::numeric_limits<float>::quiet_NaN());
-    std::vector<char> open(n, true);  // the true wall does not tell
+    std::vector<char> open(n, true);  // not determined by the true wall
     for (int i = 0; i < n; ++i) toFaces[i] = static_cast<float>(toFace(block.position(i, 0, 0), 0));
     for (int k = 0; k < block.nodes[2]; ++k)
       for (int j = 0; j < block.nodes[1]; ++j, distances += n) {
@@ -119,7 +119,7 @@ class AcceptedWall final : public Wall {
 
   double slack() const override { return std::max(voxels_.slack(), wall_ ? wall_->slack() : 0.0); }
 
-  /// Faces and middles of the voxels are at multiples of this.
+  /// Faces and centres of voxels are at multiples of this.
   double samplingSpacing() const override { return 0.5 * dx(); }
 
   bool isAway(const Sphere& sphere, double gap) const override {
@@ -136,7 +136,7 @@ class AcceptedWall final : public Wall {
   }
 
  private:
-  /// The true wall; at every other node where it has no more to tell than that.
+  /// Distances to the true wall; only at every second node if its samples are no finer than that.
   void sampleWall(const NodeBlock& block, float* distances) const {
     NodeBlock coarse = block;
     coarse.spacing *= 2.0;
@@ -156,15 +156,15 @@ class AcceptedWall final : public Wall {
     refine(values, block, distances);
   }
 
-  /// Distance to the nearer face of the region that is kept, along an axis [µm].
+  /// Distance along an axis to the nearer face of the kept region [µm].
   double toFace(const Vec3& p, int axis) const {
     return std::min(p[axis] - kept_.lo[axis], kept_.hi[axis] - p[axis]);
   }
 
-  /// Whether voxels must be asked, given the distance to the true wall. Otherwise `distance` is what to say:
-  /// further in than any contact, a bound of the distance to the forbidden voxels will do; further out than
-  /// they are, the way back is that to the true wall.
-  /// @param toFaces distance to the faces of the region that is kept [µm]
+  /// True if the voxels are needed, given the distance to the true wall. Otherwise sets `distance`: further
+  /// inside than any contact, to a bound of the distance to the forbidden voxels; far outside, to the
+  /// distance to the true wall.
+  /// @param toFaces distance to the faces of the kept region [µm]
   template <class Real>
   bool isOpen(Real& distance, Real toFaces) const {
     const Real beyond = std::min(distance - static_cast<Real>(reach_), toFaces);
@@ -191,8 +191,8 @@ class AcceptedWall final : public Wall {
   VoxelDistance voxels_;
   double wallClearance_;
   Box kept_;
-  double reach_;  ///< forbidden voxels are no further from the true wall or the kept faces than this [µm]
-  double deep_;   ///< further out than this the voxels are not asked [µm]
+  double reach_;  ///< largest distance of forbidden voxels from the true wall or the kept faces [µm]
+  double deep_;   ///< depth outside beyond which the voxels are not used [µm]
 };
 
 }  // namespace
@@ -214,7 +214,7 @@ std::optional<std::string> Acceptance::violation(const std::vector<Vec3>& vertic
     const auto [i, j, k] = *node;
     if (allowed_.fluid(i, j, k)) continue;
     if (!lattice_->fluid(i, j, k)) return "a vertex lies on a wall node";
-    return fmt::format("nearer than {} µm to a solid node", minimumDistance_);
+    return fmt::format("closer than {} µm to a solid node", minimumDistance_);
   }
   return {};
 }

@@ -13,7 +13,7 @@ namespace {
 using tinyxml2::XMLElement;
 namespace fs = std::filesystem;
 
-/// 2^20 nodes along one axis are half a metre of vessel at dx 0.5 µm: more is a slip.
+/// 2^20 nodes along one axis are half a metre of vessel at dx = 0.5 µm: larger numbers are probably errors.
 constexpr double mostNodes = 1 << 20;
 
 /// A tag of `<domain>`.
@@ -24,7 +24,7 @@ struct DomainTag {
   double low, high;
   bool lowExcluded;
 };
-/// A spacing of 100 µm and more is a slip of the unit.
+/// A spacing of 100 µm or more is probably in a wrong unit.
 constexpr DomainTag dxTag = {"dx", Kind::number, "m; 5e-7 is 0.5 µm", 0, 1e-4, true};
 constexpr DomainTag refDirTag = {"refDir", Kind::integer, "0, 1, 2 for x, y, z", 0, 2, false};
 constexpr DomainTag refDirNTag = {"refDirN", Kind::integer, "lattice nodes", 1, mostNodes, false};
@@ -49,9 +49,9 @@ Value required(const XMLElement& domain, const DomainTag& tag, const fs::path& f
                                  expectation(specOf(tag))));
   }
   Value value = valueOf(*element, specOf(tag), file);
-  // HemoCell reads digits until something else comes: 1e3 as 1.
+  // HemoCell stops reading at the first non-digit: 1e3 is read as 1.
   if (tag.kind == Kind::integer && textOf(*element).find_first_of("eE") != std::string::npos) {
-    throw InputError(fmt::format("{}: expected a whole number in digits alone, found '{}'",
+    throw InputError(fmt::format("{}: expected a whole number without exponent, found '{}'",
                                  placeOf(*element, file), trimmed(textOf(*element))));
   }
   return value;
@@ -102,7 +102,7 @@ Domain readDomain(const XMLElement& domain, const fs::path& file) {
   return result;
 }
 
-/// A <packing> that is no child of the root would have no effect.
+/// A <packing> that is not a child of the root would have no effect.
 class StrayPacking : public tinyxml2::XMLVisitor {
  public:
   explicit StrayPacking(const fs::path& file) : file_(file) {}
@@ -112,11 +112,11 @@ class StrayPacking : public tinyxml2::XMLVisitor {
     const std::string name = element.Name();
     if (name == "packing" && !inRoot)
       throw InputError(
-          fmt::format("{}: stands {}; it belongs directly into <hemocell>", placeOf(element, file_),
+          fmt::format("{}: found {}; it must be a child of <hemocell>", placeOf(element, file_),
                       parent ? fmt::format("in <{}>", parent->Name()) : "outside of <hemocell>"));
     if (inRoot && name != "packing" && lowered(name) == "packing")
       throw InputError(fmt::format("{}: unknown tag, did you mean <packing>?", placeOf(element, file_)));
-    return !(inRoot && name == "packing");  // which is read strictly
+    return !(inRoot && name == "packing");  // <packing> is read strictly later
   }
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A HemoCell case as its config.xml states it.
+/// @file A HemoCell case as specified by its config.xml.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@
 
 namespace packmesh::hemocell {
 
-/// `<domain>`: what decides the lattice.
+/// `<domain>`: the data that determine the lattice.
 struct Domain {
   double dx = 0.0;                                ///< [µm]
   std::string dxWhere;                            ///< "config.xml:32: <dx>"
-  std::optional<std::filesystem::path> geometry;  ///< STL, as found from the case folder
+  std::optional<std::filesystem::path> geometry;  ///< STL file, relative to the working directory or absolute
   std::string geometryWhere;                      ///< "config.xml:31: <geometry>"
-  int refDir = 0, refDirN = 0;                    ///< with a geometry
-  std::optional<std::array<int, 3>> boxNodes;     ///< without one
+  int refDir = 0, refDirN = 0;                    ///< only with a geometry
+  std::optional<std::array<int, 3>> boxNodes;     ///< only without a geometry
   std::optional<int> particleEnvelope;            ///< [nodes]
   std::string particleEnvelopeWhere;              ///< "config.xml:33: <particleEnvelope>"
 };
@@ -28,12 +28,12 @@ struct CaseConfig {
   Domain domain;
   bool hasPreInlet = false;
   std::optional<int> preInletLength;  ///< `<preInlet><parameters><lengthN>` [nodes]
-  bool hasPacking = false;            ///< there is a `<packing>` section
-  Settings packing;  ///< its contents; relative paths have become relative to the working directory
+  bool hasPacking = false;            ///< config.xml has a `<packing>` section
+  Settings packing;  ///< its contents; relative paths are made relative to the working directory
 };
 
-/// Reads config.xml. Tags outside `<packing>` that are not needed are ignored, as HemoCell does; the ones
-/// that are needed are read strictly (HemoCell reads a malformed number as 0).
+/// Reads config.xml. Unneeded tags outside `<packing>` are ignored, as in HemoCell; the others are read
+/// strictly (HemoCell reads a malformed number as 0).
 /// @throws InputError with file, line, tag, value and what was expected
 CaseConfig readCaseConfig(const std::filesystem::path& file);
 

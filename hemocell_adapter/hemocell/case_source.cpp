@@ -20,7 +20,7 @@ bool isSource(const fs::path& file) {
   return false;
 }
 
-/// Calls `found(index of the name, its arguments)` for each call of `name` with so many arguments.
+/// Calls `found(index of the name, its arguments)` for each call of `name` with `arguments` arguments.
 template <class Found>
 void forCalls(const std::vector<Token>& tokens, const char* name, std::size_t arguments, Found&& found) {
   for (std::size_t i = 0; i + 1 < tokens.size(); ++i) {
@@ -56,7 +56,7 @@ CaseSource readCaseSource(const fs::path& folder) {
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
     if (isSource(entry->path())) files.push_back(entry->path());
   std::sort(files.begin(), files.end());
-  constexpr std::uintmax_t largest = 1 << 20;  // [bytes]; nobody writes that much
+  constexpr std::uintmax_t largest = 1 << 20;  // [bytes]; handwritten files are smaller
   for (const fs::path& file : files) {
     std::error_code ignored;
     const std::string name = file.filename().string();

@@ -14,16 +14,16 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Templates of more triangles than this are slips of the pen.
+/// Larger numbers of triangles are probably errors.
 constexpr int mostTriangles = 5'000'000;
-/// Radii of blood cells lie well inside [m]; 3.91 instead of 3.91e-6 does not.
+/// Plausible radii of blood cells [m]; excludes 3.91 instead of 3.91e-6.
 constexpr double smallestRadius = 1e-8, largestRadius = 1e-3;
 
 bool startsWith(const std::string& text, const std::string& start) {
   return text.compare(0, start.size(), start) == 0;
 }
 
-/// `<MaterialModel>` of one file, and errors that name the place.
+/// `<MaterialModel>` of one file, with errors that state file and line.
 class MaterialModel {
  public:
   explicit MaterialModel(const std::filesystem::path& file) : file_(file) {
@@ -31,7 +31,7 @@ class MaterialModel {
     const tinyxml2::XMLElement* root = document_.RootElement();
     if (!root) throw InputError(file.string() + ": no XML element, expected <hemocell>");
     if (std::string(root->Name()) != "hemocell")
-      fail(*root, fmt::format("root <{}>, expected <hemocell>", root->Name()));
+      fail(*root, fmt::format("root is <{}>, expected <hemocell>", root->Name()));
     element_ = root->FirstChildElement("MaterialModel");
     if (!element_) fail(*root, "expected <MaterialModel> inside <hemocell>, found none");
   }
@@ -47,13 +47,13 @@ class MaterialModel {
     fail(at, fmt::format("<{}> '{}', expected {}", tag, trimmed(textOf(at)), expected));
   }
 
-  /// The element's text, nothing when there is no such element.
+  /// The element's text, empty if there is no such element.
   std::optional<std::string> text(const char* tag) const {
     const tinyxml2::XMLElement* found = element_->FirstChildElement(tag);
     if (!found) return {};
     if (const tinyxml2::XMLElement* second = found->NextSiblingElement(tag))
       fail(*second,
-           fmt::format("<{}> stands here and on line {}, expected it once", tag, found->GetLineNum()));
+           fmt::format("<{}> occurs here and on line {}, expected only one", tag, found->GetLineNum()));
     return trimmed(textOf(*found));
   }
 
@@ -65,7 +65,7 @@ class MaterialModel {
   }
 
  private:
-  /// HemoCell reads a malformed number as 0; here it is an error.
+  /// Throws for a malformed number, which HemoCell would read as 0.
   template <class Number, class Valid>
   std::optional<Number> parsed(const char* tag, const char* expected, Valid valid) const {
     const std::optional<std::string> spelled = text(tag);
@@ -117,8 +117,8 @@ CellModel readCellXml(const std::filesystem::path& file, const std::string& name
   if (!construction) construction = defaultConstruction(name, stl.has_value());
   if (!construction)
     throw InputError(fmt::format(
-        "{}: how HemoCell builds {} stands in the case's code, not here, and its name does "
-        "not tell; expected its construction, {} ({})",
+        "{}: the construction of {} is specified in the case's code, not here, and cannot be derived "
+        "from its name; expected its construction, {} ({})",
         file.string(), name, alternatives(constructionNames()), "<species construction=\"...\">"));
 
   CellModel model;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// From templates to what packing needs: closed forms around HemoCell's meshes, ellipsoids, other mesh files.
+// Shapes from templates: closed forms around HemoCell's meshes, ellipsoids, other mesh files.
 #include <fmt/format.h>
 
 #include <Eigen/QR>
@@ -15,7 +15,8 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Triangles of an ellipsoid that no HemoCell case prescribes: HemoCell's own choice for cells of that size.
+/// Number of triangles of an ellipsoid not defined by a HemoCell case: HemoCell's own value for cells of that
+/// size.
 constexpr int ellipsoidTriangles = 600;
 
 double valueOf(const std::array<double, 6>& p, double s) {
@@ -36,11 +37,11 @@ double steepness(const ProfileSurface& surface, const Vec3& v) {
   return 2.0 * std::hypot(v.y(), slopeOf(surface.p, s) * std::sqrt(surface.a * s));
 }
 
-/// y² = P(s) closest to the vertices of an inflated red cell, P(1) = 0, such that no vertex is outside.
+/// Fits y² = P(s) with P(1) = 0 to the vertices of an inflated red cell so that no vertex is outside.
 ///
-/// Not inflated, P(s) = r²(1-s)(C0 + C2 s + C4 s²)² with s = (x² + z²)/r². The inflated surface is no
-/// polynomial, but one of the same degree lies within a few 1e-5 µm of it. Solved for is the smallest change
-/// of coefficients, so that a mesh of few vertices does not leave the others undefined.
+/// Without inflation, P(s) = r²(1-s)(C0 + C2 s + C4 s²)² with s = (x² + z²)/r². The inflated surface is not a
+/// polynomial, but a polynomial of the same degree agrees with it to a few 1e-5 µm. The smallest change of
+/// coefficients is computed, so that a mesh with few vertices does not leave coefficients undetermined.
 ProfileSurface fitProfile(const TriangleMesh& mesh) {
   double radius2 = 0.0;
   for (const Vec3& v : mesh.vertices) radius2 = std::max(radius2, v.x() * v.x() + v.z() * v.z());
@@ -49,7 +50,7 @@ ProfileSurface fitProfile(const TriangleMesh& mesh) {
                                       biconcaveC2 * biconcaveC2 + 2.0 * biconcaveC0 * biconcaveC4,
                                       2.0 * biconcaveC2 * biconcaveC4, biconcaveC4 * biconcaveC4};
   ProfileSurface surface;
-  double margin = 0.0;  // how far outside the vertices the fit aims [µm]
+  double margin = 0.0;  // distance outside the vertices at which the fit aims [µm]
   const Eigen::Index count = static_cast<Eigen::Index>(mesh.vertices.size());
   Eigen::Matrix<double, Eigen::Dynamic, 5> rows(count, 5);
   Eigen::VectorXd aims(count);
@@ -60,7 +61,7 @@ ProfileSurface fitProfile(const TriangleMesh& mesh) {
     for (Eigen::Index i = 0; i < count; ++i) {
       const Vec3& v = mesh.vertices[i];
       const double s = surface.a * (v.x() * v.x() + v.z() * v.z());
-      // Weighted so that residuals are distances; in the first round all weigh the same.
+      // Weighted so that residuals are distances; equal weights in the first round.
       const double steep = round == 0 ? 1.0 : steepness(surface, v);
       double power = (1.0 - s) / steep;
       aims[i] = v.y() * v.y() / steep + margin;
@@ -82,7 +83,7 @@ ProfileSurface fitProfile(const TriangleMesh& mesh) {
   return surface;
 }
 
-/// The smallest multiple of the ellipsoid with these semi-axes that holds all vertices.
+/// The smallest multiple of the ellipsoid with these semi-axes that contains all vertices.
 ProfileSurface ellipsoidAround(const TriangleMesh& mesh, const Vec3& semiAxes) {
   double scale2 = 0.0;
   for (const Vec3& v : mesh.vertices) scale2 = std::max(scale2, v.cwiseQuotient(semiAxes).squaredNorm());
@@ -90,7 +91,7 @@ ProfileSurface ellipsoidAround(const TriangleMesh& mesh, const Vec3& semiAxes) {
   return ellipsoidProfile(axes.x(), axes.y(), axes.z());
 }
 
-/// The mesh of a file, repaired; what was repaired or is wrong is told in coordinates of the file.
+/// Reads and repairs a mesh file; repairs and errors are reported in coordinates of the file.
 TriangleMesh readSound(const std::filesystem::path& file, std::vector<std::string>& warnings) {
   TriangleMesh mesh = readMesh(file);
   const std::vector<std::string> repairs = repairClosed(mesh, file.string());
@@ -98,7 +99,7 @@ TriangleMesh readSound(const std::filesystem::path& file, std::vector<std::strin
   return mesh;
 }
 
-/// HemoCell builds its template from the file as it is; what packing needs is repaired afterwards.
+/// HemoCell builds its template from the unrepaired file; the mesh used for packing is repaired afterwards.
 std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name) {
   repairClosed(built, name);
   return std::make_shared<const Shape>(std::move(built));
@@ -110,7 +111,7 @@ std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMe
   switch (model.construction) {
     case Construction::rbcFromSphere:
       return fitProfile(mesh);
-    case Construction::ellipsoidFromSphere:  // its vertices on the axes survive inflation and centring
+    case Construction::ellipsoidFromSphere:  // its vertices remain on the axes after inflation and centring
       return ellipsoidAround(mesh, 0.5 * boundingBox(mesh).size());
     case Construction::wbcSphere:
       return ellipsoidAround(mesh, Vec3::Ones());
@@ -136,7 +137,7 @@ std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
   const Vec3 axes(e1, e2, e3);
   if (!axes.allFinite() || axes.minCoeff() <= 0.0)
     throw InputError(
-        fmt::format("axes {} {} {} of an ellipsoid: expected three positive lengths in µm", e1, e2, e3));
+        fmt::format("ellipsoid axes {} {} {}: expected three positive lengths in µm", e1, e2, e3));
   CellModel sphere;
   sphere.construction = Construction::wbcSphere;
   sphere.radius = 1.0;
@@ -152,7 +153,7 @@ std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file
                                                std::vector<std::string>& warnings) {
   if (!std::isfinite(scale) || scale <= 0.0)
     throw InputError(
-        fmt::format("{}: scale {}, expected the file's unit of length in µm", file.string(), scale));
+        fmt::format("{}: scale {}: expected the file's unit of length in µm", file.string(), scale));
   TriangleMesh mesh = readSound(file, warnings);
   const double extent = scale * boundingBox(mesh).size().maxCoeff();
   const std::string hint = unitHint(extent, scale, smallestCell, largestCell);
@@ -164,7 +165,7 @@ std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file
     for (Vec3& v : mesh.vertices) v *= scale;
     try {
       return shapeFromStl(meshFromStl(std::move(mesh), dx), file.string());
-    } catch (const MeshError& error) {  // inflated by more than so small a cell stands
+    } catch (const MeshError& error) {  // inflation deforms so small a cell
       throw MeshError(error.what() + hint);
     }
   }

@@ -33,18 +33,17 @@ std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vect
   if (fits(cells, 100, 100)) return {};
   std::int64_t most = 0;
   while (fits(cells, most + 1, most + 1)) ++most;
-  if (most == 0)
-    return fmt::format("{} cells are more than HemoCell can number, whatever its case does", cells);
+  if (most == 0) return fmt::format("{} cells are more than HemoCell can number, with any settings", cells);
   return fmt::format(
-      "{0} cells: HemoCell ends when there are more than {1}, unless the case's C++ code says on two axes "
+      "{0} cells: HemoCell stops if there are more than {1}, unless the case's C++ code limits, on two axes, "
       "how "
-      "often a cell may cross the periodic boundaries. Before loadParticles() it needs\n"
+      "often a cell can cross the periodic boundaries. It must call, before loadParticles(),\n"
       "  hemocell.setSystemPeriodicityLimit(0, {2});\n  hemocell.setSystemPeriodicityLimit(1, {2});",
       cells, largestInt / (100 + 100 * 100), most);
 }
 
 double longestExtent(const TriangleMesh& mesh) {
-  // From the outermost vertices inwards: two that are too near to the middle cannot be further apart.
+  // From the outermost vertices inwards: two that are too close to the centre cannot be further apart.
   const Vec3 middle = boundingBox(mesh).center();
   std::vector<std::pair<double, const Vec3*>> byRadius;
   for (const Vec3& v : mesh.vertices) byRadius.emplace_back((v - middle).norm(), &v);
@@ -62,9 +61,9 @@ std::optional<std::string> envelopeWarning(const std::string& cell, const Triang
   const double nodes = longestExtent(mesh) / domain.dx;
   if (*domain.particleEnvelope >= nodes) return {};
   return fmt::format(
-      "{}: {} is less than the longest extent of {}, {:.1f} nodes: as soon as there are several blocks or "
-      "ranks, HemoCell deletes cells that reach from one into another. At least {} is needed, more where "
-      "cells stretch",
+      "{}: {} is less than the longest extent of {}, {:.1f} nodes: with several blocks or "
+      "ranks, HemoCell deletes cells that extend from one into another. At least {} is needed, more if "
+      "cells are stretched",
       domain.particleEnvelopeWhere, *domain.particleEnvelope, cell, nodes, std::int64_t(std::ceil(nodes)));
 }
 

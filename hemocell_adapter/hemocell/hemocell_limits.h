@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What HemoCell cannot hold unless its case is changed.
+/// @file Limits of HemoCell that require changes of the case.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,19 @@
 
 namespace packmesh::hemocell {
 
-/// HemoCell numbers the periodic images of cells, and ends when those numbers could overflow: with its
-/// default limits above 212,622 cells.
-/// @param calls those of setSystemPeriodicityLimit in the case
-/// @return what to add to the case's C++ code; nothing when so many cells are possible
+/// HemoCell numbers the periodic images of cells and stops if these numbers could overflow: with its default
+/// limits, above 212,622 cells.
+/// @param calls calls of setSystemPeriodicityLimit in the case
+/// @return the required addition to the case's C++ code; empty if the number of cells is possible
 std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vector<PeriodicityCall>& calls);
 
-/// HemoCell knows the vertices of a cell only as far as `<particleEnvelope>` beyond the block of its centre.
-/// @return what to write there; nothing when it is wide enough for this cell at rest, or not stated
+/// HemoCell knows the vertices of a cell only within `<particleEnvelope>` of the block that contains its
+/// centre.
+/// @return the required value; empty if the present one is sufficient for this cell at rest, or is not given
 std::optional<std::string> envelopeWarning(const std::string& cell, const TriangleMesh& mesh,
                                            const Domain& domain);
 
-/// The largest distance between two vertices.
+/// Largest distance between two vertices [unit of the mesh].
 double longestExtent(const TriangleMesh& mesh);
 
 }  // namespace packmesh::hemocell

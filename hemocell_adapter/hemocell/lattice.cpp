@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t allBits = ~std::uint64_t(0);
 
-/// The bits of word w of a row that stand for nodes.
+/// The bits of word w of a row that represent nodes.
 std::uint64_t usedBits(int nodes, int w) {
   const int used = nodes - 64 * w;
   return used >= 64 ? allBits : (std::uint64_t(1) << used) - 1;
@@ -25,7 +25,7 @@ int popcount(std::uint64_t bits) {
   return count;
 }
 
-/// out &= in moved by `shift` bits (positive: towards higher nodes), with ones moving in from both ends.
+/// out &= in shifted by `shift` bits (positive: towards higher nodes), with ones shifted in at both ends.
 void andShifted(std::vector<std::uint64_t>& out, const std::vector<std::uint64_t>& in, int shift) {
   const int count = static_cast<int>(in.size());
   const auto word = [&](int w) { return w < 0 || w >= count ? allBits : in[w]; };
@@ -38,16 +38,16 @@ void andShifted(std::vector<std::uint64_t>& out, const std::vector<std::uint64_t
 
 Lattice::Lattice(std::array<int, 3> nodes, double dx) : nodes_(nodes), dx_(dx), wordsPerRow_(0) {
   if (!(dx > 0.0) || !std::isfinite(dx))
-    throw InputError(fmt::format("lattice spacing {} µm, expected a positive length", dx));
+    throw InputError(fmt::format("lattice spacing {} µm: expected a positive length", dx));
   double count = 1.0;
   for (int n : nodes) {
     if (n < 1)
-      throw InputError(fmt::format("a lattice of {} x {} x {} nodes, expected at least one on every axis",
+      throw InputError(fmt::format("a lattice of {} x {} x {} nodes: expected at least one on every axis",
                                    nodes[0], nodes[1], nodes[2]));
     count *= n;
   }
   if (count > mostNodes)
-    throw InputError(fmt::format("a lattice of {} x {} x {} nodes, expected at most 2^31 in all", nodes[0],
+    throw InputError(fmt::format("a lattice of {} x {} x {} nodes: expected at most 2^31 in total", nodes[0],
                                  nodes[1], nodes[2]));
   wordsPerRow_ = (nodes[0] + 63) / 64;
   words_.resize(static_cast<std::size_t>(wordsPerRow_) * nodes[1] * nodes[2]);
@@ -86,7 +86,7 @@ Lattice Lattice::eroded(int radius) const {
   Lattice out = *this;
   if (radius <= 0) return out;
   const auto [nx, ny, nz] = nodes_;
-  // One axis after the other: the cube is the product of three intervals.
+  // One axis after the other, since the cube is the product of three intervals.
   std::vector<std::uint64_t> before(wordsPerRow_), after(wordsPerRow_);
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j) {

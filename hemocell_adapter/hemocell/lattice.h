@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file HemoCell's lattice: how an STL becomes nodes, and which nodes are fluid.
+/// @file HemoCell's lattice: placement of an STL and determination of fluid nodes.
 #pragma once
 
 #include <array>
@@ -11,23 +11,24 @@
 
 namespace packmesh::hemocell {
 
-/// Nodes of a lattice that fit into memory: 2^31 flags are 256 MB.
+/// Largest number of nodes that fits into memory: 2^31 flags are 256 MB.
 constexpr double mostNodes = 2147483648.0;
 
-/// Where HemoCell keeps vertices of a lattice with so many nodes: (lo, hi] = (-0.5, n - 0.5] on every axis,
-/// times dx [µm].
+/// Region in which HemoCell keeps vertices, for a lattice with `nodes` nodes: (lo, hi] = (-0.5, n - 0.5] on
+/// every axis, times dx [µm].
 inline Box keptRegion(const std::array<int, 3>& nodes, double dx) {
   return {Vec3::Constant(-0.5 * dx), dx * (Vec3(nodes[0], nodes[1], nodes[2]).array() - 0.5)};
 }
 
-/// Nodes of HemoCell's lattice with their flags; node (i,j,k) stands at (i,j,k)·dx µm in the .pos frame.
+/// Nodes of HemoCell's lattice with their flags; node (i,j,k) is at (i,j,k)·dx µm in the coordinate system of
+/// .pos files.
 ///
-/// A bit per node; each row along x starts with a new word, whose unused bits are 0.
+/// One bit per node; each row along x starts with a new word, whose unused bits are 0.
 class Lattice {
  public:
-  /// All nodes fluid.
+  /// Initially all nodes are fluid.
   /// @param dx lattice spacing [µm]
-  /// @throws InputError when there is no node on an axis, more than 2^31 in all, or dx is not positive and
+  /// @throws InputError if an axis has no node, there are more than 2^31 nodes, or dx is not positive and
   /// finite
   Lattice(std::array<int, 3> nodes, double dx);
 
@@ -36,21 +37,21 @@ class Lattice {
   /// Pre: the node exists.
   bool fluid(int i, int j, int k) const { return row(j, k)[i >> 6] >> (i & 63) & 1u; }
   void setFluid(int i, int j, int k, bool fluid);
-  /// Flags of the nodes from..to (inclusive, cut to the lattice) of one row.
+  /// Sets the flags of the nodes from..to (inclusive, clipped to the lattice) of one row.
   void setFluid(int from, int to, int j, int k, bool fluid);
   std::int64_t fluidNodes() const;
   double fluidVolume() const;  ///< fluid nodes · dx³ [µm³]
-  /// Where HemoCell keeps vertices.
+  /// Region in which HemoCell keeps vertices [µm].
   Box keptRegion() const { return packmesh::hemocell::keptRegion(nodes_, dx_); }
 
-  /// The lattice whose fluid nodes are the fluid nodes of this one without a solid node within ±radius on
-  /// every axis (a cube). Nodes that do not exist are not solid.
+  /// The lattice whose fluid nodes are those fluid nodes of this one that have no solid node within ±radius
+  /// on every axis (a cube). Nonexistent nodes are not solid.
   Lattice eroded(int radius) const;
 
-  /// The lattice with so many more nodes at both ends of each axis: those of its periodic images.
+  /// The lattice extended by `margin` nodes of its periodic images at both ends of each axis.
   Lattice repeated(const std::array<int, 3>& margin) const;
 
-  /// The flags of one row along x: node i is bit i % 64 of word i / 64.
+  /// Flags of one row along x: node i is bit i % 64 of word i / 64.
   const std::uint64_t* row(int j, int k) const { return &words_[rowStart(j, k)]; }
   int wordsPerRow() const { return wordsPerRow_; }
 
@@ -65,32 +66,31 @@ class Lattice {
   std::vector<std::uint64_t> words_;
 };
 
-/// A vessel STL as HemoCell places it.
+/// A vessel STL placed as by HemoCell.
 struct VesselOnLattice {
-  TriangleMesh surface;  ///< in the .pos frame [µm], outward, not inflated
-  Lattice lattice;       ///< flags of the inflated surface, the two x ends opened
+  TriangleMesh surface;  ///< in the coordinate system of .pos files [µm], outward, not inflated
+  Lattice lattice;       ///< flags of the inflated surface, with both x ends opened
   double period = 0.0;   ///< n_x · dx [µm]
 };
 
-/// HemoCell's mapping from STL units to the .pos frame and its voxelisation.
+/// HemoCell's mapping from STL units to the coordinate system of .pos files, and its voxelisation.
 /// Pre: `stl` closed and outward (see repairClosed).
-/// @param asRead the mesh as it is in the file, if repairs changed it: HemoCell inflates and fills that one.
-/// It must
-///   be filled by parity (see below)
-/// @param dx [µm]
-/// @param refDir 0, 1, 2
-/// @param refDirN nodes along refDir
-/// @throws InputError when refDir or refDirN make no lattice or one of more than 2^31 nodes
+/// @param asRead the mesh as in the file, if repairs changed it: HemoCell inflates and fills that mesh. Must
+/// satisfy isFilledByParity()
+/// @param dx lattice spacing [µm]
+/// @param refDir reference direction 0, 1, 2
+/// @param refDirN number of nodes along refDir
+/// @throws InputError if refDir or refDirN is invalid or gives a lattice of more than 2^31 nodes
 VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN,
                             const TriangleMesh* asRead = nullptr);
 
-/// Whether every ray that meets no edge crosses the mesh an even number of times: an even number of triangles
-/// at every edge, however they are oriented.
+/// True if every ray that meets no edge crosses the mesh an even number of times: every edge has an even
+/// number of triangles, in any orientation.
 bool isFilledByParity(const TriangleMesh& mesh);
 
-/// Marks as fluid the nodes that lie inside or on a closed surface given in lattice units; leaves the others.
-/// Every ray along x crosses the surface an even number of times, also through edges and vertices.
-/// Pre: closed.
+/// Marks the nodes inside or on a closed surface, given in lattice units, as fluid; the others are unchanged.
+/// Every ray along x crosses the surface an even number of times, even through edges and vertices. Pre:
+/// closed.
 void fillInside(Lattice& lattice, const TriangleMesh& surface);
 
 }  // namespace packmesh::hemocell

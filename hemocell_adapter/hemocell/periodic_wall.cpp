@@ -7,7 +7,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Another wall, moved by a vector.
+/// Another wall, translated.
 class MovedWall : public Wall {
  public:
   MovedWall(const Wall* wall, const Vec3& shift) : wall_(wall), shift_(shift) {}
@@ -33,7 +33,8 @@ class MovedWall : public Wall {
   Vec3 shift_;
 };
 
-/// The container's wall in the frame of the repeated lattice, the accepted wall made from it, and that one
+/// The container's wall in the coordinate system of the repeated lattice, the accepted wall made from it, and
+/// that one moved back to the coordinate system of .pos files.
 /// moved back into the .pos frame.
 struct OwnedWalls {
   std::shared_ptr<const Container> container;
@@ -54,7 +55,7 @@ std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Conta
     walls->result = makeAcceptedWall(wall, std::move(lattice), minimumDistanceFromSolid, wallClearance);
     return {walls, walls->result.get()};
   }
-  // Enough repeated nodes on both sides that no vertex meets the faces of the lattice.
+  // Repeat enough nodes on both sides that no vertex meets the faces of the lattice.
   const double dx = lattice->dx();
   std::array<int, 3> margin{};
   for (int k = 0; k < 3; ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file HemoCell's acceptance in a lumen that repeats.
+/// @file HemoCell's acceptance rules in a periodic lumen.
 #pragma once
 
 #include <memory>
@@ -8,9 +8,9 @@
 
 namespace packmesh::hemocell {
 
-/// As makeAcceptedWall, but along axes where `container` is periodic the lattice repeats: there the faces of
-/// the lattice are no wall, and only the flags of the (repeated) nodes count. Owns what it needs.
-/// @param reach how far a vertex can lie outside the period [µm]
+/// Like makeAcceptedWall, but the lattice repeats along axes where `container` is periodic: there the faces
+/// of the lattice are not walls, and only the flags of the (repeated) nodes count. Owns its data.
+/// @param reach largest distance of a vertex outside the period [µm]
 std::shared_ptr<const Wall> makePeriodicAcceptedWall(std::shared_ptr<const Container> container,
                                                      std::shared_ptr<const Lattice> lattice,
                                                      int minimumDistanceFromSolid, double reach,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// From an STL to fluid nodes, as HemoCell (Palabos) does it.
+// Conversion of an STL to fluid nodes, as in HemoCell (Palabos).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,17 +12,17 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// A node beyond the surface on each side, and the one at which the extent starts.
+/// One node beyond the surface on each side, and the one at which the extent starts.
 constexpr int extraNodes = 3;
 
-/// Where a surface crosses the row of nodes (row % ny, row / ny).
+/// Point where a surface crosses the row of nodes (row % ny, row / ny).
 struct Crossing {
   std::int64_t row;
   double x;
   bool operator<(const Crossing& other) const { return row != other.row ? row < other.row : x < other.x; }
 };
 
-/// The integers in (lo, hi], cut to 0..last: those for which exactly one of lo, hi counts as "not above".
+/// The integers in (lo, hi], clipped to 0..last: those for which exactly one of lo, hi counts as "not above".
 struct Planes {
   Planes(double lo, double hi, int highest)
       : first(static_cast<int>(std::clamp(std::floor(lo) + 1.0, 0.0, highest + 1.0))),
@@ -36,7 +36,7 @@ std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
     const Vec3 *a = &surface.vertices[t[0]], *b = &surface.vertices[t[1]], *c = &surface.vertices[t[2]];
     const Planes planes(std::min({a->z(), b->z(), c->z()}), std::max({a->z(), b->z(), c->z()}), nz - 1);
     for (int k = planes.first; k <= planes.last; ++k) {
-      // The section of the triangle with the plane z = k: the two points where its edges cross. Both
+      // The intersection of the triangle with the plane z = k: the two points where its edges cross. Both
       // triangles at an edge compute the same point from the same vertices in the same order, so that
       // sections close exactly.
       Vec3 ends[2];
@@ -59,7 +59,7 @@ std::vector<Crossing> crossingsOf(const TriangleMesh& surface, int ny, int nz) {
   return crossings;
 }
 
-/// Turns triangles so that neighbours agree, as HemoCell does: the first one of each part tells the others.
+/// Orients triangles consistently, as HemoCell does: like the first one of each part.
 void orientLikeFirst(TriangleMesh& mesh) {
   const std::vector<TriangleSide> sides = sortedSides(mesh);
   struct Neighbour {
@@ -128,11 +128,11 @@ bool isFilledByParity(const TriangleMesh& mesh) {
 VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN,
                             const TriangleMesh* asRead) {
   if (refDir < 0 || refDir > 2)
-    throw InputError(fmt::format("<refDir> {}, expected 0, 1 or 2 (x, y or z)", refDir));
-  if (refDirN < 1) throw InputError(fmt::format("<refDirN> {}, expected at least one node", refDirN));
+    throw InputError(fmt::format("<refDir> {}: expected 0, 1 or 2 (x, y or z)", refDir));
+  if (refDirN < 1) throw InputError(fmt::format("<refDirN> {}: expected at least one node", refDirN));
   const Box box = boundingBox(stl);
   if (box.empty() || !box.size().allFinite() || !(box.size().minCoeff() > 0.0))
-    throw InputError("the vessel has no extent on some axis, so it makes no lattice");
+    throw InputError("the vessel is flat: its extent along an axis is 0");
 
   const double scale = refDirN / box.size()[refDir];
   const auto toLattice = [&](TriangleMesh& mesh) {
@@ -153,7 +153,7 @@ VesselOnLattice placeVessel(TriangleMesh stl, double dx, int refDir, int refDirN
     count *= n;
     if (!(count <= mostNodes))
       throw InputError(
-          fmt::format("<refDirN> {} along {} makes a lattice of more than 2^31 nodes (the vessel is {:.4g} x "
+          fmt::format("<refDirN> {} along {} gives a lattice of more than 2^31 nodes (the vessel is {:.4g} x "
                       "{:.4g} x {:.4g} in units of its file)",
                       refDirN, "xyz"[refDir], box.size().x(), box.size().y(), box.size().z()));
     nodes[k] = static_cast<int>(n);

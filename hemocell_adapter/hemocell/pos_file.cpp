@@ -20,7 +20,7 @@ namespace {
 constexpr double degree = 3.14159265358979323846 / 180.0;
 constexpr std::string_view blanks = " \t\r\v\f";
 
-/// Positions [µm] and angles [degrees] beyond this are slips; the certificate counts on it
+/// Larger positions [µm] and angles [degrees] are probably errors; the certificate relies on this bound
 /// (tolerance::culling).
 constexpr double largest = specs::largestLength;
 
@@ -37,7 +37,7 @@ void append(std::string& text, double value) {
   text.append(digits, end);
 }
 
-/// `text` for an error message: shortened, anything unprintable replaced.
+/// `text` for an error message: truncated, with unprintable characters replaced.
 std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;
   std::string out = "'";
@@ -55,7 +55,7 @@ std::vector<std::string_view> fieldsOf(std::string_view line) {
   return fields;
 }
 
-/// The finite number that `field` spells, wholly; nothing otherwise.
+/// The finite number in `field`; empty if the whole field is not one.
 std::optional<double> numberIn(std::string_view field) {
   if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
   double value = 0.0;
@@ -71,7 +71,7 @@ std::optional<long long> countIn(std::string_view field) {
   return value;
 }
 
-/// What HemoCell reads but people may trip over: how often, and where first.
+/// Something that HemoCell reads but other tools may not: number of occurrences, and the first one.
 struct Oddity {
   const char* text;
   long long count = 0, firstLine = 0;
@@ -87,9 +87,11 @@ class PosReader {
 
   std::vector<PosLine> read() {
     if (content_.find_first_not_of(" \t\r\v\f\n") == content_.npos)
-      fail(1, "the file is empty, expected the number of cells");
+      fail(1, "the file is empty; expected the number of cells");
     if (content_.compare(0, 3, "\xEF\xBB\xBF") == 0)
-      fail(1, "the file starts with a byte order mark, expected the number of cells; save it as plain ASCII");
+      fail(1,
+           "the file starts with a byte order mark; expected the number of cells (save the file as plain "
+           "ASCII)");
     const long long announced = readCount();
     std::vector<PosLine> lines;
     long long firstBlank = 0;
@@ -105,7 +107,7 @@ class PosReader {
     }
     const long long found = static_cast<long long>(lines.size());
     if (found < announced)
-      fail(1, fmt::format("announces {} cells, but {} follow: HemoCell would make up the other {}", announced,
+      fail(1, fmt::format("announces {} cells, but {} follow: HemoCell would invent the other {}", announced,
                           found, announced - found));
     noteUnread(announced);
     return lines;
@@ -124,7 +126,7 @@ class PosReader {
     throw InputError(fmt::format("{}:{}: {}", file_.string(), line, what));
   }
 
-  /// What comes after the cells that were announced is not examined: HemoCell does not read it.
+  /// Lines beyond the announced number of cells are not examined: HemoCell does not read them.
   void noteUnread(long long announced) {
     long long unread = 0;
     while (position_ < content_.size()) {
@@ -134,13 +136,12 @@ class PosReader {
       position_ = end + 1;
     }
     if (unread > 0)
-      unread_ =
-          fmt::format("announces {} cell{}, but {} lines follow: HemoCell reads {}, and so does packMesh",
-                      announced, announced == 1 ? "" : "s", announced + unread,
-                      announced == 0 ? "none of them" : fmt::format("the first {} only", announced));
+      unread_ = fmt::format("announces {} cell{}, but {} lines follow: HemoCell and packMesh read {}",
+                            announced, announced == 1 ? "" : "s", announced + unread,
+                            announced == 0 ? "none" : fmt::format("only the first {}", announced));
   }
 
-  /// The next line, without its end.
+  /// The next line, without its line end.
   std::string_view nextLine() {
     const std::size_t end = std::min(content_.find('\n', position_), content_.size());
     std::string_view line = std::string_view(content_).substr(position_, end - position_);
@@ -168,7 +169,7 @@ class PosReader {
 
   PosLine readLine(const std::vector<std::string_view>& fields) const {
     if (fields[0].front() == '#' || fields[0].front() == '/' || fields[0].front() == '%')
-      fail(line_, "a comment, " + quoted(fields[0]) + "; HemoCell stops reading at it, expected x y z a b c");
+      fail(line_, "comment " + quoted(fields[0]) + ": HemoCell stops reading here; expected x y z a b c");
     if (fields.size() != 6)
       fail(line_, fmt::format("{} field{}, expected six numbers x y z [µm] a b c [degrees]", fields.size(),
                               fields.size() == 1 ? "" : "s"));
@@ -191,7 +192,7 @@ class PosReader {
   std::string content_;
   std::size_t position_ = 0;
   long long line_ = 0;
-  std::string unread_;  ///< about lines beyond those announced
+  std::string unread_;  ///< warning about lines beyond those announced
   Oddity spacing_{
       "tabs, repeated, leading or trailing spaces: HemoCell reads them, pos_to_vtk drops such lines"};
   Oddity windows_{"Windows line ends"};
@@ -220,8 +221,8 @@ Pose poseOf(const PosLine& line) {
 
 PosLine posLineOf(const Pose& pose) {
   const Mat3 r = pose.orientation.normalized().toRotationMatrix();
-  // c first; then a and b from Rz(-c)·R = Ry(b)·Rx(a), whose entries stay well defined when cos(b) is tiny
-  // and c little more than noise: whatever c is, a and b fit it.
+  // c first; then a and b from Rz(-c)·R = Ry(b)·Rx(a), whose entries remain well defined if cos(b) is tiny
+  // and c is dominated by noise: a and b are consistent with any c.
   const double c = std::atan2(r(1, 0), r(0, 0));
   const double sc = std::sin(c), cc = std::cos(c);
   const double b = std::atan2(-r(2, 0), cc * r(0, 0) + sc * r(1, 0));

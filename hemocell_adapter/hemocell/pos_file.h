@@ -17,32 +17,30 @@ struct PosLine {
   Vec3 angles = Vec3::Zero();    ///< [degrees] world = Rz(c) Ry(b) Rx(a) v + position
 };
 
-/// The map HemoCell applies for this line to the vertices of the centred template.
+/// The map that HemoCell applies to the vertices of the centred template for this line.
 Placement placementOf(const PosLine& line);
 
-/// The line that stands for a pose of scale 1: its numbers are what is written, to the last bit. Angles lie
-/// in
-/// [-180, 180], b in [-90, 90]; at b = ±90, where only a∓c is defined, the pair chosen still maps every
-/// vector to within rounding. Pre: finite pose.
+/// The line that represents a pose of scale 1: its numbers are written as they are, to the last bit. Angles
+/// lie in [-180, 180], b in [-90, 90]; at b = ±90, where only a∓c is defined, the pair chosen still maps
+/// every vector correctly up to rounding. Pre: finite pose.
 PosLine posLineOf(const Pose& pose);
 
-/// The pose of a cell at this line.
+/// The pose represented by a line.
 Pose poseOf(const PosLine& line);
 
-/// Text of a .pos file, or of a part of it: a line each, shortest decimal numbers that read back to the same
-/// bits, independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
+/// Text of a .pos file or of a part of it, one line per cell: shortest decimal numbers that read back to the
+/// same bits, independent of the locale; single spaces, no trailing space, `\n`. Pre: finite numbers.
 std::string formatPosLines(const std::vector<PosLine>& lines);
-/// What comes before them.
+/// Text before the lines: the number of cells.
 std::string formatPosHead(std::int64_t count);
 
-/// Reads what HemoCell reads of a .pos file, strictly: the announced number of lines with exactly six finite
-/// numbers each. Lines beyond them are left out.
-/// @param warnings if given, receives a line for what is left out, and for everything HemoCell reads but
-/// other
-///   tools do not: tabs, repeated, leading or trailing spaces (pos_to_vtk drops such lines), Windows line
-///   ends, blank lines
-/// @throws InputError with file and line: missing file, bad count, fewer lines than announced, comments,
-///   extra or missing fields, numbers that are not finite or absurdly large
+/// Reads the part of a .pos file that HemoCell reads, strictly: the announced number of lines with exactly
+/// six finite numbers each. Further lines are ignored.
+/// @param warnings if not null, receives a warning for ignored lines and for everything that HemoCell accepts
+/// but other tools do not: tabs, repeated, leading or trailing spaces (pos_to_vtk drops such lines), Windows
+/// line ends, blank lines
+/// @throws InputError with file and line: missing file, invalid count, fewer lines than announced, comments,
+/// extra or missing fields, numbers that are not finite or implausibly large
 std::vector<PosLine> readPos(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace packmesh::hemocell

@@ -20,10 +20,10 @@ constexpr int border = 1;
 
 using Node = std::array<int, 3>;
 
-/// Nodes of a plane, both corners included.
+/// Rectangle of nodes in a plane, both corners included.
 struct Section {
   Node lo{}, hi{};
-  std::int64_t fluid = 0;  ///< fluid nodes in it
+  std::int64_t fluid = 0;  ///< number of fluid nodes
 
   void add(const Node& node) {
     for (int k = 0; k < 3; ++k) {
@@ -34,7 +34,7 @@ struct Section {
   }
 };
 
-/// The nodes of a plane that the ranges leave.
+/// The nodes of a plane selected by the ranges.
 Section window(const Lattice& lattice, int axis, int plane, const std::vector<NodeRange>& ranges) {
   Section all;
   for (int k = 0; k < 3; ++k) all.hi[k] = lattice.nodes()[k] - 1;
@@ -43,9 +43,9 @@ Section window(const Lattice& lattice, int axis, int plane, const std::vector<No
     const int n = lattice.nodes()[range.axis];
     const std::int64_t lo = planeIn(range.lo, n), hi = planeIn(range.hi, n);
     if (lo < 0 || hi >= n || lo > hi)
-      throw InputError(
-          fmt::format("the range of the pre-inlet, {}, is none of its nodes: along {} they are 0 to {}",
-                      toString(range), "xyz"[range.axis], n - 1));
+      throw InputError(fmt::format(
+          "the pre-inlet range {0} is invalid: expected an ascending range of nodes 0 to {2} along {1}",
+          toString(range), "xyz"[range.axis], n - 1));
     all.lo[range.axis] = int(lo);
     all.hi[range.axis] = int(hi);
   }
@@ -67,7 +67,7 @@ Section fluidIn(const Lattice& lattice, const Section& window) {
   return fluid;
 }
 
-/// The connected parts of the fluid in a plane (corners connect), the largest first.
+/// Connected components of the fluid in a plane (connected also across corners), the largest first.
 std::vector<Section> outlinesIn(const Lattice& lattice, const Section& window) {
   std::set<Node> left;
   forNodes(window, [&](const Node& n) {
@@ -98,7 +98,7 @@ std::vector<Section> outlinesIn(const Lattice& lattice, const Section& window) {
   return outlines;
 }
 
-/// A range that holds the first of the outlines and none of the others, if there is one.
+/// A range that contains the first of the outlines and none of the others, if there is one.
 std::optional<NodeRange> rangeOfFirst(const std::vector<Section>& outlines, int axis,
                                       const Lattice& lattice) {
   const Section& first = outlines.front();
@@ -112,7 +112,7 @@ std::optional<NodeRange> rangeOfFirst(const std::vector<Section>& outlines, int 
   return {};
 }
 
-/// "y 1 to 31, z 1 to 31 (700 fluid nodes); ...".
+/// Lists outlines: "y 1 to 31, z 1 to 31 (700 fluid nodes); ...".
 std::string listOf(const std::vector<Section>& outlines, int axis) {
   const int u = std::min((axis + 1) % 3, (axis + 2) % 3), v = std::max((axis + 1) % 3, (axis + 2) % 3);
   std::string list;
@@ -125,14 +125,14 @@ std::string listOf(const std::vector<Section>& outlines, int axis) {
   return list;
 }
 
-/// When the fluid in a window of a plane has several outlines: which.
+/// Describes the outlines if the fluid in a window of a plane has several.
 std::optional<SeveralOutlines> severalOutlines(const Lattice& lattice, int axis, const Section& window) {
   const std::vector<Section> outlines = outlinesIn(lattice, window);
   if (outlines.size() < 2) return {};
   const int u = (axis + 1) % 3;
   return SeveralOutlines{
-      fmt::format("the slice of the pre-inlet, plane {} of nodes along {}, has {} outlines: {}",
-                  window.lo[axis], "xyz"[axis], outlines.size(), listOf(outlines, axis)),
+      fmt::format("the pre-inlet slice, plane {} of nodes along {}, has {} outlines: {}", window.lo[axis],
+                  "xyz"[axis], outlines.size(), listOf(outlines, axis)),
       rangeOfFirst(outlines, axis, lattice).value_or(NodeRange{u, outlines[0].lo[u], outlines[0].hi[u]})};
 }
 
@@ -141,8 +141,9 @@ int sliceOf(const Lattice& lattice, const PreInletPlace& place) {
   if (place.slice) {
     const std::int64_t slice = planeIn(*place.slice, n);
     if (slice < 0 || slice >= n)
-      throw InputError(fmt::format("the slice of the pre-inlet, {}, is no plane of nodes: they are 0 to {}",
-                                   toString(*place.slice), n - 1));
+      throw InputError(
+          fmt::format("the pre-inlet slice {} is outside the lattice: planes of nodes are 0 to {}",
+                      toString(*place.slice), n - 1));
     return int(slice);
   }
   for (int i = 0; i < n; ++i) {
@@ -152,13 +153,14 @@ int sliceOf(const Lattice& lattice, const PreInletPlace& place) {
   throw InputError("the vessel has no fluid node");
 }
 
-/// Where the surface is cut for a plane of nodes [µm]: where its flags are from, as the two planes at either
-/// x end take those of planes further in (see placeVessel); and within the surface.
+/// Position at which the surface is cut for a plane of nodes [µm]: that of the plane from which its flags are
+/// taken, since the two planes at either x end copy planes further inside (see placeVessel); within the
+/// surface.
 double cutAt(const TriangleMesh& surface, int axis, int plane, const Lattice& lattice) {
   const int n = lattice.nodes()[0];
   if (axis == 0) plane = plane < 2 ? plane + 1 : std::min(plane, n - 3);
   const Box box = boundingBox(surface);
-  // Off the caps, where a plane has no outline.
+  // Away from the caps, where a plane has no outline.
   const double inset = 1e-6 * box.size()[axis];
   return std::clamp(plane * lattice.dx(), box.lo[axis] + inset, box.hi[axis] - inset);
 }
@@ -196,15 +198,14 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   const int axis = place.axis, slice = sliceOf(all, place);
   const Section plane = window(all, axis, slice, place.ranges), section = fluidIn(all, plane);
   if (section.fluid == 0)
-    throw InputError(
-        fmt::format("the slice of the pre-inlet, plane {} of nodes along {}, has no fluid node{}", slice,
-                    "xyz"[axis], place.ranges.empty() ? "" : " in that range"));
+    throw InputError(fmt::format("the pre-inlet slice, plane {} of nodes along {}, has no fluid node{}",
+                                 slice, "xyz"[axis], place.ranges.empty() ? "" : " in that range"));
   auto several = place.ranges.empty() ? severalOutlines(all, axis, plane) : std::nullopt;
   if (several && !place.allOutlines)
     throw InputError(fmt::format(
-        "{}. Which of them is the inlet stands in the case's C++ code (slice.y1 = 42). Say it by "
-        "--pre-inlet-range {} or <preInletRange> {} </preInletRange>, which would take the first; a range "
-        "that holds several takes them all",
+        "{}. Select the one used in the case's C++ code (slice.y1 = 42) with "
+        "--pre-inlet-range {} or <preInletRange> {} </preInletRange>, which selects the first; a range "
+        "that contains several selects them all",
         several->text, toString(several->first), toString(several->first)));
   Node lo{}, nodes{};
   for (int k = 0; k < 3; ++k) {
@@ -218,7 +219,7 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   for (const int k : {u, v})
     inlet.reachesBorder = inlet.reachesBorder || section.lo[k] == 0 || section.hi[k] == all.nodes()[k] - 1;
-  std::vector<Eigen::Vector2d> fluid;  // nodes of one plane, in the frame of the inlet
+  std::vector<Eigen::Vector2d> fluid;  // nodes of one plane, in the coordinate system of the inlet
   for (int k = 0; k < nodes[2]; ++k)
     for (int j = 0; j < nodes[1]; ++j)
       for (int i = 0; i < nodes[0]; ++i) {
@@ -243,7 +244,7 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   if (inlet.surface.triangles.empty())
     throw InputError(
         fmt::format("plane {} of nodes along {}, from which HemoCell takes the fluid nodes of the "
-                    "pre-inlet, has none in the box of plane {}",
+                    "pre-inlet, has no fluid nodes in the box of plane {}",
                     flags, "xyz"[axis], slice));
   return inlet;
 }

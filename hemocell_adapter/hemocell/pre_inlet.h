@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The inlet of a case with a `<preInlet>`, for which HemoCell reads the .pos files.
+/// @file The inlet of a case with a `<preInlet>`, into which HemoCell loads the .pos files.
 #pragma once
 
 #include <array>
@@ -12,14 +12,14 @@
 
 namespace packmesh::hemocell {
 
-/// Where the inlet is: what stands in the case's C++ code (Direction::Xpos and the slice).
+/// Position of the inlet, from the case's C++ code (Direction::Xpos and the slice).
 struct PreInletPlace {
-  int axis = 0;                    ///< of the inflow
-  bool atHighEnd = true;           ///< Xpos: beyond the high end; Xneg: before the low one
-  std::optional<NodePlane> slice;  ///< that gives the frame; empty: the outermost with fluid nodes
-  std::vector<NodeRange> ranges;   ///< nodes of the slice that count, one for each axis at most
-  bool allOutlines = false;  ///< the inlet is known to be all of the slice, however many outlines it has
-  std::string origin = "as stated";  ///< "AR2.cpp:71", for people
+  int axis = 0;                      ///< axis of the inflow
+  bool atHighEnd = true;             ///< Xpos: beyond the high end; Xneg: before the low one
+  std::optional<NodePlane> slice;    ///< plane of the frame; empty: the outermost with fluid nodes
+  std::vector<NodeRange> ranges;     ///< part of the slice that is used; at most one range per axis
+  bool allOutlines = false;          ///< the inlet is known to be the whole slice, even with several outlines
+  std::string origin = "as stated";  ///< "AR2.cpp:71", for messages
 
   /// "Xpos", "zneg"...
   static PreInletPlace named(const std::string& direction);
@@ -27,36 +27,36 @@ struct PreInletPlace {
   bool isTowards(const PreInletPlace& other) const {
     return axis == other.axis && atHighEnd == other.atHighEnd;
   }
-  /// Whether both are the same nodes of a lattice with so many.
+  /// True if both denote the same nodes of a lattice with `nodes` nodes.
   bool isSame(const PreInletPlace& other, const std::array<int, 3>& nodes) const;
 };
 
 /// "slice last - 5, y 0 42".
 std::string toString(const PreInletPlace& place);
 
-/// Of a slice that cuts the vessel more than once.
+/// Description of a slice that cuts the vessel more than once.
 struct SeveralOutlines {
-  std::string text;  ///< "the slice of the pre-inlet, plane 4 of nodes along x, has 2 outlines: ..."
-  NodeRange first;   ///< takes the largest alone, if any range does
+  std::string text;  ///< "the pre-inlet slice, plane 4 of nodes along x, has 2 outlines: ..."
+  NodeRange first;   ///< a range that selects only the largest outline, if there is one
 };
 
-/// The inlet in its own frame: origin at the low corner of its box.
+/// The inlet in its own coordinate system: origin at the low corner of its box.
 struct PreInlet {
   TriangleMesh surface;  ///< the cross-section of the vessel in plane `flags`, along the whole lattice [µm]
   Lattice lattice;
-  int slice = 0;  ///< plane of nodes that gives the frame
-  int flags = 0;  ///< plane of nodes that is repeated, the neighbour that HemoCell takes the flags from
-  /// Whether fluid nodes of the slice lie at the border of the case's lattice: vessels end there only at
-  /// their openings, so that the slice is hardly a cross-section.
+  int slice = 0;  ///< plane of nodes that defines the frame
+  int flags = 0;  ///< plane of nodes that is repeated: the neighbour from which HemoCell takes the flags
+  /// True if fluid nodes of the slice lie at the border of the case's lattice. Vessels reach it only at their
+  /// openings, so the slice is probably not a cross-section.
   bool reachesBorder = false;
-  std::optional<SeveralOutlines> severalOutlines = {};  ///< all of them are in the inlet
+  std::optional<SeveralOutlines> severalOutlines = {};  ///< if set, the inlet contains all outlines
 };
 
-/// The box of the fluid nodes of a slice, with a node around them as far as the lattice reaches, lengthN + 3
-/// planes long. As in HemoCell, the nodes in it have the flags of the plane before the slice (of the one
-/// behind it where the inflow comes from the low end), in all of the box.
-/// @throws InputError, MeshError when the slice has no fluid node, several outlines of which none is chosen,
-/// or a cross-section that is no simple polygon
+/// The box of the fluid nodes of a slice, enlarged by one node within the lattice, lengthN + 3 planes long.
+/// As in HemoCell, all nodes in it have the flags of the plane before the slice (of the one after it if the
+/// inflow comes from the low end).
+/// @throws InputError, MeshError if the slice has no fluid node, has several outlines of which none is
+/// chosen, or has a cross-section that is not a simple polygon
 PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place, int lengthN);
 
 }  // namespace packmesh::hemocell

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Where the pre-inlet of a case is, from its C++ code.
+// Position of the pre-inlet of a case, from its C++ code.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,13 +12,13 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// A coordinate of nodes: a number, or one counted from the last node along an axis.
+/// A node coordinate: a number, or an offset from the last node along an axis.
 struct Coordinate {
   std::int64_t offset = 0;
-  std::optional<int> fromLastOf;  ///< axis
+  std::optional<int> fromLastOf;  ///< axis of the last node it is relative to
 };
 
-/// x0, x1, y0, y1, z0, z1 of a Box3D, as far as they are known.
+/// x0, x1, y0, y1, z0, z1 of a Box3D, as far as known.
 using BoxValue = std::array<std::optional<Coordinate>, 6>;
 
 constexpr const char* members[] = {"x0", "x1", "y0", "y1", "z0", "z1"};
@@ -38,7 +38,7 @@ BoxValue wholeLattice() {
   return box;
 }
 
-/// The statements of a file, one after the other, as far as they are about boxes.
+/// Interprets the statements of a file, in order, as far as they concern boxes.
 class Reader {
  public:
   Reader(const std::vector<Token>& tokens, const std::string& file)
@@ -69,15 +69,15 @@ class Reader {
  private:
   struct Variable {
     BoxValue value;
-    std::size_t block;  ///< number of blocks open where it is declared
+    std::size_t block;  ///< number of open blocks where it is declared
   };
   struct Block {
-    int loops;  ///< among the blocks open here, this one included
-    /// Members that it has changed: unknown after it, since it may not have been run.
+    int loops;  ///< number of loops among the open blocks, including this one
+    /// Members changed in this block: unknown after it, because it may not have been executed.
     std::set<std::pair<std::string, int>> changes;
     std::vector<std::string> declared;
   };
-  /// Loops among the first `blocks` of the open blocks.
+  /// Number of loops among the first `blocks` of the open blocks.
   int loopsIn(std::size_t blocks) const { return blocks == 0 ? 0 : blocks_[blocks - 1].loops; }
 
   const Token& token(std::size_t i) const { return tokens_[i]; }
@@ -99,7 +99,7 @@ class Reader {
   void set(const std::string& name, int member, std::optional<Coordinate> value) {
     const auto found = boxes_.find(name);
     if (found == boxes_.end()) return;
-    constexpr std::size_t deepest = 100;  // further in nothing is followed
+    constexpr std::size_t deepest = 100;  // deeper nesting is not followed
     const bool tooDeep = blocks_.size() > deepest;
     const bool repeated = loopsIn(blocks_.size()) > loopsIn(found->second.block);
     found->second.value[member] = repeated || tooDeep ? std::nullopt : value;
@@ -143,7 +143,7 @@ class Reader {
     return true;
   }
 
-  /// Box3D(x0, x1, y0, y1, z0, z1), from its bracket on.
+  /// Box3D(x0, x1, y0, y1, z0, z1), from its opening bracket on.
   std::optional<BoxValue> cornersOf(std::size_t open, TokenRange range) const {
     const std::size_t close = tokens_[open].closing;
     if (close + 1 != range.second) return {};
@@ -175,7 +175,7 @@ class Reader {
     return wholeLattice();
   }
 
-  /// A sum of whole literals and members of boxes, at most one of which is counted from the last node.
+  /// A sum of integer literals and members of boxes, at most one of which is relative to the last node.
   std::optional<Coordinate> coordinateOf(TokenRange range) const {
     Coordinate sum;
     std::size_t i = range.first;
@@ -220,7 +220,7 @@ class Reader {
   struct Target {
     std::string name;
     std::optional<int> member;  ///< empty: the whole box
-    std::size_t after = 0;      ///< index of the token behind it
+    std::size_t after = 0;      ///< index of the token after it
   };
 
   std::optional<Target> targetAt(std::size_t i, TokenRange range) const {
@@ -232,7 +232,7 @@ class Reader {
     return Target{token(i).text, member, i + 3};
   }
 
-  /// Whether a variable that holds a box stands at `i`.
+  /// True if the token at `i` is a variable that holds a box.
   bool isBox(std::size_t i, TokenRange range) const {
     if (i >= range.second || token(i).kind != Token::Kind::word) return false;
     if (i > 0 && (token(i - 1).is(".") || token(i - 1).is("->") || token(i - 1).is("::"))) return false;
@@ -243,7 +243,7 @@ class Reader {
   void assignment(TokenRange range, bool conditional) {
     std::vector<Target> targets;
     std::size_t i = range.first;
-    int sign = 0;  // of += and -=
+    int sign = 0;  // sign of += and -=
     while (const auto target = targetAt(i, range)) {
       const std::size_t at = target->after;
       sign = is(at, range, "+=") ? 1 : is(at, range, "-=") ? -1 : 0;
@@ -272,7 +272,8 @@ class Reader {
       }
   }
 
-  /// What may change a box in a way that is not followed makes it unknown: as an argument, by address, ++.
+  /// Boxes that could be changed in a way that is not followed become unknown: as an argument, by address,
+  /// ++.
   void forgetOtherUses(TokenRange range) {
     for (std::size_t i = range.first; i < range.second; ++i) {
       if (!isBox(i, range) || followed_[i]) continue;
@@ -311,7 +312,7 @@ class Reader {
       call.direction = directionOf(arguments[0]);
       if (call.direction && automatic) {
         const bool positive = (*call.direction)[1] == 'p';
-        call.slice = positive ? -2 : 1;  // the last plane but one, or the second
+        call.slice = positive ? -2 : 1;  // the second-to-last plane, or the second
       } else if (call.direction) {
         place(call, boxOf(arguments[1]));
       }
@@ -329,7 +330,7 @@ class Reader {
     return {};
   }
 
-  /// Slice and ranges, when all of the box is known and it is flat.
+  /// Sets slice and ranges if the whole box is known and flat.
   static void place(PreInletCall& call, const std::optional<BoxValue>& box) {
     if (!box) return;
     const int axis = (*call.direction)[0] - 'X';
@@ -352,7 +353,7 @@ class Reader {
   const std::string& file_;
   std::map<std::string, Variable> boxes_;
   std::vector<Block> blocks_;
-  std::vector<bool> followed_;  ///< tokens in which no box is changed in another way
+  std::vector<bool> followed_;  ///< tokens whose effects on boxes are followed
   std::vector<PreInletCall> calls_;
 };
 

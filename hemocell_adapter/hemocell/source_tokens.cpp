@@ -38,12 +38,12 @@ class Lexer {
   char peek(std::size_t ahead = 0) const { return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0'; }
   bool starts(const char* with) const { return text_.compare(at_, std::strlen(with), with) == 0; }
 
-  /// Past one character.
+  /// Advances by one character.
   void step() {
     if (text_[at_] == '\n') ++line_;
     ++at_;
   }
-  /// Past the next `end`, or to the end of the text.
+  /// Advances past the next `end`, or to the end of the text.
   void skipPast(const std::string& end) {
     const std::size_t found = text_.find(end, at_);
     const std::size_t to = found == text_.npos ? text_.size() : found + end.size();
@@ -88,7 +88,7 @@ class Lexer {
     }
   }
 
-  /// To the end of the line, which a backslash moves to the next one.
+  /// Skips to the end of the line; a backslash continues the comment on the next line.
   void lineComment() {
     while (at_ < text_.size() && peek() != '\n') {
       if (peek() == '\\' && peek(1) == '\n') step();
@@ -96,7 +96,7 @@ class Lexer {
     }
   }
 
-  /// A string or character; one that is not closed ends with its line.
+  /// Reads a string or character literal; an unterminated one ends with its line.
   void quoted(char quote) {
     const int line = line_;
     step();
@@ -168,8 +168,8 @@ class Lexer {
     add(Token::Kind::symbol, std::string(1, c), line_);
   }
 
-  /// A branch of conditional compilation: `dead` when it is surely left out; `restDead` when all that follow
-  /// it surely are.
+  /// A branch of conditional compilation: `dead` if it is certainly excluded, `restDead` if all following
+  /// branches certainly are.
   struct Branch {
     bool dead, restDead;
   };
@@ -270,7 +270,7 @@ std::string sourceText(const std::vector<Token>& tokens, TokenRange range) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
   if (text.size() <= longest) return text;
   std::size_t end = longest;
-  while (end > 0 && (text[end] & 0xC0) == 0x80) --end;  // not within a character
+  while (end > 0 && (text[end] & 0xC0) == 0x80) --end;  // do not split a character
   return text.substr(0, end) + "...";
 }
 

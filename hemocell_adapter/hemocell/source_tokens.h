@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file C++ text as tokens, as far as finding calls with literal arguments needs it.
+/// @file Tokeniser for C++ code, sufficient to find calls with literal arguments.
 #pragma once
 
 #include <optional>
@@ -10,33 +10,33 @@ namespace packmesh::hemocell {
 
 struct Token {
   enum class Kind { word, number, string, symbol } kind;
-  std::string text;  ///< of a string: what stands between the quotes, escapes as they are written
-  int line = 0;      ///< from 1 on
-  /// Of an opening bracket ( [ {: index of the one that closes it, the number of tokens when there is none.
+  std::string text;  ///< of a string: the text between the quotes, with escapes unchanged
+  int line = 0;      ///< line number, from 1
+  /// Of an opening bracket ( [ {: index of the closing one, or the number of tokens if there is none.
   std::size_t closing = 0;
 
   bool is(const char* symbolOrWord) const { return kind != Kind::string && text == symbolOrWord; }
 };
 
-/// The tokens of `text` without comments, preprocessor lines and what stands in `#if 0`. Text that is no C++
-/// gives some tokens all the same.
+/// The tokens of `text` without comments, preprocessor lines and code in `#if 0`. Text that is not C++ also
+/// gives tokens.
 std::vector<Token> tokensOf(const std::string& text);
 
 using TokenRange = std::pair<std::size_t, std::size_t>;  ///< [first, last)
 
-/// The parts of [first, last) between commas outside brackets; none when it is empty.
+/// The parts of [first, last) between commas outside brackets; none if the range is empty.
 std::vector<TokenRange> splitAtCommas(const std::vector<Token>& tokens, TokenRange range);
 
-/// Whether the word at `at`, which ( follows, is called there, not declared or defined.
+/// True if the word at `at`, which is followed by (, is called there, not declared or defined.
 bool isCall(const std::vector<Token>& tokens, std::size_t at);
 
-/// The tokens as one line, cut when it is long, without control characters: for messages.
+/// The tokens as one line without control characters, truncated if long: for messages.
 std::string sourceText(const std::vector<Token>& tokens, TokenRange range);
 
-/// The contents of a string literal; nothing for anything else.
+/// The contents of a string literal; empty for anything else.
 std::optional<std::string> literalString(const std::vector<Token>& tokens, TokenRange range);
 
-/// The value of a decimal literal, with a sign or not; nothing for anything else.
+/// The value of a decimal literal with optional sign; empty for anything else.
 std::optional<double> literalNumber(const std::vector<Token>& tokens, TokenRange range);
 
 }  // namespace packmesh::hemocell

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// The template meshes HemoCell 2.7 builds, vertex by vertex. The start polyhedra, the order of subdivision
-// and the maps are facts of HemoCell (and of the Palabos sphere it starts from); they matter because every
-// later statement about a placed cell is a statement about these vertices.
+// The template meshes of HemoCell 2.7, vertex by vertex. Initial polyhedra, order of subdivision and maps are
+// those of HemoCell (and of the Palabos sphere it starts from); they matter because all later results for a
+// placed cell refer to these vertices.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -16,7 +16,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// HemoCell's rotation of templates: the thin axis of a cell built along z ends along y.
+/// HemoCell's rotation of templates: the symmetry axis of a cell built along z becomes y.
 Vec3 turned(const Vec3& p) {
   return {-p.y(), -p.z(), p.x()};
 }
@@ -45,7 +45,7 @@ TriangleMesh octahedron() {
           {{4, 0, 2}, {4, 2, 1}, {4, 1, 3}, {4, 3, 0}, {5, 2, 0}, {5, 1, 2}, {5, 3, 1}, {5, 0, 3}}};
 }
 
-/// Splits every triangle into four on the unit sphere, the middle one in place, the corners appended.
+/// Divides every triangle into four on the unit sphere: the central one in place, the corner ones appended.
 void subdivide(TriangleMesh& mesh) {
   std::map<std::pair<int, int>, int> midpoints;
   const auto midpoint = [&](int a, int b) {
@@ -65,7 +65,7 @@ void subdivide(TriangleMesh& mesh) {
   }
 }
 
-/// Numbers the vertices in the order in which the triangles name them.
+/// Numbers the vertices in the order of their first use by triangles.
 void numberByFirstAppearance(TriangleMesh& mesh) {
   std::vector<int> number(mesh.vertices.size(), -1);
   std::vector<Vec3> vertices;
@@ -87,7 +87,7 @@ TriangleMesh unitSphere(TriangleMesh mesh, int minNumTriangles) {
   return mesh;
 }
 
-/// HemoCell's red cell: the unit sphere squeezed along z.
+/// HemoCell's red cell: the unit sphere flattened along z.
 Vec3 biconcave(const Vec3& p, double radius) {
   const double r2 = std::min(p.x() * p.x() + p.y() * p.y(), 1.0);
   const double height = std::sqrt(1.0 - r2) * (biconcaveC0 + biconcaveC2 * r2 + biconcaveC4 * r2 * r2);
@@ -100,7 +100,7 @@ Vec3 oblate(const Vec3& p, double radius, double aspectRatio) {
   return radius * Vec3(p.x(), p.y(), std::copysign(aspectRatio * std::sqrt(1.0 - r2), p.z()));
 }
 
-/// The STL with its largest extent twice the radius.
+/// The STL, scaled so that its largest extent is twice the radius.
 TriangleMesh scaledStl(const CellModel& model) {
   TriangleMesh mesh = readMesh(model.stlFile);
   const double extent = boundingBox(mesh).size().maxCoeff();

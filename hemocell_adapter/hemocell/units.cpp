@@ -9,8 +9,8 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Spacings of blood simulations [µm]: a red cell is 2.3 µm thick, so that above the upper bound no node lies
-/// in it.
+/// Range of lattice spacings of blood simulations [µm]: a red cell is 2.3 µm thick, so above the upper bound
+/// it can contain no node.
 constexpr double finestSpacing = 0.05, coarsestSpacing = 1.2;
 
 struct Unit {
@@ -19,11 +19,11 @@ struct Unit {
 };
 constexpr Unit units[] = {{"m", 1e6}, {"mm", 1e3}, {"µm", 1.0}, {"nm", 1e-3}};
 
-/// How well positions fit a lumen when they are multiplied by a factor.
+/// Quality of the agreement of positions with a lumen after multiplication by a factor.
 struct Fit {
-  double inside = 0.0;  ///< share of them in the lumen
-  double spread = 0.0;  ///< their extent over that of the lumen, along its longest axis
-  bool canBe = true;    ///< the cells have room in the box around them
+  double inside = 0.0;  ///< fraction of positions in the lumen
+  double spread = 0.0;  ///< extent of the positions / extent of the lumen, along its longest axis
+  bool canBe = true;    ///< the volume of the cells fits into the box around the positions
 };
 
 Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double volumes, double factor) {
@@ -40,7 +40,7 @@ Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double
   int longest = 0;
   bounds.size().maxCoeff(&longest);
   fit.spread = box.size()[longest] / bounds.size()[longest];
-  constexpr double radius = 4.0;  // [µm] of the largest cells: centres stay so far within what cells fill
+  constexpr double radius = 4.0;  // [µm] of the largest cells: margin around their centres
   fit.canBe = volumes < box.grownBy(radius).volume();
   return fit;
 }
@@ -53,9 +53,9 @@ std::optional<std::string> spacingWarning(double dx, const std::string& where) {
   const double off = std::pow(10.0, std::round(std::log10(dx / usual)));
   return fmt::format("{}: a lattice spacing of {:.6g} µm; {}. HemoCell's cases have 0.5 µm (5e-7 m){}", where,
                      dx,
-                     dx > usual ? "a red cell, 2.3 µm thick, is not resolved by it"
-                                : "finer than any cell needs, and the lumen is as much smaller",
-                     off > 1.0   ? fmt::format(": is it {:.6g} times too large? The lumen grows with it", off)
+                     dx > usual ? "it does not resolve a red cell, which is 2.3 µm thick"
+                                : "it is finer than any cell needs, and it scales the lumen",
+                     off > 1.0 ? fmt::format(": is it {:.6g} times too large? It also scales the lumen", off)
                      : off < 1.0 ? fmt::format(": is it {:.6g} times too small?", 1.0 / off)
                                  : "");
 }
@@ -63,7 +63,7 @@ std::optional<std::string> spacingWarning(double dx, const std::string& where) {
 std::string unitHint(double extent, double factor, double least, double most) {
   if (extent >= least && extent <= most) return "";
   const Unit* best = nullptr;
-  double leastOff = std::log(most / least);  // from the middle of the plausible extents
+  double leastOff = std::log(most / least);  // from the centre of the plausible range
   for (const Unit& unit : units) {
     const double other = extent / factor * unit.micrometres,
                  off = std::abs(std::log(other / std::sqrt(least * most)));
@@ -77,22 +77,21 @@ std::string unitHint(double extent, double factor, double least, double most) {
 
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
                                              double volumes, double dx) {
-  // Few cells can lie anywhere.
+  // A few cells can lie anywhere.
   constexpr std::size_t fewest = 5;
   constexpr double mostlyIn = 0.9, allIn = 0.99, leastSpread = 0.6;
   if (positions.size() < fewest) return {};
   const Fit given = fitOf(container, positions, volumes, 1.0);
   if (given.inside >= mostlyIn && given.canBe) return {};
   std::vector<PositionFactor> candidates = {
-      {dx, "they are in lattice units, or were made for a lattice spacing of 1 µm"},
+      {dx, "they are in lattice units or for a lattice spacing of 1 µm"},
       {1e6, "they are in metres"},
       {1e3, "they are in millimetres"},
       {1e-3, "they are in nanometres"},
       {1.0 / dx, "they were multiplied by the lattice spacing"}};
   for (const double old : {0.1, 0.2, 0.25, 0.4, 0.5, 0.6, 0.75, 0.8, 2.0})
     candidates.push_back(
-        {dx / old,
-         fmt::format("they were made for a lattice spacing of {:.6g} µm, which is {:.6g} now", old, dx)});
+        {dx / old, fmt::format("they are for a lattice spacing of {:.6g} µm, but it is {:.6g} µm", old, dx)});
   std::optional<PositionFactor> best;
   double widest = leastSpread;
   for (const PositionFactor& candidate : candidates) {

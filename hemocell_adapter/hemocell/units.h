@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What users should know when lengths look as if they were in another unit.
+/// @file Detection of wrong units of length.
 #pragma once
 
 #include <optional>
@@ -11,31 +11,30 @@
 
 namespace packmesh::hemocell {
 
-/// A warning for a lattice spacing at which blood cells are not resolved, or far finer than usual; nothing
+/// A warning about a lattice spacing that does not resolve blood cells or is much finer than usual; empty
 /// otherwise.
 /// @param dx [µm]
-/// @param where what set it, for the message
+/// @param where origin of the value, for the message
 std::optional<std::string> spacingWarning(double dx, const std::string& where);
 
-/// "; if the file is in mm, the factor is 1000" when that makes `extent` lie in [least, most] and it does not
-/// as it is, else nothing.
-/// @param extent of the mesh with the factor that was given [µm]
-/// @param factor that was given [µm per unit of the file]
+/// "; if the file is in mm, the factor is 1000" if that factor moves `extent` into [least, most]; empty if
+/// there is no such factor or `extent` is already in the range.
+/// @param extent of the mesh with the given factor [µm]
+/// @param factor the given factor [µm per unit of the file]
 std::string unitHint(double extent, double factor, double least, double most);
 
-/// Largest extents of vessels and of blood cells that are plausible [µm].
+/// Plausible range of extents of vessels and of blood cells [µm].
 inline constexpr double smallestVessel = 2.0, largestVessel = 2e4;
 inline constexpr double smallestCell = 0.5, largestCell = 50.0;
 
-/// A factor for the positions of .pos files with which they would lie in the lumen, and where it may come
-/// from.
+/// A factor for the positions of .pos files with which they would lie in the lumen, and its possible origin.
 struct PositionFactor {
   double factor = 1.0;
   std::string cause;
 };
 
-/// Such a factor when as they are most of them lie outside, or so near to each other that cells must overlap.
-/// @param volumes of the cells [µm³]
+/// Suggests such a factor if most positions lie outside, or so close to each other that cells must overlap.
+/// @param volumes total volume of the cells [µm³]
 /// @param dx lattice spacing of the case [µm]
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
                                              double volumes, double dx);

@@ -11,15 +11,15 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Nodes around a brick in which the nearest cube within farReach must lie, and the width of brick and
+/// Number of nodes around a brick that can contain the nearest cube within farReach, and width of brick and
 /// margins.
 constexpr int margin = 3, window = 4 + 2 * margin;
-/// Squared distances are cut off here, in units of (dx/2)²: farReach.
+/// Limit of squared distances, in units of (dx/2)²: farReach.
 constexpr int codeLimit = 36;
 
-/// Coarse samples are `step` nodes apart; their interpolation exceeds the distance to a point at least
-/// fineReach - nearError nodes away by less than `error` nodes (measured, spot by spot in a cell). Distances
-/// to other sets are smaller where they are interpolated, or curved less.
+/// Coarse samples are `step` nodes apart. For a single point at least fineReach - nearError nodes away, their
+/// interpolation exceeds the distance by less than `error` nodes (measured, position by position in a cell);
+/// distances to other sets have a smaller error.
 struct Coarseness {
   double mostNodes;
   int step;
@@ -40,7 +40,7 @@ constexpr int axisCode(int c, int s) {
   return low > 0 ? low * low : high > 0 ? high * high : 0;
 }
 
-constexpr int lanes = 16;  // fine samples along x, padded to what a vector register holds
+constexpr int lanes = 16;  // fine samples along x, padded to the size of a vector register
 struct Row {
   typedef std::uint8_t Bytes __attribute__((vector_size(lanes)));
   Bytes code;
@@ -49,7 +49,7 @@ Row filled(int code) {
   return {Row::Bytes{} + static_cast<std::uint8_t>(code)};
 }
 
-/// For each pattern of cubes in a row of a window: squared distances to the nearest, cut off.
+/// For each pattern of cubes in a row of a window: squared distances to the nearest cube, limited.
 const std::vector<Row>& rowCodes() {
   static const std::vector<Row> table = [] {
     std::vector<Row> rows(1u << window);
@@ -66,13 +66,13 @@ const std::vector<Row>& rowCodes() {
   return table;
 }
 
-/// The smaller of `row` and `other` + more, sample by sample.
+/// Element-wise minimum of `row` and `other` + more.
 Row lowered(const Row& row, const Row& other, int more) {
   const Row::Bytes value = other.code + static_cast<std::uint8_t>(more);
   return {value < row.code ? value : row.code};
 }
 
-/// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nodes that do not exist.
+/// Flags of the nodes first ... first + window - 1 of a row as bits; 0 for nonexistent nodes.
 unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
   const std::array<int, 3> nodes = lattice.nodes();
   if (j < 0 || j >= nodes[1] || k < 0 || k >= nodes[2]) return 0;
@@ -88,7 +88,7 @@ unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
 
 using BrickCodes = std::array<std::array<Row, 9>, 9>;  // [z][y][x]
 
-/// The cubes of a window that are nearer than codeLimit to a sample of the brick, and how near.
+/// The cubes of a window closer than codeLimit to a sample of the brick, with their distances.
 struct Near {
   int count = 0, cube[window] = {}, code[window] = {};
 };
@@ -133,7 +133,7 @@ BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patte
   return codes;
 }
 
-/// Distances [nodes] that the codes -codeLimit ... codeLimit stand for.
+/// Distances [nodes] represented by the codes -codeLimit ... codeLimit.
 struct Decoder {
   Decoder() {
     for (int code = -codeLimit; code <= codeLimit; ++code)
@@ -324,7 +324,7 @@ WallDistance VoxelDistance::at(const Vec3& p) const {
   const Vec3 q = w.cwiseMax(0.0).cwiseMin(Vec3(nodes_[0], nodes_[1], nodes_[2])), out = w - q;
   WallDistance result = inLattice(q);
   const double away2 = out.squaredNorm();
-  if (away2 > 0.0) {  // beyond the lattice: back to it, then on from there
+  if (away2 > 0.0) {  // beyond the lattice: distance to the lattice plus the distance from there
     const double away = std::sqrt(away2);
     if (result.distance >= 0.0) result = {0.0, Vec3::Zero()};
     for (int k = 0; k < 3; ++k)
@@ -333,7 +333,7 @@ WallDistance VoxelDistance::at(const Vec3& p) const {
     result.gradient -= out / away;
   }
   const double norm2 = result.gradient.squaredNorm();
-  constexpr double flat = 1e-12;  // between two equal ways out neither is right; any is
+  constexpr double flat = 1e-12;  // two equal distances: either direction is valid
   result.gradient = norm2 > flat ? Vec3(result.gradient / std::sqrt(norm2)) : Vec3::UnitX();
   result.distance *= dx_;
   return result;

@@ -14,57 +14,57 @@
 namespace packmesh::hemocell {
 
 /// Signed distance to the boundary of the union of the cubes (node ± dx/2) of the fluid nodes of a lattice;
-/// positive inside the union; everything beyond the lattice is outside it.
+/// positive inside the union; everything beyond the lattice is outside.
 ///
-/// Near the boundary: trilinear interpolation of exact distances at spacing dx/2. The samples lie on the
-/// faces, edges and middles of the cubes, so that each interpolation cell lies in one cube, and **the sign is
-/// exact everywhere**: distance > 0 only where the node of the point is fluid. Away from the boundary:
-/// interpolation of a coarser transform, lowered by its largest error. The two are blended: the distance is
-/// continuous. Both are made where and when they are first needed. For one thread at a time.
+/// Near the boundary: trilinear interpolation of exact distances at spacing dx/2. The samples lie on faces,
+/// edges and centres of the cubes, so that each interpolation cell lies in one cube and **the sign is exact
+/// everywhere**: distance > 0 only where the node of the point is fluid. Away from the boundary:
+/// interpolation of a coarser transform, minus its largest error. The two are blended so that the distance is
+/// continuous. Both are computed when needed. Not thread-safe.
 class VoxelDistance {
  public:
-  /// @param inside must outlive this
+  /// @param inside must outlive this object
   explicit VoxelDistance(const Lattice& inside);
 
-  /// @param p [µm] in the frame of the lattice; anywhere, but finite
+  /// @param p [µm] in the coordinate system of the lattice; any finite point
   /// @return distance [µm] and unit gradient of the interpolant
   WallDistance at(const Vec3& p) const;
 
   /// Distances at the samples that are first[k] + step * (0 ... count - 1 along x) half nodes from the low
-  /// corner of the lattice [µm]: exact where they are no further than fineReach from the boundary, elsewhere,
-  /// and beyond the lattice, NaN.
+  /// corner of the lattice [µm]: exact within fineReach of the boundary; NaN further away and beyond the
+  /// lattice.
   void atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const;
 
-  /// Samples of a block (see atSamples): where its rows along x begin, and the step.
+  /// Samples of a block (see atSamples): start of its rows along x, and the step.
   struct SampleRows {
     std::array<int, 3> first;
     int step;
   };
-  /// Nothing when the nodes of the block are not at whole multiples of half nodes.
+  /// Empty if the nodes of the block are not at integer multiples of half nodes.
   std::optional<SampleRows> rowsOf(const NodeBlock& block) const;
 
-  /// Distances at the nodes of a block, x fastest: those of atSamples where they are known, else those of
+  /// Distances at the nodes of a block, x fastest: those of atSamples where available, otherwise those of
   /// at().
   void sample(const NodeBlock& block, float* distances) const;
 
-  /// How much a distance may exceed the true one [µm]: interpolation next to a corner of a cube.
+  /// Largest excess of a distance over the true one [µm]: from interpolation next to a corner of a cube.
   double slack() const { return nearError * dx_; }
 
   static constexpr double nearError =
       0.13;  ///< largest excess of the interpolated distance to a corner [nodes]
-  static constexpr double fineReach = 2.0;  ///< up to here only the fine samples count [nodes]
-  static constexpr double farReach = 3.0;   ///< from here on only the coarse ones [nodes]
+  static constexpr double fineReach = 2.0;  ///< up to this distance only fine samples are used [nodes]
+  static constexpr double farReach = 3.0;   ///< from this distance on only coarse samples are used [nodes]
 
  private:
   static constexpr int brickNodes = 4;    ///< edge of a brick of fine samples [nodes]
-  static constexpr int brickSamples = 9;  ///< fine samples along it, those on its faces included
+  static constexpr int brickSamples = 9;  ///< fine samples along the edge, including those on the faces
   /// Fine samples of one brick, x fastest, padded: sign · squared distance in units of (dx/2)², at most
   /// farReach.
   struct Brick {
     std::int8_t code[brickSamples * brickSamples * brickSamples + 7];
   };
 
-  /// The brick, made when it is first asked for; nullptr: all of it further than farReach from the boundary.
+  /// The brick, computed when first needed; nullptr: entirely further than farReach from the boundary.
   const Brick* brick(const std::array<int, 3>& at) const;
   std::unique_ptr<Brick> makeBrick(const std::array<int, 3>& at) const;
   WallDistance far(const Vec3& w) const;
@@ -74,17 +74,17 @@ class VoxelDistance {
   std::array<int, 3> nodes_, bricks_;
   const Lattice& inside_;
   mutable std::vector<std::unique_ptr<Brick>> brick_;
-  mutable std::vector<bool> isMade_;  ///< of bricks
+  mutable std::vector<bool> isMade_;  ///< per brick: already computed
   int step_;                          ///< nodes between coarse samples
-  double farError_;                   ///< largest excess of their interpolation beyond fineReach [nodes]
-  std::array<int, 3> samples_;        ///< coarse samples on each axis
+  double farError_;             ///< largest excess of interpolated coarse samples beyond fineReach [nodes]
+  std::array<int, 3> samples_;  ///< number of coarse samples on each axis
   mutable std::vector<float>
-      transform_;  ///< signed distance at the coarse samples [nodes]; empty: not needed yet
+      transform_;  ///< signed distance at the coarse samples [nodes]; empty: not yet needed
 };
 
 /// Euclidean distance transform: signed distance [nodes] from the corners of cubes to the boundary of the
-/// union of the cubes of fluid nodes, exact to rounding; x fastest. Sample (i,j,k) is at step·(i,j,k) nodes
-/// from the low corner of the lattice, which is at -dx/2; samples may lie beyond the lattice, which is
+/// union of the cubes of fluid nodes, exact up to rounding; x fastest. Sample (i,j,k) is at step·(i,j,k)
+/// nodes from the low corner of the lattice, which is at -dx/2; samples can lie beyond the lattice, which is
 /// outside the union.
 std::vector<float> voxelTransform(const Lattice& inside, int step, const std::array<int, 3>& samples);
 

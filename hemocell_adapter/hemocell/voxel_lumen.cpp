@@ -13,8 +13,8 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// How far beyond the ends of a periodic lumen distances are to its images [µm]: more than the radius of any
-/// blood cell, and than the blocks in which distances are sampled.
+/// Distances beyond the ends of a periodic lumen take its images into account up to this far from the ends
+/// [µm]: more than the radius of any blood cell, and than the blocks in which distances are sampled.
 constexpr double imageReach = 16.0;
 
 class VoxelLumen final : public Container, public Wall {
@@ -63,7 +63,7 @@ class VoxelLumen final : public Container, public Wall {
   bool periodic() const { return margin_ > 0; }
   double length() const { return lattice_->nodes()[0] * lattice_->dx(); }
 
-  /// Where p is in the repeated lattice: in its middle period, if the lumen repeats.
+  /// Position of p in the repeated lattice: in its central period, if the lumen repeats.
   Vec3 inFrame(const Vec3& p) const {
     if (!periodic()) return p;
     const int shift = margin_ - wall_.imageOf(p.x()) * lattice_->nodes()[0];

@@ -9,16 +9,16 @@
 
 namespace packmesh::hemocell {
 
-/// The union of the cubes (node ± dx/2) of the fluid nodes, for vessels whose surface does not tell where the
-/// lumen ends. Its wall is the faces between fluid and solid nodes and those of the lattice; examine() is
+/// The union of the cubes (node ± dx/2) of the fluid nodes, for vessels whose surface does not bound the
+/// lumen. Its wall consists of the faces between fluid and solid nodes and those of the lattice; examine() is
 /// exact for them. The volume is that of the fluid nodes.
-/// @param periodic whether the lattice repeats along x, where its end planes are fluid
-/// @throws InputError when no node is fluid
+/// @param periodic true if the lattice repeats along x, where its end planes are fluid
+/// @throws InputError if no node is fluid
 std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice, bool periodic);
 
-/// The faces between fluid nodes and what is no fluid, outward, in the frame of the lattice [µm]. Where cubes
-/// touch in an edge only, four triangles or more meet.
-/// @param periodic whether the first plane along x follows the last
+/// The faces between fluid nodes and everything else, outward, in the coordinate system of the lattice [µm].
+/// Edges at which only the edges of cubes touch have four or more triangles.
+/// @param periodic true if the first plane along x follows the last
 TriangleMesh voxelSurface(const Lattice& lattice, bool periodic);
 
 }  // namespace packmesh::hemocell

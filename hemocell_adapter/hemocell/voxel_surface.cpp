@@ -8,7 +8,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Collects faces slab by slab along z, so that only two layers of corners have to be known by number.
+/// Collects faces slab by slab along z, so that vertex numbers of only two layers are kept.
 class SurfaceBuilder {
  public:
   SurfaceBuilder(const Lattice& lattice, bool periodic) : lattice_(lattice), periodic_(periodic) {
@@ -34,17 +34,17 @@ class SurfaceBuilder {
     return i >= 0 && i < nx && j >= 0 && j < ny && k >= 0 && k < nz && lattice_.fluid(i, j, k);
   }
 
-  /// The faces of node (i, j, k) towards the node below on each axis.
+  /// Adds the faces of node (i, j, k) towards the lower neighbour on each axis.
   void facesBelow(int i, int j, int k) {
-    if (periodic_ && i == lattice_.nodes()[0]) return;  // that is plane 0
+    if (periodic_ && i == lattice_.nodes()[0]) return;  // same as plane 0
     const bool here = fluid(i, j, k);
     const std::array<bool, 3> below = {fluid(i - 1, j, k), fluid(i, j - 1, k), fluid(i, j, k - 1)};
     for (int axis = 0; axis < 3; ++axis)
       if (here != below[axis]) face({i, j, k}, axis, below[axis]);
   }
 
-  /// The face of a node at its low side along an axis.
-  /// @param upwards whether its normal points along the axis: the fluid is below
+  /// Adds the face at the low side of a node along an axis.
+  /// @param upwards true if its normal points along the axis: the fluid is below
   void face(const std::array<int, 3>& at, int axis, bool upwards) {
     int corner[4];
     for (int c = 0; c < 4; ++c) {
@@ -58,7 +58,7 @@ class SurfaceBuilder {
     mesh_.triangles.push_back({corner[0], corner[2], corner[3]});
   }
 
-  /// @param slab layers_[0] is that of the corners p with p[2] = slab
+  /// @param slab layers_[0] is the layer of corners p with p[2] = slab
   int vertex(const std::array<int, 3>& p, int slab) {
     const std::size_t row = static_cast<std::size_t>(lattice_.nodes()[0]) + 1;
     int& number = layers_[p[2] - slab][p[0] + row * p[1]];

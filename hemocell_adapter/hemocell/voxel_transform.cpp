@@ -12,8 +12,8 @@ namespace {
 
 constexpr float infinite = std::numeric_limits<float>::infinity();
 
-/// One axis. Seen from a corner at a whole x, a cube [q, q+1] is as far as the nearer of its faces q and q+1,
-/// so that the squared distance is the lower envelope of parabolas around the faces.
+/// One axis. From a corner at integer x, the distance to a cube [q, q+1] is that to the nearer of its faces q
+/// and q+1, so the squared distance is the lower envelope of parabolas around the faces.
 class AxisPass {
  public:
   explicit AxisPass(int length) : apex_(length + 1), value_(length + 1), from_(length + 2) {}
@@ -103,7 +103,7 @@ std::vector<float> squaredDistance(const Lattice& lattice, bool kind, int step,
   const auto [nx, ny, nz] = lattice.nodes();
   const auto [sx, sy, sz] = samples;
   AxisPass pass(std::max({nx, ny, nz}));
-  // z last, so that only reduced slices are kept.
+  // z last, so that only reduced slices are stored.
   const std::size_t plane = std::size_t(sx) * sy;
   std::vector<float> slices(plane * nz), slice(std::size_t(sx) * ny), result(plane * sz);
   std::vector<int> scratch;
@@ -124,7 +124,7 @@ std::vector<float> voxelTransform(const Lattice& inside, int step, const std::ar
   const std::vector<float> toOutside = squaredDistance(inside, false, step, samples);
   const std::array<int, 3> nodes = inside.nodes();
   const float furthest =
-      static_cast<float>(nodes[0]) + nodes[1] + nodes[2];  // for a lattice without any inside
+      static_cast<float>(nodes[0]) + nodes[1] + nodes[2];  // for a lattice without fluid nodes
   std::size_t index = 0;
   for (int k = 0; k < samples[2]; ++k)
     for (int j = 0; j < samples[1]; ++j)

@@ -16,13 +16,13 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
   static const std::vector<Attribute<S>> table = {
       attribute("name", &S::name, name(), "name of the cell: <name>.xml is read, <name>.pos written")
           .required(),
-      attribute("count", &S::count, count(), "number of cells").byDefault("by hematocrit or ratio"),
+      attribute("count", &S::count, count(), "number of cells").byDefault("from hematocrit or ratio"),
       attribute("ratio", &S::ratio, ratio(),
                 "number of these cells per red cell of any species; for red cells: their share of all red "
                 "cells, below 1"),
       named("construction", constructions(), "construction of the cell in the C++ code of the case",
             [](S& s, const Value& v) { s.construction = constructionFromString(text(v)); })
-          .byDefault("by the name"),
+          .byDefault("depends on the name"),
       attribute("minimumDistanceFromSolid", &S::minimumDistanceFromSolid, distanceFromSolid(),
                 "value that the C++ code of the case passes to setInitialMinimumDistanceFromSolid; HemoCell "
                 "truncates it to whole µm")
@@ -35,7 +35,7 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("hemocell"),
       attribute("ellipsoid", &S::ellipsoidAxes, vector("e1 e2 d", 0, true),
                 "an ellipsoid instead of <name>.xml, full axis lengths"),
-      attribute("redCell", &S::redCell, flag(), "whether its volume counts as hematocrit")
+      attribute("redCell", &S::redCell, flag(), "true if its volume counts in the hematocrit")
           .byDefault("true when the name contains RBC"),
       attribute("fixed", &S::fixed, file(), "a .pos file of fixed cells"),
       attribute("start", &S::start, file(),
@@ -45,7 +45,7 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("that of all cells"),
       attribute("axis", &S::axis, direction("x y z"), "direction of the symmetry axis of the cells"),
       attribute("spread", &S::spread, spread(), "largest angle to that direction").byDefault("0"),
-      attribute("stock", &S::stock, count(), "with escape: number of additional cells that may fill gaps")
+      attribute("stock", &S::stock, count(), "with escape: number of additional cells that can fill gaps")
           .byDefault("0"),
   };
   return table;
@@ -61,30 +61,34 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
   scales.kind = Kind::numbers;
   static const std::vector<Attribute<G>> table = {
       attribute("initialScale", &G::initialScale, number("", "fraction", G::smallestScale, false, 1),
-                "f_init, at which cells start"),
+                "f_init, initial scale of cells"),
       attribute("barriers", &G::barriers, scales,
-                "b_i, increasing to 1: none grows beyond before all are there"),
-      attribute("iterations", &G::maxIterations, integerFrom(1), "itn_max, for each barrier"),
+                "b_i, increasing to 1: no cell grows beyond a barrier before all have reached it"),
+      attribute("iterations", &G::maxIterations, integerFrom(1),
+                "itn_max, largest number of iterations per barrier"),
       attribute("rotationBound", &G::rotationBound, positive("rad", 3.14159),
-                "theta_max, largest turn in an iteration"),
+                "theta_max, largest rotation in an iteration"),
       attribute("translationBound", &G::translationBound, positive("cube roots of the volume", 1e3),
                 "t_max, largest translation in an iteration"),
       attribute("padding", &G::padding, nonNegative("roots of a triangle's area", 1e3),
-                "p, kept from the planes"),
-      attribute("linearisations", &G::linearisations, integerFrom(1), "of the rotation in an iteration"),
-      attribute("alpha", &G::alpha, positive("", 1), "of the resampling (eq. 3.4)"),
-      attribute("beta", &G::beta, positive("", 1e3), "of the resampling (eq. 3.4)"),
-      attribute("centring", &G::centring, flag(), "cells at the barrier move to the middle of their planes"),
-      attribute("shaking", &G::shaking, nonNegative("", 1), "random pushes relative to growth"),
-      attribute("patience", &G::patience, integerFrom(1), "iterations over which growth is judged stalled"),
-      attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of what was missing", 1e3),
-                "less than this is stalled"),
+                "p, distance kept from the planes"),
+      attribute("linearisations", &G::linearisations, integerFrom(1),
+                "number of linearisations of the rotation per iteration"),
+      attribute("alpha", &G::alpha, positive("", 1), "alpha of the resampling (eq. 3.4)"),
+      attribute("beta", &G::beta, positive("", 1e3), "beta of the resampling (eq. 3.4)"),
+      attribute("centring", &G::centring, flag(),
+                "move cells that reached the barrier to the centre of their planes"),
+      attribute("shaking", &G::shaking, nonNegative("", 1), "random displacements relative to growth"),
+      attribute("patience", &G::patience, integerFrom(1),
+                "number of iterations over which stalling is judged"),
+      attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of the missing growth", 1e3),
+                "mean growth below which cells count as stalled"),
       attribute("relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
-                "of a relaxation when stalled; 0: none, as in the thesis"),
+                "sweeps of the relaxation after growth stalls; 0: none, as in the thesis"),
       attribute("giveUpAfter", &G::giveUpAfter, integerFrom(0),
-                "stalls at one barrier that no relaxation helped; 0: never"),
+                "give up after this many stalls at one barrier despite relaxation; 0: never"),
       attribute("attempts", &G::attempts, integerFrom(1),
-                "random starts times cells, when few cells get nowhere"),
+                "with few cells: largest number of random starts times number of cells"),
   };
   return table;
 }
@@ -114,7 +118,7 @@ const std::vector<SolidTag>& solidTags() {
         attribute("scale", &S::scale, meshScale(), "unit of the file"),
         origin("offset", "added to the scaled coordinates"),
         attribute("openAxis", &S::openAxis, axis, "axis along which the lumen is open")
-            .byDefault("closed all around")}},
+            .byDefault("closed on all sides")}},
   };
   return table;
 }

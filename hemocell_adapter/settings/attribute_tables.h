@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Attributes of tags, by which they are parsed, told of and reported.
+/// @file Tables of the attributes of tags, used for parsing, the reference and reports.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace packmesh::hemocell {
 
-/// An attribute of a tag that becomes a T.
+/// An attribute of a tag whose value is stored in a T.
 template <class T>
 struct Attribute {
   std::string name;
@@ -22,7 +22,7 @@ struct Attribute {
   std::string help;
   std::function<void(T&, const Value&)> apply;
   std::function<std::optional<Value>(const T&)> get = {};
-  std::string fallback = {};  ///< the default, in words; "" for a body's: required
+  std::string fallback = {};  ///< the default as text; for bodies "" means required
 
   Attribute& byDefault(std::string words) {
     fallback = std::move(words);
@@ -31,7 +31,7 @@ struct Attribute {
   Attribute& required() { return byDefault(""); }
 };
 
-/// An attribute that is a member; its default is that of the member.
+/// An attribute stored in a member; its default is that of the member.
 template <class T, class M>
 Attribute<T> attribute(std::string name, M T::*member, ValueSpec value, std::string help) {
   Attribute<T> made = {std::move(name), std::move(value), std::move(help),
@@ -41,10 +41,10 @@ Attribute<T> attribute(std::string name, M T::*member, ValueSpec value, std::str
   return made;
 }
 
-/// Of `<species>`.
+/// Attributes of `<species>`.
 const std::vector<Attribute<SpeciesRequest>>& speciesAttributes();
 
-/// The parameters of growth: attributes of `<growth>`, and `--growth name value`.
+/// Growth parameters: attributes of `<growth>`, and `--growth name value`.
 const std::vector<Attribute<GrowthSettings>>& growthParameters();
 
 /// `<box>`, `<cylinder>`, `<sphere>`, `<mesh>` in `<container>` or `<obstacles>`.

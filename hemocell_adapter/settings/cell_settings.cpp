@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// What is packed.
+// Settings of the cells.
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
@@ -9,16 +9,16 @@ namespace {
 
 using namespace specs;
 
-/// The request for the cells called like the file.
+/// The request for the species that the file is named after.
 SpeciesRequest& cellsInFile(Settings& settings, const std::string& file) {
   try {
     return speciesNamed(settings, text(parseValue(name(), std::filesystem::path(file).stem().string())));
   } catch (const InputError& error) {
-    throw InputError(file + ": the name before .pos is that of the cells; " + error.what());
+    throw InputError(file + ": the name before .pos is the name of the cells; " + error.what());
   }
 }
 
-/// The option that asks for `n` cells of one of packCells' types.
+/// The option for the number of cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
   return setting(option, {count()}, help,
                  [cellName](Settings& s, const Values& v) { speciesNamed(s, cellName).count = whole(v[0]); })

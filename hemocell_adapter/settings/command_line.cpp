@@ -12,7 +12,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Options that are commands of their own.
+/// Options that are commands.
 struct CommandOption {
   const char* name;
   Command command;
@@ -25,7 +25,7 @@ constexpr CommandOption commandOptions[] = {{"help", Command::help, true},
                                             {"man", Command::man, false},
                                             {"completion", Command::completion, false}};
 
-/// What a word after the dashes can stand for.
+/// Possible meaning of a word after dashes.
 struct Candidate {
   std::string name;
   bool packCells;
@@ -43,7 +43,7 @@ std::vector<Candidate> allCandidates() {
   return all;
 }
 
-/// The option that `word` (without dashes and value) names, in full or by a unique prefix.
+/// The option named by `word` (without dashes and value), in full or by a unique prefix.
 Candidate resolve(const std::string& word, const std::string& asTyped) {
   const std::vector<Candidate> all = allCandidates();
   std::vector<Candidate> matches, packCellsMatches;
@@ -62,9 +62,8 @@ Candidate resolve(const std::string& word, const std::string& asTyped) {
   }
   for (const Candidate& candidate : all) names.push_back(candidate.name);
   const auto nearest = nearestName(word, names);
-  throw UsageError(
-      fmt::format("unknown option '{}'{}", asTyped,
-                  nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; --help lists them all"));
+  throw UsageError(fmt::format("unknown option '{}'{}", asTyped,
+                               nearest ? fmt::format(", did you mean '--{}'?", *nearest) : "; see --help"));
 }
 
 std::string usage(const Setting& setting) {
@@ -100,7 +99,7 @@ class Parser {
   }
 
  private:
-  /// "-" and negative numbers are no options.
+  /// "-" and negative numbers are not options.
   static bool looksLikeOption(const std::string& word) {
     return word.size() > 1 && word[0] == '-' && !toNumber(word).has_value();
   }
@@ -114,7 +113,7 @@ class Parser {
       name.resize(equals);
     }
     if (!twoDashes && !name.empty()) {
-      // -h 0.3, -h=0.3 and, when no option is called like this, -h0.3.
+      // -h 0.3, -h=0.3 and, if no option has this name, -h0.3.
       if (const Setting* setting = byLetter(name[0]); setting && (name.size() == 1 || !isPrefix(name))) {
         if (name.size() > 1 && setting->flag) throw UsageError(fmt::format("unknown option '{}'", word));
         if (name.size() > 1 && !attached) attached = name.substr(1);
@@ -187,8 +186,8 @@ class Parser {
       if (result_.restartAlone) return;
       if (checkBox) throw UsageError("check --box needs three sizes: check --box sX sY sZ");
       throw UsageError(result_.command == Command::check
-                           ? "what is to be checked? Give a config.xml or --box sX sY sZ [µm]"
-                           : "what is to be packed into? Give a config.xml or three sizes sX sY sZ [µm]");
+                           ? "nothing to check: give a config.xml or --box sX sY sZ [µm]"
+                           : "no container: give a config.xml or three sizes sX sY sZ [µm]");
     }
     if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {
       result_.configFile = positionals_.front();
@@ -222,9 +221,9 @@ bool given(const CommandLine& commandLine, const std::string& option) {
                      [&](const Assignment& a) { return option == a.setting->option; });
 }
 
-/// Of two descriptions of one cell one would be lost.
+/// Rejects two descriptions of one cell, of which one would be ignored.
 void refuseTwoShapes(const CommandLine& c) {
-  std::map<std::string, std::string> described;  // by which option
+  std::map<std::string, std::string> described;  // name -> option
   for (const Assignment& a : c.assignments) {
     const std::string option = a.setting->option;
     if (option != "cell" && option != "cell-mesh") continue;
@@ -232,11 +231,11 @@ void refuseTwoShapes(const CommandLine& c) {
     const auto [by, isNew] = described.try_emplace(name, option);
     if (!isNew)
       throw UsageError(
-          fmt::format("option '--{}': cell '{}' is described already, by '--{}'", option, name, by->second));
+          fmt::format("option '--{}': cell '{}' is already described by '--{}'", option, name, by->second));
   }
 }
 
-/// What an option is about when it may be given several times: a cell, a parameter, a file named like a cell.
+/// The subject of an option that can be given several times: a cell, a parameter, a file named after a cell.
 std::string subjectOf(const Assignment& a) {
   const Kind kind = a.setting->values.front().kind;
   const bool several = a.setting->values.size() > 1 && (kind == Kind::name || kind == Kind::choice);
@@ -247,7 +246,7 @@ std::string subjectOf(const Assignment& a) {
   return kind == Kind::text ? std::filesystem::path(*text).stem().string() : *text;
 }
 
-/// Options given twice. Those before the word `from` may be overridden.
+/// Rejects options given twice. Those before word `from` can be overridden.
 void refuseTwice(const CommandLine& c, std::size_t from) {
   std::map<std::pair<const Setting*, std::string>, const Assignment*> known;
   for (const Assignment& a : c.assignments) {
@@ -255,21 +254,21 @@ void refuseTwice(const CommandLine& c, std::size_t from) {
     if (a.word < from || option == "export") continue;
     const auto [other, isNew] = known.try_emplace({a.setting, subjectOf(a)}, &a);
     if (isNew || other->second->values == a.values) continue;
-    throw UsageError(fmt::format(
-        "option '--{}' is given twice{}, with different values; one of them would be lost", option,
-        other->first.second.empty() ? "" : fmt::format(" for '{}'", other->first.second)));
+    throw UsageError(
+        fmt::format("option '--{}' is given twice{}, with different values", option,
+                    other->first.second.empty() ? "" : fmt::format(" for '{}'", other->first.second)));
   }
 }
 
-/// Options that contradict each other or the mode.
+/// Rejects options that contradict each other or the mode.
 void checkCombination(const CommandLine& c) {
   refuseTwoShapes(c);
   if (given(c, "hematocrit")) {
     for (const char* other : {"rbc", "plt"}) {
       if (given(c, other)) {
         throw UsageError(
-            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit decides the number{}", other,
-                        other == std::string("plt") ? ", --plt_ratio that of platelets" : ""));
+            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit determines the number{}",
+                        other, other == std::string("plt") ? ", and --plt_ratio that of platelets" : ""));
       }
     }
   }
@@ -281,20 +280,22 @@ void checkCombination(const CommandLine& c) {
   const char* lumen = nullptr;
   for (const char* option : {"cylinder", "sphere", "vessel"}) {
     if (!given(c, option)) continue;
-    if (lumen) throw UsageError(fmt::format("--{} excludes --{}: there is one lumen", lumen, option));
+    if (lumen) throw UsageError(fmt::format("--{} excludes --{}: there is only one lumen", lumen, option));
     lumen = option;
   }
   if (!c.configFile && given(c, "minimum-distance-from-solid")) {
     throw UsageError(
-        "option '--minimum-distance-from-solid' is for cases: without a config.xml there are no solid nodes");
+        "option '--minimum-distance-from-solid' requires a case: without a config.xml there are no solid "
+        "nodes");
   }
   if (given(c, "box") && c.command != Command::check) {
-    throw UsageError("option '--box' belongs to check; to pack a box give its sizes alone: sX sY sZ");
+    throw UsageError("option '--box' is for check; to pack a box, give only its sizes: sX sY sZ");
   }
   if (c.configFile) {
     for (const char* boxOnly : {"dx", "keep-all", "box"}) {
       if (given(c, boxOnly)) {
-        throw UsageError(fmt::format("option '--{}' is for boxes; in a case config.xml decides", boxOnly));
+        throw UsageError(
+            fmt::format("option '--{}' is for boxes; a case specifies this in config.xml", boxOnly));
       }
     }
   }
@@ -316,7 +317,7 @@ CommandLine parseCommandLine(const std::string& programName, const std::vector<s
                              std::size_t earlier) {
   const bool asPackCells = std::filesystem::path(programName).filename() == "packCells";
   if (arguments.empty()) {
-    throw UsageError("nothing to do: give a config.xml or three sizes sX sY sZ [µm]; --help explains");
+    throw UsageError("nothing to do: give a config.xml or three sizes sX sY sZ [µm]; see --help");
   }
   CommandLine result = Parser(arguments).parse();
   result.asPackCells = asPackCells;

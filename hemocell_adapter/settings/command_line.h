@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The command line, packCells' and ours.
+/// @file Parser of the command line, compatible with that of packCells.
 #pragma once
 
 #include <array>
@@ -20,37 +20,38 @@ enum class Command { pack, check, help, version, reference, man, completion };
 struct Assignment {
   const Setting* setting = nullptr;
   std::vector<Value> values;
-  std::size_t word = 0;  ///< number of its first argument
+  std::size_t word = 0;  ///< index of its first argument
 };
 
-/// What the user typed, understood word by word.
+/// The parsed command line.
 struct CommandLine {
   Command command = Command::pack;
-  bool asPackCells = false;                         ///< started under the name packCells
+  bool asPackCells = false;                         ///< started as packCells
   std::optional<std::filesystem::path> configFile;  ///< case mode
   std::optional<std::array<std::string, 3>> sizes;  ///< box mode, as typed
   std::vector<Assignment> assignments;
-  std::vector<std::string> words;  ///< program and arguments, but for --restart and its file
-  bool restartAlone = false;       ///< --restart without anything to pack into
+  std::vector<std::string> words;  ///< program and arguments, without --restart and its file
+  bool restartAlone = false;       ///< --restart without a container
 
-  /// The options alone.
+  /// The options only.
   Settings settings() const;
 };
 
-/// `base` with the options applied on top.
+/// `base`, overridden by the options.
 Settings withOptions(Settings base, const CommandLine& commandLine);
 
-/// Understands `arguments` (without the program's name).
+/// Parses `arguments` (without the program name).
 ///
-/// As getopt_long_only, which packCells uses, understands it: one or two dashes, `--name value` and
-/// `--name=value`, any order, unique prefixes, `--` ends the options. Beyond it: options take several values,
-/// words that are numbers are never options (`-5`), a prefix that is unique among packCells' options means
-/// that one (so that no option of ours makes a script's `--hema` ambiguous), and errors name the option that
-/// was probably meant.
-/// Of options that are given twice with different values one would be lost: they are refused, but under
-/// packCells' name, where the last one counts.
-/// @param programName argv[0]; its last component decides whether this is packCells
-/// @param earlier so many arguments are those of an earlier command, which the others override
+/// Compatible with getopt_long_only, which packCells uses: one or two dashes, `--name value` and
+/// `--name=value`, any order, unique prefixes; `--` ends the options. In addition, options can take several
+/// values, numbers are never options (`-5`), a prefix that is unique among packCells' options denotes that
+/// option (so that no new option makes a script's `--hema` ambiguous), and errors suggest the most similar
+/// option.
+/// Options given twice with different values are rejected, except under the name packCells, where the last
+/// one counts.
+/// @param programName argv[0]; its last component determines whether this is packCells
+/// @param earlier the first `earlier` arguments are those of an earlier command and are overridden by the
+/// others
 /// @throws UsageError
 CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
                              std::size_t earlier = 0);

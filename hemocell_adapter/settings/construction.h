@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What users call the ways in which a template mesh is made.
+/// @file Names of the ways to construct a template mesh.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,16 @@
 
 namespace packmesh::hemocell {
 
-/// How HemoCell constructs the template; named in the case's C++ code, so in our configuration too.
+/// How HemoCell constructs the template; named as in the case's C++ code.
 enum class Construction { rbcFromSphere, ellipsoidFromSphere, wbcSphere, meshFromStl };
 
 /// `RBC_FROM_SPHERE`, `ELLIPSOID_FROM_SPHERE`, `WBC_SPHERE`, `MESH_FROM_STL`.
 std::string toString(Construction construction);
 std::optional<Construction> constructionFromString(const std::string& text);
-/// All of them.
+/// All names.
 std::vector<std::string> constructionNames();
 
-/// How a mesh file without `<Cell>.xml` becomes a cell: by MESH_FROM_STL, or with the axes of the file.
+/// Axes of a mesh file without `<Cell>.xml`: rotated as by MESH_FROM_STL, or as in the file.
 enum class MeshFrame { hemocell, file };
 
 /// `hemocell`, `file`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Into what cells are packed.
+// Settings of the lumen.
 #include <algorithm>
 
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -61,14 +61,15 @@ std::vector<Setting> lumenSettings() {
               setVessel),
       setting("open-axis", {axis}, "axis along which the --vessel is open (flat caps at both ends)",
               setOpenAxis)
-          .byDefault("closed all around"),
+          .byDefault("closed on all sides"),
       setting("walls", &R::walls, plain(Kind::axes, "axes"),
               "axes (xyz, or none) along which the box ends in walls")
           .byDefault("none for a box from the command line"),
-      setting("ends", {choice("kind", {"closed", "periodic"})},
-              "open ends of a vessel, faces of a box; closed: cells stay inside, where HemoCell keeps them; "
-              "periodic: cells wrap around",
-              [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
+      setting(
+          "ends", {choice("kind", {"closed", "periodic"})},
+          "open ends of a vessel and faces of a box; closed: cells stay inside, where HemoCell keeps them; "
+          "periodic: cells wrap around",
+          [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
           .byDefault("closed; periodic for a box under the name packCells")
           .withTag("ends"),
       setting("pre-inlet", {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
@@ -82,20 +83,21 @@ std::vector<Setting> lumenSettings() {
           .byDefault("of the C++ code, or the outermost with fluid")
           .withTag("preInletSlice"),
       setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
-              "nodes of that plane that form the inlet, where the plane has several outlines: y 0 42",
+              "nodes of that plane that form the inlet, if the plane has several outlines: y 0 42",
               setPreInletRange)
-          .byDefault("of the C++ code, or all of the plane")
+          .byDefault("of the C++ code, or the whole plane")
           .withTag("preInletRange")
           .mayRepeat(),
-      flagSetting("keep-all", &R::keepAll,
-                  "with packCells: no cell crosses a face of the box, so that HemoCell keeps all; default of "
-                  "packMesh")
+      flagSetting(
+          "keep-all", &R::keepAll,
+          "with packCells: no cell crosses a face of the box, so that HemoCell keeps all cells; default of "
+          "packMesh")
           .withoutTag(),
       setting("dx", &R::dx, number("dx", "µm", 0, true, 100),
               "lattice spacing of the simulation, without a config.xml")
           .withoutTag(),
       [] {
-        Setting box = setting("box", {flag()}, "with check: the .pos files of a box, not of a case",
+        Setting box = setting("box", {flag()}, "with check: check the .pos files of a box, not of a case",
                               [](Settings& s, const Values& v) { s.checkBox = yes(v[0]); });
         box.flag = true;
         return box;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Values of options and attributes as members of settings, and back.
+/// @file Conversion between values of options or attributes and members of settings.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct IsOptional : std::false_type {};
 template <class T>
 struct IsOptional<std::optional<T>> : std::true_type {};
 
-/// The member that a value becomes.
+/// Converts a value to the type of a member.
 template <class T>
 T fromValue(const Value& value) {
   if constexpr (IsOptional<T>::value)
@@ -33,7 +33,7 @@ T fromValue(const Value& value) {
     return T(std::get<std::string>(value));
 }
 
-/// The value of a member; nothing when it has none.
+/// The value of a member; empty if it has none.
 template <class T>
 std::optional<Value> toValue(const T& member) {
   if constexpr (IsOptional<T>::value) {
@@ -48,7 +48,7 @@ std::optional<Value> toValue(const T& member) {
   }
 }
 
-/// As people write it: "yes", "0.07", "0.3 0.5 1".
+/// Readable text: "yes", "0.07", "0.3 0.5 1".
 std::string toText(const Value& value);
 
 }  // namespace packmesh::hemocell

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// What is written where, and what packCells has besides.
+// Settings of the output, and ignored options of packCells.
 #include <algorithm>
 
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -14,7 +14,7 @@ std::vector<Setting> outputSettings() {
   const auto times = [](const char* axis) { return integer(axis, "", 1, 1e4); };
   return {
       setting("output-dir", &R::outputDirectory, plain(Kind::text, "folder"),
-              "folder of the .pos files (check: where they are read)")
+              "folder of the .pos files (with check: to read them from)")
           .byDefault("of config.xml; without one the working directory")
           .withTag("outputDirectory"),
       setting("realisations", &R::realisations, times("n"),
@@ -52,8 +52,9 @@ std::vector<Setting> outputSettings() {
       flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray")
           .withTag("povScene")
           .notForCheck(),
-      flagSetting("vtp", &R::vtp,
-                  "write <Cell>.vtp for ParaView: the cells as points with their measures, and their meshes")
+      flagSetting(
+          "vtp", &R::vtp,
+          "write <Cell>.vtp for ParaView: the cells as points with their measurements, and their meshes")
           .notForCheck(),
       flagSetting("vtp-meshes", &R::vtpMeshes,
                   "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)")
@@ -62,7 +63,8 @@ std::vector<Setting> outputSettings() {
               "write a report: file.json, or file.html (with file.json beside it)")
           .notForCheck(),
       flagSetting("quiet", &R::quiet, "print only warnings and errors").withoutTag(),
-      flagSetting("verbose", &R::verbose, "print progress, and every fault that a check finds").withoutTag(),
+      flagSetting("verbose", &R::verbose, "print progress, and every violation that a check finds")
+          .withoutTag(),
   };
 }
 

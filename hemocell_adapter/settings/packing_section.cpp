@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/settings/packing_section.h"
 
-// Reading `<packing>`.
+// Parser of `<packing>`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 std::string didYouMean(const std::string& name, const std::vector<std::string>& known) {
   const auto nearest = nearestName(name, known);
   if (nearest) return fmt::format("did you mean '{}'?", *nearest);
-  return fmt::format("known are {}", fmt::join(known, ", "));
+  return fmt::format("expected one of {}", fmt::join(known, ", "));
 }
 
 template <typename Table>
@@ -33,7 +33,7 @@ std::vector<std::string> names(const Table& table) {
   return all;
 }
 
-/// Applies the attributes of `element` by `table`; required ones have an empty default and are named in
+/// Applies the attributes of `element` by `table`; required ones have an empty default and are listed in
 /// `needed`.
 template <typename Table, typename Target>
 void readAttributes(const XMLElement& element, const Table& table, Target& target, const fs::path& file) {
@@ -64,12 +64,12 @@ void require(const XMLElement& element, const std::string& attribute, const Valu
 
 void refuseContent(const XMLElement& element, const fs::path& file) {
   if (element.FirstChildElement() || !trimmed(textOf(element)).empty()) {
-    throw InputError(fmt::format("{}: has contents; its values are attributes: <{} name=\"...\"/>",
+    throw InputError(fmt::format("{}: must be empty; its values are attributes: <{} name=\"...\"/>",
                                  placeOf(element, file), element.Name()));
   }
 }
 
-/// `hint(name)` tells what to write instead of the attribute `name`.
+/// `hint(name)` states what to write instead of the attribute `name`.
 template <typename Hint>
 void refuseAttributes(const XMLElement& element, const fs::path& file, Hint&& hint) {
   if (const auto* attribute = element.FirstAttribute()) {
@@ -78,7 +78,7 @@ void refuseAttributes(const XMLElement& element, const fs::path& file, Hint&& hi
   }
 }
 
-/// Of a tag whose value is its text.
+/// For a tag whose value is its text.
 void refuseAttributes(const XMLElement& element, const fs::path& file) {
   refuseAttributes(element, file, [&](const char*, const char* value) {
     return fmt::format("expected <{0}> {1} </{0}>", element.Name(), value);
@@ -96,11 +96,11 @@ SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
   refuseContent(element, file);
   readAttributes(element, speciesAttributes(), species, file);
   if (species.count && species.ratio) {
-    throw InputError(fmt::format("{}: has a count and a ratio; one of them decides", placeOf(element, file)));
+    throw InputError(fmt::format("{}: has both a count and a ratio; give only one", placeOf(element, file)));
   }
   if (species.meshFile && species.ellipsoidAxes) {
     throw InputError(
-        fmt::format("{}: is a mesh file and an ellipsoid; one of them it can be", placeOf(element, file)));
+        fmt::format("{}: has both a mesh file and an ellipsoid; give only one", placeOf(element, file)));
   }
   for (std::optional<fs::path>* path : {&species.meshFile, &species.fixed, &species.start})
     if (*path) **path = file.parent_path() / **path;
@@ -131,7 +131,7 @@ SolidRequest readSolid(const XMLElement& element, const std::vector<std::string>
 ContainerRequest readContainer(const XMLElement& element, const fs::path& file) {
   ContainerRequest container;
   const auto bodiesHaveAttributes = [](const char*, const char*) {
-    return "expected <box>, <cylinder>, <sphere> or <mesh> inside, which have attributes";
+    return "expected <box>, <cylinder>, <sphere> or <mesh> inside, with attributes";
   };
   refuseAttributes(element, file, bodiesHaveAttributes);
   refuseText(element, file);
@@ -152,7 +152,7 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
       container.nodes = std::get<Vec3>(valueOf(*child, spec, file));
     } else if (container.lumen) {
       throw InputError(
-          fmt::format("{}: a second body; a container is one body from which <obstacles> are subtracted",
+          fmt::format("{}: second body; a container has one body, from which <obstacles> are subtracted",
                       placeOf(*child, file)));
     } else {
       container.lumen = readSolid(*child, {"obstacles", "nodes"}, file);
@@ -161,7 +161,7 @@ ContainerRequest readContainer(const XMLElement& element, const fs::path& file) 
   return container;
 }
 
-/// The value of a tag, or its several values between blanks.
+/// The value of a tag, or several values separated by blanks.
 std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSpec>& specs,
                             const fs::path& file) {
   if (specs.size() == 1) return {valueOf(element, specs[0], file)};
@@ -173,7 +173,7 @@ std::vector<Value> valuesOf(const XMLElement& element, const std::vector<ValueSp
     for (std::size_t i = 0; i < specs.size(); ++i)
       values.push_back(parseValue(specs[i], i < words.size() ? words[i] : ""));
     if (words.size() > specs.size())
-      throw InputError(fmt::format("expected {} words, found {}", specs.size(), words.size()));
+      throw InputError(fmt::format("expected {} values, found {}", specs.size(), words.size()));
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", placeOf(element, file), error.what()));
   }
@@ -209,7 +209,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   refuseText(packing, file);
   refuseAttributes(packing, file, [&](const char* name, const char* value) {
     if (std::find(known.begin(), known.end(), name) == known.end()) return didYouMean(name, known);
-    return fmt::format("expected it as a tag inside: <{0}> {1} </{0}>", name, value);
+    return fmt::format("write it as a tag inside: <{0}> {1} </{0}>", name, value);
   });
   for (const XMLElement* child = packing.FirstChildElement(); child; child = child->NextSiblingElement()) {
     const std::string name = child->Name();
@@ -217,7 +217,7 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
       const SpeciesRequest species = readSpecies(*child, file);
       if (!named.insert(species.name).second) {
         throw InputError(
-            fmt::format("{}: a second species called '{}' (<fixed> and <start> of one come after it)",
+            fmt::format("{}: a second species called '{}' (<fixed> and <start> must come after <species>)",
                         placeOf(*child, file), species.name));
       }
       requireRoomForSpecies(settings);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The `<packing>` section of config.xml.
+/// @file Parser of the `<packing>` section of config.xml.
 #pragma once
 
 #include <tinyxml2.h>
@@ -10,8 +10,8 @@
 
 namespace packmesh::hemocell {
 
-/// Reads the `<packing>` section by the tables of settings_table.h.
-/// @throws InputError for everything it does not know
+/// Parses the `<packing>` section by the tables of settings_table.h.
+/// @throws InputError for unknown tags or attributes and invalid values
 Settings readPackingSection(const tinyxml2::XMLElement& packing, const std::filesystem::path& file);
 
 }  // namespace packmesh::hemocell

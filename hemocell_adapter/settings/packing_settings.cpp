@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// How cells are packed, and when to give up.
+// Settings of the method and its limits.
 #include <fmt/format.h>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -41,12 +41,11 @@ std::vector<Setting> methodSettings() {
                     {{"chords", PlaneSource::chords}, {"cat-faces", PlaneSource::catFaces}},
                     "with --method cat: source of the planes between cells")
           .onlyFor(Method::cat),
-      flagSetting(
-          "escape", &R::escape,
-          "with --method cat: cells that stay small change places and grow into the gaps between others")
+      flagSetting("escape", &R::escape,
+                  "with --method cat: cells that remain small exchange places and grow into gaps")
           .onlyFor(Method::cat),
       setting("stock", {name(), count()},
-              "with --escape: number of additional cells of that kind that may fill gaps",
+              "with --escape: number of additional cells of that kind that can fill gaps",
               [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
           .byDefault("0"),
       setting("growth", {choice("parameter", growthNames()), plain(Kind::text, "value")},
@@ -95,7 +94,7 @@ std::vector<Setting> limitSettings() {
   return {
       setting(
           "max-time", &R::maxSeconds, number("s", "s", 0, true, 1e9),
-          "time limit; when not all cells fit at once, fewer are packed first, which may take as long again. "
+          "time limit; if not all cells fit at once, fewer are packed first, which can take as long again. "
           "Then the run ends within 5 s, or within 2 s per 100,000 cells if that is more")
           .byDefault("no limit"),
       setting("max-iterations", &R::maxIterations, sweeps,
@@ -107,7 +106,7 @@ std::vector<Setting> limitSettings() {
           .withoutTag()
           .alsoOfPackCells(),
       flagSetting("best-effort", &R::bestEffort,
-                  "if the request is out of reach, write the densest certified packing that was found"),
+                  "if the request is not feasible, write the densest certified packing that was found"),
       flagSetting(
           "dry-run", &R::dryRun,
           "pack nothing; print volumes, numbers of cells, memory, time, and whether the request is feasible")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What is known of a setting: everything else follows from it.
+/// @file Declaration of a setting.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,26 +18,26 @@ namespace packmesh::hemocell {
 
 enum class Topic { cells, lumen, packing, limits, output, ignored };
 
-/// A setting: its option and its tag (either may be empty), the values that they take, and where these go.
+/// A setting: its option and its tag (either can be empty), its values, and where they are stored.
 ///
 /// Parsing, ranges, messages, `--help`, the manual page, completion, the reference and the configuration in
-/// reports follow from it.
+/// reports are derived from it.
 struct Setting {
   std::string option;  ///< without dashes
   std::string tag;     ///< child of `<packing>`
   std::vector<ValueSpec> values;
   std::string help;
   std::function<void(Settings&, const std::vector<Value>&)> store;
-  /// What the settings have, where that is one value; the function is empty where it is not.
+  /// Current value of the setting; empty function if it is not a single value.
   std::function<std::optional<Value>(const RunSettings&)> get = {};
-  std::string fallback = {};  ///< the default, in words
+  std::string fallback = {};  ///< the default as text
   Topic topic = Topic::cells;
   char letter = 0;                    ///< short option, 0: none
-  bool flag = false;                  ///< as an option it needs no value; `values` is one boolean
-  bool packCells = false;             ///< packCells has it too: its prefixes come first
-  bool repeats = false;               ///< the tag may stand there several times
-  bool packingOnly = false;           ///< `check` refuses the option
-  std::optional<Method> method = {};  ///< the only one that it is for
+  bool flag = false;                  ///< the option needs no value; `values` is one boolean
+  bool packCells = false;             ///< packCells has this option, too: its prefixes take precedence
+  bool repeats = false;               ///< the tag can occur several times
+  bool packingOnly = false;           ///< `check` rejects the option
+  std::optional<Method> method = {};  ///< the only method it applies to; empty: all
 
   const std::string& name() const { return option.empty() ? tag : option; }
   void apply(Settings& settings, const std::vector<Value>& given) const {
@@ -66,8 +66,8 @@ struct Setting {
     repeats = true;
     return *this;
   }
-  /// Options that say how to pack what check would find packed are let be, so that a command can be repeated
-  /// with `check`; these ask for something that check does not do.
+  /// `check` rejects this option, because it requests something that check does not do. All other options of
+  /// packing are accepted and ignored, so that a command can be repeated with `check`.
   Setting& notForCheck() {
     packingOnly = true;
     return *this;
@@ -78,16 +78,16 @@ struct Setting {
   }
 };
 
-/// "maxTime" for "max-time".
+/// Name of the tag that belongs to an option: "maxTime" for "max-time".
 std::string tagOf(const std::string& option);
 
-/// A setting of one or more values that go where `store` puts them; without a tag.
+/// A setting without tag, with one or more values that `store` saves.
 inline Setting setting(std::string option, std::vector<ValueSpec> values, std::string help,
                        std::function<void(Settings&, const std::vector<Value>&)> store) {
   return {std::move(option), "", std::move(values), std::move(help), std::move(store)};
 }
 
-/// A setting that is a member, with an option and a tag; its default is that of the member.
+/// A setting stored in a member, with an option and a tag; its default is that of the member.
 template <class T>
 Setting setting(const std::string& option, T RunSettings::*member, ValueSpec value, std::string help) {
   Setting made = setting(option, {std::move(value)}, std::move(help),
@@ -98,10 +98,10 @@ Setting setting(const std::string& option, T RunSettings::*member, ValueSpec val
   return made;
 }
 
-/// A member that the option sets.
+/// A boolean member that the option sets.
 Setting flagSetting(const std::string& option, bool RunSettings::*member, std::string help);
 
-/// A member that is one of some named values.
+/// A member with one of several named values.
 template <class T>
 Setting choiceSetting(const std::string& option, T RunSettings::*member, const char* placeholder,
                       std::vector<std::pair<const char*, T>> choices, std::string help) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The settings, by what they are about.
+/// @file The settings, grouped by topic.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ std::vector<Setting> lumenSettings();
 std::vector<Setting> methodSettings();
 std::vector<Setting> limitSettings();
 std::vector<Setting> outputSettings();
-/// Those that packCells has and packMesh does without.
+/// Options of packCells that packMesh accepts and ignores.
 std::vector<Setting> ignoredSettings();
 
 }  // namespace packmesh::hemocell

@@ -9,7 +9,7 @@ namespace packmesh::hemocell {
 
 void requireRoomForSpecies(const Settings& settings) {
   if (settings.species.size() >= mostSpecies)
-    throw InputError("more than " + std::to_string(mostSpecies) + " kinds of cells");
+    throw InputError("more than " + std::to_string(mostSpecies) + " species");
 }
 
 SpeciesRequest& speciesNamed(Settings& settings, const std::string& name) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The one declaration of every option and every tag of `<packing>`: it drives parsing, range checks,
-/// error messages, `--help` and the reference.
+/// @file The single declaration of all options and tags of `<packing>`: parsing, range checks, error
+/// messages, `--help` and the reference are derived from it.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace packmesh::hemocell {
 
-/// All settings, in the order of the help text.
+/// All settings, in the order of the help.
 const std::vector<Setting>& settingsTable();
 
 }  // namespace packmesh::hemocell

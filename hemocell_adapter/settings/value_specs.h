@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Shorthands in which the tables of settings are written.
+/// @file Abbreviations for the tables of settings.
 #pragma once
 
 #include <limits>
@@ -13,7 +13,7 @@
 
 namespace packmesh::hemocell::specs {
 
-// Ranges that catch slips of unit and of finger; anything inside them makes sense to somebody.
+// Ranges that detect wrong units and typing errors without excluding useful values.
 inline constexpr double largestLength = 1e5;  // [µm]; coordinates must stay below it (tolerances.h, culling)
 inline constexpr double largestCount = 1e8;
 
@@ -71,7 +71,7 @@ inline ValueSpec hematocrit() {
 inline ValueSpec ratio() {
   return number("r", "per red cell", 0, false, 1e4);
 }
-/// @param words that can stand in the place of the number
+/// @param words alternatives to the number
 inline ValueSpec clearance(std::vector<std::string> words = {}) {
   ValueSpec spec = number("d", "µm", 0, false, 100);
   spec.choices = std::move(words);
@@ -115,7 +115,7 @@ using Values = std::vector<Value>;
 inline double real(const Value& v) {
   return std::get<double>(v);
 }
-/// Nothing when it is a word.
+/// Empty if the value is a word.
 inline std::optional<double> numberIn(const Value& v) {
   const double* number = std::get_if<double>(&v);
   return number ? std::optional<double>(*number) : std::nullopt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What packings are measured by.
+/// @file Input of measurements.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace packmesh {
 
-/// Kinds of cells and the lumen they are in. References; the same on all ranks.
+/// Species and lumen of a packing. References only; identical on all ranks.
 struct AnalysisInput {
   std::vector<const Shape*> shapes;  ///< per species
-  std::vector<bool> inHematocrit;    ///< per species: whether its volume is part of the hematocrit
+  std::vector<bool> inHematocrit;    ///< per species: true if its volume counts in the hematocrit
   const Container* container = nullptr;
   Communicator communicator;
 };

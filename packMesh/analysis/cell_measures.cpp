@@ -11,21 +11,21 @@
 namespace packmesh {
 namespace {
 
-/// Boxes of the local hematocrit have about this edge [µm]; points in each that tell how much of it is lumen,
-/// along each axis.
+/// Approximate edge of the boxes of the local hematocrit [µm], and the number of points along each axis that
+/// sample how much of a box is lumen.
 constexpr double edgeOfBoxes = 10.0;
 constexpr int lumenPoints = 6;
 
-/// The volume of a cell is shared out evenly among so many points in it.
+/// Number of points in a cell over which its volume is distributed evenly.
 constexpr int pointsOfCell = 64;
 
-/// Gaps are looked for below this first [µm], and then below so many times as much each time.
+/// Limit of the first search for gaps [µm], and factor by which it grows.
 constexpr double firstLevel = 0.02, levelGrowth = 4.0;
 
-/// Volumes are summed in whole numbers of this [µm³], so that the sum does not depend on who adds what.
+/// Volumes are summed as integer multiples of this [µm³], so that the sum does not depend on the order.
 constexpr double volumeStep = 0x1p-20;
 
-/// The lumen's bounding box, cut into boxes.
+/// The lumen's bounding box, divided into boxes.
 class Boxes {
  public:
   explicit Boxes(const Container& container) : bounds_(container.bounds()), period_(container.period()) {
@@ -60,7 +60,7 @@ class Boxes {
   std::array<std::int64_t, 3> count_{};
 };
 
-/// Volume of the part of a box that is lumen [µm³].
+/// Volume of the part of a box inside the lumen [µm³].
 double lumenIn(const Boxes& boxes, std::int64_t box, const Wall* wall) {
   const Vec3 size = boxes.size(), corner = boxes.corner(box);
   if (!wall) return size.prod();
@@ -94,9 +94,9 @@ class Measuring {
  private:
   const PlacedCell& cell(std::int64_t i) const { return (*input_.cells)[i]; }
 
-  /// Of own cells; of others something larger. Gaps are looked for below a level that rises: what is nearer
-  /// than the level before is known by then, so that far distances are measured for lonely cells alone.
-  /// A gap below the limit is exact, whatever the limit, so that the result does not depend on the order.
+  /// Gaps of own cells [µm]; upper bounds for the others. The search limit rises: gaps below the previous
+  /// limit are known, so large distances are measured only for isolated cells. A gap below the limit is exact
+  /// for any limit, so the result does not depend on the order.
   std::vector<double> gapsOfAll() const {
     std::vector<double> gaps(cells_.count(), farthestGap);
     const PeriodicNeighbors neighbors = cells_.neighbors();
@@ -120,7 +120,7 @@ class Measuring {
     return gaps;
   }
 
-  /// Of own cells; of others 0.
+  /// Of own cells; 0 for the others.
   std::vector<double> localHematocrits() const {
     std::vector<std::vector<Vec3>> points;
     for (const Shape* shape : analysis_.shapes) points.push_back(innerPoints(*shape, pointsOfCell));
@@ -133,7 +133,7 @@ class Measuring {
       for (const Vec3& p : inCell) red[boxes.of(cell(i).placement(p))] += each;
     }
     analysis_.communicator.sum(red);
-    std::vector<double> hematocrit(red.size(), -1.0);  // as they are asked for
+    std::vector<double> hematocrit(red.size(), -1.0);  // computed when needed
     std::vector<double> local(cells_.count(), 0.0);
     for (std::int64_t i = 0; i < cells_.count(); ++i) {
       if (!cells_.isOwn(i)) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What is measured of every cell of a packing, for people to look at.
+/// @file Measurements of individual cells.
 #pragma once
 
 #include <vector>
@@ -9,25 +9,25 @@
 
 namespace packmesh {
 
-/// Gaps are measured up to this [µm], as far as ranks are sure to have copies; cells that are further from
-/// all others have it.
+/// Gaps are measured up to this distance [µm], within which ranks hold copies of all neighbours; cells
+/// without a neighbour within it get this value.
 constexpr double farthestGap = gapOfInterest;
 
-/// Of cells, for people to look at; empty: not measured. See measureCells().
+/// Measurements per cell; empty: not measured. See measureCells().
 struct CellMeasures {
-  std::vector<double> gap;              ///< to the nearest other membrane [µm]
+  std::vector<double> gap;              ///< gap to the nearest other membrane [µm]
   std::vector<double> localHematocrit;  ///< volume fraction of red cells around it
 };
 
-/// Measures of a rank's own cells, in their order among all cells of `input`. All ranks call.
+/// Measures this rank's own cells, in their order among all cells of `input`. Collective.
 ///
-/// The gap is the distance between the meshes of a cell and of the nearest other one, images included: the
-/// same number that the certificate measures, 0 where they meet. Its bits do not depend on who measures, as
-/// long as cells are in the same order everywhere. The local hematocrit is the volume fraction of red cells
-/// (AnalysisInput::inHematocrit) in the part of the lumen around the cell: in those boxes of about 10 µm in
-/// which its volume lies.
-/// @param input the same shapes and container; cells of full size, those of this rank and copies of others
-/// around them, ordered by number
+/// The gap is the distance between the mesh of a cell and the nearest other mesh, periodic images included:
+/// the same number that the certificate measures, 0 for overlapping cells. Its bits do not depend on the
+/// rank, provided cells are in the same order everywhere. The local hematocrit is the volume fraction of red
+/// cells (AnalysisInput::inHematocrit) in the part of the lumen around the cell: in the boxes of about 10 µm
+/// that contain its volume.
+/// @param input the same shapes and container; full-size cells of this rank and copies of the cells around
+/// them, sorted by number
 CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input);
 
 }  // namespace packmesh

@@ -14,16 +14,16 @@
 namespace packmesh {
 namespace {
 
-/// Sums are made of whole numbers of these, so that they do not depend on who adds what.
+/// Sums are formed from integer multiples of these, so that they do not depend on the order.
 constexpr double volumeStep = 0x1p-26, cosineStep = 0x1p-30;
 
-/// Points of all cells together, with walls whose distance takes some microseconds, too; what each cell has
-/// at least and at most.
+/// Number of points in all cells, without and with walls whose distance takes microseconds to compute;
+/// minimum and maximum per cell.
 constexpr std::int64_t pointsOfAll = 1 << 20, pointsAtMeshes = 1 << 18;
 constexpr std::int64_t fewestPerCell = 16, mostPerCell = 4096;
 constexpr double pointsOfLumen = 1 << 18;
 
-/// Layers are as thin as the first of these [µm] with which there are not too many.
+/// The first of these widths [µm] that gives at most mostLayers layers is used.
 constexpr std::array<double, 9> widths = {0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0, 200.0, 1000.0};
 constexpr double mostLayers = 200.0;
 
@@ -31,7 +31,7 @@ std::int64_t whole(double value, double step) {
   return std::llround(value / step);
 }
 
-/// Layers between 0 and `length`, of about the same width.
+/// Layers of equal width that cover `length` [µm] from `begin` on.
 Profile layersOf(double begin, double length, bool exactly) {
   Profile profile;
   profile.begin = begin;
@@ -39,7 +39,7 @@ Profile layersOf(double begin, double length, bool exactly) {
     profile.width = width;
     if (length <= mostLayers * width) break;
   }
-  const double layers = std::max(1.0, std::ceil(length / profile.width - 1e-9));  // but for rounding
+  const double layers = std::max(1.0, std::ceil(length / profile.width - 1e-9));  // tolerates rounding
   if (exactly) profile.width = length / layers;
   profile.lumen.resize(static_cast<std::size_t>(layers), 0.0);
   return profile;
@@ -75,7 +75,7 @@ class Measuring {
   }
 
  private:
-  /// Distance to the wall; nothing outside the lumen.
+  /// Distance to the wall [µm]; empty outside the lumen.
   std::optional<double> toWall(const Vec3& p) const {
     const double distance = (*depth_)(p);
     if (!(distance > 0.0)) return {};
@@ -93,7 +93,7 @@ class Measuring {
                       profile.layers() - 1);
   }
 
-  /// The volumes of the layers, and how deep the lumen is.
+  /// Volumes of the layers, and the depth of the lumen.
   void sampleLumen() {
     const Vec3 size = bounds_.size();
     if (!wall_) {
@@ -120,7 +120,7 @@ class Measuring {
       depths.push_back(*distance);
       deepest = std::max(deepest, *distance);
     };
-    // Block by block, so that those outside the lumen are done with at once.
+    // Block by block, so that blocks outside the lumen are skipped at once.
     constexpr std::int64_t edgeOfBlock = 6;
     std::int64_t blocks[3];
     for (int k = 0; k < 3; ++k) blocks[k] = (n[k] + edgeOfBlock - 1) / edgeOfBlock;
@@ -147,7 +147,7 @@ class Measuring {
       for (std::size_t i = 0; i < slices[k].size(); ++i)
         measures_.axial[k].lumen[i] = each * double(slices[k][i]);
     }
-    if (deepest < 0.0) return;  // all faces are ends
+    if (deepest < 0.0) return;  // all faces are open ends
     measures_.wall = layersOf(0.0, deepest, false);
     std::vector<std::int64_t> counts(measures_.wall->lumen.size(), 0);
     for (const double depth : depths) ++counts[layerOf(*measures_.wall, depth)];
@@ -156,7 +156,7 @@ class Measuring {
     volumeOfPoint_ = each;
   }
 
-  /// Volumes of cells in layers, in steps, and how many points that were.
+  /// Volumes of cells in layers, in steps, and the number of points.
   struct Sums {
     explicit Sums(const Profile& profile, std::size_t species)
         : layers(profile.lumen.size()), volume(layers * species, 0), points(volume) {}

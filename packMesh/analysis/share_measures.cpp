@@ -10,10 +10,10 @@
 namespace packmesh {
 namespace {
 
-/// A cell on its way to a rank that measures it, or needs it beside others.
+/// A cell sent to a rank that measures it or one of its neighbours.
 struct Traveller {
   std::int64_t id;
-  int from, index;  ///< rank and place there
+  int from, index;  ///< rank of origin and index there
   int species;
   bool own;
   double linear[9], translation[3];
@@ -28,7 +28,7 @@ struct Measured {
   double gap, localHematocrit;
 };
 
-/// As many slices of the lumen across its longest axis as there are ranks.
+/// Slices of the lumen across its longest axis, one per rank.
 class Slices {
  public:
   Slices(const Container& container, int count)
@@ -42,7 +42,7 @@ class Slices {
     return std::clamp(static_cast<int>(std::floor(x / width_)), 0, count_ - 1);
   }
 
-  /// Whether `p`, or an image of it, is within `reach` of a slice.
+  /// True if `p` or one of its images is within `reach` [µm] of a slice.
   bool isNear(const Vec3& p, int slice, double reach) const {
     const double x = wrapped(p, bounds_, period_)[axis_] - bounds_.lo[axis_];
     for (const int image : {0, -1, 1}) {
@@ -59,7 +59,7 @@ class Slices {
   double width_ = 0.0;
 };
 
-/// Each rank's cells, with those that are near enough to matter; by id.
+/// The cells in each rank's slice and their neighbours, sorted by id.
 std::vector<Traveller> sentToSlices(const AnalysisInput& analysis, const std::vector<PlacedCell>& own) {
   const Communicator& ranks = analysis.communicator;
   const Slices slices(*analysis.container, ranks.size());
@@ -89,7 +89,7 @@ std::vector<Traveller> sentToSlices(const AnalysisInput& analysis, const std::ve
   std::vector<Traveller> here;
   for (const std::vector<Traveller>& some : ranks.exchange(to))
     here.insert(here.end(), some.begin(), some.end());
-  return here;  // ranks bring theirs in the order of their ids
+  return here;  // each rank's cells arrive in the order of their ids
 }
 
 }  // namespace

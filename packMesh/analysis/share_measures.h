@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Measures of the cells of a finished packing.
+/// @file Measurements of the cells of a finished packing, for any distribution over ranks.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace packmesh {
 
-/// measureCells() for cells that are shared out anyhow, as pack() gives them back: each rank gets what is
-/// measured of those it brings. The numbers do not depend on the shares. All ranks call.
-/// @param own full-size cells of this rank, after those of the ranks before
+/// measureCells() for cells distributed arbitrarily over the ranks, as pack() returns them: each rank gets
+/// the measurements of its own cells. The numbers do not depend on the distribution. Collective.
+/// @param own full-size cells of this rank; numbered globally in rank order
 CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<PlacedCell>& own);
 
 }  // namespace packmesh

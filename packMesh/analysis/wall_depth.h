@@ -8,16 +8,16 @@
 
 namespace packmesh {
 
-/// Distance to a wall: exact near it and where the wall has a closed form; further in (or out) than three
-/// spacings of some 32,000 nodes in the box, linear between exact distances at those nodes, which are found
-/// when they are needed. There the search for the nearest triangle of a mesh takes long. Not for several
+/// Distance to a wall: exact near the wall and if it has a closed form. Further than three node spacings from
+/// the wall, where the search for the nearest triangle is slow, it is interpolated linearly between exact
+/// distances at about 32,000 nodes in the box, which are computed when needed. Not thread-safe.
 /// threads.
 class WallDepth {
  public:
-  /// References `wall`, which must outlive this. @param box of the points
+  /// References `wall`, which must outlive this object. @param box contains all points
   WallDepth(const Wall& wall, const Box& box);
 
-  /// Positive inside the lumen [µm]. Pre: in the box, to rounding.
+  /// Positive inside the lumen [µm]. Pre: `p` is in the box, up to rounding.
   double operator()(const Vec3& p) const;
 
   double spacing() const { return spacing_; }  ///< of the nodes [µm]
@@ -30,7 +30,7 @@ class WallDepth {
   bool exact_;
   double spacing_ = 0.0;
   int cells_[3] = {1, 1, 1};
-  mutable std::vector<double> nodes_;  ///< NaN: not yet known
+  mutable std::vector<double> nodes_;  ///< [µm]; NaN: not yet computed
 };
 
 }  // namespace packmesh

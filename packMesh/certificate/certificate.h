@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The proof that a packing is one: exact predicates over the template meshes, independent of how the
-/// packing was made.
+/// @file Certificate of a packing: exact predicates on the template meshes, independent of how the packing
+/// was made.
 #pragma once
 
 #include <cstdint>
@@ -16,78 +16,78 @@
 
 namespace packmesh {
 
-/// One cell as it is written: which species, where.
+/// One cell as written to files: species and placement.
 struct PlacedCell {
   int species = 0;
   Placement placement;
 };
 
-/// Two cells that meet. `shift` is added to the second to meet the first (periodic images); a cell can meet
-/// its own image (first == second).
+/// Two cells that overlap. `shift` [µm] is added to the second to give the periodic image that meets the
+/// first; a cell can meet its own image (first == second).
 struct OverlappingPair {
   std::int64_t first = 0, second = 0;
   Vec3 shift = Vec3::Zero();
-  bool contained = false;  ///< one lies wholly inside the other
-  double gap = 0.0;        ///< [µm]; positive for a pair that is apart, but by less than the required gap
+  bool contained = false;  ///< one is entirely inside the other
+  double gap = 0.0;        ///< [µm]; positive for a pair closer than the required gap that does not touch
 };
 
-/// A cell that is not (wholly) inside the lumen, or nearer to the wall than required.
+/// A cell that is not entirely inside the lumen, or closer to the wall than required.
 struct MisplacedCell {
   std::int64_t cell = 0;
-  std::string reason;  ///< "meets the wall", "is 0.05 µm from the wall, less than the 0.1 µm asked for", ...
-  double gap = 0.0;    ///< [µm]; positive for a cell that is inside, but too near to the wall
+  std::string reason;  ///< "meets the wall", "is 0.05 µm from the wall, less than the required 0.1 µm", ...
+  double gap = 0.0;    ///< [µm]; positive for a cell that is inside but too close to the wall
 };
 
 struct Certificate {
   std::int64_t cells = 0;
-  std::int64_t pairsTested = 0;  ///< pairs that need a proof: whose bounding spheres are nearer than required
+  std::int64_t pairsTested = 0;  ///< pairs whose bounding spheres are closer than the required gap
   std::vector<OverlappingPair> overlapping;
   std::vector<MisplacedCell> misplaced;
-  /// Smallest gap between two membranes [µm], exact below the largest to be measured; infinity when no pair
-  /// is nearer, 0 when any overlap.
+  /// Smallest gap between two membranes [µm]: exact up to the largest gap measured, infinity if no pair is
+  /// closer, 0 if any pair overlaps.
   double minimumGap = std::numeric_limits<double>::infinity();
-  /// Smallest gap between membrane and wall [µm], likewise; 0 when any cell is not inside the lumen.
+  /// Smallest gap between membrane and wall [µm], likewise; 0 if any cell is not inside the lumen.
   double minimumWallGap = std::numeric_limits<double>::infinity();
-  double cellVolume = 0.0;  ///< volume of all meshes [µm³]
-  bool complete = true;     ///< false: it was stopped, and nothing is proven
-  /// There may be more overlapping pairs than those listed: see CertificateInput::mostOverlaps.
+  double cellVolume = 0.0;  ///< total volume of all meshes [µm³]
+  bool complete = true;     ///< false: stopped early, nothing is proven
+  /// True if pairs beyond those listed may overlap: see CertificateInput::mostOverlaps.
   bool moreOverlaps = false;
 
   bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
 };
 
-/// What is certified. Everything is referenced, nothing is copied.
+/// Input of the certificate. Holds references only.
 struct CertificateInput {
   std::vector<const Shape*> shapes;  ///< per species
   std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
   const Container* container = nullptr;
   const std::vector<PlacedCell>* cells = nullptr;
   double requiredGap = 0.0;               ///< pairs with a smaller gap count as overlapping [µm]
-  double requiredWallGap = 0.0;           ///< cells nearer to their wall count as misplaced [µm]
-  std::vector<double> extraWallGap = {};  ///< per species, on top of that [µm]; empty: none
+  double requiredWallGap = 0.0;           ///< cells closer to their wall count as misplaced [µm]
+  std::vector<double> extraWallGap = {};  ///< per species, added to requiredWallGap [µm]; empty: 0
 
   double wallGapOf(int species) const {
     return requiredWallGap + (extraWallGap.empty() ? 0.0 : extraWallGap[species]);
   }
-  /// Which cells are to be certified; the others are there for the pairs in which they come second: copies of
-  /// cells that another rank answers for. nullptr: all.
+  /// True for the cells to certify; the others, copies of cells certified by other ranks, only occur as
+  /// second cell of pairs. nullptr: all.
   const std::vector<bool>* own = nullptr;
-  /// Polled before each cell; true gives up. Empty: never.
+  /// Polled before each cell; true stops. Empty: never.
   std::function<bool()> stop = {};
-  /// With so many overlapping pairs found, those of further cells are not looked for: where all cells
-  /// overlap, their number is the square of that of the cells.
+  /// Once this many overlapping pairs are found, no further cells are searched for overlaps: if all cells
+  /// overlap, the number of pairs is quadratic in the number of cells.
   std::int64_t mostOverlaps = std::numeric_limits<std::int64_t>::max();
-  bool upToFirstFault = false;  ///< gives up at the first cell at fault
+  bool upToFirstFault = false;  ///< stop at the first cell with a violation
 };
 
-/// Gaps above this are not measured unless asked for [µm].
+/// Larger gaps are not measured by default [µm].
 constexpr double gapOfInterest = 1.0;
 
-/// By first, second and shift.
+/// Sorts by first, second and shift.
 void sortByCells(std::vector<OverlappingPair>& pairs);
 
-/// The certificates of all ranks in one; all ranks call.
-/// @param numbers what the cells are called all over: faults of the result name them so, ordered by them
+/// Combines the certificates of all ranks. Collective.
+/// @param numbers global number of each local cell; the result refers to cells by them and is sorted by them
 Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& numbers,
                        const Communicator& communicator);
 

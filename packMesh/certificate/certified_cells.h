@@ -14,7 +14,7 @@ namespace packmesh {
 
 class CertifiedCells {
  public:
-  /// @param input must outlive this, and the vector it refers to
+  /// @param input must outlive this object, as must the vector it refers to
   explicit CertifiedCells(const CertificateInput& input) : input_(input) {}
 
   std::int64_t count() const { return static_cast<std::int64_t>(input_.cells->size()); }
@@ -37,8 +37,8 @@ class CertifiedCells {
     return {std::move(spheres), input_.container ? input_.container->period() : Vec3(Vec3::Zero())};
   }
 
-  /// The first as it is, the second moved by the shift. That sum is part of what is proven: the image of a
-  /// cell is its mesh placed with the moved translation.
+  /// The first cell in place, the second moved by the shift. The sum is part of what is proven: the image of
+  /// a cell is its mesh placed with the shifted translation.
   MeshPairResult relation(const NearPair& pair, double largestGap) const {
     Placement moved = placement(pair.second);
     moved.translation += pair.shift;
@@ -46,7 +46,7 @@ class CertifiedCells {
                   largestGap);
   }
 
-  /// The fault of a pair, if it has one.
+  /// The violation of a pair, if any.
   std::optional<OverlappingPair> faultOf(const NearPair& pair, const MeshPairResult& result) const {
     if (result.relation == MeshRelation::apart && !(result.gap < input_.requiredGap)) return {};
     const bool contained =

@@ -10,15 +10,15 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Gaps are first looked for below this, or this much above the required gap [µm]: measuring gaps of a
-/// micrometre costs many times what gaps of a hundredth do, and few packings need it.
+/// Initial limit of the gaps measured, above the required gap [µm]: measuring gaps of a micrometre costs many
+/// times as much as gaps of a hundredth, and few packings need it.
 constexpr double firstLevel = 0.02;
 
 std::string tooNear(double gap, double required) {
   int digits = 6;
   while (digits < 17 && toText(gap, digits) == toText(required, digits)) ++digits;
-  return "is " + toText(gap, digits) + " µm from the wall, less than the " + toText(required, digits) +
-         " µm asked for";
+  return "is " + toText(gap, digits) + " µm from the wall, less than the required " +
+         toText(required, digits) + " µm";
 }
 
 }  // namespace
@@ -82,7 +82,8 @@ bool Certifier::stopped() {
   return !certificate_.complete;
 }
 
-/// Whether no more of them are looked for. Between cells, so that those of one cell are found all or none.
+/// True if the search for overlaps stops. Checked between cells, so that the overlaps of a cell are all found
+/// or none.
 bool Certifier::enoughOverlaps() {
   if (static_cast<std::int64_t>(certificate_.overlapping.size()) < input_.mostOverlaps) return false;
   return certificate_.moreOverlaps = true;
@@ -102,14 +103,15 @@ void Certifier::examineChanged() {
   summarise();
 }
 
-/// @param isNew the pairs have not been examined where they are now: faults are to be found, not only gaps
+/// @param isNew the pairs have not been examined at their present positions: search for violations, not only
+/// gaps
 void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew) {
   const auto reach = [&] { return std::max(pairGap_.limit(), isNew ? input_.requiredGap : 0.0); };
   pairGap_.measured();
   neighbors_->forEachNear(cell, reach(), onlyLater, [&](const NearPair& pair) {
     const std::int64_t other = pair.first == cell ? pair.second : pair.first;
     if (!cells_.isOwn(pair.first)) return;
-    if (!onlyLater && changed_[other] && other < cell) return;  // was its turn
+    if (!onlyLater && changed_[other] && other < cell) return;  // already examined from the other cell
     if (isNew && pair.apart < input_.requiredGap) ++certificate_.pairsTested;
     if (!(pair.apart < reach())) return;
     const MeshPairResult result = cells_.relation(pair, reach());
@@ -133,7 +135,8 @@ void Certifier::measureLater(std::int64_t cell) {
   examinePairs(cell, true, false);
 }
 
-/// @param isNew the cell has not been examined where it is now: faults are to be found, not only the gap
+/// @param isNew the cell has not been examined at its present position: search for violations, not only the
+/// gap
 void Certifier::examineWall(std::int64_t cell, bool isNew) {
   const Wall* wall = cells_.wall(cell);
   if (!wall || !cells_.isOwn(cell)) return;

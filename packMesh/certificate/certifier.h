@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A certificate that is kept up to date while a few cells move at a time.
+/// @file A certificate that is updated while a few cells at a time move.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,15 @@
 
 namespace packmesh {
 
-/// Certifies cells, and again after some of them have changed: only pairs and walls of those are examined
-/// anew.
+/// Certifies cells and updates the certificate when some of them have changed, by examining only the pairs
+/// and walls of changed cells.
 ///
-/// Every field of the certificate is, to the bit, what certify() gives for the same cells. Memory: some 130
-/// bytes per cell, nothing per pair.
+/// Every field of the certificate equals, to the bit, the result of certify() for the same cells. Memory:
+/// about 130 bytes per cell, none per pair.
 class Certifier {
  public:
-  /// Certifies all cells. What `input` refers to must outlive this; the number of cells must stay the same.
+  /// Certifies all cells. The data referenced by `input` must outlive this object; the number of cells must
+  /// not change.
   /// @param largestGap as for certify() [µm]
   explicit Certifier(const CertificateInput& input, double largestGap = gapOfInterest);
   Certifier(const Certifier&) = delete;
@@ -25,11 +26,11 @@ class Certifier {
 
   const Certificate& certificate() const { return certificate_; }
 
-  /// Brings the certificate up to date. Pre: cells not in `changed` are where they were.
+  /// Updates the certificate. Pre: cells not in `changed` have not moved since the last call.
   void update(const std::vector<std::int64_t>& changed);
 
  private:
-  /// Whether to give up: asks.
+  /// Polls `stop`.
   bool stopped();
   bool enoughOverlaps();
   void forgetChanged();
@@ -44,18 +45,18 @@ class Certifier {
   const CertificateInput input_;
   const CertifiedCells cells_;
   Certificate certificate_;
-  std::optional<PeriodicNeighbors> neighbors_;  ///< of the cells as examined last
+  std::optional<PeriodicNeighbors> neighbors_;  ///< of the cells as last examined
   std::vector<bool> changed_;
   bool allChanged_ = true;
 
-  /// Of each cell's pairs with later ones that are no faults, the smallest gap [µm] and with whom; exact
-  /// where below what pairGap_ has measured.
+  /// Per cell: the smallest gap [µm] among its pairs with later cells that are no violations, and the
+  /// partner; exact up to the limit measured by pairGap_.
   std::vector<double> nearest_;
   std::vector<std::int32_t> partner_;
-  std::vector<std::int64_t> stale_;  ///< cells that must find another partner
+  std::vector<std::int64_t> stale_;  ///< cells whose nearest partner has moved
   SmallestGap pairGap_;
 
-  std::vector<double> wallGaps_;  ///< of each cell, likewise [µm]
+  std::vector<double> wallGaps_;  ///< per cell, likewise [µm]
   SmallestGap wallGap_;
 };
 

@@ -20,7 +20,7 @@ std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
     if (!moved[i]) continue;
     neighbors.forEachNear(i, input.requiredGap, false, [&](const NearPair& pair) {
       const std::int64_t other = pair.first == i ? pair.second : pair.first;
-      if (other < i && moved[other]) return;  // was its turn
+      if (other < i && moved[other]) return;  // already examined from the other cell
       if (!cells.isOwn(i) && !cells.isOwn(other)) return;
       const MeshPairResult result = cells.relation(pair, input.requiredGap);
       if (const auto fault = cells.faultOf(pair, result)) out.push_back(*fault);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Certificates of cells, made at once.
+/// @file Certificates of given cells.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,15 @@ namespace packmesh {
 
 /// Examines every pair of cells that could meet (periodic images included) and every cell against its wall.
 ///
-/// Overlap is decided by exact predicates on the world vertices `placement(v)` of the template meshes: closed
-/// triangles that share a single point already meet, and a mesh inside another one meets it.
-/// Reports are ordered by cells. Memory: some 130 bytes per cell; meshes are placed one at a time.
-/// @param largestGap gaps above this are not measured [µm]
+/// Overlap is decided by exact predicates on the world vertices `placement(v)` of the template meshes:
+/// triangles are closed sets, so meshes that share a single point overlap; a mesh inside another one overlaps
+/// it, too.
+/// Results are sorted by cell. Memory: about 130 bytes per cell; meshes are placed one at a time.
+/// @param largestGap larger gaps are not measured [µm]
 Certificate certify(const CertificateInput& input, double largestGap = gapOfInterest);
 
-/// The overlapping pairs among those with at least one of `movedCells`, ordered by cells; no gaps, no walls.
-/// For stages that move a few cells at a time: pairs of cells that stayed keep the verdict they had.
+/// The overlapping pairs that contain at least one of `movedCells`, sorted by cell; without gaps and walls.
+/// For stages that move a few cells at a time: all other pairs are unchanged.
 std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
                                           const std::vector<std::int64_t>& movedCells);
 

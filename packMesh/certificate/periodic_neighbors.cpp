@@ -16,14 +16,15 @@ namespace {
 
 using Periods = std::array<std::int32_t, 3>;
 
-/// Images along an axis that are looked at, and periods from the origin, at most: a sphere that needs more is
-/// none of a lumen with this period.
+/// Largest number of images along an axis that are searched, and of periods from the origin. A sphere that
+/// needs more does not belong to a lumen with this period.
 constexpr double mostImages = 100.0, furthest = 1e9;
 
 void requireBelow(double limit, double periods, const Sphere& sphere, double period) {
   if (periods < limit) return;  // false for NaN
   throw InputError(
-      fmt::format("a cell {:.4g} µm wide at {} cannot be examined in a lumen that repeats every {:.4g} µm",
+      fmt::format("the cell at {1}, {0:.4g} µm wide, is too large or too far away for a lumen with a period "
+                  "of {2:.4g} µm",
                   2.0 * sphere.radius, toText(sphere.center), period));
 }
 
@@ -61,7 +62,7 @@ void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onl
   const auto along = [&](const Periods& n) {
     return Vec3(n[0] * period_[0], n[1] * period_[1], n[2] * period_[2]);
   };
-  // Images j = 0 .. n moved by lo + j periods against the others come near their bounds.
+  // Images j = 0 .. n, moved by lo + j periods, come near the bounds of the others.
   Periods lo{0, 0, 0}, hi{0, 0, 0};
   for (int k = 0; k < 3; ++k)
     if (period_[k] > 0.0) {
@@ -76,16 +77,18 @@ void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onl
     for (int y = lo[1]; y <= hi[1]; ++y)
       for (int x = lo[0]; x <= hi[0]; ++x) {
         const Vec3 image = own.center + along({x, y, z});
-        // The grid computes distances from where the image is: with another rounding than from the other
-        // side.
+        // The grid computes distances from the position of the image, with different rounding than from the
+        // other sphere.
         grid_.forEachNear({image, own.radius}, margin + tolerance::culling, [&](int other) {
-          // The image of `sphere` moved by (x, y, z) meets `other`, so `other` moved back meets `sphere`.
+          // The image of `sphere` moved by (x, y, z) meets `other`; equivalently, `other` moved by (-x, -y,
+          // -z) meets `sphere`.
           Periods n{-x, -y, -z};
           for (int k = 0; k < 3; ++k) n[k] += moved_[sphere][k] - moved_[other][k];
           Periods inGrid{x, y, z};
           NearPair pair{sphere, other, {}, 0.0};
           if (other == sphere) {
-            if (n <= Periods{0, 0, 0}) return;  // itself, or the mirror image of a pair that comes up anyway
+            if (n <= Periods{0, 0, 0})
+              return;  // the sphere itself, or the mirror image of a pair visited anyway
           } else if (other < sphere) {
             if (onlyLater) return;
             std::swap(pair.first, pair.second);

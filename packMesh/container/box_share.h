@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The part of a box on one side of a wall.
+/// @file Volume of the part of a box on one side of a wall.
 #pragma once
 
 #include <algorithm>
@@ -9,19 +9,19 @@
 
 namespace packmesh {
 
-/// Share of a box on the inner side of a plane at this distance from its centre: exact for planes across an
-/// axis, otherwise that of a slab as thick as the box is along the normal.
+/// Fraction of a box on the inner side of a plane at this distance from its centre: exact for planes
+/// perpendicular to an axis; otherwise that of a slab as thick as the box is along the normal.
 inline double shareInside(const WallDistance& plane, const Vec3& size) {
   if (!std::isfinite(plane.distance)) return 1.0;
   const double thickness = plane.gradient.cwiseAbs().dot(size) / std::max(plane.gradient.norm(), 1e-12);
   return std::clamp(0.5 + plane.distance / thickness, 0.0, 1.0);
 }
 
-/// Volume of the part of a box on the inner side of surfaces: none or all of it where they are out of reach,
-/// the sum over its octants where it may still be halved, an estimate elsewhere.
-/// @param nearest of the surfaces, seen from the centre of the box
-/// @param reach from the centre, within which a surface may cut the box
-/// @param depth the box may be halved so often
+/// Volume of the part of a box on the inner side of surfaces [µm³]: 0 or all of it if no surface can cut the
+/// box, the sum over its octants if it can still be halved, an estimate otherwise.
+/// @param nearest distance to the nearest surface from the centre of the box
+/// @param reach distance from the centre within which a surface could cut the box [µm]
+/// @param depth number of times the box can still be halved
 /// @param ofPart (octant, depth) -> volume
 template <class OfPart>
 double volumeByHalving(const Box& box, const WallDistance& nearest, double reach, int depth,

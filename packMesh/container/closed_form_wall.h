@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Walls that a formula describes.
+/// @file Walls described by a formula.
 #pragma once
 
 #include <limits>
@@ -8,25 +8,28 @@
 
 namespace packmesh {
 
-/// Distance to the wall at one point: positive inside the lumen [µm], gradient pointing into the lumen.
-/// Precise where |distance| is below about a micrometre, of the right sign and a lower bound of the distance
-/// within `Wall::slack()` further away.
+/// Distance to the wall at a point: positive inside the lumen [µm]; the gradient points into the lumen.
+/// Precise if
+/// distance| is below about a micrometre; further away it has the right sign and is a lower bound of the
+/// distance up to `Wall::slack()`.
 struct WallDistance {
   double distance;
   Vec3 gradient;
 };
 
-/// A round wall, planes across the axes, or both: cylinders, spheres, boxes and what is periodic of them.
+/// A round wall, planes perpendicular to the axes, or both: cylinders, spheres, boxes, also with periodic
+/// axes.
 struct ClosedFormWall {
-  /// The round wall is where `across` times the vector from `center` is `radius` long [µm]: across = (1,1,1)
-  /// for a sphere, with a 0 for the axis of a cylinder. Radius 0: none.
+  /// The round wall consists of the points for which `across` times the vector from `center` has length
+  /// `radius` [µm]: across = (1,1,1) for a sphere, with a 0 for the axis of a cylinder. Radius 0: no round
+  /// wall.
   Vec3 center = Vec3::Zero(), across = Vec3::Zero();
   double radius = 0.0;
-  /// The lumen lies between these planes [µm]; infinite: none.
+  /// The lumen lies between these planes [µm]; infinite: no plane.
   Vec3 lo = Vec3::Constant(-std::numeric_limits<double>::infinity());
   Vec3 hi = Vec3::Constant(std::numeric_limits<double>::infinity());
 
-  /// Distance to the nearest of these walls: outside an edge between two of them it is nearer than the true
+  /// Distance to the nearest of these walls. Outside an edge between two walls it is smaller than the true
   /// distance.
   WallDistance distance(const Vec3& p) const;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What cells are packed into.
+/// @file Interface of containers.
 #pragma once
 
 #include <memory>
@@ -22,17 +22,17 @@ class Container {
   /// Period along each axis [µm], 0 where the container is not periodic.
   virtual Vec3 period() const = 0;
 
-  /// Volume of the lumen [µm³], of one period where it is periodic; of a vessel whose ends are continued, see
-  /// makeVessel.
+  /// Volume of the lumen [µm³], of one period if it is periodic; see makeVessel for a vessel with continued
+  /// ends.
   virtual double volume() const = 0;
 
-  /// The wall, or nullptr when there is none (periodic along every axis).
+  /// The wall, or nullptr if there is none (periodic along every axis).
   virtual const Wall* wall() const = 0;
 
-  /// One line for people: "periodic box 50 x 50 x 50 µm".
+  /// Description in one line: "periodic box 50 x 50 x 50 µm".
   virtual std::string describe() const = 0;
 
-  /// Closed surface of the lumen, for pictures and for tetrahedralisation.
+  /// Closed surface of the lumen, for pictures and tetrahedralisation.
   virtual TriangleMesh surface() const = 0;
 };
 

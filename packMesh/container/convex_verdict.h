@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The exact verdict of walls around convex lumens.
+/// @file Exact wall test of convex lumens.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 
 namespace packmesh {
 
-/// The verdict on a cell in a convex lumen: it is inside when its vertices are, and no nearer to the wall
-/// than the nearest of them.
-/// @param inside whether a point is in the lumen and certainly not on its wall: where it is computed with
-///   rounding errors, they count against the point
+/// Tests a cell in a convex lumen: it is inside if its vertices are, and its gap to the wall is that of the
+/// nearest vertex.
+/// @param inside true if a point is in the lumen and not on its wall; a computation with rounding errors must
+/// return false in case of doubt
 template <class Inside>
 WallVerdict verdictInConvex(const Wall& wall, const PlacedHierarchy& cell, double gapOfInterest,
                             Inside&& inside) {

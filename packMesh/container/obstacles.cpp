@@ -17,14 +17,14 @@
 namespace packmesh {
 namespace {
 
-/// The distance grid reaches this far from the body [µm]; beyond, its bounding box stands in for it.
+/// The distance grid extends this far from the body [µm]; further away its bounding box is used instead.
 constexpr double gridMargin = 2.0;
 
 double distanceToBox(const Vec3& p, const Box& box) {
   return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).norm();
 }
 
-/// The part of a convex polygon where axis·p >= bound (sign +1) or <= bound (sign -1).
+/// The part of a convex polygon with axis·p >= bound (sign +1) or <= bound (sign -1).
 std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, int axis, double bound, double sign) {
   std::vector<Vec3> kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -53,7 +53,7 @@ double columnIntegral(const std::vector<Vec3>& polygon, double zero) {
   return sum;
 }
 
-/// One obstacle, ready for questions.
+/// One obstacle with its search structures.
 struct Body {
   explicit Body(const Obstacle& obstacle)
       : name(obstacle.name),
@@ -142,12 +142,12 @@ class ObstacleWall : public Wall {
  private:
   const Wall* outer_;
   std::vector<Body> bodies_;
-  std::vector<Vec3> shifts_;  ///< of the periodic images, zero included
+  std::vector<Vec3> shifts_;  ///< translations to the periodic images, zero included
   double slack_ = 0.0;
 };
 
-/// The volume that bodies leave of a lumen: by cubes that are halved where a surface runs, each with the
-/// surfaces that are near it.
+/// The volume that bodies leave of a lumen: cubes crossed by a surface are halved, each with a list of the
+/// surfaces near it.
 class VolumeBeside {
  public:
   VolumeBeside(const Container& outer, const std::vector<Body>& bodies, const std::vector<Vec3>& shifts)
@@ -158,14 +158,14 @@ class VolumeBeside {
     }
   }
 
-  /// Of all bodies, or of none.
+  /// With all bodies, or with none.
   double operator()(bool withBodies) const {
     return in(outer_.bounds(), outer_.wall() != nullptr, withBodies ? images_ : std::vector<Image>(),
               deepest);
   }
 
  private:
-  /// Cubes are halved so often at most: to within about 1e-4 of the lumen.
+  /// Maximum number of halvings: accurate to about 1e-4 of the lumen.
   static constexpr int deepest = 8;
 
   struct Image {
@@ -198,7 +198,7 @@ class VolumeBeside {
   std::vector<Image> images_;
 };
 
-/// Whether a triangle of one body lies wholly in another one, which is moved by `shift`.
+/// True if a triangle of one body lies entirely in another body that is moved by `shift`.
 bool liesIn(const TriangleMesh& mesh, const Triangle& t, const MeshHierarchy& other, const Vec3& shift) {
   const Placement moved{Mat3::Identity(), shift};
   for (const int v : t)
@@ -212,7 +212,7 @@ class ContainerWithObstacles : public Container {
   ContainerWithObstacles(std::shared_ptr<const Container> outer, std::vector<Obstacle> obstacles)
       : outer_(std::move(outer)), wall_(outer_->wall(), outer_->period(), std::move(obstacles)) {
     volume_ = areApart() && areCutByBounds() ? volumeBesideApart() : volumeBesideUnion();
-    if (!(volume_ > 0)) throw InputError("the obstacles leave no lumen");
+    if (!(volume_ > 0)) throw InputError("the obstacles fill the whole lumen");
   }
 
   Box bounds() const override { return outer_->bounds(); }
@@ -242,7 +242,7 @@ class ContainerWithObstacles : public Container {
   }
 
  private:
-  /// Volume that a body, with its periodic images, takes from the bounds of the lumen.
+  /// Volume that a body, with its periodic images, occupies within the bounds of the lumen.
   double occupied(const Body& body) const {
     const Box bounds = outer_->bounds();
     double volume = 0.0;
@@ -270,7 +270,8 @@ class ContainerWithObstacles : public Container {
     for (const Body& body : wall_.bodies())
       if (!(occupied(body) > 0) || !(reachesIn(body) || takesVolume(body))) refuseOutside(body);
     const VolumeBeside beside(outer, wall_.bodies(), wall_.shifts());
-    // A vessel may be longer than its volume tells: what is measured is what the obstacles take.
+    // The volume of a vessel can differ from that of its distance field: measure only what the obstacles
+    // occupy.
     return outer.wall() && !outer.wall()->closedForm() ? outer.volume() - (beside(false) - beside(true))
                                                        : beside(true);
   }
@@ -281,7 +282,7 @@ class ContainerWithObstacles : public Container {
     return volumeInLumen({solid, {}, outer_->bounds(), outer_->period()}, *outer_) > 0.0;
   }
 
-  /// Whether a vertex of the body is in the lumen, so that some of the body is.
+  /// True if a vertex of the body is in the lumen, so that part of the body is.
   bool reachesIn(const Body& body) const {
     const std::vector<Vec3>& vertices = body.hierarchy.mesh().vertices;
     return std::any_of(vertices.begin(), vertices.end(), [&](const Vec3& v) {
@@ -301,7 +302,7 @@ class ContainerWithObstacles : public Container {
     return true;
   }
 
-  /// Whether no more than the bounds of the lumen cuts bodies: it is a box, or they are wholly inside.
+  /// True if bodies are cut only by the bounds of the lumen: it is a box, or they are entirely inside.
   bool areCutByBounds() const {
     constexpr double rounding = 1e-12;
     if (!outer_->wall() || std::abs(outer_->volume() / outer_->bounds().volume() - 1.0) < rounding)
@@ -311,7 +312,7 @@ class ContainerWithObstacles : public Container {
     });
   }
 
-  /// Takes out the triangles that lie wholly in a body other than `own`, or in an image of any.
+  /// Removes the triangles that lie entirely in a body other than `own`, or in an image of any body.
   void removeHidden(TriangleMesh& mesh, const Body* own) const {
     const std::vector<Triangle> given = std::move(mesh.triangles);
     mesh.triangles.clear();
@@ -328,7 +329,7 @@ class ContainerWithObstacles : public Container {
     }
   }
 
-  /// Takes out the triangles of a body that lie wholly outside the lumen, in all of its images.
+  /// Removes the triangles of a body that lie entirely outside the lumen in all images.
   void removeOutside(TriangleMesh& mesh, const MeshHierarchy& outer) const {
     const std::vector<Triangle> given = std::move(mesh.triangles);
     mesh.triangles.clear();

@@ -16,20 +16,20 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// Sides of the polygon that stands for a circle in surface().
+/// Number of sides of the polygon that represents a circle in surface().
 constexpr int circleSides = 64;
-/// Number of times the icosahedron that stands for a sphere in surface() is refined.
+/// Number of refinements of the icosahedron that represents a sphere in surface().
 constexpr int sphereLevels = 3;
 
-/// Squared lengths of vectors, as computed, err by less than this fraction: verdicts give it away.
+/// Relative error of computed squared lengths; the exact tests allow for it.
 constexpr double rounding = 8.0 * std::numeric_limits<double>::epsilon();
 
 void requirePositive(double value, const std::string& what) {
   if (!(value > 0.0) || !std::isfinite(value))
-    throw InputError(what + " must be positive and finite, found " + toText(value) + " µm");
+    throw InputError(what + " must be positive and finite; found " + toText(value) + " µm");
 }
 
-/// What all of them share: a wall that is the container's own.
+/// Common base: the container is its own wall.
 class Primitive : public Container, public Wall {
  public:
   const Wall* wall() const override { return this; }
@@ -220,7 +220,7 @@ class SphereContainer final : public Primitive {
   }
 
  private:
-  /// Cuts every triangle of a mesh on the unit sphere into four.
+  /// Divides every triangle of a mesh on the unit sphere into four.
   static void refine(TriangleMesh& mesh) {
     std::map<std::pair<int, int>, int> middles;
     const auto middle = [&](int i, int j) {
@@ -253,7 +253,7 @@ std::unique_ptr<Container> makeBox(const Box& box, const std::array<bool, 3>& pe
 std::unique_ptr<Container> makeCylinder(const Vec3& center, int axis, double radius, double length,
                                         bool periodicEnds) {
   if (axis < 0 || axis > 2)
-    throw InputError("the axis of the cylinder must be 0, 1 or 2, found " + std::to_string(axis));
+    throw InputError("the axis of the cylinder must be 0, 1 or 2; found " + std::to_string(axis));
   requirePositive(radius, "the radius of the cylinder");
   requirePositive(length, "the length of the cylinder");
   if (!center.allFinite()) throw InputError("the position of the cylinder must be finite");

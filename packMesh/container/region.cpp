@@ -14,7 +14,7 @@ namespace {
 
 constexpr double endless = std::numeric_limits<double>::infinity();
 
-/// Cubes are halved so often at most; less often where distances take long.
+/// Maximum number of times cubes are halved; fewer if distances take long to compute.
 constexpr int deepestInClosedForm = 8, deepestElsewhere = 7;
 
 WallDistance inLumen(const Container& lumen, const Vec3& p) {
@@ -26,7 +26,7 @@ const WallDistance& nearer(const WallDistance& a, const WallDistance& b) {
   return b.distance < a.distance ? b : a;
 }
 
-/// Of the part in a box that may be halved so often.
+/// Volume of the part of the region in a box that can be halved `depth` times.
 double volumeIn(const Region& region, const Container& lumen, const Box& box, int depth) {
   const double reach = 0.5 * box.size().norm() + (lumen.wall() ? lumen.wall()->slack() : 0.0);
   const WallDistance toWall = inLumen(lumen, box.center()), toSurface = region.distance(box.center());
@@ -53,7 +53,7 @@ Region::Region(std::shared_ptr<const Container> inside, std::vector<std::shared_
   if ((own.size().array() > 0.0).all()) bounds_ = own;
 }
 
-/// To the nearest image of a body, positive inside any.
+/// Distance to the nearest image of a body, positive inside.
 WallDistance Region::ofBody(const Container& body, const Vec3& p) const {
   WallDistance best{-endless, Vec3::UnitX()};
   for (const Vec3& shift : shifts_) {

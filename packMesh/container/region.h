@@ -9,20 +9,20 @@
 
 namespace packmesh {
 
-/// The part of a lumen that is inside one body and outside others; along the lumen's periodic axes bodies
-/// repeat.
+/// The part of a lumen inside one body and outside others; bodies repeat along the lumen's periodic axes.
 class Region {
  public:
-  /// @param inside nullptr: everything @param outside bodies that are not part of it
-  /// @param bounds, period of the lumen
+  /// @param inside nullptr: everything
+  /// @param outside bodies that are not part of the region
+  /// @param bounds, period of the lumen [µm]
   Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
          const Box& bounds, const Vec3& period);
 
-  /// Positive inside; exact near the surface, elsewhere a lower bound of the distance (as for walls).
+  /// Positive inside [µm]; exact near the surface, elsewhere a lower bound of the distance (as for walls).
   WallDistance distance(const Vec3& p) const;
   bool contains(const Vec3& p) const { return distance(p).distance >= 0.0; }
 
-  /// A box with all of it that lies in the lumen's bounds.
+  /// A box that contains the part of the region within the lumen's bounds.
   const Box& bounds() const { return bounds_; }
 
  private:
@@ -30,13 +30,12 @@ class Region {
 
   std::shared_ptr<const Container> inside_;
   std::vector<std::shared_ptr<const Container>> outside_;
-  std::vector<Vec3> shifts_;  ///< of periodic images
+  std::vector<Vec3> shifts_;  ///< translations to the periodic images
   Box bounds_;
 };
 
-/// Volume of the part of the region that lies in the lumen [µm³], continued ends of a vessel included: by
-/// cubes that are halved where the surface of either runs, to within about 1e-4 of the lumen (4e-4 without a
-/// closed form).
+/// Volume of the part of the region in the lumen [µm³], continued ends of a vessel included: cubes crossed by
+/// either surface are halved, to an accuracy of about 1e-4 of the lumen (4e-4 without a closed form).
 double volumeInLumen(const Region& region, const Container& lumen);
 
 }  // namespace packmesh

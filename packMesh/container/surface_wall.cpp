@@ -27,7 +27,7 @@ WallVerdict SurfaceWall::examine(const PlacedHierarchy& cell, double gapOfIntere
   nearest = std::min(nearest, gapOfInterest);
   Box box;
   for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
-  // A mesh may reach beyond the ends it repeats between: hence one image more on either side.
+  // A mesh can extend beyond the ends between which it repeats: examine one more image on either side.
   const Box reach = box.grownBy(gapOfInterest);
   const int first = imageOf(reach.lo[axis_]) - periodic(), last = imageOf(reach.hi[axis_]) + periodic();
   for (int image = first; image <= last; ++image) {
@@ -44,7 +44,7 @@ WallVerdict SurfaceWall::examine(const PlacedHierarchy& cell, double gapOfIntere
     for (const int v : surface_.tree().samples) {
       const Vec3 sample = shifted(surface_.mesh().vertices[v], image);
       if (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement))
-        return violationThat("encloses a part of the wall");
+        return violationThat("encloses part of the wall");
     }
   WallVerdict verdict;
   if (nearest < gapOfInterest) verdict.gap = nearest;

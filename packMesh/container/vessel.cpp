@@ -18,11 +18,11 @@
 namespace packmesh {
 namespace {
 
-/// How far beyond the ends of a periodic vessel distances are to its images [µm]: more than the radius of any
-/// blood cell.
+/// Distances beyond the ends of a periodic vessel take its images into account up to this far from the ends
+/// [µm]: more than the radius of any blood cell.
 constexpr double imageReach = 12.0;
 
-/// How far the wall of a vessel with closed ends continues behind them for distances [µm].
+/// For distances, the wall of a vessel with closed ends is continued this far behind them [µm].
 constexpr double closedReach = 2.0;
 
 class Vessel final : public Container, public Wall {
@@ -129,14 +129,14 @@ class Vessel final : public Container, public Wall {
   WallDistance lumenSide(const Vec3& p) const {
     const ClosestPoint& surface = distances_.surface();
     const ClosestPoint::Nearest nearest = surface.nearest(p);
-    const int side = surface.side(p, nearest);  // +1: outside of the lumen
+    const int side = surface.side(p, nearest);  // +1: outside the lumen
     const Vec3 away = p - nearest.point;
     Vec3 gradient = nearest.distance > 0.0 ? Vec3(-side * away / nearest.distance) : -surface.normal(nearest);
     return {-side * nearest.distance, gradient};
   }
 
-  /// Distance of x along the axis to what ends the vessel [µm]; where it is periodic, to where nothing is
-  /// known of its images.
+  /// Distance of x along the axis to the ends of the vessel [µm]; if it is periodic, to the limit beyond
+  /// which its images are not taken into account.
   double toEnds(double x) const {
     return std::min(x - ends_->lo, ends_->hi - x) + (ends_->periodic ? imageReach : 0.0);
   }
@@ -151,10 +151,10 @@ class Vessel final : public Container, public Wall {
   double volume_;
   std::optional<VesselEnds> ends_;
   double detail_;
-  SurfaceWall wall_;      ///< no caps where there are ends
-  MeshHierarchy closed_;  ///< the lumen, closed at its ends
+  SurfaceWall wall_;      ///< without caps if the vessel has ends
+  MeshHierarchy closed_;  ///< surface of the lumen, closed at its ends
   Box bounds_;
-  SignedDistances distances_;  ///< to the wall and its continuation or images
+  SignedDistances distances_;  ///< distances to the wall and its continuation or images
 };
 
 }  // namespace
@@ -163,15 +163,15 @@ std::unique_ptr<Container> makeVessel(const TriangleMesh& surface, const std::op
                                       double detail) {
   if (surface.triangles.empty()) throw MeshError("the mesh of the vessel has no triangles");
   if (!(detail > 0.0) || !std::isfinite(detail))
-    throw InputError("the spacing of the vessel's distances must be positive and finite, found " +
+    throw InputError("the spacing of the vessel's distances must be positive and finite; found " +
                      toText(detail) + " µm");
   const double volume = signedVolume(surface);
   if (!ends) return std::make_unique<Vessel>(volume, surface, surface, ends, detail);
 
   if (ends->axis < 0 || ends->axis > 2)
-    throw InputError("the axis of the vessel must be 0, 1 or 2, found " + std::to_string(ends->axis));
+    throw InputError("the axis of the vessel must be 0, 1 or 2; found " + std::to_string(ends->axis));
   if (!(ends->lo < ends->hi) || !std::isfinite(ends->hi - ends->lo))
-    throw InputError("the vessel must end beyond where it begins, found " +
+    throw InputError("the end of the vessel must lie beyond its beginning; found " +
                      std::string(axisName[ends->axis]) + " = " + toText(ends->lo) + " to " +
                      toText(ends->hi) + " µm");
   const OpenedVessel opened = openVessel(surface, ends->axis);

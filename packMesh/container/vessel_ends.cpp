@@ -23,7 +23,7 @@ double distanceToSegment(const Eigen::Vector2d& p, const Segment& s) {
   return (s[0] + t * along - p).norm();
 }
 
-/// The point of `from` that is furthest from `to`, and how far.
+/// The point of `from` furthest from `to`, and its distance.
 std::pair<double, Eigen::Vector2d> furthest(const std::vector<Segment>& from,
                                             const std::vector<Segment>& to) {
   std::pair<double, Eigen::Vector2d> worst(0.0, Eigen::Vector2d::Zero());
@@ -40,7 +40,7 @@ std::pair<double, Eigen::Vector2d> furthest(const std::vector<Segment>& from,
 
 namespace {
 
-/// The vessel taken apart; ends without a cap have none.
+/// Separates wall and caps; an end can have no caps.
 OpenedVessel takenApart(const TriangleMesh& surface, int axis) {
   const Box box = boundingBox(surface);
   const double near = tolerance::flatCapFraction * box.size().norm();
@@ -76,9 +76,9 @@ OpenedVessel openVessel(const TriangleMesh& surface, int axis) {
   OpenedVessel out = takenApart(surface, axis);
   for (int end = 0; end < 2; ++end)
     if (out.caps[end].empty())
-      throw MeshError("the vessel has no flat end across " + std::string(axisName[axis]) + " at " +
+      throw MeshError("the vessel has no flat end perpendicular to " + std::string(axisName[axis]) + " at " +
                       axisName[axis] + " = " + toText(end == 0 ? out.lo : out.hi) +
-                      " µm: the mesh must be closed there by triangles that lie in one plane");
+                      " µm: the mesh must be closed there by triangles in one plane");
   return out;
 }
 
@@ -103,7 +103,7 @@ TriangleMesh OpenedVessel::continued(double newLo, double newHi, bool closed) co
         }
         sides.emplace_back(t[k], t[(k + 1) % 3]);
       }
-    // Where the cap ends, a strip of wall takes its place.
+    // A strip of wall replaces the border of the cap.
     std::sort(sides.begin(), sides.end());
     for (const auto& [a, b] : sides)
       if (!std::binary_search(sides.begin(), sides.end(), std::pair(b, a)))
@@ -135,14 +135,14 @@ std::vector<Segment> outlineAt(const TriangleMesh& mesh, int axis, double x) {
 }
 
 void requireSameOutlines(const TriangleMesh& closed, int axis, double lo, double hi) {
-  // A little inside, where the mesh is sure to be.
+  // Slightly inside, where the mesh certainly extends to.
   const double inset = tolerance::flatCapFraction * boundingBox(closed).size().norm();
   const std::vector<Segment> low = outlineAt(closed, axis, lo + inset),
                              high = outlineAt(closed, axis, hi - inset);
   const std::string where =
       std::string(" (") + axisName[axis] + " = " + toText(lo) + " and " + toText(hi) + " µm)";
   if (low.empty() || high.empty())
-    throw MeshError("a periodic vessel must reach both of its ends" + where + ", but its mesh does not");
+    throw MeshError("a periodic vessel must extend to both of its ends" + where + ", but its mesh does not");
   Eigen::AlignedBox2d box;
   for (const std::vector<Segment>* outline : {&low, &high})
     for (const Segment& s : *outline) box.extend(s[0]).extend(s[1]);

@@ -10,18 +10,18 @@
 
 namespace packmesh {
 
-/// Whether the mesh has a cap for makeVessel at both ends of the axis.
+/// True if the mesh has a cap (see makeVessel) at both ends of the axis.
 bool hasFlatEnds(const TriangleMesh& surface, int axis);
 
-/// A vessel mesh taken apart: the wall, and the flat caps at both ends of an axis.
+/// A vessel mesh separated into the wall and the flat caps at both ends of an axis.
 struct OpenedVessel {
-  TriangleMesh mesh;                          ///< all vertices; the triangles of the wall only
+  TriangleMesh mesh;                          ///< all vertices, but only the triangles of the wall
   std::array<std::vector<Triangle>, 2> caps;  ///< at the low and the high end
   int axis;
-  double lo, hi;  ///< where the caps are [µm]
+  double lo, hi;  ///< positions of the caps [µm]
 
-  /// The wall continued straight until the planes `newLo` and `newHi`; an end that lies further out already
-  /// stays.
+  /// The wall, continued straight to the planes `newLo` and `newHi`; an end that already lies further out is
+  /// unchanged.
   TriangleMesh wallUntil(double newLo, double newHi) const { return continued(newLo, newHi, false); }
   /// The same, closed by caps.
   TriangleMesh closedUntil(double newLo, double newHi) const { return continued(newLo, newHi, true); }
@@ -30,19 +30,18 @@ struct OpenedVessel {
   TriangleMesh continued(double newLo, double newHi, bool closed) const;
 };
 
-/// Takes the caps off. @throws MeshError when an end has none
+/// Removes the caps. @throws MeshError if an end has none
 OpenedVessel openVessel(const TriangleMesh& surface, int axis);
 
-/// Where `mesh` crosses the plane coordinate[axis] = x: pairs of end points of segments; neighbouring
-/// segments of a closed mesh share theirs to the bit.
+/// Intersection of `mesh` with the plane coordinate[axis] = x: pairs of end points of segments; adjacent
+/// segments of a closed mesh share end points to the bit.
 std::vector<std::array<Eigen::Vector2d, 2>> outlineAt(const TriangleMesh& mesh, int axis, double x);
 
-/// @throws MeshError unless the outlines of `closed` at lo and hi are the same, within a thousandth of their
-/// size.
+/// @throws MeshError unless the outlines of `closed` at lo and hi agree to a thousandth of their size.
 void requireSameOutlines(const TriangleMesh& closed, int axis, double lo, double hi);
 
-/// `wall` with as much of its images `period` before and after along `axis` as lies within `reach` of [lo,
-/// hi].
+/// `wall` with the parts of its images at distance `period` before and after it along `axis` that lie within
+/// `reach` of [lo, hi] [µm].
 TriangleMesh withImages(const TriangleMesh& wall, int axis, double lo, double hi, double reach);
 
 }  // namespace packmesh

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What bounds a lumen.
+/// @file Interface of walls.
 #pragma once
 
 #include <limits>
@@ -13,7 +13,7 @@
 
 namespace packmesh {
 
-/// Nodes of a grid: (i,j,k) is at origin + spacing * (i,j,k) [µm].
+/// Nodes of a grid: node (i,j,k) is at origin + spacing * (i,j,k) [µm].
 struct NodeBlock {
   Vec3 origin = Vec3::Zero();
   double spacing = 1.0;
@@ -22,50 +22,49 @@ struct NodeBlock {
   Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
 };
 
-/// What a wall says of a placed mesh.
+/// Result of testing a placed mesh against a wall.
 struct WallVerdict {
-  /// Nothing when the mesh is wholly inside the lumen and meets no wall (exact), otherwise what is wrong with
-  /// it
-  /// ("meets the wall", "is outside the lumen", ...).
+  /// Empty if the mesh is entirely inside the lumen and meets no wall (exact), otherwise a description of the
+  /// violation ("meets the wall", "is outside the lumen", ...).
   std::optional<std::string> violation;
-  /// Distance between mesh and wall [µm] when there is no violation and it is below the gap of interest, else
-  /// infinity. Never more than a rounding error above the true distance.
+  /// Distance between mesh and wall [µm] if there is no violation and it is below the gap of interest,
+  /// otherwise infinity. Exceeds the true distance at most by a rounding error.
   double gap = std::numeric_limits<double>::infinity();
 };
 
-/// The wall as one species of cells meets it.
+/// The wall for one species of cells.
 class Wall {
  public:
   virtual ~Wall() = default;
 
-  /// Distance and gradient at `p` [µm]; defined everywhere, also outside the lumen.
+  /// Distance and gradient at `p` [µm]; defined everywhere, including outside the lumen.
   virtual WallDistance distance(const Vec3& p) const = 0;
 
-  /// How much distance() may exceed the true distance anywhere [µm]; 0 for closed forms.
+  /// Largest amount by which distance() can exceed the true distance [µm]; 0 for closed forms.
   virtual double slack() const { return 0.0; }
 
   /// The same wall as a formula, if there is one.
   virtual std::optional<ClosedFormWall> closedForm() const { return {}; }
 
-  /// Without a closed form: the spacing at which the distance may be sampled and interpolated [µm], on nodes
-  /// at whole multiples of it.
+  /// Without a closed form: spacing at which the distance can be sampled and interpolated [µm], on nodes at
+  /// integer multiples of it.
   virtual double samplingSpacing() const { return 0.25; }
 
-  /// Distances [µm] at the nodes of a block, x fastest: what distance() says there, to rounding or to within
-  /// what interpolation at the samplingSpacing() errs by; several spacings inside the lumen it may be less,
-  /// but not below three fifths of it. Overridden where that is cheaper than node by node.
+  /// Distances [µm] at the nodes of a block, x fastest: equal to distance() up to rounding or the
+  /// interpolation error at samplingSpacing(). Several spacings inside the lumen they can be smaller, but not
+  /// below three fifths. Overridden if there is a cheaper way than node by node.
   virtual void sample(const NodeBlock& block, float* distances) const;
 
-  /// Whether it is certain, at little cost, that a mesh in this sphere violates nothing and is further than
-  /// `gap` from the wall [µm].
+  /// Cheap test: true if a mesh in this sphere certainly has no violation and is further than `gap` from the
+  /// wall [µm].
   virtual bool isAway(const Sphere& sphere, double gap) const {
     return distance(sphere.center).distance - slack() > sphere.radius + gap;
   }
 
-  /// Exact verdict on a placed mesh. Only gaps below `gapOfInterest` are measured [µm]; 0: none.
+  /// Exact test of a placed mesh. Only gaps below `gapOfInterest` are measured [µm]; 0: none.
   virtual WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const = 0;
 
-  /// The violation alone, of a mesh that is where its vertices are.
+  /// Only the violation, of a mesh given by its world vertices.
   std::optional<std::string> violation(const TriangleMesh& placedCell) const {
     return examine({MeshHierarchy(placedCell), Placement()}, 0.0).violation;
   }

@@ -29,7 +29,7 @@ struct Box {
   bool meets(const Box& other) const {
     return (lo.array() <= other.hi.array()).all() && (other.lo.array() <= hi.array()).all();
   }
-  /// Of a point from the box; 0 inside.
+  /// Squared distance from the box to a point [µm²]; 0 inside.
   double squaredDistance(const Vec3& p) const { return (p - p.cwiseMax(lo).cwiseMin(hi)).squaredNorm(); }
   Vec3 center() const { return 0.5 * (lo + hi); }
   Vec3 size() const { return hi - lo; }

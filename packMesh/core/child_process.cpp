@@ -25,13 +25,13 @@ void writeAll(int to, const std::string& bytes) {
 [[noreturn]] void child(pid_t parent, int to, const std::function<std::string()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
-  // The parent decides what signals to the process group mean.
+  // The parent alone reacts to signals sent to the process group.
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR1}) signal(number, SIG_IGN);
   writeAll(to, work());
   _exit(0);
 }
 
-/// Reads until the other end is closed. @return whether it came to that before `stop`
+/// Reads until the other end is closed. @return false if `stop` returned true before that
 bool readAll(int from, const std::function<bool()>& stop, std::string& bytes) {
   char buffer[1 << 16];
   for (;;) {

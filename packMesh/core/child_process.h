@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Work that can be given up at any moment.
+/// @file Runs work in a child process that can be stopped at any time.
 #pragma once
 
 #include <functional>
@@ -10,17 +10,17 @@ namespace packmesh {
 struct ChildOutcome {
   enum class End {
     done,
-    stopped,  ///< given up
-    died,     ///< a signal ended it (too little memory, a crash)
+    stopped,  ///< ended because stop() returned true
+    died,     ///< killed by a signal (out of memory, crash)
   };
   End end = End::done;
-  std::string bytes;  ///< what the work returned, when done
+  std::string bytes;  ///< return value of the work if `done`
 };
 
-/// Does `work` in a child process, which shares nothing with this one from then on, and waits for what it
-/// returns. Where no process can be started, the work is done in this one.
-/// @param work must not throw, communicate with other ranks, or rely on what it leaves behind in memory
-/// @param stop polled before, and some 20 times a second; true ends the child. Empty: never
+/// Runs `work` in a child process, which shares no memory with this one, and waits for its result. If no
+/// process can be started, runs `work` in this process.
+/// @param work must not throw, communicate with other ranks, or rely on changes it makes to memory
+/// @param stop polled before the start and about 20 times per second; true kills the child. Empty: never stop
 ChildOutcome inChildProcess(const std::function<std::string()>& work, const std::function<bool()>& stop);
 
 }  // namespace packmesh

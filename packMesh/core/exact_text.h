@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Text with numbers in it. Internal to packMesh/io.
+/// @file Text that contains numbers. Internal to packMesh/io.
 #pragma once
 
 #include <charconv>
@@ -9,7 +9,7 @@
 
 namespace packmesh {
 
-/// Writes numbers with as many digits as they need to be read back exactly, whatever the locale.
+/// Writes numbers with enough digits to be read back exactly, independently of the locale.
 class ExactText {
  public:
   ExactText& operator<<(const char* text) { return text_ += text, *this; }

@@ -27,11 +27,11 @@ void requireRegular(const struct stat& info, const fs::path& file, const std::st
                      : S_ISDIR(info.st_mode)                            ? "a folder"
                      : S_ISFIFO(info.st_mode) || S_ISSOCK(info.st_mode) ? "a pipe"
                      : S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode)   ? "a device"
-                                                                        : "no regular file";
+                                                                        : "not a regular file";
   if (kind) throw InputError(file.string() + ": is " + kind + ", expected " + expected);
 }
 
-/// Closes what was opened.
+/// Closes a file descriptor on destruction.
 struct Descriptor {
   explicit Descriptor(int opened) : number(opened) {}
   ~Descriptor() {
@@ -56,7 +56,7 @@ void requireFile(const fs::path& file, const std::string& expected) {
 }
 
 std::string contentOf(const fs::path& file, const std::string& expected) {
-  // Without O_NONBLOCK opening a pipe would wait for somebody who writes into it.
+  // Without O_NONBLOCK, opening a pipe would block until another process opens it for writing.
   const Descriptor in(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   const int error = errno;
   struct stat info;
@@ -70,7 +70,7 @@ std::string contentOf(const fs::path& file, const std::string& expected) {
   constexpr std::size_t step = std::size_t{1} << 16;
   std::string content;
   for (std::size_t done = 0;;) {
-    // One byte more than there should be, to see the end; files of the system say that they are empty.
+    // One byte more than the expected size, to detect the end; files in /proc and /sys report size 0.
     content.resize(std::max(static_cast<std::size_t>(info.st_size) + 1, done + step));
     const ssize_t got = ::read(in.number, content.data() + done, content.size() - done);
     if (got < 0 && errno == EINTR) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Files that users name.
+/// @file Files named by the user.
 #pragma once
 
 #include <filesystem>
@@ -7,16 +7,15 @@
 
 namespace packmesh {
 
-/// Whether there is something of this name, or the system does not let us know: then reading it tells why.
+/// True if `file` exists, or if that cannot be determined (reading it then gives the reason).
 bool isThere(const std::filesystem::path& file);
 
-/// @param expected "a mesh file", for the message
-/// @throws InputError naming the file when it is not there, cannot be reached, or is no regular file: pipes
-/// and devices
-///   may have no end
+/// @param expected what the file should be, for the message: "a mesh file"
+/// @throws InputError with the name of the file if it does not exist, is not accessible, or is not a regular
+/// file (pipes and devices may have no end)
 void requireFile(const std::filesystem::path& file, const std::string& expected);
 
-/// All bytes of a file. @throws InputError as requireFile(), and when it cannot be read
+/// All bytes of a file. @throws InputError like requireFile(), and if reading fails
 std::string contentOf(const std::filesystem::path& file, const std::string& expected);
 
 }  // namespace packmesh

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Where a cell is: the state that packing changes (Pose) and the map that is handed over (Placement).
+/// @file Position and orientation of a cell: Pose, the state that packing changes, and Placement, the map
+/// that is output.
 #pragma once
 
 #include "packMesh/core/vector.h"
 
 namespace packmesh {
 
-/// Affine map from a template's body frame to the world: x -> linear * x + translation [µm].
+/// Affine map from the body frame of a template to the world: x -> linear * x + translation [µm].
 ///
-/// Every final statement (certificate, acceptance) is about meshes placed by a Placement, so that it can be
-/// made from exactly the numbers that are written to a file.
+/// Certificate and acceptance test meshes placed by a Placement, so that they apply to exactly the numbers
+/// that are written to a file.
 struct Placement {
   Mat3 linear = Mat3::Identity();
   Vec3 translation = Vec3::Zero();
 
-  /// The one formula by which template vertices become world vertices.
+  /// The only formula that maps template vertices to world vertices.
   Vec3 operator()(const Vec3& body) const { return linear * body + translation; }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Random numbers that are a function of (seed, stream, cell, iteration) and of nothing else.
+/// @file Random numbers as a pure function of (seed, stream, cell, iteration).
 #pragma once
 
 #include <Random123/philox.h>
@@ -12,7 +12,7 @@
 
 namespace packmesh {
 
-/// What random numbers are drawn for; each purpose has a stream of its own.
+/// Purposes of random numbers; each has its own stream.
 enum class RandomStream : std::uint32_t {
   position = 1,
   orientation = 2,
@@ -23,7 +23,7 @@ enum class RandomStream : std::uint32_t {
   begin = 7
 };
 
-/// Four independent numbers, uniform in [0, 1), for this seed, stream, global cell id and iteration
+/// Four independent numbers, uniform in [0, 1), for a seed, stream, global cell id and iteration
 /// (Philox-4x32-10: Salmon et al., SC 2011).
 inline std::array<double, 4> uniform4(std::uint64_t seed, RandomStream stream, std::uint64_t cell,
                                       std::uint32_t iteration) {

@@ -8,9 +8,9 @@
 namespace packmesh {
 namespace {
 
-constexpr std::size_t longestName = 120, longestHost = 60;  // [bytes] with the rest below 255
+constexpr std::size_t longestName = 120, longestHost = 60;  // [bytes]; the whole name stays below 255
 
-/// The beginning of a text, at most so many bytes, no character cut in two.
+/// The beginning of a UTF-8 text, at most `most` bytes, without splitting a character.
 std::string beginning(const std::string& text, std::size_t most) {
   if (text.size() <= most) return text;
   std::size_t end = most;

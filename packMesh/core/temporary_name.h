@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Names of files that are written before they replace others.
+/// @file Names of temporary files that replace other files once they are complete.
 #pragma once
 
 #include <filesystem>
@@ -7,14 +7,14 @@
 
 namespace packmesh {
 
-/// `.<name>.<host>.<process>-<number>.<kind>` next to `target`: no other process has it, and no file system
-/// finds it too long; of a long name of the target the beginning is taken.
+/// `.<name>.<host>.<process>-<number>.<kind>` next to `target`: unique to this process and short enough for
+/// every file system; a long target name is truncated.
 std::filesystem::path temporaryName(const std::filesystem::path& target, int number, const std::string& kind);
 
-/// How the names of all temporary files of `target` begin, whichever process made them.
+/// Common prefix of the names of all temporary files of `target`, from any process.
 std::string temporaryPrefix(const std::filesystem::path& target);
 
-/// This machine, and as which process: "node7", 4711.
+/// Name of this machine and id of this process: "node7", 4711.
 std::string hostName();
 long processNumber();
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Times of a run and of its parts.
+/// @file CPU and wall-clock time.
 #pragma once
 
 #include <sys/resource.h>
@@ -8,7 +8,7 @@
 
 namespace packmesh {
 
-/// CPU time of this process and of the child processes that have ended [s].
+/// CPU time of this process and its terminated child processes [s].
 inline double cpuSeconds() {
   const auto secondsOf = [](int who) {
     rusage used{};
@@ -19,11 +19,11 @@ inline double cpuSeconds() {
   return secondsOf(RUSAGE_SELF) + secondsOf(RUSAGE_CHILDREN);
 }
 
-/// Measures time from its construction on.
+/// Measures time since its construction.
 class Timer {
  public:
   Timer() = default;
-  /// Adds the CPU time of its life to a total [s].
+  /// On destruction adds the CPU time since construction to `total` [s].
   explicit Timer(double& total) : total_(&total) {}
   ~Timer() {
     if (total_) *total_ += cpu();

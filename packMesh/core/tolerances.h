@@ -1,55 +1,56 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The home of every tolerance: each with its unit and its reason. Nowhere else stands a bare 1e-x.
+/// @file All tolerances, each with its unit and reason. No other file contains a bare 1e-x.
 #pragma once
 
 namespace packmesh::tolerance {
 
-/// Relaxation aims at this much more than the clearance asked for [µm]: at 0.02 µm 0-3 of 10^4 touching pairs
-/// still meet in the exact test up to a fraction of 0.50, because sample points bound the distance of facets
-/// only up to their sagitta; a smaller margin costs rounds of repair, a larger one density.
+/// Relaxation aims at the requested clearance plus this margin [µm]. With 0.02 µm, 0-3 of 10^4 touching pairs
+/// still fail the exact test at volume fractions up to 0.50, because sample points bound the distance of
+/// facets only up to their sagitta. A smaller margin needs more repair rounds; a larger one lowers the
+/// density.
 inline constexpr double relaxationMargin = 0.02;
 
-/// A relaxation has resolved a contact when no sample point is deeper in the margin than this [µm].
+/// Relaxation considers a contact resolved if no sample point penetrates the margin by more than this [µm].
 inline constexpr double relaxationTolerance = 0.01;
 
-/// What a pair that failed the exact test is given on top of its clearance [µm].
+/// Added to the clearance of a pair that failed the exact test [µm].
 inline constexpr double repairClearance = 0.012;
 
-/// Floating-point culling in world coordinates errs by less than this [µm]: coordinates stay below 1e5 µm,
-/// so products and sums of them carry errors below 1e-10 µm.
+/// Upper bound of the rounding error of floating-point culling in world coordinates [µm]: coordinates are
+/// below 1e5 µm, so errors of their products and sums are below 1e-10 µm.
 inline constexpr double culling = 1e-9;
 
-/// Vertices along open edges that are nearer than this fraction of a mesh's diagonal are one vertex that was
-/// rounded differently: STL in single precision errs by 6e-8 of the coordinates, sums of a few such by 1e-6.
+/// Vertices on open edges closer than this fraction of the mesh's diagonal are the same vertex, rounded
+/// differently: single-precision STL has errors of 6e-8 of the coordinates, sums of a few of them of 1e-6.
 inline constexpr double crackFraction = 1e-6;
 
-/// ... and nearer than this fraction of the median edge: the diagonal alone says nothing where one vertex is
-/// far away from all others.
+/// ... and closer than this fraction of the median edge length, because the diagonal is not meaningful if one
+/// vertex is far from all others.
 inline constexpr double crackEdgeFraction = 1e-2;
 
-/// A vertex all of whose edges are longer than so many median edges has a wrong coordinate: fans that close
-/// the ends of finely meshed vessels reach a few hundred.
+/// A vertex whose edges are all longer than this many median edge lengths has a wrong coordinate. Fans that
+/// close the ends of finely meshed vessels reach a few hundred.
 inline constexpr double outlierEdges = 1e4;
 
-/// Triangles no higher than this fraction of their longest side are taken for segments whose points were
-/// rounded to single precision (6e-8 of coordinates that are a hundred times such a side), where a surface
-/// meets itself.
+/// In tests of self-intersection, a triangle no higher than this fraction of its longest side is treated as a
+/// segment whose points were rounded to single precision (6e-8 of coordinates a hundred times as large as the
+/// side).
 inline constexpr double sliverFlatness = 1e-5;
 
-/// A closed surface with less volume than this fraction of the cube of its diagonal encloses nothing:
-/// rounding of single-precision coordinates alone gives a flat surface about 1e-8.
+/// A closed surface whose volume is below this fraction of its diagonal cubed has no interior: rounding to
+/// single precision alone gives a flat surface about 1e-8.
 inline constexpr double zeroVolumeFraction = 1e-8;
 
-/// Vertices of a vessel's flat end lie within this fraction of the mesh's diagonal of one plane: what
-/// rounding to single precision and six printed digits leave.
+/// Vertices of a flat vessel end lie in one plane up to this fraction of the mesh's diagonal: the error of
+/// rounding to single precision and to six printed digits.
 inline constexpr double flatCapFraction = 1e-6;
 
 /// The outlines of the two ends of a periodic vessel may differ by this fraction of their diagonal: 0.03 µm
-/// for a vessel of 25 µm, less than the facets of such meshes deviate from a round wall.
+/// for a vessel of 25 µm, which is less than the facets of such meshes deviate from a round wall.
 inline constexpr double sameOutlineFraction = 1e-3;
 
-/// Linear programmes in variables and normalised rows of order 1 are solved to this: a hundred times what
-/// some thirty pivots in double precision leave.
+/// Accuracy to which linear programmes with variables and normalised rows of order 1 are solved: a hundred
+/// times the rounding error of about thirty pivots in double precision.
 inline constexpr double linearProgram = 1e-9;
 
 }  // namespace packmesh::tolerance

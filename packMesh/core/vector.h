@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The small vectors everything is written in. Lengths are micrometres.
+/// @file Types of small vectors. Lengths are in µm.
 #pragma once
 
 #include <Eigen/Core>

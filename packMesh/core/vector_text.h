@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Numbers and points for messages, whatever the locale.
+/// @file Numbers and points as text for messages, independent of the locale.
 #pragma once
 
 #include <charconv>

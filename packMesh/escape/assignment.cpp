@@ -7,8 +7,8 @@
 namespace packmesh {
 
 std::vector<int> bestAssignment(const std::vector<std::vector<double>>& scores) {
-  // Costs are negative scores. Potentials keep every reduced cost cost(r,c) - u[r] - v[c] >= 0; rows enter
-  // one after the other, each along the shortest alternating path. Column n is where a path begins.
+  // Costs are negative scores. The potentials keep every reduced cost cost(r,c) - u[r] - v[c] >= 0; rows are
+  // added one at a time along the shortest alternating path. Column n is the start of a path.
   const std::size_t n = scores.size(), none = n;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   std::vector<double> u(n, 0.0), v(n + 1, 0.0);

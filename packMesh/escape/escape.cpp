@@ -13,10 +13,10 @@
 namespace packmesh {
 namespace {
 
-/// Gains of less than this fraction of a cell's volume are none.
+/// Gains below this fraction of a cell's volume count as zero.
 constexpr double leastGain = 1e-6;
 
-/// A body is tried in a hole when the hole's sphere has at least this fraction of its volume.
+/// A body is tried in a hole if the hole's sphere has at least this fraction of its volume.
 constexpr double holeFraction = 0.05;
 
 class Escape {
@@ -71,7 +71,7 @@ class Escape {
   }
   double volumeOf(std::int64_t cell) const { return volume(state_[cell].species, state_[cell].scale); }
 
-  /// Cells that are not full, those that lack most volume first.
+  /// Cells below full size, in descending order of missing volume.
   std::vector<std::int64_t> lacking() const {
     std::vector<std::pair<double, std::int64_t>> order;
     for (std::size_t i = 0; i < state_.size(); ++i)
@@ -84,14 +84,14 @@ class Escape {
     return cells;
   }
 
-  /// A group of cells no two of which are neighbours: some that are not full, and others to swap with.
+  /// A group of cells no two of which are neighbours: some below full size, and others to swap with.
   std::vector<std::int64_t> group(const std::vector<std::int64_t>& wanted) const {
     std::vector<std::int64_t> order = wanted, members;
     for (std::size_t i = 0; i < state_.size(); ++i)
       if (state_[i].scale == 1.0) order.push_back(static_cast<std::int64_t>(i));
     for (const std::int64_t cell : order) {
       if (static_cast<int>(members.size()) == settings_.groupSize) break;
-      // At most half of them are such that lack volume: who is full may have too much room.
+      // At most half of them are below full size: full-size cells may have more room than they need.
       if (state_[cell].scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2)
         continue;
       const bool apart = std::none_of(members.begin(), members.end(), [&](std::int64_t other) {
@@ -114,7 +114,7 @@ class Escape {
 
   void swapWithin(const std::vector<std::int64_t>& members, EscapePhase& phase) {
     const std::size_t n = members.size();
-    // By room and species: bodies of one species differ in nothing but where they are.
+    // By room and species: bodies of one species differ only in position.
     std::vector<std::vector<std::optional<Pose>>> reached(n);
     std::vector<std::vector<double>> score(n, std::vector<double>(n, 0.0));
     for (std::size_t room = 0; room < n; ++room) {
@@ -157,7 +157,7 @@ class Escape {
     if (StepHalving(scene_).examine(swapped, sorted).clean()) state_ = std::move(swapped);
   }
 
-  /// The room of a cell with another body, or the same one turned, if that gains volume.
+  /// Tries another body in the room of a cell, or the same one rotated, and keeps it if that gains volume.
   bool take(std::int64_t cell, int species) {
     const std::optional<Pose> pose = rooms_.largest(state_, cell, species, stop_);
     if (!pose || volume(species, pose->scale) <= (1.0 + leastGain) * volumeOf(cell)) return false;
@@ -177,7 +177,7 @@ class Escape {
     }
   }
 
-  /// Species in the reserve, the largest first.
+  /// Species in the reserve, in descending order of size.
   std::vector<int> inStock() const {
     std::vector<int> species;
     for (std::size_t s = 0; s < reserve_.size(); ++s)
@@ -248,7 +248,7 @@ class Escape {
   const EscapeSettings& settings_;
   const std::function<bool()>& stop_;
   const std::function<void(const std::vector<Body>&)>& observe_;
-  std::vector<std::int64_t> reserve_;  ///< what is left
+  std::vector<std::int64_t> reserve_;  ///< bodies left, per species
   std::vector<Body>& state_;
   std::unique_ptr<PlaneFunction> planeFunction_;
   Rooms rooms_;

@@ -15,7 +15,7 @@
 namespace packmesh {
 namespace {
 
-/// Distances to the surfaces around a point.
+/// Distances from a point to the surrounding surfaces.
 class FreeSpace {
  public:
   FreeSpace(const GrowthScene& scene, const std::vector<Body>& state) : scene_(scene), state_(state) {
@@ -23,7 +23,7 @@ class FreeSpace {
     for (const Body& cell : state) inverse_.push_back(cell.orientation.conjugate());
   }
 
-  /// At most this far from `p` there is nothing, apart from what distances of distance fields err [µm].
+  /// Radius of a sphere around `p` that contains no surface, up to the errors of the distance fields [µm].
   double around(const Vec3& p) const {
     double free = std::numeric_limits<double>::infinity();
     for (const Wall* wall : scene_.walls)
@@ -59,8 +59,8 @@ Vec3 circumcentre(const Tetrahedra& t, int index) {
   return o + (a.squaredNorm() * bc + b.squaredNorm() * ca + c.squaredNorm() * ab) / (2.0 * a.dot(bc));
 }
 
-/// Plain Delaunay tetrahedra between coarse levels: their circumspheres are as empty as those of constrained
-/// ones, and where they are is checked anyway.
+/// Unconstrained Delaunay tetrahedra between coarse meshes: their circumspheres are as empty as those of
+/// constrained ones, and their positions are checked later.
 Tetrahedra tetrahedraBetween(const GrowthScene& scene, const std::vector<Body>& state) {
   std::vector<std::unique_ptr<MeshHierarchy>> coarse;
   for (const Shape* shape : scene.shapes)
@@ -72,7 +72,7 @@ Tetrahedra tetrahedraBetween(const GrowthScene& scene, const std::vector<Body>& 
   input.bounds = scene.container->bounds();
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
-  input.valid = true;  // vertices are all that is used
+  input.valid = true;  // only vertices are used
   return tetrahedralise(input);
 }
 

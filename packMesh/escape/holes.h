@@ -9,8 +9,8 @@
 
 namespace packmesh {
 
-/// Spheres in the free space of a packing, the largest first, no two of which meet: circumspheres of the
-/// tetrahedra between cells (thesis 3.1.3), shrunk until they meet neither cell nor wall.
+/// Disjoint spheres in the free space of a packing, the largest first: circumspheres of the tetrahedra
+/// between cells (thesis 3.1.3), shrunk until they touch neither cell nor wall.
 /// @param least smallest radius of interest [µm]
 std::vector<Sphere> findHoles(const GrowthScene& scene, const std::vector<Body>& state, double least);
 

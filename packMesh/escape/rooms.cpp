@@ -8,11 +8,11 @@
 namespace packmesh {
 namespace {
 
-/// Trials begin at this scale; where it does not fit, at halves of it, so many times.
+/// Initial scale of a trial; if it does not fit, it is halved, at most `halvings` times.
 constexpr double firstScale = 0.4;
 constexpr int halvings = 4;
 
-/// A trial ends when it stalls; it needs no more iterations than this.
+/// A trial ends when growth stalls; more iterations than this are not needed.
 constexpr int iterations = 40;
 
 GrowthSettings settingsOfTrials(GrowthSettings settings) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What fits where one cell is.
+/// @file Sizes that bodies reach in the place of a cell.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,25 @@
 
 namespace packmesh {
 
-/// The room around a cell, its CDT cell: up to the surfaces of its neighbours, which stay.
+/// The room of a cell, its CDT cell: the space around it up to the surfaces of its neighbours, which are
+/// fixed.
 class Rooms {
  public:
-  /// References the scene, which must outlive this.
-  /// @param orientations random ones that each trial begins with
+  /// References the scene, which must outlive this object.
+  /// @param orientations number of random initial orientations per trial
   Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
         int orientations);
 
-  /// The largest that a body of `species` gets in the room of `cell`, instead of it: the suitability score of
-  /// thesis 3.1.3. Planes are made anew as it grows.
-  /// @return its pose; nothing when it would not even fit in when small
+  /// The largest size that a body of `species` reaches in the room of `cell` in its place: the suitability
+  /// score of thesis 3.1.3. Planes are recomputed as it grows.
+  /// @return its pose; empty if not even a small one fits
   std::optional<Pose> largest(const std::vector<Body>& state, std::int64_t cell, int species,
                               const std::function<bool()>& stop);
 
-  /// Lets `cell` grow where it is. Never lowers its scale.
+  /// Grows `cell` from its present pose. Never lowers its scale.
   void enlarge(std::vector<Body>& state, std::int64_t cell, const std::function<bool()>& stop);
 
-  /// Whether two cells could meet.
+  /// True if two cells could meet.
   bool neighbours(const std::vector<Body>& state, std::int64_t a, std::int64_t b) const;
 
   const GrowthStatistics& statistics() const { return statistics_; }

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
                     (error != 0 ? std::string(": ") + std::strerror(error) : ""));
 }
 
-/// A file of a new name next to `target`.
+/// A new file next to `target`.
 struct NewFile {
   NewFile(const fs::path& target, const char* kind) {
     const fs::path folder = target.parent_path();
@@ -34,7 +34,7 @@ struct NewFile {
       descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
       if (descriptor >= 0) return;
       if (errno != EEXIST || attempt > 1000)
-        fail(target, "cannot write in the folder '" + (folder.empty() ? "." : folder.string()) + "'", errno);
+        fail(target, "cannot write to the folder '" + (folder.empty() ? "." : folder.string()) + "'", errno);
     }
   }
   fs::path path;
@@ -50,8 +50,7 @@ void writeAll(int descriptor, const std::string& text, const fs::path& target) {
   }
 }
 
-/// Makes the renames in `folder` survive a crash of the machine; a file system that cannot is none of our
-/// business.
+/// Makes the renames in `folder` durable. Errors are ignored: some file systems do not support this.
 void flushFolder(const fs::path& folder) {
   const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
@@ -59,7 +58,7 @@ void flushFolder(const fs::path& folder) {
   ::close(descriptor);
 }
 
-/// Keeps the present content of `target` under another name; an empty path when there is no target.
+/// Keeps the present content of `target` under another name; returns an empty path if there is no target.
 fs::path keepAside(const fs::path& target) {
   struct stat info;
   if (::lstat(target.c_str(), &info) != 0) return {};
@@ -67,7 +66,7 @@ fs::path keepAside(const fs::path& target) {
   const NewFile backup(target, "old");
   ::close(backup.descriptor);
   ::unlink(backup.path.c_str());
-  // A second name for the same file; where the file system has no hard links, the file is moved away instead.
+  // A second name for the same file; if the file system has no hard links, the file is renamed instead.
   if (::link(target.c_str(), backup.path.c_str()) != 0 && ::rename(target.c_str(), backup.path.c_str()) != 0)
     fail(target, "cannot be replaced", errno);
   return backup.path;
@@ -81,7 +80,7 @@ void requireReplaceable(const fs::path& target) {
     if (errno == ENOENT) return;
     fail(target, "cannot be written", errno);
   }
-  if (!S_ISREG(info.st_mode)) fail(target, "is not a file, so it cannot be replaced by one", 0);
+  if (!S_ISREG(info.st_mode)) fail(target, "is not a regular file and cannot be replaced", 0);
   if (::access(target.c_str(), W_OK) != 0) fail(target, "exists and cannot be written", errno);
 }
 
@@ -98,7 +97,7 @@ void AtomicFiles::begin(const fs::path& requested) {
   struct stat info;
   const bool exists = ::stat(target.c_str(), &info) == 0;
   for (const Entry& entry : entries_)
-    if (entry.target == target) fail(target, "would be written twice", 0);
+    if (entry.target == target) fail(target, "is named for two outputs", 0);
 
   entries_.reserve(entries_.size() + 1);
   parts_.clear();
@@ -116,7 +115,7 @@ void AtomicFiles::append(const std::string& text) {
 
 void AtomicFiles::end() {
   const Entry& entry = entries_.back();
-  // Some file systems only find out now that they are full. EINVAL: not a file system that can be flushed.
+  // Some file systems report only now that they are full. EINVAL: the file system does not support flushing.
   if (::fsync(open_) != 0 && errno != EINVAL) fail(entry.target, "cannot be flushed to the disk", errno);
   if (::close(std::exchange(open_, -1)) != 0) fail(entry.target, "cannot be written", errno);
   std::ifstream file(entry.temporary, std::ios::binary);
@@ -140,7 +139,7 @@ void AtomicFiles::commit() {
         ::rename(backups[i].c_str(), entries_[i].target.c_str());
       else if (i < done)
         ::unlink(entries_[i].target.c_str());
-      // rename() of two names of one file does nothing: drop the second name.
+      // rename() between two names of the same file does nothing: remove the second name.
       if (!backups[i].empty()) ::unlink(backups[i].c_str());
     }
   };
@@ -148,7 +147,7 @@ void AtomicFiles::commit() {
     for (; done < entries_.size(); ++done) {
       backups[done] = keepAside(entries_[done].target);
       if (::rename(entries_[done].temporary.c_str(), entries_[done].target.c_str()) != 0)
-        fail(entries_[done].target, "cannot be put in place", errno);
+        fail(entries_[done].target, "cannot be renamed to its final name", errno);
     }
   } catch (...) {
     putBack();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Files that appear whole or not at all.
+/// @file Atomic writing of files: a file appears completely or not at all.
 #pragma once
 
 #include <filesystem>
@@ -8,26 +8,27 @@
 
 namespace packmesh {
 
-/// @throws OutputError when `target` exists, but not as a file that may be replaced
+/// @throws OutputError if `target` exists and cannot be replaced by a file
 void requireReplaceable(const std::filesystem::path& target);
 
-/// Writes text files so that each appears whole or not at all: all are written next to their targets under
-/// temporary names, read back and compared, and only then renamed.
+/// Writes text files so that each appears completely or not at all: all are written under temporary names
+/// next to their targets, read back and compared, and only then renamed.
 ///
-/// An existing target keeps its permissions; a target that is a symbolic link is written where it points.
-/// @throws OutputError when a folder is not writable or a disk full; then no target has changed
+/// An existing target keeps its permissions; if a target is a symbolic link, the file that it points to is
+/// replaced.
+/// @throws OutputError if a folder is not writable or a disk is full; then no target has changed
 class AtomicFiles {
  public:
   AtomicFiles() = default;
   AtomicFiles(const AtomicFiles&) = delete;
   AtomicFiles& operator=(const AtomicFiles&) = delete;
-  ~AtomicFiles();  ///< removes what was not committed
+  ~AtomicFiles();  ///< removes files that were not committed
 
-  /// Begins a file, under a temporary name.
+  /// Begins a file under a temporary name.
   void begin(const std::filesystem::path& target);
-  /// Adds to the file begun last.
+  /// Appends to the file begun last.
   void append(const std::string& text);
-  /// Flushes the file begun last to the disk and reads it back.
+  /// Flushes the file begun last to disk and reads it back.
   void end();
 
   void add(const std::filesystem::path& target, const std::string& text) {
@@ -35,7 +36,7 @@ class AtomicFiles {
     append(text);
     end();
   }
-  /// Puts all files in place; when one cannot be, those already in place are put back as they were.
+  /// Renames all files to their targets; if one fails, those already renamed are restored.
   void commit();
 
  private:
@@ -47,7 +48,7 @@ class AtomicFiles {
   };
   std::vector<Entry> entries_;
   int open_ = -1;            ///< descriptor of the file begun last
-  std::vector<Part> parts_;  ///< of it, as they are to be read back
+  std::vector<Part> parts_;  ///< its parts, for comparison after reading back
 };
 
 }  // namespace packmesh

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Something of HDF5 that has to be closed. Internal to packMesh.
+/// @file Owner of an HDF5 identifier. Internal to packMesh.
 #pragma once
 
 #include <hdf5.h>
 
 namespace packmesh {
 
-/// Something of HDF5's that has to be closed.
+/// Owns an HDF5 identifier and closes it on destruction.
 class Hdf5Handle {
  public:
   Hdf5Handle(hid_t id, herr_t (*closer)(hid_t)) : id_(id), closer_(closer) {}

@@ -10,7 +10,7 @@
 namespace packmesh {
 namespace {
 
-/// A pipe would be waited for without end.
+/// Opening a pipe could block forever.
 bool isRegular(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(file, ignored);
@@ -25,8 +25,8 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& file)
   if (file_.good()) return;
   const bool isHdf5 = isRegular(file) && H5Fis_hdf5(file.c_str()) > 0;
   fail(!isThere(file) ? "no such file"
-       : isHdf5       ? "is truncated or damaged, or another program writes it"
-                      : "is not an HDF5 file, or cannot be read");
+       : isHdf5       ? "is truncated, damaged, or being written by another program"
+                      : "is not an HDF5 file or cannot be read");
 }
 
 void Hdf5Reader::fail(const std::string& what) const {
@@ -40,7 +40,7 @@ void Hdf5Reader::readAttribute(const std::string& path, const char* name, H5T_cl
   const Hdf5Handle found(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   if (H5Tget_class(found) != kind || H5Sget_simple_extent_npoints(space) != 1 ||
       H5Aread(attribute, type, to) < 0)
-    fail("attribute '" + std::string(name) + "' of '" + path + "' is not what it should be");
+    fail("attribute '" + std::string(name) + "' of '" + path + "' has an unexpected type");
 }
 
 std::string Hdf5Reader::text(const std::string& path, const char* name) const {
@@ -51,7 +51,7 @@ std::string Hdf5Reader::text(const std::string& path, const char* name) const {
   constexpr std::size_t longest = 1 << 20;
   std::string text(fixed ? std::min(H5Tget_size(type), longest) : 0, '\0');
   if (!fixed || H5Tget_size(type) > longest || H5Aread(attribute, type, text.data()) < 0)
-    fail("attribute '" + std::string(name) + "' of '" + path + "' is not a text");
+    fail("attribute '" + std::string(name) + "' of '" + path + "' is not text");
   return text.c_str();
 }
 std::int64_t Hdf5Reader::integer(const std::string& path, const char* name) const {
@@ -74,8 +74,8 @@ std::array<std::int64_t, 2> Hdf5Reader::size(const std::string& path) const {
   hsize_t size[2] = {0, 1};
   if (rank < 1 || rank > 2 || (kind != H5T_INTEGER && kind != H5T_FLOAT) ||
       H5Sget_simple_extent_dims(space, size, nullptr) < 0)
-    fail("'" + path + "' is not a table of numbers");
-  const hsize_t most = std::filesystem::file_size(name_);  // a damaged file can claim anything
+    fail("'" + path + "' is not a numeric table");
+  const hsize_t most = std::filesystem::file_size(name_);  // damaged files can state any size
   if (size[0] > most || size[1] > most || size[0] * size[1] > most)
     fail("is damaged: table '" + path + "' is larger than the file");
   return {static_cast<std::int64_t>(size[0]), static_cast<std::int64_t>(size[1])};
@@ -86,8 +86,7 @@ void Hdf5Reader::requireRows(const std::string& path, int columns, std::int64_t 
   const auto found = size(path);
   if (found[1] != columns || first < 0 || count < 0 || first > found[0] || count > found[0] - first)
     fail("table '" + path + "' has " + std::to_string(found[0]) + " x " + std::to_string(found[1]) +
-         " numbers, not the " + std::to_string(first + count) + " x " + std::to_string(columns) +
-         " expected");
+         " numbers; expected " + std::to_string(first + count) + " x " + std::to_string(columns));
 }
 
 void Hdf5Reader::readTable(const std::string& path, int columns, std::int64_t first, std::int64_t count,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file HDF5 files, read by every rank on its own. Internal to packMesh.
+/// @file HDF5 files, read independently by every rank. Internal to packMesh.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace packmesh {
 
-/// A file being read, by every rank on its own.
-/// @throws InputError naming the file and what is missing or wrong
+/// An HDF5 file opened for reading, independently by every rank.
+/// @throws InputError naming the file and what is missing or invalid
 class Hdf5Reader {
  public:
   explicit Hdf5Reader(const std::filesystem::path& file);
@@ -24,10 +24,10 @@ class Hdf5Reader {
   std::int64_t integer(const std::string& path, const char* name) const;
   double real(const std::string& path, const char* name) const;
 
-  /// Rows and columns. @throws InputError also when the table is not of numbers
+  /// Numbers of rows and columns. @throws InputError also if the table is not numeric
   std::array<std::int64_t, 2> size(const std::string& path) const;
   /// Rows [first, first + count) of a table.
-  /// @throws InputError also when it has not so many rows or another number of columns
+  /// @throws InputError also if it has fewer rows or another number of columns
   template <class T>
   std::vector<T> table(const std::string& path, int columns, std::int64_t first, std::int64_t count) const {
     requireRows(path, columns, first, count);
@@ -35,7 +35,7 @@ class Hdf5Reader {
     readTable(path, columns, first, count, hdf5Type(rows.data()).inMemory, rows.data());
     return rows;
   }
-  /// All of it.
+  /// All rows of a table.
   template <class T>
   std::vector<T> table(const std::string& path, int columns) const {
     return table<T>(path, columns, 0, size(path)[0]);

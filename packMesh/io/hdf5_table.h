@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Tables of numbers in HDF5 files. Internal to packMesh.
+/// @file Numeric tables in HDF5 files. Internal to packMesh.
 #pragma once
 
 #include <hdf5.h>
@@ -8,7 +8,7 @@
 
 namespace packmesh {
 
-/// The types that files hold.
+/// Types of numbers in files.
 struct Hdf5Type {
   hid_t inFile, inMemory;
 };
@@ -25,13 +25,13 @@ inline Hdf5Type hdf5Type(const std::int32_t*) {
   return {H5T_STD_I32LE, H5T_NATIVE_INT32};
 }
 
-/// A table with so many rows and columns; an array with one column.
+/// Dataspace of a table with `rows` rows; an array with one column.
 inline hid_t rowsSpace(std::int64_t rows, int columns) {
   const hsize_t size[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
   return H5Screate_simple(columns == 1 ? 1 : 2, size, nullptr);
 }
 
-/// @return whether rows [first, first + count) could be selected
+/// @return true if rows [first, first + count) could be selected
 inline bool selectRows(hid_t space, std::int64_t first, std::int64_t count, int columns) {
   const hsize_t from[2] = {static_cast<hsize_t>(first), 0};
   const hsize_t size[2] = {static_cast<hsize_t>(count), static_cast<hsize_t>(columns)};

@@ -68,7 +68,7 @@ void Hdf5Writer::writeTable(const std::string& path, std::int64_t rows, int colu
   const Hdf5Handle space(rowsSpace(rows, columns), H5Sclose), memory(rowsSpace(count, columns), H5Sclose);
   const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);
-  H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);  // as with several ranks, so that places are the same
+  H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);  // as with several ranks: same file offsets
   H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
   const Hdf5Handle set(
       H5Dcreate2(file_, path.c_str(), type.inFile, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file HDF5 files, written by one rank or by all together. Internal to packMesh.
+/// @file HDF5 files, written by one rank or collectively. Internal to packMesh.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 
 namespace packmesh {
 
-/// A file being written. The same content gives the same bytes on any number of ranks.
+/// An HDF5 file being written. The same content gives the same bytes on any number of ranks.
 ///
-/// All ranks make the same calls. Errors are remembered, not thrown, so that no rank leaves the others
-/// waiting: ask good() in the end.
+/// Collective: all ranks make the same calls. Errors are recorded, not thrown, so that no rank blocks the
+/// others; check good() at the end.
 class Hdf5Writer {
  public:
-  /// @param userBlock first bytes that are left to others: 0, 512 or another power of two above
+  /// @param userBlock size of the user block [bytes]: 0, or a power of two from 512 on
   Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator,
              std::uint64_t userBlock = 0);
 
@@ -30,21 +30,21 @@ class Hdf5Writer {
   void attribute(const std::string& path, const char* name, std::int64_t value);
   void attribute(const std::string& path, const char* name, double value);
 
-  /// A table of `rows` x `columns` (one column: an array), of which this rank has rows from `first` on.
+  /// A table of `rows` x `columns` (one column: an array); this rank has the rows from `first` on.
   template <class T>
   void table(const std::string& path, std::int64_t rows, int columns, std::int64_t first,
              const std::vector<T>& mine) {
     writeTable(path, rows, columns, first, static_cast<std::int64_t>(mine.size()) / columns,
                hdf5Type(mine.data()), mine.data());
   }
-  /// A table that all ranks know: the first one writes it.
+  /// A table known to all ranks; rank 0 writes it.
   template <class T>
   void table(const std::string& path, int columns, const std::vector<T>& all) {
     const auto rows = static_cast<std::int64_t>(all.size()) / columns;
     writeTable(path, rows, columns, 0, first_ ? rows : 0, hdf5Type(all.data()), all.data());
   }
 
-  /// Closes the file. @return whether all went well on this rank
+  /// Closes the file. @return true if there was no error on this rank
   bool close();
 
  private:
@@ -59,8 +59,8 @@ class Hdf5Writer {
   Hdf5Handle file_, transfer_;
 };
 
-/// Tables `vertices` (n x 3 doubles [µm]) and `triangles` (m x 3 integers from 0 on) in a group. All ranks
-/// know the mesh.
+/// Tables `vertices` (n x 3 doubles [µm]) and `triangles` (m x 3 integers from 0) in a group. All ranks know
+/// the mesh.
 void writeMesh(Hdf5Writer& out, const std::string& group, const TriangleMesh& mesh);
 
 }  // namespace packmesh

@@ -66,7 +66,7 @@ bool writeText(const std::filesystem::path& file, const ExactText& text) {
 void requireMeshCollectionEnding(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   if (ending != ".obj" && ending != ".ply" && ending != ".h5")
-    throw InputError(file.string() + ": expected a file ending in .obj, .ply or .h5");
+    throw InputError(file.string() + ": the file extension must be .obj, .ply or .h5");
 }
 
 void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {

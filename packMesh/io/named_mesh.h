@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A mesh and what it is called.
+/// @file A mesh and its name.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace packmesh {
 
-/// A mesh and what it is called.
+/// A mesh and its name.
 struct NamedMesh {
   std::string name;
   TriangleMesh mesh;

@@ -7,11 +7,11 @@
 namespace packmesh::pov {
 namespace {
 
-/// Directions in which the farthest point of all that is shown is kept; what they miss is below a hundredth
-/// of its size, which the frame leaves free.
+/// Number of directions for which the outermost point is kept; the error is below a hundredth of the size of
+/// the scene, which the margin of the frame covers.
 constexpr int directions = 240;
 
-/// Points that a camera sees all of when it sees these.
+/// Points such that a camera that shows all of them shows everything.
 std::vector<Vec3> outlineOf(const std::vector<Extent>& extents) {
   constexpr double goldenAngle = 2.399963229728653;
   std::vector<Vec3> outline;
@@ -32,9 +32,9 @@ std::vector<Vec3> outlineOf(const std::vector<Extent>& extents) {
 
 constexpr const char* look = R"(
 #declare Aspect = image_width / image_height;
-#declare Tall = 0.19;                 // tangent of half the vertical view angle: a long lens
+#declare Tall = 0.19;                 // tangent of half the vertical view angle
 #declare Wide = Tall * Aspect;
-#declare Frame = 0.95;                // part of the picture that is used
+#declare Frame = 0.95;                // fraction of the image used
 #macro Look(A)                        // sets the directions of a camera at this azimuth
   #declare ToCamera = <cos(radians(Elevation)) * cos(radians(A)), cos(radians(Elevation)) * sin(radians(A)),
                        sin(radians(Elevation))>;
@@ -42,7 +42,7 @@ constexpr const char* look = R"(
   #declare Up = vcross(ToCamera, Right);
 #end)";
 
-/// The half towards the camera is cut off; what is left of the outline lies behind the plane.
+/// Removes the half towards the camera; the rest of the outline lies behind the plane.
 constexpr const char* clip = R"(
 #if (ClipAxis > 0)
   #declare ClipAlong = (ClipAxis = 1 ? x : ClipAxis = 2 ? y : z);
@@ -55,7 +55,7 @@ constexpr const char* clip = R"(
 #end)";
 
 constexpr const char* camera = R"(
-#ifdef (Turn)                         // from a distance at which every turn shows all
+#ifdef (Turn)                         // a distance at which every turn shows everything
   #declare Middle = 0;
   #for (I, 0, Points - 1) #declare Middle = Middle + Outline[I] / Points; #end
   #declare Away = 0;
@@ -90,7 +90,7 @@ camera {
   up 2 * Tall * Up
   right 2 * Wide * Right
 }
-// A soft key light over the left shoulder, a weak fill from the right that throws no shadow.
+// A soft key light from the upper left, a weak fill light without shadow from the right.
 light_source {
   Eye + Far * (-1.1 * Right + 1.5 * Up + 0.3 * ToCamera) rgb <1.0, 0.97, 0.93> * 1.05
   #if (Fine) area_light 0.9 * Far * Right, 0.9 * Far * Up, 4, 4 adaptive 0 jitter circular orient #end
@@ -101,9 +101,9 @@ light_source { Eye + Far * (1.6 * Right + 0.2 * Up) rgb <0.80, 0.88, 1.0> * 0.40
 }  // namespace
 
 void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, const Box* clipped) {
-  // From in front and above, with the longer horizontal axis running across the picture.
+  // From the front and above, with the longer horizontal axis across the image.
   const bool alongY = size.y() > size.x();
-  out << "\n// Where the camera stands [degrees]: azimuth 0 is +x, 90 is +y.\n" +
+  out << "\n// Position of the camera [degrees]: azimuth 0 is +x, 90 is +y.\n" +
              defaultOf("Azimuth", alongY ? "22.8" : "-67.2") + defaultOf("Elevation", "20.2") +
              defaultOf("Fine", "0", "1: soft shadows");
   const std::vector<Vec3> outline = outlineOf(extents);

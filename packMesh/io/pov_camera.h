@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Camera and lights of scenes for POV-Ray. Internal to packMesh/io.
+/// @file Camera and lights of POV-Ray scenes. Internal to packMesh/io.
 #pragma once
 
 #include <vector>
@@ -9,19 +9,18 @@
 
 namespace packmesh::pov {
 
-/// What the camera must see.
+/// An object that the camera must show.
 struct Extent {
   Vec3 center;
   double radius;
 };
 
-/// Camera and lights. The camera sees every extent at any aspect ratio, from where the declared Azimuth and
-/// Elevation [degrees] say; Turn turns it further about the vertical, and then all turns show everything from
-/// the same distance. Declares ToCamera.
-/// @param size of the box around all [µm]
-/// @param clipped box that the plane of ClipAxis and ClipAt cuts, see writePovScene(): then what is in front
-/// of
-///   the plane needs no room. Declares ClipNormal and ClipOffset. nullptr: nothing is cut
+/// Camera and lights. The camera shows every extent at any aspect ratio, from the position given by the
+/// declared Azimuth and Elevation [degrees]; Turn rotates it further about the vertical, and then the
+/// distance is such that all turns show everything. Declares ToCamera.
+/// @param size of the box around everything [µm]
+/// @param clipped box cut by the plane of ClipAxis and ClipAt, see writePovScene(): the part in front of the
+/// plane need not be shown. Declares ClipNormal and ClipOffset. nullptr: no cut
 void writeCamera(SceneFile& out, const std::vector<Extent>& extents, const Vec3& size, const Box* clipped);
 
 }  // namespace packmesh::pov

@@ -9,8 +9,8 @@ namespace {
 
 using namespace pov;
 
-constexpr double samePlane = 0.99999;  ///< cosine of the angle between faces that are taken for one
-constexpr double darker = 0.35;        ///< edges, relative to their mesh
+constexpr double samePlane = 0.99999;  ///< cosine of the largest angle between faces that count as one plane
+constexpr double darker = 0.35;        ///< brightness of edges relative to their mesh
 
 }  // namespace
 

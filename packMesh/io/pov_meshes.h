@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Pictures of any meshes: a scene for POV-Ray 3.7.
+/// @file Scenes of arbitrary meshes for POV-Ray 3.7.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace packmesh {
 
-/// A mesh and how it is shown.
+/// A mesh and its appearance.
 struct PictureMesh {
   const TriangleMesh* mesh;
   std::array<double, 3> color;  ///< red, green, blue, 0 to 1
-  double transparency = 0.0;    ///< 0: none, 1: not seen
-  bool edges = false;           ///< draws the edges between faces that are not in one plane
+  double transparency = 0.0;    ///< 0: opaque, 1: invisible
+  bool edges = false;           ///< draw the edges between faces in different planes
 };
 
-/// Writes a scene of meshes in a container, which is shown like glass; else as writePovScene().
-/// @throws OutputError when the file cannot be written; then an older file of that name is unchanged
+/// Writes a scene of meshes in a container, which looks like glass; otherwise like writePovScene().
+/// @throws OutputError if the file cannot be written; an existing file is then unchanged
 void writePovMeshes(const std::filesystem::path& file, const std::vector<PictureMesh>& meshes,
                     const TriangleMesh& container);
 

@@ -8,7 +8,7 @@
 namespace packmesh::pov {
 namespace {
 
-constexpr int digits = 7;  ///< significant digits: far below a pixel
+constexpr int digits = 7;  ///< significant digits; the error is far below a pixel
 
 std::vector<Vec3> faceNormals(const TriangleMesh& mesh) {
   std::vector<Vec3> normals;
@@ -123,7 +123,7 @@ void writeBars(SceneFile& out, const std::vector<Segment>& edges, const std::str
 }
 
 void writeGlass(SceneFile& out, const TriangleMesh& surface, const std::string& more) {
-  out << "\n// The lumen: nearly clear where it is seen face on, denser towards its outline.\n"
+  out << "\n// The lumen: nearly transparent face-on, denser towards its outline.\n"
          "#declare Glass = texture {\n"
          "  pigment { aoi pigment_map {\n"
          "    [0.00 rgbt <0.85, 0.91, 0.97, 0.97>] [0.30 rgbt <0.75, 0.84, 0.94, 0.92>]\n"

@@ -4,7 +4,7 @@
 namespace packmesh {
 
 QuietHdf5::QuietHdf5() {
-  H5dont_atexit();  // files are closed by then; damaged ones make it complain
+  H5dont_atexit();  // files are closed by then; for damaged files it would print errors
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file HDF5 without its messages. Internal to packMesh.
+/// @file Suppresses HDF5's error messages. Internal to packMesh.
 #pragma once
 
 #include <hdf5.h>
 
 namespace packmesh {
 
-/// HDF5 prints its errors unless told not to.
+/// HDF5 prints its errors unless told not to; this suppresses them during its lifetime.
 class QuietHdf5 {
  public:
   QuietHdf5();

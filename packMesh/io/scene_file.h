@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A scene that POV-Ray renders, being written.
+/// @file A POV-Ray scene being written.
 #pragma once
 
 #include <filesystem>
@@ -9,17 +9,17 @@
 
 namespace packmesh::pov {
 
-/// A text file that replaces an older one only when it is complete.
+/// A text file that replaces an existing one only when it is complete.
 class SceneFile {
  public:
-  /// @throws OutputError when the file cannot be written
+  /// @throws OutputError if the file cannot be written
   explicit SceneFile(const std::filesystem::path& file) { files_.begin(file); }
   SceneFile& operator<<(const std::string& text) {
     text_ += text;
     if (text_.size() >= chunk) flush();
     return *this;
   }
-  /// @throws OutputError when the file cannot be written
+  /// @throws OutputError if the file cannot be written
   void commit() {
     flush();
     files_.end();

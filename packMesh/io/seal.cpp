@@ -27,7 +27,7 @@ std::string headOf(const std::string& kind) {
   return "packMesh " + kind + ", version ";
 }
 
-/// The first bytes of a file.
+/// The first bytes of a sealed file.
 std::string blockOf(const Seal& seal, const XXH128_hash_t& hash) {
   std::string block = fmt::format("{}{}\nwritten by {}\nXXH3 {:016x}{:016x}\n", headOf(seal.kind),
                                   seal.version, seal.writer, hash.high64, hash.low64);
@@ -35,7 +35,7 @@ std::string blockOf(const Seal& seal, const XXH128_hash_t& hash) {
   return block;
 }
 
-/// Of the writer, and all bytes after the seal; nothing when they cannot be read.
+/// Hash of the writer and of all bytes after the seal; empty if they cannot be read.
 std::optional<XXH128_hash_t> hashOf(const std::string& writer, std::istream& in) {
   XXH3_state_t state;
   XXH3_128bits_reset(&state);
@@ -48,7 +48,7 @@ std::optional<XXH128_hash_t> hashOf(const std::string& writer, std::istream& in)
   return XXH3_128bits_digest(&state);
 }
 
-/// The line that begins at `at`.
+/// The line that begins at position `at`.
 std::string_view lineAt(std::string_view text, std::size_t at) {
   return at < text.size() ? text.substr(at, text.find('\n', at) - at) : std::string_view();
 }
@@ -59,7 +59,7 @@ std::string seal(const fs::path& file, const Seal& seal) {
   std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
   const auto hash = hashOf(seal.writer, out);
   out.clear();
-  if (!hash) return "cannot be read again";
+  if (!hash) return "cannot be read back";
   const std::string block = blockOf(seal, *hash);
   errno = 0;
   if (out.seekp(0) && out.write(block.data(), sealSize) && out.flush()) return "";
@@ -68,7 +68,7 @@ std::string seal(const fs::path& file, const Seal& seal) {
 
 void requireSealed(const fs::path& file, const std::string& kind, std::int64_t version) {
   const auto fail = [&](const std::string& what) { throw InputError(file.string() + ": " + what); };
-  requireFile(file, "a " + kind + " of packMesh");
+  requireFile(file, "a packMesh " + kind);
   std::error_code ignored;
   std::ifstream in;
   if (fs::is_regular_file(file, ignored)) in.open(file, std::ios::binary);  // a pipe cannot be read twice
@@ -79,8 +79,8 @@ void requireSealed(const fs::path& file, const std::string& kind, std::int64_t v
 
   const std::string head = headOf(kind);
   if (block.compare(0, 4, "\x89HDF") == 0)
-    fail("is an HDF5 file, but not a " + kind + " of packMesh (or one of version 1)");
-  if (block.compare(0, head.size(), head) != 0) fail("is not a " + kind + " of packMesh, or cannot be read");
+    fail("is an HDF5 file, but not a packMesh " + kind + " (or one of version 1)");
+  if (block.compare(0, head.size(), head) != 0) fail("is not a packMesh " + kind + ", or cannot be read");
   const std::string_view number = lineAt(block, head.size());
   std::int64_t found = 0;
   std::from_chars(number.data(), number.data() + number.size(), found);
@@ -88,8 +88,8 @@ void requireSealed(const fs::path& file, const std::string& kind, std::int64_t v
   constexpr std::string_view by = "written by ";
   const std::string writer(writtenBy.substr(std::min(by.size(), writtenBy.size())));
   if (found > 0 && found != version)
-    fail(fmt::format("is a {} of version {}; this packMesh reads version {} (it was written by {})", kind,
-                     found, version, writer));
+    fail(fmt::format("is a {0} of version {1}, written by {3}; this packMesh reads version {2}", kind, found,
+                     version, writer));
   const auto hash = hashOf(writer, in);
   if (!hash || block != blockOf({kind, version, writer}, *hash)) fail("is truncated or damaged");
 }

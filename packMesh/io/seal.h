@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Files that begin with a checksum of themselves: damage is seen before anything else reads them.
+/// @file Files that begin with their own checksum, so that damage is detected before they are used.
 #pragma once
 
 #include <cstddef>
@@ -9,22 +9,23 @@
 
 namespace packmesh {
 
-/// What a sealed file begins with: text, then zeros, sealSize bytes in all.
+/// Beginning of a sealed file: text padded with zeros to sealSize bytes.
 struct Seal {
-  std::string kind;  ///< of file, one line
+  std::string kind;  ///< kind of file, one line
   std::int64_t version;
   std::string writer;  ///< one line
 };
 
-/// A seal takes so many bytes [bytes].
+/// Size of a seal [bytes].
 inline constexpr std::size_t sealSize = 512;
 
-/// Puts the seal over the first sealSize bytes of a file, with the XXH3 of all others.
-/// @return what went wrong, or nothing
+/// Writes the seal into the first sealSize bytes of a file, with the XXH3 hash of the remaining bytes.
+/// @return an error message, or an empty string
 std::string seal(const std::filesystem::path& file, const Seal& seal);
 
-/// Reads all of the file.
-/// @throws InputError naming the file when it is none of this kind and version, or not as it was when sealed
+/// Reads and verifies the whole file.
+/// @throws InputError naming the file if it is not of this kind and version, or has changed since it was
+/// sealed
 void requireSealed(const std::filesystem::path& file, const std::string& kind, std::int64_t version);
 
 }  // namespace packmesh

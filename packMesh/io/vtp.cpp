@@ -36,7 +36,7 @@ std::string nameOf(const VtpArray& array) {
   return array.name;
 }
 
-constexpr std::int64_t countBytes = 8;  ///< before each array: how many bytes it has
+constexpr std::int64_t countBytes = 8;  ///< size of the byte count before each array
 
 }  // namespace
 

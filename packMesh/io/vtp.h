@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file VTK's XML PolyData files (.vtp) with appended raw data, to be written in parts.
+/// @file VTK's XML PolyData files (.vtp) with appended raw data, written in parts.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace packmesh {
 
-/// An array of a .vtp file. The file is vtpHead(), then for each array vtpBegin() and its numbers, in the
-/// order of the arrays, then vtpEnd().
+/// An array of a .vtp file. The file consists of vtpHead(), vtpBegin() and the numbers of each array in
+/// order, and vtpEnd().
 struct VtpArray {
   enum class Place { points, vertexOffsets, vertexConnectivity, polygonOffsets, polygonConnectivity, data };
   enum class Type { float32, float64, int32, int64 };
   Place place = Place::data;
-  std::string name;  ///< of data
+  std::string name;  ///< name of data arrays
   Type type = Type::float64;
   int components = 1;
   std::int64_t tuples = 0;
@@ -25,17 +25,18 @@ struct VtpArray {
   }
 };
 
-/// How many there are of each.
+/// Numbers of points, vertices and polygons.
 struct VtpSizes {
   std::int64_t points = 0, vertices = 0, polygons = 0;
 };
 
-/// @param arrays data is of the vertices or polygons; of as many points as there are vertices, also of those
+/// @param arrays data belongs to the vertices or polygons; if there are as many points as vertices, also to
+/// the points
 std::string vtpHead(const VtpSizes& sizes, const std::vector<VtpArray>& arrays);
 std::string vtpBegin(const VtpArray& array);
 std::string vtpEnd();
 
-/// Numbers as they stand in such a file. Pre: of the array's type.
+/// Numbers as stored in the file. Pre: of the array's type.
 template <class T>
 std::string vtpNumbers(const std::vector<T>& numbers) {
   static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "files say that they are little-endian");

@@ -13,8 +13,8 @@ struct OnTriangle {
   int feature;
 };
 
-/// Minimises |s u + t v - w|² over the triangle s, t >= 0, s + t <= 1: inside if the unconstrained minimum
-/// is, otherwise on the best of the three edges.
+/// Minimises |s u + t v - w|² over the triangle s, t >= 0, s + t <= 1: the unconstrained minimum if it is
+/// inside, otherwise the best minimum on the three edges.
 template <class Facet>
 OnTriangle nearestOnTriangle(const Facet& f, const Vec3& w) {
   const double uw = f.u.dot(w), vw = f.v.dot(w);
@@ -22,7 +22,7 @@ OnTriangle nearestOnTriangle(const Facet& f, const Vec3& w) {
   const double s = f.vv * uw - f.uv * vw, t = f.uu * vw - f.uv * uw;
   if (s > 0.0 && t > 0.0 && s + t < determinant) return {s / determinant, t / determinant, 6};
 
-  // Position along each edge, and the squared distance there up to |w|².
+  // Position along each edge, and the squared distance there minus |w|².
   OnTriangle best{0.0, 0.0, 0};
   double lowest = 0.0;
   const auto consider = [&](double x, double y, int feature) {

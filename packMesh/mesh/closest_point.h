@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The point of a surface that is nearest to a given one, and on which side of the surface that one
-/// lies.
+/// @file Nearest point of a surface, and the side of the surface on which a point lies.
 #pragma once
 
 #include <array>
@@ -11,37 +10,37 @@
 
 namespace packmesh {
 
-/// Nearest points of a mesh. Immutable.
+/// Nearest-point queries on a mesh. Immutable.
 class ClosestPoint {
  public:
   explicit ClosestPoint(const TriangleMesh& mesh);
 
   struct Nearest {
-    double distance;  ///< [µm], not negative
+    double distance;  ///< [µm], >= 0
     int triangle;
     int feature;  ///< of the triangle: corner 0-2, edge 3-5 (from corner f-3 to the next), face 6
     Vec3 point;   ///< [µm]
   };
 
   /// The nearest point of the surface.
-  /// @param hint a triangle that is probably near, -1: none
-  /// @param slack a point up to 1 + slack times as far as the nearest is good enough
+  /// @param hint a triangle that is probably near; -1: none
+  /// @param slack the result can be up to 1 + slack times as far away as the nearest point
   Nearest nearest(const Vec3& p, int hint = -1, double slack = 0.0) const;
 
-  /// +1 outside, -1 inside, for a point and its `nearest` (found without slack).
+  /// +1 outside, -1 inside, for a point and its `nearest` (computed without slack).
   ///
-  /// By the angle-weighted pseudonormal of the feature that holds the nearest point: J. A. Baerentzen and
-  /// H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11(3), 2005. Pre: mesh closed and oriented outwards.
+  /// Uses the angle-weighted pseudonormal of the feature that contains the nearest point: J. A. Baerentzen
+  /// and H. Aanaes, IEEE Trans. Vis. Comput. Graph. 11(3), 2005. Pre: mesh closed and oriented outwards.
   int side(const Vec3& p, const Nearest& nearest) const;
 
-  /// Calls `visit(t)` for triangles whose bounding box is nearer to `p` than `distance` [µm]: all of them, or
-  /// until it returns false.
+  /// Calls `visit(t)` for every triangle whose bounding box is nearer to `p` than `distance` [µm], until
+  /// `visit` returns false.
   template <class Visit>
   void forEachNear(const Vec3& p, double distance, Visit&& visit) const {
     tree_.visitNearer(p, distance * distance, [&](int t) { return visit(t) ? distance * distance : -1.0; });
   }
 
-  /// Unit pseudonormal there.
+  /// Unit pseudonormal at the nearest point.
   Vec3 normal(const Nearest& nearest) const {
     return normals_[nearest.triangle][nearest.feature].normalized();
   }
@@ -61,7 +60,7 @@ class ClosestPoint {
   }
 
  private:
-  /// A triangle a, a + u, a + v with the products that finding its nearest point needs.
+  /// A triangle a, a + u, a + v with the products needed to compute nearest points.
   struct Facet {
     Vec3 a, u, v;
     double uu, uv, vv;

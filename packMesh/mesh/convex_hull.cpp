@@ -12,15 +12,16 @@ namespace packmesh {
 namespace {
 
 /// Quickhull (C. Barber, D. Dobkin, H. Huhdanpaa, ACM Trans. Math. Software 22 (1996)) with exact predicates:
-/// a face is visible from a point strictly above it, so coplanar and repeated points need no special care.
+/// a face is visible from points strictly above it, so coplanar and duplicate points need no special
+/// treatment.
 class Quickhull {
  public:
   explicit Quickhull(const std::vector<Vec3>& points) : points_(points), faceFrom_(points.size(), -1) {}
 
-  /// Pairs of vertices joined by an edge, in both directions; empty when the points lie in a plane.
+  /// Pairs of vertices joined by an edge, in both directions; empty if the points are coplanar.
   std::vector<std::array<int, 2>> edges() {
     if (!startTetrahedron()) return {};
-    for (std::size_t f = 0; f < faces_.size(); ++f)  // faces are appended on the way
+    for (std::size_t f = 0; f < faces_.size(); ++f)  // faces are appended during the loop
       while (faces_[f].alive && !faces_[f].above.empty()) addPoint(static_cast<int>(f));
     std::vector<std::array<int, 2>> edges;
     for (const Face& f : faces_)
@@ -32,8 +33,8 @@ class Quickhull {
  private:
   struct Face {
     std::array<int, 3> vertex;              ///< counter-clockwise from outside
-    std::array<int, 3> across{-1, -1, -1};  ///< face beyond the edge from vertex k to k + 1
-    std::vector<int> above;                 ///< points that see it, each kept by one face only
+    std::array<int, 3> across{-1, -1, -1};  ///< face across the edge from vertex k to k + 1
+    std::vector<int> above;                 ///< points that see this face; each is stored at one face only
     bool alive = true;
   };
 
@@ -43,8 +44,8 @@ class Quickhull {
 
   bool startTetrahedron() {
     const int n = static_cast<int>(points_.size());
-    // Far-apart points first, so that most others are dropped early; any that are exactly independent will
-    // do.
+    // Distant points first, so that most others are discarded early; any affinely independent points are
+    // valid.
     const auto furthest = [&](auto&& measure) {
       int best = 0;
       double most = -1.0;
@@ -90,7 +91,7 @@ class Quickhull {
     return true;
   }
 
-  /// Gives each point to the first face from `begin` on that it sees; the others are inside for good.
+  /// Assigns each point to the first face from `begin` on that it sees; the others are inside the hull.
   void share(const std::vector<int>& points, std::size_t begin) {
     for (int p : points)
       for (std::size_t f = begin; f < faces_.size(); ++f)
@@ -100,7 +101,7 @@ class Quickhull {
         }
   }
 
-  /// Replaces all faces that the highest point above face `f` sees by a cone of new ones.
+  /// Replaces all faces visible from the highest point above face `f` by a cone of new faces.
   void addPoint(int f) {
     const Face& start = faces_[f];
     const Vec3& a = points_[start.vertex[0]];
@@ -146,7 +147,7 @@ class Quickhull {
 
   const std::vector<Vec3>& points_;
   std::vector<Face> faces_;
-  std::vector<int> faceFrom_;  ///< newest face on the cone whose edge on the horizon starts at a vertex
+  std::vector<int> faceFrom_;  ///< per vertex: newest face of the cone whose horizon edge starts there
 };
 
 }  // namespace
@@ -162,7 +163,7 @@ ConvexHull::ConvexHull(const TriangleMesh& mesh) {
       }
 
   std::vector<std::array<int, 2>> edges = Quickhull(used).edges();
-  if (edges.empty())  // flat: no mesh of a cell, but let the answer be right
+  if (edges.empty())  // flat: not a cell mesh, but handled correctly
     for (int i = 0; i < static_cast<int>(used.size()); ++i)
       for (int j = 0; j < static_cast<int>(used.size()); ++j) edges.push_back({i, j});
 

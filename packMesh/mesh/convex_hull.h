@@ -11,7 +11,7 @@
 
 namespace packmesh {
 
-/// Convex hull of the vertices of a mesh, kept for one question: which vertex lies furthest in a direction?
+/// Convex hull of the vertices of a mesh, for one query: which vertex is furthest in a given direction?
 class ConvexHull {
  public:
   explicit ConvexHull(const TriangleMesh& mesh);
@@ -19,12 +19,12 @@ class ConvexHull {
   /// The hull's vertices [µm].
   const std::vector<Vec3>& points() const { return points_; }
 
-  /// Index into points() of one that lies furthest along `direction` (not zero), up to a rounding error of
-  /// 1e-11 of the hull's size.
+  /// Index into points() of a point furthest along `direction` (not zero), up to a rounding error of 1e-11 of
+  /// the hull's size.
   int furthest(const Vec3& direction) const {
     int best = starts_[startCell(direction)];
     double value = direction.dot(points_[best]);
-    // On a convex polytope, a vertex that no neighbour exceeds is the highest.
+    // On a convex polytope, a vertex that is not exceeded by any neighbour is the maximum.
     for (int at = -1; at != best;) {
       at = best;
       for (int n = firstNeighbor_[at]; n < firstNeighbor_[at + 1]; ++n) {
@@ -39,8 +39,8 @@ class ConvexHull {
   }
 
  private:
-  /// Cells per side of a cube of directions; the search for a direction starts where it ends for the middle
-  /// of its cell.
+  /// Cells per side of a cube of directions; a search starts at the result for the centre of the direction's
+  /// cell.
   static constexpr int cells = 8;
   static int startCell(const Vec3& direction);
 

@@ -11,7 +11,7 @@
 namespace packmesh {
 namespace {
 
-/// The sides of all triangles by their directed edge.
+/// Sides of all triangles, by directed edge.
 class SideTable {
  public:
   explicit SideTable(const TriangleMesh& mesh) {
@@ -25,7 +25,7 @@ class SideTable {
   void remove(const Triangle& t) {
     for (int k = 0; k < 3; ++k) triangleOf_.erase(key(t[k], t[(k + 1) % 3]));
   }
-  /// The triangle that runs from a to b, -1 when there is none.
+  /// The triangle with an edge from a to b, -1 if there is none.
   int find(int a, int b) const {
     const auto found = triangleOf_.find(key(a, b));
     return found == triangleOf_.end() ? -1 : found->second;
@@ -38,7 +38,7 @@ class SideTable {
   std::unordered_map<std::uint64_t, int> triangleOf_;
 };
 
-/// The corner opposite the longest side of a triangle without area: it lies between the other two.
+/// The corner opposite the longest side of a triangle without area; it lies between the other two.
 int middleCorner(const TriangleMesh& mesh, int t) {
   int middle = 0;
   double longest = -1.0;
@@ -65,8 +65,8 @@ class Flips {
  public:
   Flips(TriangleMesh& mesh, double flatness) : mesh_(mesh), flatness_(flatness), sides_(mesh) {}
 
-  /// Flips the longest side of a flat triangle t. @return whether it could be
-  /// @param flatToo also when the triangle beyond it is flat
+  /// Flips the longest side of a flat triangle t. @return false if that is not possible
+  /// @param flatToo flip even if the triangle on the other side is flat
   bool flip(int t, bool flatToo) {
     const int k = middleCorner(mesh_, t);
     const Triangle flat = mesh_.triangles[t];
@@ -107,9 +107,9 @@ std::size_t removeFlatTriangles(TriangleMesh& mesh, double flatness) {
   if (flat.empty()) return 0;
   const std::size_t given = flat.size();
   Flips flips(mesh, flatness);
-  // A flip next to a triangle that is not flat leaves one flat triangle fewer; between two flat ones it
-  // shortens the longest side of both, which can happen only so often: as often as there are pairs of corners
-  // on their line.
+  // A flip next to a triangle that is not flat removes one flat triangle. A flip between two flat ones
+  // shortens the longest side of both, so the number of such flips is bounded by the number of pairs of
+  // corners on their line.
   const std::size_t most = given * given + given;
   for (std::size_t done = 0; !flat.empty() && done < most;) {
     const std::size_t before = done;

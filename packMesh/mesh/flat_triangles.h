@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Triangles without area in a closed surface.
+/// @file Removal of triangles without area from a closed surface.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace packmesh {
 
-/// Takes triangles whose three distinct corners are collinear out of a closed surface: the triangle beyond
-/// the longest side is split at the corner in the middle, as if that side were flipped. All vertices stay,
-/// and the surface moves by no more than those triangles are high: not at all, by default. Pre: closed,
-/// neighbours agree in their orientation.
-/// @param flatness triangles count that are no higher than this fraction of their longest side; 0: exactly
-///   collinear
-/// @return how many were taken out; those that cannot be stay
+/// Removes triangles whose three distinct corners are collinear from a closed surface: the triangle across
+/// the longest side is split at the middle corner, as if that side were flipped. All vertices are kept, and
+/// the surface moves at most by the height of these triangles, which is 0 by default. Pre: closed, neighbours
+/// consistently oriented.
+/// @param flatness triangles no higher than this fraction of their longest side are removed; 0: exactly
+/// collinear
+/// @return number of triangles removed; those that cannot be removed are kept
 std::size_t removeFlatTriangles(TriangleMesh& mesh, double flatness = 0.0);
 
 }  // namespace packmesh

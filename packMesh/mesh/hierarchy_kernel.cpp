@@ -5,19 +5,19 @@
 namespace packmesh {
 namespace {
 
-/// A patch this many times larger than the other is taken apart alone.
+/// Of two patches, the one larger than the other by this factor is subdivided alone.
 constexpr float muchLarger = 2.0f;
 
-/// Added to the square of a sine, 1 - cosine² in floats.
+/// Added to the square of a sine, 1 - cosine², computed in floats.
 constexpr float sineRounding = 2e-6f;
 
-/// Axes shorter than this tell nothing: squares of what is projected on them would vanish [µm⁴].
+/// Shorter axes are skipped: the squares of projections on them would underflow [µm⁴].
 constexpr float smallestAxis2 = 1e-30f;
 
-/// Squares are compared with this reserve.
+/// Safety factor in comparisons of squares.
 constexpr float squareGrowth = 1.0001f;
 
-/// Each step down a tree leaves at most 15 others waiting, and trees of quads are not deeper than 34.
+/// Each step down a tree leaves at most 15 entries on the stack, and trees of quads are not deeper than 34.
 constexpr int stackSize = 1024;
 
 constexpr unsigned allLanes = (1u << laneCount) - 1;
@@ -68,7 +68,7 @@ inline void see(const FourDiscs& discs, const SeenFrom& map, FourDiscs& out) {
   set(out.half, map.slab * four(discs.half));
 }
 
-/// Quads of the second mesh seen from the first: the last ones asked for are remembered.
+/// Quads of the second mesh in the frame of the first; the most recent ones are cached.
 class SeenQuads {
  public:
   SeenQuads(const TreeView& tree, const SeenFrom& map) : tree_(tree), map_(map) {
@@ -91,9 +91,9 @@ class SeenQuads {
   FourDiscs discs_[slots];
 };
 
-/// Which of four discs (lane / 4) and four others (lane % 4) could be nearer to each other than `distance`,
-/// and lower bounds of their distances: the separation along either normal. Beyond the spheres around them
-/// none is computed.
+/// Determines which of four discs (lane / 4) and four others (lane % 4) could be nearer to each other than
+/// `distance`, and lower bounds of their distances: the separation along either normal. No bounds are
+/// computed if the bounding spheres are further apart.
 inline unsigned couldBeNear(const FourDiscs& first, const FourDiscs& second, float skew, float distance,
                             Lanes& apart) {
   const Vector n{loadEachFourTimes(first.normal[0]), loadEachFourTimes(first.normal[1]),
@@ -115,7 +115,7 @@ inline unsigned couldBeNear(const FourDiscs& first, const FourDiscs& second, flo
   return ~bitsOf((splat(distance) < apart) | (touch * touch < dot(offset, offset))) & allLanes;
 }
 
-/// Pairs of triangles waiting to be looked at together.
+/// Pairs of triangles to be tested together.
 struct Batch {
   float first[9][laneCount], second[9][laneCount];
   int firstTriangle[laneCount], secondTriangle[laneCount];
@@ -137,14 +137,14 @@ struct Corners {
   Vector v[3];
 };
 
-/// What is known of a batch, lane by lane.
+/// Results for a batch, lane by lane.
 struct Separated {
   Mask far;       ///< further apart than the distance of interest
   Mask disjoint;  ///< certainly no common point
 };
 
-/// Adds what can be told along `axis`, of any length.
-/// @param distance2,rounding2 squares of the distance of interest and of the rounding of distances
+/// Adds the results for the separating axis `axis`, of any length.
+/// @param distance2,rounding2 squares of the distance of interest and of the rounding error of distances
 inline void separate(const Vector& axis, const Corners& a, const Corners& b, float distance2, float rounding2,
                      Separated& out) {
   const Lanes a0 = dot(axis, a.v[0]), a1 = dot(axis, a.v[1]), a2 = dot(axis, a.v[2]);
@@ -231,7 +231,7 @@ class Search {
         if (child.apart < stack[nearest].apart) nearest = size;
         ++size;
       }
-      // The nearest on top: it lowers the limit for the others.
+      // The nearest pair on top of the stack: it lowers the limit for the others.
       if (nearest < size) {
         const Entry top = stack[nearest];
         stack[nearest] = stack[size - 1];

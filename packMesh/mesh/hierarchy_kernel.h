@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The innermost loop of the exact mesh test: which pairs of triangles of two meshes could be near each
-/// other.
+/// @file The innermost loop of the exact mesh test: search for pairs of triangles of two meshes that could be
+/// near each other.
 ///
-/// Floats with margins: pairs are only ever left out when they are certainly apart, so that verdicts and gaps
-/// do not depend on the instruction set. A kernel: see packMesh/simd/instruction_set.h.
+/// Computes in floats with margins: only pairs that are certainly apart are discarded, so that results do not
+/// depend on the instruction set. A kernel: see packMesh/simd/instruction_set.h.
 #pragma once
 
 #include "packMesh/simd/instruction_set.h"
 
 namespace packmesh {
 
-/// Four patches of a mesh, lane by lane. Patch k lies within `radius` of its center, and between two planes:
-/// |normal·(x - center)| <= half [µm]. Unused lanes are infinitely far from everything: their sizes are
+/// Four patches of a mesh, lane by lane. Patch k lies within `radius` of its centre and between two planes:
+/// normal·(x - center)| <= half [µm]. Unused lanes are infinitely far from everything: their sizes are
 /// -emptyDisc.
 struct FourDiscs {
   float center[3][4], normal[3][4], radius[4], half[4];
@@ -23,32 +23,33 @@ struct DiscQuad {
   FourDiscs discs;
   int content[4];  ///< >= 0: index of a quad, else ~index of a triangle
   float size;      ///< radius of the disc around all four [µm]
-  int disc;        ///< where that disc is: index of its quad times four plus its lane
+  int disc;        ///< position of that disc: index of its quad times four plus its lane
 };
 
-/// A mesh as the kernel sees it.
+/// The mesh data used by the kernel.
 struct TreeView {
-  const DiscQuad* quads;      ///< the first has one lane, which holds everything
-  const float (*corners)[9];  ///< of each triangle, corner by corner
-  const int* discs;           ///< where the disc of each triangle is (DiscQuad::disc)
+  const DiscQuad* quads;      ///< the first has one lane, which contains the whole mesh
+  const float (*corners)[9];  ///< coordinates of each triangle's corners
+  const int* discs;           ///< position of each triangle's disc (DiscQuad::disc)
 };
 
-/// The second mesh seen from the body frame of the first.
+/// Map from the body frame of the second mesh to that of the first.
 struct SeenFrom {
   float point[3][3], shift[3];  ///< x -> point·x + shift
-  float direction[3][3];        ///< normals, to vectors no longer than 1
-  float stretch;                ///< lengths grow at most by that
+  float direction[3][3];        ///< maps normals to vectors no longer than 1
+  float stretch;                ///< largest factor by which lengths grow
   float slab;  ///< |normal·(x - center)| <= half becomes |direction·normal·(...)| <= slab·half
-  float skew;  ///< square of how much longer than the shortest `direction` can be than 1, >= 1
+  float skew;  ///< square of the reciprocal of the shortest mapped normal, >= 1
 };
 
-/// What is done with a pair of triangles that could be near each other, and perhaps meets. Returns the new
-/// limit [frame of the first, µm]; negative: enough is known.
+/// Examines a pair of triangles that could be near each other and, if `mayMeet`, could meet. Returns the new
+/// limit [frame of the first, µm]; negative: stop the search.
 using ExaminePair = float (*)(void* context, int first, int second, bool mayMeet);
 
-/// Calls `examine` for every pair of triangles whose distance may be below `limit` [frame of the first, µm].
-/// @param rounding bounds the error of distances computed in floats [frame of the first, µm]
-/// @return whether the search went on to its end
+/// Calls `examine` for every pair of triangles whose distance could be below `limit` [frame of the first,
+/// µm].
+/// @param rounding upper bound of the error of distances computed in floats [frame of the first, µm]
+/// @return true if the search was completed
 using PairSearch = bool(const TreeView& first, const TreeView& second, const SeenFrom& map, float rounding,
                         float limit, ExaminePair examine, void* context);
 

@@ -7,16 +7,17 @@ namespace packmesh {
 
 namespace {
 
-/// Pairs that nest take a few rounds until the origin is enclosed; more rounds than this are not worth it.
+/// Maximum number of rounds. Nested pairs need a few until the origin is enclosed; more are not worth their
+/// time.
 constexpr int maxRounds = 20;
 
-/// A simplex of the Minkowski difference; the newest point is the last.
+/// A simplex of the Minkowski difference; the last point is the newest.
 struct Simplex {
   Vec3 point[4];
   int size = 0;
 
-  /// Adds a point that lies nearer to the origin's side than all others, keeps only the face nearest to the
-  /// origin and returns its nearest point. That face has the new point in it.
+  /// Adds a point that lies further on the origin's side than all others, keeps only the face nearest to the
+  /// origin and returns its nearest point. That face contains the new point.
   Vec3 add(const Vec3& p) {
     const Vec3 old[3] = {point[0], point[1], point[2]};
     const int count = size;
@@ -59,7 +60,7 @@ struct Simplex {
     size = count;
   }
 
-  /// Whether the origin is on the inner side of the three faces at p.
+  /// True if the origin is on the inner side of the three faces at p.
   static bool encloses(const Vec3& p, const Vec3 (&old)[3]) {
     for (int k = 0; k < 3; ++k) {
       const Vec3 normal = (old[k] - p).cross(old[(k + 1) % 3] - p);
@@ -81,7 +82,7 @@ bool hullsApart(const ConvexHull& first, const ConvexHull& second, const Mat3& l
     const Vec3 point = first.points()[a] - (linear * second.points()[b] + translation);
     const double length = toOrigin.norm(), gap = toOrigin.dot(point) / length;
     if (gap > distance + rounding) return true;
-    // No nearer than the simplex already is: its distance is that of the hulls, and too small.
+    // No progress: the distance of the simplex is that of the hulls, and too small.
     if (round > 0 && gap > length - rounding) return false;
     toOrigin = simplex.add(point);
     if (toOrigin.norm() <= distance + rounding) return false;

@@ -24,7 +24,7 @@ std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices) {
       number[i] = static_cast<int>(kept.size());
       kept.push_back(v[i]);
     } else {
-      number[i] = number[number[i]];  // its first appearance came earlier and has its final number
+      number[i] = number[number[i]];  // its first occurrence is earlier and already has its final number
     }
   }
   vertices = std::move(kept);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Vertices that are one point, and vertices that are none.
+/// @file Merging of equal or nearly equal vertices, removal of unused ones.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,16 @@
 
 namespace packmesh {
 
-/// Keeps the first of all vertices with equal coordinates, in the order of their first appearance.
-/// @return for each vertex given its number among those kept
+/// Keeps the first of all vertices with equal coordinates, in order of first occurrence.
+/// @return for each input vertex its index among those kept
 std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices);
 
-/// For each vertex the first vertex (itself, mostly) that a chain of steps shorter than `distance` [µm]
-/// connects it with. Cost: n log n for a distance much smaller than that of most vertices.
+/// For each vertex, the first vertex connected to it by a chain of steps shorter than `distance` [µm];
+/// usually itself. Cost: n log n if `distance` is much smaller than typical vertex distances.
 std::vector<int> firstOfNearVertices(const std::vector<Vec3>& vertices, double distance);
 
-/// Drops the vertices that no triangle uses, keeping the order of the others. @return how many were dropped
+/// Removes the vertices that no triangle uses; keeps the order of the others. @return number of vertices
+/// removed
 std::size_t removeUnusedVertices(TriangleMesh& mesh);
 
 }  // namespace packmesh

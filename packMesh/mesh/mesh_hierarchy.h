@@ -10,11 +10,11 @@ namespace packmesh {
 
 struct MeshTree;
 
-/// A bounding hierarchy over the triangles of one template mesh, in its body frame; one for all cells of a
-/// species. Bounding volumes are conservative: nothing that meets is ever culled.
+/// A bounding hierarchy over the triangles of one template mesh, in its body frame; shared by all cells of a
+/// species. Bounding volumes are conservative: triangles that meet are never culled.
 class MeshHierarchy {
  public:
-  /// @throws MeshError when the mesh has no triangles
+  /// @throws MeshError if the mesh has no triangles
   explicit MeshHierarchy(const TriangleMesh& mesh);
   ~MeshHierarchy();
   MeshHierarchy(MeshHierarchy&&) noexcept;
@@ -27,7 +27,7 @@ class MeshHierarchy {
   std::unique_ptr<const MeshTree> tree_;
 };
 
-/// A mesh where it is in the world. References only.
+/// A mesh and its placement in the world. References only.
 struct PlacedHierarchy {
   const MeshHierarchy& hierarchy;
   const Placement& placement;

@@ -15,17 +15,18 @@ namespace packmesh {
 
 namespace {
 
-/// Rounding to float of a number computed by some tens of operations, relative to the largest term.
+/// Relative error, with respect to the largest term, of a number computed in floats by some tens of
+/// operations.
 constexpr double floatRounding = 64.0 * 5.97e-8;
 
-/// The second mesh seen from the body frame of the first: x -> linear·x + translation.
+/// Map from the body frame of the second mesh to that of the first: x -> linear·x + translation.
 struct View {
   Mat3 linear;
   Vec3 translation;
   SeenFrom floats;
-  double worldPerUnit;    ///< a distance in this frame is at least that many times longer in the world
-  double rounding;        ///< bounds the error of distances computed in floats [units of the frame]
-  double doubleRounding;  ///< the same, computed in doubles
+  double worldPerUnit;    ///< lower bound of world distance / distance in this frame
+  double rounding;        ///< upper bound of the error of distances in floats [units of the frame]
+  double doubleRounding;  ///< the same for doubles
 
   View(const MeshTree& first, const Placement& firstPlacement, const MeshTree& second,
        const Placement& secondPlacement) {
@@ -45,8 +46,8 @@ struct View {
     floats.stretch = static_cast<float>(stretch);
     floats.slab = static_cast<float>(1.0 / tallest);
     floats.skew = static_cast<float>(stretch * stretch * tallest * tallest);
-    worldPerUnit = (1.0 - 1024.0 * 1.2e-16) / compression;  // some hundred roundings of a double
-    // World vertices are rounded too: tolerance::culling as long as coordinates keep below 1e5 µm.
+    worldPerUnit = (1.0 - 1024.0 * 1.2e-16) / compression;  // about a hundred roundings of doubles
+    // World vertices are rounded too: tolerance::culling for coordinates below 1e5 µm.
     const double size = first.reach + stretch * second.reach + translation.norm();
     doubleRounding = 1e-10 * size + compression * (tolerance::culling +
                                                    1e-14 * (firstPlacement.translation.cwiseAbs().sum() +
@@ -55,7 +56,7 @@ struct View {
   }
 };
 
-/// One look at two placed meshes.
+/// One test of two placed meshes.
 class PairTest {
  public:
   PairTest(const MeshTree& first, const Placement& firstPlacement, const MeshTree& second,
@@ -75,7 +76,7 @@ class PairTest {
                                 best_ / view_.worldPerUnit, view_.doubleRounding);
   }
 
-  /// Whether any triangles meet. Otherwise gap() is known afterwards.
+  /// True if any triangles meet. Otherwise gap() is known afterwards.
   bool meet() {
     const auto examineOne = [](void* self, int a, int b, bool mayMeet) {
       return static_cast<PairTest*>(self)->examine(a, b, mayMeet);
@@ -92,13 +93,13 @@ class PairTest {
     return {tree.quads.data(), reinterpret_cast<const float(*)[9]>(tree.corners.data()), tree.discs.data()};
   }
 
-  /// Pairs further apart than this are of no interest: best_ or above [frame of the first].
+  /// Pairs further apart than this are irrelevant: best_ or more [frame of the first].
   float limit() const {
     return std::nextafter(static_cast<float>(best_ / view_.worldPerUnit),
                           std::numeric_limits<float>::infinity());
   }
 
-  /// The new limit; negative when the triangles meet.
+  /// Returns the new limit; negative if the triangles meet.
   float examine(int a, int b, bool mayMeet) {
     const TriangleMesh &first = first_.mesh, &second = second_.mesh;
     const Vec3 p[3] = {firstPlacement_(first.corner(a, 0)), firstPlacement_(first.corner(a, 1)),
@@ -121,13 +122,13 @@ double placedVolume(const MeshTree& tree, const Placement& placement) {
   return tree.volume * std::abs(placement.linear.determinant());
 }
 
-/// Whether `inner` could lie wholly inside `outer`, by volumes and centroids: what is left of `outer` around
+/// True if `inner` could lie entirely inside `outer`, by volumes and centroids: the part of `outer` outside
 /// `inner` must balance the distance between their centroids.
 bool couldContain(const MeshHierarchy& outer, const Placement& outerPlacement, const MeshHierarchy& inner,
                   const Placement& innerPlacement) {
   const MeshTree &o = outer.tree(), &i = inner.tree();
   if (o.samples.size() > 1 || i.samples.size() > 1) return true;
-  constexpr double relative = 1e-9;  // volumes and centroids are better known than this
+  constexpr double relative = 1e-9;  // volumes and centroids are more accurate than this
   const double outerVolume = placedVolume(o, outerPlacement), innerVolume = placedVolume(i, innerPlacement);
   const double rest = outerVolume * (1.0 + relative) - innerVolume;
   if (rest < 0.0) return false;
@@ -137,7 +138,7 @@ bool couldContain(const MeshHierarchy& outer, const Placement& outerPlacement, c
   return (offset - slack) * outerVolume <= rest * 2.0 * sphere.radius;
 }
 
-/// Whether `inner`, which meets no triangle of `outer`, lies inside it, in part or wholly.
+/// Position of `inner`, which meets no triangle of `outer`: not inside, partly inside, or entirely inside.
 enum class Containment { none, partly, wholly };
 Containment containment(const MeshHierarchy& outer, const Placement& outerPlacement,
                         const MeshHierarchy& inner, const Placement& innerPlacement) {
@@ -155,7 +156,7 @@ Containment containment(const MeshHierarchy& outer, const Placement& outerPlacem
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement) {
   const MeshTree& tree = mesh.tree();
   const Vec3 center = placement(tree.center);
-  // Some tens of roundings of doubles, of the centre and of the radius.
+  // Some tens of roundings of doubles in the centre and the radius.
   const double rounding = tolerance::culling + 1e-14 * center.cwiseAbs().sum();
   return {center, tree.radius * largestStretch(placement.linear) * (1.0 + 1e-12) + rounding};
 }

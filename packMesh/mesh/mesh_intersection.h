@@ -9,37 +9,38 @@
 
 namespace packmesh {
 
-/// How two placed closed meshes lie to each other.
+/// Relative position of two placed closed meshes.
 enum class MeshRelation {
   apart,         ///< no common point, neither inside the other
   meet,          ///< some triangle of one meets some triangle of the other, even in a single point
-  firstInside,   ///< the first lies wholly inside the second
-  secondInside,  ///< the second lies wholly inside the first
+  firstInside,   ///< the first lies entirely inside the second
+  secondInside,  ///< the second lies entirely inside the first
 };
 
 struct MeshPairResult {
   MeshRelation relation = MeshRelation::apart;
-  /// Distance between the two surfaces [µm] when they are apart and it is below `gapOfInterest`, infinity
-  /// when it is not below; 0 otherwise.
+  /// Distance between the two surfaces [µm] if they are apart by less than `gapOfInterest`, infinity if by
+  /// more; 0 otherwise.
   double gap = std::numeric_limits<double>::infinity();
 };
 
-/// Decides exactly (Shewchuk's adaptive predicates on the world vertices `placement(v)`) how two meshes lie.
+/// Determines exactly (Shewchuk's adaptive predicates on the world vertices `placement(v)`) the relative
+/// position of two meshes.
 /// @param gapOfInterest only gaps below this are measured [µm]; 0: none
 /// Pre: both meshes closed, not self-intersecting, consistently oriented; placements invertible (any scale).
 MeshPairResult relate(const MeshHierarchy& first, const Placement& firstPlacement,
                       const MeshHierarchy& second, const Placement& secondPlacement,
                       double gapOfInterest = 0.0);
 
-/// Distance between two surfaces [µm] when it is below `gapOfInterest`, 0 when they meet (exact), else
-/// infinity. Surfaces may be open; that one may lie inside the other is not looked at.
+/// Distance between two surfaces [µm] if it is below `gapOfInterest`, 0 if they meet (exact), otherwise
+/// infinity. Surfaces can be open; whether one lies inside the other is not tested.
 double surfaceGap(const MeshHierarchy& first, const Placement& firstPlacement, const MeshHierarchy& second,
                   const Placement& secondPlacement, double gapOfInterest);
 
-/// A sphere that holds every world vertex of a placed mesh.
+/// A sphere that contains every world vertex of a placed mesh.
 Sphere boundingSphere(const MeshHierarchy& mesh, const Placement& placement);
 
-/// Whether `p` lies inside the closed mesh placed by `placement` (exact; a point on the surface counts as
+/// True if `p` lies inside the closed mesh placed by `placement` (exact; points on the surface count as
 /// inside).
 bool isInside(const Vec3& p, const MeshHierarchy& mesh, const Placement& placement);
 

@@ -25,7 +25,7 @@ std::string counted(std::size_t n, const std::string& one, const std::string& ma
   return std::to_string(n) + " " + (n == 1 ? one : many);
 }
 
-/// Edges that do not have exactly two triangles.
+/// Edges that do not belong to exactly two triangles.
 struct EdgeFaults {
   std::size_t open = 0, crowded = 0;
   TriangleSide firstOpen{}, firstCrowded{};
@@ -55,8 +55,8 @@ std::size_t removeCollapsed(TriangleMesh& mesh) {
   return before - mesh.triangles.size();
 }
 
-/// Joins vertices on open edges that differ by rounding only, if no open edge is left then and no triangle is
-/// so small that it collapses. Returns the number of vertices joined.
+/// Joins vertices on open edges that differ only by rounding, provided that this closes all open edges and
+/// collapses no triangle. Returns the number of vertices joined.
 std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double medianEdge) {
   std::vector<int> rim = faults.openVertices;
   std::sort(rim.begin(), rim.end());
@@ -85,10 +85,10 @@ std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double med
   return joined;
 }
 
-/// How long edges are.
+/// Statistics of edge lengths.
 struct EdgeLengths {
   double median = 0.0;           ///< [µm]
-  std::vector<double> shortest;  ///< of the edges of each vertex [µm]
+  std::vector<double> shortest;  ///< shortest edge of each vertex [µm]
 };
 
 EdgeLengths edgeLengthsOf(const TriangleMesh& mesh) {
@@ -105,11 +105,11 @@ EdgeLengths edgeLengthsOf(const TriangleMesh& mesh) {
   return {*middle, std::move(shortest)};
 }
 
-/// Refuses a vertex that is so far away from all its neighbours, compared with their own edges and with the
-/// median, that a coordinate of it must be wrong.
+/// Rejects a vertex that is so far from all its neighbours, compared with their own edges and with the
+/// median, that a coordinate must be wrong.
 void refuseOutlier(const TriangleMesh& mesh, const EdgeLengths& lengths, const std::string& name) {
   const double least = tolerance::outlierEdges * lengths.median;
-  std::vector<double> around(mesh.vertices.size(), 0.0);  // the largest `shortest` of the neighbours
+  std::vector<double> around(mesh.vertices.size(), 0.0);  // largest `shortest` among the neighbours
   for (const Triangle& t : mesh.triangles)
     for (const int a : t)
       for (const int b : t)
@@ -118,12 +118,12 @@ void refuseOutlier(const TriangleMesh& mesh, const EdgeLengths& lengths, const s
     if (lengths.shortest[v] > std::max(least, tolerance::outlierEdges * around[v]))
       throw MeshError(name + ": the vertex at " + toText(mesh.vertices[v]) + " is " +
                       toText(lengths.shortest[v], 3) +
-                      " away from all that it is joined with, where edges are mostly about " +
-                      toText(lengths.median, 3) + " long: is a coordinate corrupt?");
+                      " away from all its neighbours, while the median edge length is " +
+                      toText(lengths.median, 3) + "; a coordinate may be corrupt");
 }
 
-/// Turns triangles so that neighbours agree. `component` receives the connected component of each triangle.
-/// Returns the number of triangles turned, or nothing when the surface is one-sided.
+/// Orients triangles consistently. `component` receives the connected component of each triangle. Returns the
+/// number of triangles flipped; empty if the surface is one-sided.
 std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<TriangleSide>& sides,
                                   std::vector<int>& component) {
   struct Neighbour {
@@ -161,7 +161,7 @@ std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<Triangle
           return std::nullopt;
         }
       }
-    if (2 * turnedHere > reached.size()) {  // the seed was the odd one
+    if (2 * turnedHere > reached.size()) {  // the first triangle was the wrong one
       for (const int t : reached) turned[t] = !turned[t];
       turnedHere = reached.size() - turnedHere;
     }
@@ -173,10 +173,10 @@ std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<Triangle
   return turnedInAll;
 }
 
-/// A vertex where several fans of triangles touch, if there is one. Pre: every edge has two triangles.
+/// A vertex in which several fans of triangles touch, if there is one. Pre: every edge has two triangles.
 std::optional<int> findPinchedVertex(const TriangleMesh& mesh) {
-  // Around a vertex, corner (v, next, previous) continues with the corner whose next is this one's previous;
-  // all corners of a vertex must lie on one cycle. Pre: neighbours agree.
+  // Around a vertex, corner (v, next, previous) is followed by the corner whose next is this one's previous;
+  // all corners of a vertex must form one cycle. Pre: consistent orientation.
   struct Corner {
     int vertex, next, previous;
   };
@@ -202,8 +202,8 @@ std::optional<int> findPinchedVertex(const TriangleMesh& mesh) {
   return std::nullopt;
 }
 
-/// Turns whole components so that the outermost ones face outwards, those inside them inwards, and so on.
-/// Returns the number turned. Pre: components do not meet.
+/// Flips whole components so that the outermost ones face outwards, those inside them inwards, and so on.
+/// Returns the number of components flipped. Pre: components do not meet.
 std::size_t orientComponents(TriangleMesh& mesh, const std::vector<int>& component, const std::string& name) {
   const int components = 1 + *std::max_element(component.begin(), component.end());
   std::vector<TriangleMesh> parts(components);
@@ -241,11 +241,10 @@ void checkInput(const TriangleMesh& mesh, const std::string& name) {
   for (const Triangle& t : mesh.triangles)
     for (const int v : t) {
       if (v < 0 || v >= static_cast<int>(mesh.vertices.size()))
-        throw MeshError(name + ": a triangle names vertex " + std::to_string(v) + " of " +
+        throw MeshError(name + ": a triangle refers to vertex " + std::to_string(v) + " of " +
                         std::to_string(mesh.vertices.size()));
       if (!mesh.vertices[v].allFinite())
-        throw MeshError(name + ": vertex " + std::to_string(v) +
-                        " has a coordinate that is no finite number");
+        throw MeshError(name + ": vertex " + std::to_string(v) + " has a coordinate that is not finite");
     }
 }
 
@@ -278,39 +277,38 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   EdgeFaults faults = findEdgeFaults(sides);
   if (faults.open > 0 && faults.crowded == 0) {
     if (const std::size_t joined = closeCracks(mesh, faults, lengths.median)) {
-      note(joined, "closed cracks by joining", "vertex that differed by rounding",
+      note(joined, "closed cracks by merging", "vertex that differed by rounding",
            "vertices that differed by rounding");
       sides = sortedSides(mesh);
       faults = findEdgeFaults(sides);
     }
   }
   if (faults.open > 0)
-    throw MeshError(name + ": the surface is not closed, it has " +
+    throw MeshError(name + ": the surface is not closed: it has " +
                     counted(faults.open, "open edge", "open edges") + ", the first " +
                     edgeText(mesh, faults.firstOpen));
   if (faults.crowded > 0)
-    throw MeshError(name + ": the surface is not manifold, more than two triangles meet at " +
+    throw MeshError(name + ": the surface is not manifold: more than two triangles meet at " +
                     counted(faults.crowded, "edge", "edges") + ", the first " +
                     edgeText(mesh, faults.firstCrowded));
 
-  if (mesh.triangles.empty())
-    throw MeshError(name + ": its triangles cancel each other out, nothing is left");
+  if (mesh.triangles.empty()) throw MeshError(name + ": all triangles cancel each other");
 
   std::vector<int> component;
   const std::optional<std::size_t> turned = orient(mesh, sides, component);
-  if (!turned) throw MeshError(name + ": the surface is one-sided (like a Klein bottle), it has no inside");
-  note(*turned, "turned round", "triangle oriented against its neighbours",
+  if (!turned) throw MeshError(name + ": the surface is one-sided (like a Klein bottle) and has no interior");
+  note(*turned, "flipped", "triangle oriented against its neighbours",
        "triangles oriented against their neighbours");
   if (const std::optional<int> pinched = findPinchedVertex(mesh))
-    throw MeshError(name + ": the surface is not manifold, several parts of it touch in the vertex at " +
+    throw MeshError(name + ": the surface is not manifold: several parts of it touch at the vertex " +
                     toText(mesh.vertices[*pinched]));
-  note(removeFlatTriangles(mesh), "mended", "triangle without area", "triangles without area");
+  note(removeFlatTriangles(mesh), "repaired", "triangle without area", "triangles without area");
   std::optional<TrianglePair> pair = findSelfIntersection(mesh);
-  if (pair) {  // flat triangles whose corners were rounded cross their neighbours
+  if (pair) {  // flat triangles with rounded corners cross their neighbours
     TriangleMesh mended = mesh;
     const std::size_t slivers = removeFlatTriangles(mended, tolerance::sliverFlatness);
     if (slivers > 0 && !findSelfIntersection(mended)) {
-      note(slivers, "mended", "sliver", "slivers");
+      note(slivers, "repaired", "sliver", "slivers");
       mesh = std::move(mended);
       pair.reset();
     }
@@ -320,11 +318,11 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
       return Vec3((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0);
     };
     if (pair->first == pair->second)
-      throw MeshError(name + ": the triangle around " + toText(middle(pair->first)) + " has no area");
-    throw MeshError(name + ": the surface meets itself, the triangles around " + toText(middle(pair->first)) +
-                    " and " + toText(middle(pair->second)) + " intersect");
+      throw MeshError(name + ": the triangle at " + toText(middle(pair->first)) + " has no area");
+    throw MeshError(name + ": the surface intersects itself: the triangles at " +
+                    toText(middle(pair->first)) + " and " + toText(middle(pair->second)) + " intersect");
   }
-  note(orientComponents(mesh, component, name), "turned", "surface that was inside out",
+  note(orientComponents(mesh, component, name), "flipped", "surface that was inside out",
        "surfaces that were inside out");
   return repairs;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Is a mesh a closed surface, and what can be mended safely.
+/// @file Check and repair of closed surfaces.
 #pragma once
 
 #include <string>
@@ -9,16 +9,15 @@
 
 namespace packmesh {
 
-/// Makes `mesh` a closed, outward-oriented, two-manifold surface or says why it cannot be one.
+/// Makes `mesh` a closed, outward-oriented, two-manifold surface, or throws if that is not possible.
 ///
-/// Mended: duplicate vertices (merged), unused vertices and collapsed triangles (removed), cracks no wider
-/// than rounding (closed), triangles oriented against their neighbours, triangles with three collinear
-/// corners (see removeFlatTriangles; nearly collinear ones where the surface meets itself), surfaces inside
-/// out (flipped). Everything else is refused.
-/// @return one line for each kind of repair made, for a warning; empty when the mesh was sound
-/// @throws MeshError naming `name` and the place: no triangles, open edges (how many, where the first),
-///   non-manifold edges, non-finite coordinates, a vertex far away from all others, zero volume,
-///   self-intersection (where)
+/// Repaired: duplicate vertices (merged), unused vertices and collapsed triangles (removed), cracks no wider
+/// than rounding errors (closed), inconsistently oriented triangles, triangles with three collinear corners
+/// (see removeFlatTriangles; nearly collinear ones where the surface intersects itself), inverted surfaces
+/// (flipped). Everything else is rejected.
+/// @return one line per kind of repair, for a warning; empty if the mesh was valid
+/// @throws MeshError with `name` and the position: no triangles, open edges (number and first one),
+/// non-manifold edges, non-finite coordinates, a vertex far from all others, zero volume, self-intersection
 std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name);
 
 }  // namespace packmesh

@@ -13,7 +13,7 @@ namespace packmesh {
 
 namespace {
 
-/// Stored extents grow by this fraction of the distances that entered them, against rounding to float.
+/// Stored extents are enlarged by this fraction of the distances involved, to cover rounding to float.
 constexpr double storage = 1e-6;
 
 float up(double x) {
@@ -45,7 +45,7 @@ class TreeBuilder {
   };
 
   /// Adds a quad of the given patches and everything below it. Returns its index.
-  /// @param disc,size of the disc around them
+  /// @param disc,size index and size of the disc around them
   int addQuad(const std::vector<Range>& patches, int disc, float size) {
     const int index = static_cast<int>(tree_.quads.size());
     tree_.quads.emplace_back();
@@ -71,8 +71,8 @@ class TreeBuilder {
     return index;
   }
 
-  /// Two to four parts of a patch, as even as whole blocks of a power of four allow: quads below are full,
-  /// and patches at the same depth about the same size.
+  /// Divides a patch into two to four parts, as evenly as blocks of a power of four permit, so that lower
+  /// quads are full and patches at the same depth have about the same size.
   std::vector<Range> parts(const Range& patch) {
     int size = 1;
     while (4 * size < patch.size()) size *= 4;
@@ -123,8 +123,8 @@ class TreeBuilder {
     Vec3 stored;
     for (int k = 0; k < 3; ++k) stored[k] = quad.discs.normal[k][lane] = static_cast<float>(normal[k]);
 
-    // Middle of the slab; across, the middle of a small circle (moves towards the furthest point: M. Badoiu,
-    // K. Clarkson, SODA 2003).
+    // Centre of the slab; in its plane, the centre of a small circle (moves towards the furthest point: M.
+    // Badoiu, K. Clarkson, SODA 2003).
     Box along;
     forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(stored.dot(v - mean))); });
     Vec3 center = mean;
@@ -192,7 +192,7 @@ std::vector<int> componentSamples(const TriangleMesh& mesh) {
 }
 
 const TriangleMesh& notEmpty(const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) throw MeshError("a mesh without triangles has no hierarchy");
+  if (mesh.triangles.empty()) throw MeshError("cannot build a hierarchy of a mesh without triangles");
   return mesh;
 }
 

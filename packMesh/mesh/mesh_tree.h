@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Inside of MeshHierarchy: a tree of discs over a mesh, four children to a node.
+/// @file Implementation of MeshHierarchy: a tree of discs over a mesh, four children per node.
 ///
-/// Everything here only culls: floats with margins, never a verdict. A disc is what a sphere and the slab
-/// between two parallel planes have in common: patches of two membranes that nearly touch are told apart by
-/// thin discs long before boxes of any fixed orientation do, and two discs cost a third of what two oriented
+/// Used only for culling: floats with margins, never a decision. A disc is the intersection of a sphere and
+/// the slab between two parallel planes. Thin discs separate patches of two membranes that nearly touch much
+/// earlier than boxes of any fixed orientation, and a test of two discs costs a third of one of two oriented
+/// boxes.
 /// boxes do.
 #pragma once
 
@@ -19,23 +20,23 @@ namespace packmesh {
 struct MeshTree {
   TriangleMesh mesh;
 
-  std::vector<DiscQuad> quads;                ///< the first has one lane, which holds everything
-  std::vector<std::array<float, 9>> corners;  ///< of each triangle, corner by corner
-  std::vector<int> discs;                     ///< where the disc of each triangle is (DiscQuad::disc)
+  std::vector<DiscQuad> quads;                ///< the first has one lane, which contains the whole mesh
+  std::vector<std::array<float, 9>> corners;  ///< coordinates of each triangle's corners
+  std::vector<int> discs;                     ///< position of each triangle's disc (DiscQuad::disc)
   ConvexHull hull;
 
-  Vec3 center;               ///< of a sphere around all vertices [µm]
-  double radius;             ///< of that sphere
+  Vec3 center;               ///< centre of a sphere around all vertices [µm]
+  double radius;             ///< radius of that sphere [µm]
   double reach;              ///< largest distance of a vertex from the origin of the body frame [µm]
-  double volume;             ///< enclosed [µm³], >= 0
-  Vec3 centroid;             ///< of the enclosed volume
+  double volume;             ///< enclosed volume [µm³], >= 0
+  Vec3 centroid;             ///< centroid of the enclosed volume [µm]
   std::vector<int> samples;  ///< one vertex of each connected component
 
   explicit MeshTree(const TriangleMesh& mesh);
 };
 
-/// Where a linear map takes unit vectors: bounds of its singular values (Gershgorin's circles of the Gram
-/// matrix: sharp for a scaled rotation, safe for everything).
+/// Upper bound of the singular values of a linear map (Gershgorin circles of the Gram matrix: sharp for a
+/// scaled rotation, valid for every map).
 double largestStretch(const Mat3& linear);
 
 }  // namespace packmesh

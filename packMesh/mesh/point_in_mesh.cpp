@@ -12,7 +12,7 @@ namespace packmesh {
 
 namespace {
 
-/// A segment in the body frame, to cull the discs it does not come near.
+/// A segment in the body frame, for culling discs.
 struct BodySegment {
   float middle[3], half[3], halfSquared, rounding;
 
@@ -22,11 +22,11 @@ struct BodySegment {
       half[k] = static_cast<float>(0.5 * (q[k] - p[k]));
     }
     halfSquared = dot(half, half);
-    // Some sixty roundings of a float.
+    // About sixty roundings of floats.
     rounding = 4e-6f * static_cast<float>(tree.reach + p.norm() + q.norm());
   }
 
-  /// Whether the segment could meet a disc: it must meet its sphere and its slab.
+  /// True if the segment could meet a disc: it must meet the disc's sphere and slab.
   bool near(const DiscQuad& quad, int lane) const {
     float offset[3], normal[3];
     for (int k = 0; k < 3; ++k) {
@@ -47,7 +47,7 @@ struct BodySegment {
 
 enum class Verdict { outside, inside, onSurface, undecided };
 
-/// Counts the triangles that the segment from p to q crosses; undecided when it meets one in any other way.
+/// Counts the triangles crossed by the segment from p to q; undecided if it meets one in any other way.
 Verdict castSegment(const MeshTree& tree, const Placement& placement, const Vec3& p, const Vec3& q,
                     const BodySegment& segment) {
   bool inside = false, clean = true;
@@ -69,14 +69,14 @@ Verdict castSegment(const MeshTree& tree, const Placement& placement, const Vec3
         inside = !inside;
       else if (segmentMeetsTriangle(p, q, a, b, c)) {
         if (segmentMeetsTriangle(p, p, a, b, c)) return Verdict::onSurface;
-        clean = false;  // through an edge or a vertex; go on, p may still lie on another triangle
+        clean = false;  // through an edge or a vertex; continue, since p could lie on another triangle
       }
     }
   }
   return !clean ? Verdict::undecided : inside ? Verdict::inside : Verdict::outside;
 }
 
-/// The k-th of a sequence of directions that spread evenly and are aligned with nothing.
+/// The k-th of a sequence of evenly spread directions that are not aligned with any axis.
 Vec3 castDirection(int k) {
   const double golden = 0.6180339887498949;
   const double z = 2.0 * std::fmod(0.2718281828 + golden * k, 1.0) - 1.0,
@@ -94,13 +94,14 @@ bool isInside(const Vec3& p, const MeshHierarchy& mesh, const Placement& placeme
   if (fromCenter > sphere.radius) return false;
   const Mat3 inverse = placement.linear.inverse();
   const auto toBody = [&](const Vec3& x) -> Vec3 { return inverse * (x - placement.translation); };
-  // Each direction is degenerate for a null set of points only: a few thousand in a row mean a broken mesh.
+  // Each direction is degenerate only for a null set of points: thousands of failures in a row mean an
+  // invalid mesh.
   for (int attempt = 0; attempt < 4096; ++attempt) {
     const Vec3 q = p + 1.5 * (fromCenter + sphere.radius) * castDirection(attempt);
     const Verdict verdict = castSegment(tree, placement, p, q, BodySegment(toBody(p), toBody(q), tree));
     if (verdict != Verdict::undecided) return verdict != Verdict::outside;
   }
-  throw MeshError("inside or outside of a mesh cannot be told: it is degenerate");
+  throw MeshError("cannot decide whether a point is inside the mesh: the mesh is degenerate");
 }
 
 }  // namespace packmesh

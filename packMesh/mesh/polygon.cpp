@@ -18,7 +18,7 @@ Key keyOf(const Vector2& p) {
   return {p.x(), p.y()};
 }
 
-/// Inside or on the border of a counter-clockwise triangle.
+/// True if p is inside or on the border of a counter-clockwise triangle.
 bool inTriangle(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& p) {
   return turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
 }
@@ -75,7 +75,7 @@ std::vector<Polygon> loopsOf(const std::vector<std::array<Vector2, 2>>& segments
     if (twiceArea(loop) < 0.0) std::reverse(loop.begin(), loop.end());
     loops.push_back(std::move(loop));
   }
-  if (loops.empty()) throw MeshError("there is no cross-section");
+  if (loops.empty()) throw MeshError("the cross-section is empty");
   for (const Polygon& outer : loops)
     for (const Polygon& inner : loops)
       if (&outer != &inner && contains(outer, inner.front())) throw MeshError("a cross-section has a hole");
@@ -102,7 +102,7 @@ std::vector<Triangle> triangulated(const Polygon& polygon) {
       left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
       cut = true;
     }
-    if (!cut) throw MeshError("a cross-section runs clockwise or meets itself");
+    if (!cut) throw MeshError("a cross-section is clockwise or intersects itself");
   }
   triangles.push_back({left[0], left[1], left[2]});
   return triangles;

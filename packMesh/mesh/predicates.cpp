@@ -10,9 +10,9 @@ namespace packmesh::predicates {
 
 namespace {
 
-/// The adaptive stages need the constants that exactinit computes. They depend on the arithmetic alone, so it
-/// does no harm that a TetGen run computes them again, and a function-local static makes the first call safe
-/// from any thread and during static initialisation.
+/// The adaptive stages need constants computed by exactinit. They depend only on the arithmetic, so it is
+/// harmless if TetGen computes them again. A function-local static makes the first call safe from any thread
+/// and during static initialisation.
 void initialise() {
   static const bool done = (exactinit(0, 0, 1, 1.0, 1.0, 1.0), true);
   (void)done;
@@ -22,7 +22,7 @@ int sign(double x) {
   return (x > 0.0) - (x < 0.0);
 }
 
-/// The predicates only read their arguments, but were written before const.
+/// The predicates only read their arguments, but are declared without const.
 double* mutableView(const double* p) {
   return const_cast<double*>(p);
 }
@@ -30,7 +30,7 @@ double* mutableView(const double* p) {
 }  // namespace
 
 int exactSideOfPlane(const double* a, const double* b, const double* c, const double* p, double permanent) {
-  if (permanent == 0.0) return 0;  // every product is an exact zero
+  if (permanent == 0.0) return 0;  // every product is exactly zero
   initialise();
   // Shewchuk's orient3d is positive below the plane.
   return -sign(orient3dadapt(mutableView(a), mutableView(b), mutableView(c), mutableView(p), permanent));

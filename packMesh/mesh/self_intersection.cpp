@@ -10,10 +10,10 @@
 namespace packmesh {
 namespace {
 
-/// Whether two triangles meet elsewhere than in what they share.
+/// True if two triangles have common points other than the vertices and edges they share.
 bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
   Triangle a = mesh.triangles[s], b = mesh.triangles[t];
-  // Bring the shared vertices to the front of both.
+  // Move the shared vertices to the front of both.
   int shared = 0;
   for (int i = 0; i < 3; ++i)
     for (int j = shared; j < 3; ++j)
@@ -29,8 +29,8 @@ bool meetBeyondShared(const TriangleMesh& mesh, int s, int t) {
     case 0:
       return trianglesMeet(a0, a1, a2, b0, b1, b2);
     case 1:
-      // The common part is convex and holds the vertex; where more of it leaves one triangle, it does so
-      // through the edge opposite, still inside the other triangle.
+      // The intersection is convex and contains the vertex; if it contains more, it leaves one triangle
+      // through the opposite edge while still inside the other triangle.
       return segmentMeetsTriangle(a1, a2, b0, b1, b2) || segmentMeetsTriangle(b1, b2, a0, a1, a2);
     case 2: {
       if (sideOfPlane(a0, a1, a2, b2) != 0) return false;

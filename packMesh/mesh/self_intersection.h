@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Does a surface meet itself?
+/// @file Self-intersection test.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@ namespace packmesh {
 
 using TrianglePair = std::pair<int, int>;
 
-/// Two triangles of `mesh` that meet elsewhere than in the vertices and edges they share by index, or
-/// nothing. Exact. A triangle without area is returned as a pair with itself.
+/// Two triangles of `mesh` that have common points other than the vertices and edges they share by index;
+/// empty if there are none. Exact. A triangle without area is returned as a pair with itself.
 std::optional<TrianglePair> findSelfIntersection(const TriangleMesh& mesh);
 
 }  // namespace packmesh

@@ -13,28 +13,28 @@ namespace {
 
 constexpr int lanes = 16;
 
-/// Points along the edge of a block that is searched together.
+/// Points along the edge of a block that is searched as a whole.
 constexpr int blockEdge = 5;
 
-/// A block with no more points than this has no parts that are worth a look of their own.
+/// Blocks with at most this many points are not subdivided.
 constexpr int smallBlock = 16;
 
-/// With more triangles that can be nearest than this, a block is cut; with no more than that, its parts are
-/// not worth a look of their own either.
+/// A block with more candidates for the nearest triangle than the first is subdivided; with at most as many
+/// as the second, its parts are not searched separately.
 constexpr int mostCandidates = 100, fewCandidates = 6;
 
-/// Squared distances in floats err by less than this [µm].
+/// Upper bound of the error of distances from squared distances in floats [µm].
 constexpr float rounding = 1e-4f;
 
-/// A block this many times its radius inside of the surface is not measured point by point.
+/// Blocks this many times their radius inside the surface are not measured point by point.
 constexpr double farInside = 4.0;
 
-/// Neighbouring points: first[k] ... first[k] + count[k] - 1 along each axis.
+/// Adjacent points: first[k] ... first[k] + count[k] - 1 along each axis.
 struct Block {
   int first[3], count[3];
   int points() const { return count[0] * count[1] * count[2]; }
 
-  /// Its part `k` of two along `axis`.
+  /// Half `k` of the block along `axis`.
   Block half(int axis, int k) const {
     Block part = *this;
     const int low = (count[axis] + 1) / 2;
@@ -70,7 +70,7 @@ class SignedDistances::Search {
   }
 
  private:
-  static constexpr int inside = -1;  ///< in place of a nearest triangle: not measured, inside for sure
+  static constexpr int inside = -1;  ///< instead of a nearest triangle: not measured, certainly inside
 
   std::size_t indexOf(int i, int j, int k) const { return i + coordinates_[0].size() * j + slab_ * k; }
   Vec3 position(int i, int j, int k) const {
@@ -137,7 +137,7 @@ class SignedDistances::Search {
     }
   }
 
-  /// Of the candidates of a block only some can be nearest in each of its parts.
+  /// For each part of a block only some of the block's candidates can be nearest.
   void compareParts(const Block& block) {
     const int candidates = static_cast<int>(facts_.size());
     if (candidates <= fewCandidates || block.points() <= smallBlock) {
@@ -199,8 +199,8 @@ class SignedDistances::Search {
     if (used > 0) compareLanes();
   }
 
-  /// Between neighbours on different sides lies the surface: both together are no further from it than they
-  /// are from each other.
+  /// The surface passes between neighbours on different sides: the sum of their distances from it is at most
+  /// the distance between them.
   void giveSigns() {
     const int n[3] = {static_cast<int>(coordinates_[0].size()), static_cast<int>(coordinates_[1].size()),
                       static_cast<int>(coordinates_[2].size())};
@@ -227,15 +227,15 @@ class SignedDistances::Search {
   const ClosestPoint& surface_;
   const std::array<std::vector<double>, 3>& coordinates_;
   bool rough_;
-  float* distance_;  ///< without signs at first
+  float* distance_;  ///< initially unsigned
   std::size_t slab_;
   std::vector<int> nearest_;
   int hint_ = -1;
   std::vector<int> near_;             ///< candidates: triangles that can be nearest in a block
-  Vec3 middle_;                       ///< what they are seen from
-  std::vector<TriangleFacts> facts_;  ///< of them
-  std::vector<int> chosen_;           ///< among them
-  std::vector<float> toParts_;        ///< their squared distances from the middles of parts
+  Vec3 middle_;                       ///< origin of their coordinates
+  std::vector<TriangleFacts> facts_;  ///< of the candidates
+  std::vector<int> chosen_;           ///< chosen candidates
+  std::vector<float> toParts_;        ///< squared distances of candidates from the centres of parts
 };
 
 SignedDistances::SignedDistances(const TriangleMesh& mesh)

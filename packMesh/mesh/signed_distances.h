@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Signed distances to a surface at many points at once.
+/// @file Signed distances to a surface for many points at once.
 #pragma once
 
 #include <array>
@@ -10,18 +10,17 @@
 
 namespace packmesh {
 
-/// A mesh whose distances are asked for in blocks of points. Immutable.
+/// A mesh for which distances are computed in blocks of points. Immutable.
 class SignedDistances {
  public:
   /// @param mesh closed and oriented outwards
   explicit SignedDistances(const TriangleMesh& mesh);
 
-  /// Signed distances (positive outside, µm) at the points (x[i], y[j], z[k]), `x` fastest, exact to rounding
-  /// to float. Neighbouring points share the search for the triangles that can be nearest: they should be
-  /// nearer to each other than to most of the surface. Pre: coordinates ascend (equal ones are allowed).
-  /// @param rough points inside that are further from the surface than several times from their neighbours
-  /// are
-  ///   only told to be so far inside at least: three fifths of what they are or more
+  /// Signed distances (positive outside, µm) at the points (x[i], y[j], z[k]), `x` fastest, exact up to
+  /// rounding to float. Neighbouring points share the search for candidate triangles, so they should be
+  /// nearer to each other than to most of the surface. Pre: coordinates ascend (equal ones are permitted).
+  /// @param rough points inside that are further from the surface than several times their spacing get a
+  /// lower bound of their depth, at least three fifths of it
   void sample(const std::array<std::vector<double>, 3>& coordinates, bool rough, float* distances) const;
 
   const ClosestPoint& surface() const { return surface_; }
@@ -30,7 +29,7 @@ class SignedDistances {
   class Search;
 
   ClosestPoint surface_;
-  std::vector<TriangleFacts> facts_;  ///< of all triangles; the corners are set in a search
+  std::vector<TriangleFacts> facts_;  ///< of all triangles; the corners are set during a search
   TriangleKernels kernels_;
 };
 

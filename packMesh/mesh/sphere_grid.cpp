@@ -19,7 +19,7 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
       level.bounds.add(spheres[i].center);
       level.largestRadius = std::max(level.largestRadius, spheres[i].radius);
     }
-    // Cells as wide as the largest sphere, so that a row of three holds some ten of spheres that touch, but
+    // Cells as wide as the largest sphere, so that a row of three contains about ten touching spheres, but
     // never many more cells than spheres.
     const Vec3 size = level.bounds.size();
     double width = std::max(2.0 * level.largestRadius, 1e-300);
@@ -46,7 +46,7 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
     std::vector<int> next(level.start.begin(), level.start.end() - 1);
     for (int i : members) level.entries[next[cellOf(spheres[i].center)]++] = {spheres[i], i};
     level.origin = level.bounds.center();
-    // Above the rounding of positions and radii to floats, 6e-8 each.
+    // Larger than the rounding errors of positions and radii in floats, 6e-8 each.
     level.rounding = static_cast<float>(1e-6 * (size.norm() + level.largestRadius));
     for (std::vector<float>* values : {&level.x, &level.y, &level.z, &level.radius})
       values->resize(members.size() + laneCount);
@@ -71,7 +71,7 @@ std::uint64_t SphereGrid::mayBeNear(const Level& level, int begin, int end, cons
   // As for Level::rounding.
   const float reach = own + 1e-6f * (own + static_cast<float>(at.norm())) + level.rounding;
   const int count = std::min(end - begin, chunk);
-  std::uint64_t near = reach < 1e15f ? 0 : ~std::uint64_t{0};  // squares of more would overflow
+  std::uint64_t near = reach < 1e15f ? 0 : ~std::uint64_t{0};  // larger squares would overflow
   for (int k = 0; k < count; k += laneCount) {
     const int e = begin + k;
     const Lanes dx = load(&level.x[e]) - x, dy = load(&level.y[e]) - y, dz = load(&level.z[e]) - z,

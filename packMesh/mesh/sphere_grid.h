@@ -11,14 +11,14 @@
 
 namespace packmesh {
 
-/// A hierarchy of uniform grids, one for each power of two of the radius, so that a few large spheres among
-/// many small ones cost nothing extra. Not periodic: periodic images are spheres of their own (ghosts).
+/// A hierarchy of uniform grids, one per power of two of the radius, so that a few large spheres among many
+/// small ones cost little. Not periodic: periodic images are separate spheres (ghosts).
 class SphereGrid {
  public:
   explicit SphereGrid(const std::vector<Sphere>& spheres);
 
-  /// Calls `visit(j)` for every sphere j whose surface comes nearer than `margin` to the surface of `query`.
-  /// The order depends on the spheres alone.
+  /// Calls `visit(j)` for every sphere j whose surface is closer than `margin` [µm] to the surface of
+  /// `query`. The order depends only on the spheres.
   template <class Visit>
   void forEachNear(const Sphere& query, double margin, Visit&& visit) const {
     for (const Level& level : levels_) {
@@ -57,19 +57,19 @@ class SphereGrid {
     Box bounds;
     double cellsPerLength[3];
     int cells[3];
-    std::vector<int> start;  ///< first entry of each cell, x fastest; one past the last at the end
+    std::vector<int> start;  ///< first entry of each cell, x fastest; finally the number of entries
     std::vector<Entry> entries;
-    /// The entries once more, centres relative to `origin`, some more entries at the end.
+    /// Copies of the entries with centres relative to `origin`, padded at the end.
     std::vector<float> x, y, z, radius;
     Vec3 origin;
-    float rounding;  ///< bounds the error of distances between these [µm]
+    float rounding;  ///< upper bound of the error of distances between these [µm]
   };
 
-  /// So many entries are looked at together.
+  /// Number of entries tested together.
   static constexpr int chunk = 64;
 
-  /// Which of the entries from `begin` on, up to `end` but no more than a chunk, may come nearer than
-  /// `margin` to the query: bit k stands for entry begin + k. No entry that does is left out.
+  /// Entries from `begin` up to `end`, at most a chunk, that could be closer than `margin` to the query: bit
+  /// k stands for entry begin + k. No such entry is missed.
   static std::uint64_t mayBeNear(const Level& level, int begin, int end, const Sphere& query, double margin);
 
   static int cellIndex(const Level& level, int axis, double coordinate) {

@@ -25,7 +25,7 @@ struct Parts {
   }
 };
 
-/// Squared distance of the corners of `p` to the interior of `t`, where their feet lie inside it.
+/// Squared distance of the corners of `p` to the interior of `t`, if their projections lie inside it.
 double cornersToFace(const Parts& p, const Parts& t) {
   double least = std::numeric_limits<double>::infinity();
   if (!(t.normalSquared > 0.0)) return least;
@@ -52,9 +52,9 @@ double cornersToEdges(const Parts& p, const Parts& t) {
   return least;
 }
 
-/// Squared distance between edges where both nearest points are interior to them. The distance is taken
-/// between two points on the edges, so that a badly conditioned (nearly parallel) pair can never make it too
-/// small; the end points of such edges are as near, and cornersToEdges has them.
+/// Squared distance between edges whose nearest points are both interior. It is computed between two points
+/// on the edges, so that an ill-conditioned (nearly parallel) pair cannot give too small a value; the end
+/// points of such edges are as near and are covered by cornersToEdges.
 double edgesToEdges(const Parts& p, const Parts& t) {
   double least = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 3; ++k)
@@ -76,7 +76,7 @@ double edgesToEdges(const Parts& p, const Parts& t) {
 
 double triangleDistance(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
                         const Vec3& b2) {
-  // Relative to a corner, so that far-away triangles lose no more digits than their coordinates have.
+  // Relative to a corner, so that the position of distant triangles causes no further loss of digits.
   const Parts a(Vec3::Zero(), a1 - a0, a2 - a0), b(b0 - a0, b1 - a0, b2 - a0);
   return std::sqrt(std::min({cornersToFace(a, b), cornersToFace(b, a), cornersToEdges(a, b),
                              cornersToEdges(b, a), edgesToEdges(a, b)}));

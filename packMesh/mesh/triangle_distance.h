@@ -6,9 +6,9 @@
 
 namespace packmesh {
 
-/// Distance between two closed triangles that do not meet [µm], in double precision (relative error about
-/// 1e-13 of the triangles' size and distance, wherever they are). For triangles that meet: some number >= 0
-/// that is not below the true distance 0. Degenerate triangles are right too.
+/// Distance between two closed triangles that do not meet [µm], in double precision (error about 1e-13 of the
+/// triangles' size and distance, at any position). For triangles that meet, some number >= 0. Degenerate
+/// triangles are handled correctly.
 double triangleDistance(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
                         const Vec3& b2);
 

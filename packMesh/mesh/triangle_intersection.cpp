@@ -12,7 +12,7 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-/// Drops one coordinate: exact, and one-to-one on every plane that is not parallel to that axis.
+/// Drops one coordinate: exact, and one-to-one on every plane not parallel to that axis.
 Vec2 project(const Vec3& p, int axis) {
   return {p[(axis + 1) % 3], p[(axis + 2) % 3]};
 }
@@ -23,7 +23,7 @@ bool boxesMeet(const Vector& p, const Vector& q, const Vector& r, const Vector& 
          (r.cwiseMin(s).array() <= p.cwiseMax(q).array()).all();
 }
 
-/// The four turns that decide how two segments in the plane lie.
+/// The four turns that determine the relative position of two segments in the plane.
 struct SegmentTurns {
   int pqr, pqs, rsp, rsq;
 
@@ -69,7 +69,8 @@ bool flatSegmentMeetsTriangle(const Vec3& p, const Vec3& q, const Vec3& a, const
   return segmentsMeet(p, q, a, b) || segmentsMeet(p, q, b, c) || segmentsMeet(p, q, c, a);
 }
 
-/// Signs of the volumes pq spans with the edges of abc: they agree where the line pq passes abc.
+/// Signs of the volumes spanned by pq and the edges of abc: they are equal where the line pq passes through
+/// abc.
 struct LineSigns {
   int ab, bc, ca;
 
@@ -84,7 +85,8 @@ bool segmentMeetsTriangle(const Vec3& p, const Vec3& q, int sideP, int sideQ, co
                           const Vec3& c) {
   if (sideP * sideQ > 0) return false;
   if (sideP == 0 && sideQ == 0) return flatSegmentMeetsTriangle(p, q, a, b, c);
-  // The segment meets the plane in one point; it lies in the triangle where the line passes through it.
+  // The segment meets the plane in one point; it lies in the triangle if the line passes through the
+  // triangle.
   return LineSigns(p, q, a, b, c).throughClosed();
 }
 

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Do closed triangles, segments and points meet: exact, all degenerate cases included.
+/// @file Exact intersection tests of closed triangles, segments and points, including all degenerate cases.
 #pragma once
 
 #include "packMesh/core/vector.h"
 
 namespace packmesh {
 
-/// Whether two closed triangles have a common point, exactly. A single shared point counts; triangles may be
-/// coplanar, and may be degenerate (a segment or a point).
+/// True if two closed triangles have a common point, exactly. A single shared point counts; triangles can be
+/// coplanar or degenerate (a segment or a point).
 bool trianglesMeet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
                    const Vec3& b2);
 
-/// Whether the closed segment pq and the closed triangle abc have a common point, exactly. Both may be
+/// True if the closed segment pq and the closed triangle abc have a common point, exactly. Both can be
 /// degenerate.
 bool segmentMeetsTriangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c);
 
-/// Whether the closed segment pq crosses the triangle abc in one point interior to both, exactly.
+/// True if the closed segment pq crosses the triangle abc in one point interior to both, exactly.
 bool segmentCrossesTriangle(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace packmesh

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which of a few triangles is nearest, for 16 points at once. A kernel: see instruction_set.h.
+/// @file Search for the nearest of a few triangles, for 16 points at once. A kernel: see instruction_set.h.
 #pragma once
 
 #include "packMesh/simd/instruction_set.h"
 
 namespace packmesh {
 
-/// What squared distances to a triangle take.
+/// Precomputed data of a triangle for squared distances.
 struct TriangleFacts {
-  float corner[3][3];  ///< the edges begin there ...
-  float edge[3][3];    ///< ... and go to the next corner
+  float corner[3][3];  ///< start of each edge [µm]
+  float edge[3][3];    ///< vector to the next corner [µm]
   float perSquare[3];  ///< 1 / length² of the edges, 0 for edges of no length
-  float inward[3][3];  ///< across the edges, in the plane; 0 for a triangle without an area
-  float normal[3];     ///< unit
+  float inward[3][3];  ///< perpendicular to each edge, in the plane; 0 for a triangle without area
+  float normal[3];     ///< unit normal
 };
 
 /// Sixteen points.
@@ -20,12 +20,12 @@ struct PointLanes {
   float x[16], y[16], z[16];
 };
 
-/// For each point the squared distance to the nearest of the triangles `chosen[0 ... count - 1]`, and which
-/// of these it is (its place in `chosen`).
+/// For each point the squared distance to the nearest of the triangles `chosen[0 ... count - 1]`, and the
+/// index of that triangle in `chosen`.
 using NearestTriangles = void (*)(const PointLanes& points, const TriangleFacts* triangles, const int* chosen,
                                   int count, float (&squared)[16], float (&nearest)[16]);
 
-/// Squared distances of the points to each of `count` triangles, 16 floats for each.
+/// Squared distances of the points to each of `count` triangles, 16 floats per triangle.
 using TriangleDistances = void (*)(const PointLanes& points, const TriangleFacts* triangles, int count,
                                    float* squared);
 

@@ -23,7 +23,7 @@ std::vector<TriangleSide> sortedSides(const TriangleMesh& mesh) {
 
 double signedVolume(const TriangleMesh& mesh) {
   if (mesh.vertices.empty()) return 0.0;
-  // Relative to a vertex of the mesh, so that far-away meshes lose no digits.
+  // Relative to a vertex of the mesh, so that distant meshes lose no digits.
   const Vec3 origin = mesh.vertices.front();
   double six = 0.0;
   for (const Triangle& t : mesh.triangles) {

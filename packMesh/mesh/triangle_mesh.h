@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Triangle meshes: the truth about every cell and vessel.
+/// @file Triangle meshes, the reference geometry of cells and vessels.
 #pragma once
 
 #include <array>
@@ -20,18 +20,18 @@ struct TriangleMesh {
   const Vec3& corner(int triangle, int k) const { return vertices[triangles[triangle][k]]; }
 };
 
-/// One side of an edge: a triangle has it between its corners k and k+1.
+/// One side of an edge: the edge of a triangle between its corners k and k+1.
 struct TriangleSide {
   int lo, hi;  ///< the two vertices of the edge
   int triangle;
-  bool forwards;  ///< the triangle runs from lo to hi
+  bool forwards;  ///< the triangle traverses the edge from lo to hi
   bool sameEdge(const TriangleSide& other) const { return lo == other.lo && hi == other.hi; }
 };
 
-/// Those of all triangles, edge after edge, at each in the order of the triangles.
+/// Sides of all triangles, sorted by edge and, within an edge, by triangle.
 std::vector<TriangleSide> sortedSides(const TriangleMesh& mesh);
 
-/// Enclosed volume [µm³] by the divergence theorem; negative when the mesh is inside out. Pre: closed.
+/// Enclosed volume [µm³] by the divergence theorem; negative if the mesh is inverted. Pre: closed.
 double signedVolume(const TriangleMesh& mesh);
 
 /// Surface area [µm²].
@@ -40,11 +40,11 @@ double surfaceArea(const TriangleMesh& mesh);
 /// Bounding box of all vertices [µm].
 Box boundingBox(const TriangleMesh& mesh);
 
-/// The mesh, or its vertices alone, with every vertex mapped by `placement`.
+/// The mesh (or only its vertices) with every vertex mapped by `placement`.
 TriangleMesh placed(const TriangleMesh& mesh, const Placement& placement);
 std::vector<Vec3> placedVertices(const TriangleMesh& mesh, const Placement& placement);
 
-/// The mesh with the orientation of every triangle turned round.
+/// Reverses the orientation of every triangle.
 void flip(TriangleMesh& mesh);
 
 }  // namespace packmesh

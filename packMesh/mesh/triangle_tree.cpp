@@ -14,7 +14,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : order_(mesh.triangles.siz
   for (std::size_t t = 0; t < boxes.size(); ++t)
     for (const int v : mesh.triangles[t]) boxes[t].add(mesh.vertices[v]);
 
-  // Halves every range at the median of the longest side, so that the depth stays below 32.
+  // Halves every range at the median of the longest side, which limits the depth to 32.
   nodes_.push_back({Box(), 0, static_cast<int>(order_.size())});
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const int first = nodes_[n].first, count = nodes_[n].count;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which triangles of a mesh are near a box, or near each other.
+/// @file Search for triangles of a mesh near a box, a point or each other.
 #pragma once
 
 #include <utility>
@@ -9,8 +9,8 @@
 
 namespace packmesh {
 
-/// A tree of axis-aligned boxes over the triangles of a mesh that does not move. Boxes are exact: closed
-/// boxes that share a single point meet, nothing that meets is missed.
+/// A tree of axis-aligned boxes over the triangles of a fixed mesh. Boxes are exact and closed: boxes that
+/// share a single point meet, and no intersection is missed.
 class TriangleTree {
  public:
   explicit TriangleTree(const TriangleMesh& mesh);
@@ -33,8 +33,8 @@ class TriangleTree {
     }
   }
 
-  /// Calls `visit(t)` for every triangle whose bounding box is nearer to `p` than the bound, nearer ones
-  /// tending to come first. `visit` returns the new bound (squared [µm²]); `bound` is the first one.
+  /// Calls `visit(t)` for every triangle whose bounding box is nearer to `p` than the bound, roughly in
+  /// ascending order of distance. `visit` returns the new bound (squared [µm²]); `bound` is the initial one.
   template <class Visit>
   void visitNearer(const Vec3& p, double bound, Visit&& visit) const {
     struct Waiting {
@@ -93,7 +93,7 @@ class TriangleTree {
   struct Node {
     Box box;
     int first;  ///< first of its two children, or of its triangles in order_
-    int count;  ///< number of triangles; 0: has children
+    int count;  ///< number of triangles; 0: the node has children
   };
 
   static double squaredDistance(const Box& box, const Vec3& p) {
@@ -102,7 +102,7 @@ class TriangleTree {
 
   std::vector<Node> nodes_;
   std::vector<int> order_;
-  std::vector<Box> boxes_;  ///< of the triangles, in the sequence of order_
+  std::vector<Box> boxes_;  ///< boxes of the triangles, in the order of order_
 };
 
 }  // namespace packmesh

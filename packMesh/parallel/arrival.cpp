@@ -29,7 +29,7 @@ bool Arrival::ofAll(double seconds) {
   for (int arrived = 0;;) {
     MPI_Test(&request, &arrived, MPI_STATUS_IGNORE);
     if (arrived) return true;
-    if (Clock::now() > end) return false;  // the program ends: the request may stay open
+    if (Clock::now() > end) return false;  // the program ends, so the request can remain pending
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How ranks that have failed learn whether the others have, too.
+/// @file How failed ranks find out whether all others have failed, too.
 #pragma once
 
 #include <memory>
@@ -8,20 +8,21 @@
 
 namespace packmesh {
 
-/// A place where ranks of a program meet that nothing else is said at: other ranks may be anywhere.
+/// A barrier with time limit, on its own communicator, so that it does not interfere with other messages:
+/// ranks outside it may be anywhere in the program.
 class Arrival {
  public:
-  /// All ranks call. Pre: an MpiSession lives unless `ranks` are alone
+  /// Collective. Pre: an MpiSession exists unless `ranks` is alone
   explicit Arrival(const Communicator& ranks);
   ~Arrival();
 
-  /// Whether all ranks come here within so long [s]: then none of them waits for another, and the program may
-  /// end without more. Once per program.
+  /// True if all ranks call this within `seconds` [s]: then no rank waits for another, and the program can
+  /// end normally. Call once per program.
   bool ofAll(double seconds);
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;  ///< nullptr: alone
+  std::unique_ptr<Impl> impl_;  ///< nullptr if alone
 };
 
 }  // namespace packmesh

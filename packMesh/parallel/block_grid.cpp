@@ -8,7 +8,7 @@
 namespace packmesh {
 namespace {
 
-/// Along each axis, so that all can be counted in an int.
+/// Most blocks along an axis, so that the total fits an int.
 constexpr double mostBlocks = 1000.0;
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The fixed cut of the domain into blocks.
+/// @file Decomposition of the domain into fixed blocks.
 #pragma once
 
 #include <array>
@@ -10,17 +10,17 @@
 
 namespace packmesh {
 
-/// Uniform blocks over a container's bounds. They depend on the problem alone, never on the number of ranks.
+/// Uniform blocks over a container's bounds. They depend only on the problem, not on the number of ranks.
 ///
-/// Blocks of one colour can be worked on at the same time: what a block changes (its own cells and cells
-/// within the interaction range of it) no other block of its colour reads or changes, because every edge is
-/// at least twice the interaction range and, along periodic axes, the number of blocks is one or even.
+/// Blocks of one colour can be processed concurrently: no other block of the colour reads or changes what a
+/// block changes (its own cells and those within its interaction range), because every edge is at least twice
+/// the interaction range and, along periodic axes, the number of blocks is one or even.
 class BlockGrid {
  public:
   static constexpr int colours = 8;
 
-  /// @param interactionRange largest distance of two cells' centres that can act on each other [µm]
-  /// @param preferredEdge edge a block should have if the range allows it [µm]
+  /// @param interactionRange largest distance between the centres of interacting cells [µm]
+  /// @param preferredEdge edge length of blocks if the interaction range permits it [µm]
   BlockGrid(const Box& bounds, const Vec3& period, double interactionRange, double preferredEdge);
 
   int count() const { return blocks_[0] * blocks_[1] * blocks_[2]; }
@@ -29,13 +29,13 @@ class BlockGrid {
   /// The block of a point; points outside the bounds belong to the nearest block.
   int blockOf(const Vec3& p) const;
 
-  /// 0 ... colours - 1.
+  /// Colour of a block: 0 ... colours - 1.
   int colourOf(int block) const;
 
-  /// Whether any block has this colour.
+  /// True if at least one block has this colour.
   bool has(int colour) const;
 
-  /// The largest range over which cells may act on each other [µm]; infinite when there is one block.
+  /// Largest permitted interaction range [µm]; infinite with a single block.
   double largestRange() const;
 
   std::array<int, 3> indexOf(int block) const;
@@ -43,20 +43,20 @@ class BlockGrid {
   /// Where the block is along a space-filling curve (Morton 1966): neighbours along it are near each other.
   std::uint64_t curvePosition(int block) const;
 
-  /// The block itself and those that touch it, across periodic faces too; each once, sorted.
+  /// The block and its neighbours, across periodic faces too; sorted, without repetition.
   std::vector<int> around(int block) const;
 
-  /// One block further along an axis (1), one back (-1), or none (0).
+  /// Step to an adjacent block along each axis: forward (1), back (-1) or none (0).
   using Step = std::array<std::int8_t, 3>;
   struct Neighbor {
     int block;
     Step step;
   };
-  /// What is one step away along any axes, across periodic faces too; a block can be there more than once, by
-  /// different ways, even the block itself.
+  /// The neighbours in all directions, across periodic faces too. A block can occur more than once, in
+  /// different directions; even the block itself can.
   std::vector<Neighbor> neighbors(int block) const;
 
-  /// Squared distance of a point in a block from what is one step away from that block [µm²].
+  /// Squared distance between a point in a block and that block's neighbour in direction `step` [µm²].
   double squaredDistance(const Vec3& p, int block, const Step& step) const;
 
  private:

@@ -17,7 +17,7 @@ BlockOwners::BlockOwners(const BlockGrid& blocks, const std::vector<std::int64_t
   double own = 0.0;
   int rank = 0;
   for (const int block : order) {
-    // The next rank begins where that brings this one nearer to an even share of what is left.
+    // The next rank begins here if that brings this rank nearer to an equal share of the remaining work.
     const double share = left / (ranks - rank), more = static_cast<double>(work[block]);
     if (rank + 1 < ranks && own > 0.0 && own + 0.5 * more > share) {
       left -= own;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which rank works on which block.
+/// @file Assignment of blocks to ranks.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace packmesh {
 
-/// Blocks in the order of a space-filling curve (Morton), cut into as many stretches of even work as there
-/// are ranks. Ranks may own no block. The same on all ranks.
+/// Blocks along a space-filling curve (Morton), divided into one section of equal work per rank. Some ranks
+/// may own no blocks. Identical on all ranks.
 class BlockOwners {
  public:
-  /// One rank owns all.
+  /// One rank owns all blocks.
   BlockOwners() = default;
-  /// @param work of each block, in any unit; what is empty costs nothing
+  /// @param work work of each block, in any unit; empty blocks have none
   BlockOwners(const BlockGrid& blocks, const std::vector<std::int64_t>& work, int ranks);
 
   int of(int block) const { return owner_.empty() ? 0 : owner_[block]; }

@@ -15,7 +15,7 @@ struct Communicator::Impl {
   MPI_Comm comm;
   int rank = 0, size = 1;
   Traffic traffic;
-  std::vector<MPI_Request> receives, sends;  ///< of a swap
+  std::vector<MPI_Request> receives, sends;  ///< of the current swap
 
   explicit Impl(MPI_Comm group) : comm(group) {
     MPI_Comm_rank(comm, &rank);
@@ -38,7 +38,8 @@ int count(std::size_t bytes) {
   return static_cast<int>(bytes);
 }
 
-/// Operation of sumAndMax(): the first word tells how many sums follow; the others are maxima.
+/// Reduction operation of sumAndMax(): the first word is the number of sums, which follow it; then the
+/// maxima.
 void addAndCompare(void* in, void* inOut, int* length, MPI_Datatype* type) {
   int bytes = 0;
   MPI_Type_size(*type, &bytes);

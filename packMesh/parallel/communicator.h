@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The ranks that work on one packing together, and how they talk.
+/// @file Communication between the ranks of one packing.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,21 @@
 
 namespace packmesh {
 
-/// What this rank has sent since the program began.
+/// Messages sent by this rank since the program began.
 struct Traffic {
   std::int64_t messages = 0, bytes = 0;
 };
 
-/// A group of MPI ranks, or one rank alone without MPI. Copies are of the same group.
+/// A group of MPI ranks, or a single rank without MPI. Copies refer to the same group.
 ///
-/// Every function but rank(), size(), alone(), traffic() and abort() must be called by all ranks of the group
-/// in the same order. What is reduced is exact (integers, maxima): results never depend on the number of
-/// ranks.
+/// All functions except rank(), size(), alone(), traffic() and abort() are collective: all ranks of the group
+/// call them in the same order. Reductions are exact (integers, maxima), so results do not depend on the
+/// number of ranks.
 class Communicator {
  public:
-  /// One rank; MPI need not be there.
+  /// A single rank; does not need MPI.
   Communicator() = default;
-  /// All ranks of the program. Pre: an MpiSession lives.
+  /// All ranks of the program. Pre: an MpiSession exists.
   static Communicator world();
 
   int rank() const;
@@ -39,13 +39,13 @@ class Communicator {
   double max(double value) const;
   double min(double value) const;
   std::int64_t min(std::int64_t value) const;
-  /// The sums of the one and the maxima of the other, in one message. Pre: as many of each on all ranks
+  /// Sums and maxima over all ranks, in one message. Pre: the sizes are the same on all ranks
   void sumAndMax(std::vector<std::int64_t>& sums, std::vector<double>& maxima) const;
   bool any(bool value) const { return !alone() ? max(value ? 1.0 : 0.0) > 0.0 : value; }
-  /// The text of rank `root`.
+  /// The text of rank `root`, on all ranks.
   std::string broadcast(const std::string& text, int root) const;
 
-  /// Sends to[r] to every rank r. @return what each rank had for this one, by rank
+  /// Sends to[r] to rank r, for every r. @return what each rank sent to this one, by rank
   template <class T>
   std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to) const {
     std::vector<Bytes> send;
@@ -57,7 +57,7 @@ class Communicator {
     return received;
   }
 
-  /// What all ranks have, in the order of the ranks.
+  /// The items of all ranks, in rank order.
   template <class T>
   std::vector<T> gatherAll(const std::vector<T>& mine) const {
     if (alone()) return mine;
@@ -67,8 +67,8 @@ class Communicator {
     return all;
   }
 
-  /// On rank 0 calls visit(items) for what every rank has, in the order of the ranks; holds that of one rank
-  /// at a time. `visit` must not throw.
+  /// On rank 0 calls visit(items) for the items of each rank, in rank order; holds those of one rank at a
+  /// time. `visit` must not throw.
   template <class T, class Visit>
   void visitInOrder(const std::vector<T>& mine, Visit&& visit) const {
     if (rank() == 0) visit(mine);
@@ -79,35 +79,35 @@ class Communicator {
   }
 
   using Bytes = std::vector<std::byte>;
-  /// A rank to talk to again and again.
+  /// A rank with which messages are exchanged repeatedly.
   struct Peer {
     int rank = 0;
     Bytes send;
-    Bytes received;  ///< as large as the longest message may be; the message is its first `length` bytes
+    Bytes received;  ///< as large as the longest message; the message is the first `length` bytes
     std::size_t length = 0;
   };
-  /// Begins to send every peer what is in `send`, and to receive theirs. Collective among ranks that are each
-  /// other's peers; one at a time: endSwap() and awaitSent() come before the next.
+  /// Begins to send `send` to every peer and to receive the peers' messages. Collective among mutual peers.
+  /// Call endSwap() and awaitSent() before the next beginSwap().
   void beginSwap(std::vector<Peer>& peers) const;
-  /// Waits for what peers sent in their beginSwap(). Pre: the same peers
+  /// Waits for the messages that the peers sent in their beginSwap(). Pre: the same peers
   void endSwap(std::vector<Peer>& peers) const;
-  /// Waits until what was sent has left `send`.
+  /// Waits until `send` can be reused.
   void awaitSent() const;
 
-  /// For libraries that talk by themselves (HDF5): points to an MPI_Comm; nullptr when alone.
+  /// Pointer to the MPI_Comm for libraries that use MPI themselves (HDF5); nullptr if alone.
   const void* mpi() const;
 
-  /// What this rank has sent.
+  /// Messages sent by this rank.
   const Traffic& traffic() const;
 
-  /// Ends all ranks at once. For errors that other ranks cannot know of.
+  /// Ends all ranks immediately. For errors that the other ranks cannot detect.
   [[noreturn]] void abort(int exitCode) const;
 
  private:
   struct Impl;
   explicit Communicator(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
   std::vector<Bytes> exchangeBytes(std::vector<Bytes> to) const;
-  /// What rank `from` has, on rank 0.
+  /// The bytes of rank `from`, on rank 0.
   Bytes toFirstRank(int from, const Bytes& bytes) const;
 
   template <class T>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file MPI itself.
+/// @file Initialisation and finalisation of MPI.
 #pragma once
 
 namespace packmesh {
 
-/// MPI from construction to destruction. One per program.
+/// Initialises MPI on construction and finalises it on destruction. One per program.
 class MpiSession {
  public:
   MpiSession();

@@ -12,14 +12,14 @@
 
 namespace packmesh {
 
-/// Whole periods along each axis; 0 where the container is not periodic.
+/// Number of periods along each axis; 0 along axes that are not periodic.
 using ImageShift = std::array<std::int8_t, 3>;
 
 inline Vec3 displacement(const ImageShift& shift, const Vec3& period) {
   return {shift[0] * period[0], shift[1] * period[1], shift[2] * period[2]};
 }
 
-/// `p` moved by whole periods into [bounds.lo, bounds.hi) along the periodic axes.
+/// `p` shifted by whole periods into [bounds.lo, bounds.hi) along the periodic axes.
 inline Vec3 wrapped(Vec3 p, const Box& bounds, const Vec3& period) {
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0) {
@@ -29,8 +29,8 @@ inline Vec3 wrapped(Vec3 p, const Box& bounds, const Vec3& period) {
   return p;
 }
 
-/// Calls `visit(shift)` for every shift (the zero one included) by which a sphere around `p` (inside the
-/// bounds) comes within `reach` of the bounds again, in a fixed order.
+/// Calls `visit(shift)`, in a fixed order, for every shift (zero included) for which the image of a sphere of
+/// radius `reach` [µm] around `p` meets the bounds. Pre: `p` is inside the bounds
 template <class Visit>
 void forEachImage(const Vec3& p, double reach, const Box& bounds, const Vec3& period, Visit&& visit) {
   int lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
@@ -46,8 +46,7 @@ void forEachImage(const Vec3& p, double reach, const Box& bounds, const Vec3& pe
                          static_cast<std::int8_t>(z)});
 }
 
-/// By how much the nearest images of what repeats with this period are moved, in every combination of axes;
-/// zero is one of them.
+/// Translations to the nearest periodic images, in every combination of axes, including zero [µm].
 inline std::vector<Vec3> periodicShifts(const Vec3& period) {
   const auto steps = [&](int k) { return period[k] > 0 ? std::vector<int>{-1, 0, 1} : std::vector<int>{0}; };
   std::vector<Vec3> shifts;

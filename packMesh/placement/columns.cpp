@@ -16,18 +16,18 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 using Periods = std::array<int, 3>;
 
-/// Columns close after at most this many periods of an edge. In large boxes, where columns hold so many cells
-/// that the last one more or less does not matter, they run along edges.
+/// Columns close after at most this many periods of an edge. In large boxes, where one cell more or less in a
+/// long column does not matter, they are parallel to edges.
 constexpr int mostPeriods = 4;
 constexpr std::int64_t manyCells = 20000;
 
-/// So many numbers of columns are tried, from the smallest that could hold all cells.
+/// Number of column counts tried, beginning with the smallest that could hold all cells.
 constexpr int numbersTried = 100;
 
-/// The density of the hexagonal lattice, on which no number of columns can improve: sqrt(3)/2 d² for each.
+/// The hexagonal lattice has the smallest area per column for a given distance d: sqrt(3)/2 d².
 constexpr double hexagonalArea = 0.8660254037844386;
 
-/// What holds a cell: a cylinder about an axis of its body frame.
+/// Bounding cylinder of a cell about an axis of its body frame.
 struct Cylinder {
   int axis = 1;
   double radius = 0.0, height = 0.0, middle = 0.0;
@@ -45,7 +45,7 @@ Cylinder cylinderOf(const Shape& shape) {
   return c;
 }
 
-/// A basis of the same plane lattice with its shortest vector first (Lagrange).
+/// A basis of the same plane lattice with the shortest vector first (Lagrange reduction).
 std::pair<Vec2, Vec2> reduced(Vec2 u, Vec2 v) {
   for (;;) {
     if (v.squaredNorm() < u.squaredNorm()) std::swap(u, v);
@@ -55,7 +55,7 @@ std::pair<Vec2, Vec2> reduced(Vec2 u, Vec2 v) {
   }
 }
 
-/// g = gcd(a, b) >= 0 and (u, v) with a u + b v = g.
+/// g = gcd(a, b) >= 0, and (u, v) with a u + b v = g.
 struct Bezout {
   int g, u, v;
 };
@@ -65,7 +65,7 @@ Bezout bezout(int a, int b) {
   return {below.g, below.v, below.u - (a / b) * below.v};
 }
 
-/// Directions in which columns may run, one of each pair of opposite ones: those with coprime periods.
+/// Possible directions of columns, one of each opposite pair: those with coprime numbers of periods.
 std::vector<Periods> directions(bool alongEdgesOnly) {
   const int most = alongEdgesOnly ? 1 : mostPeriods;
   std::vector<Periods> all;
@@ -80,10 +80,10 @@ std::vector<Periods> directions(bool alongEdgesOnly) {
   return all;
 }
 
-/// The box seen along a direction: its periods fall on a plane lattice.
+/// Projection of the box along a direction: its periods form a plane lattice.
 struct View {
   Vec3 along, right, up;  ///< unit, orthogonal
-  double length;          ///< of a column until it closes [µm]
+  double length;          ///< length of a column until it closes [µm]
   Vec2 first, second;     ///< basis of the lattice [µm]
 
   View(const Vec3& size, const Periods& periods) {
@@ -93,7 +93,7 @@ struct View {
     along = whole / length;
     right = along.unitOrthogonal();
     up = along.cross(right);
-    // Integer vectors that form a basis of all of them together with (a, b, c).
+    // Integer vectors that complete (a, b, c) to a basis of all integer vectors.
     const Bezout ab = bezout(a, b), all = bezout(ab.g, c);
     const int i = ab.g == 0 ? 1 : a / ab.g, j = ab.g == 0 ? 0 : b / ab.g;
     const Vec3 one = ab.g == 0 ? Vec3(0, 1, 0) : Vec3(-ab.v, ab.u, 0);
@@ -105,8 +105,8 @@ struct View {
   double area() const { return std::abs(first.x() * second.y() - first.y() * second.x()); }
 };
 
-/// Columns on a lattice that contains the view's: `rows` rows of `perRow`, each `shift` steps of
-/// 1/(perRow rows) of the first basis vector further.
+/// A lattice of columns that contains the view's lattice: `rows` rows of `perRow` columns, each row displaced
+/// by `shift` steps of 1/(perRow rows) of the first basis vector.
 struct Lattice {
   std::int64_t perRow = 1, rows = 1, shift = 0;
 
@@ -116,7 +116,7 @@ struct Lattice {
   }
 };
 
-/// The lattice of so many columns whose nearest ones are farthest apart, and how far [µm].
+/// The lattice of `columns` columns with the largest distance between neighbours, and that distance [µm].
 std::pair<Lattice, double> widest(const View& view, std::int64_t columns) {
   std::pair<Lattice, double> best{{}, 0.0};
   for (std::int64_t perRow = 1; perRow <= columns; ++perRow) {
@@ -144,10 +144,10 @@ Columns::Columns(const Shape& shape, std::int64_t count, const Box& box, double 
     const auto perColumn = std::max<std::int64_t>(1, static_cast<std::int64_t>(view.length / step));
     const std::int64_t fewest = (count + perColumn - 1) / perColumn;
     for (std::int64_t columns = fewest; columns < fewest + numbersTried; ++columns) {
-      // What no lattice can exceed is not worth looking for one.
+      // No lattice can exceed this: skip the search if it is not better than the best so far.
       const double most = std::sqrt(view.area() / (hexagonalArea * static_cast<double>(columns))) / across;
       if (most <= room_) break;
-      const std::int64_t cells = (count + columns - 1) / columns;  // of the highest
+      const std::int64_t cells = (count + columns - 1) / columns;  // in the tallest column
       const double pitch = view.length / static_cast<double>(cells) / step;
       if (pitch <= room_) continue;
       const auto [lattice, distance] = widest(view, columns);

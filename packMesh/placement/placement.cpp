@@ -9,24 +9,25 @@
 namespace packmesh {
 namespace {
 
-/// Tries for one cell; where all fail (a lumen that fills a tiny part of its bounds) the best of them is
-/// taken.
+/// Number of tries per cell; if all fail (a lumen that fills a tiny part of its bounds), the best one is
+/// used.
 constexpr std::uint32_t tries = 2000;
 
-/// Cells between two polls: a fraction of a second even where all tries fail.
+/// Cells between two polls: a fraction of a second even if all tries fail.
 constexpr std::int64_t betweenPolls = 100;
 
-/// The first tries are points of a sequence that leaves no clusters and holes, as independent points do, so
-/// that cells have less far to go: at 0.35 it saves a quarter of the sweeps, at 0.55 a twentieth.
+/// The first tries use a quasirandom sequence, which has fewer clusters and holes than independent points, so
+/// that cells have to move less: at a volume fraction of 0.35 this saves a quarter of the sweeps, at 0.55 a
+/// twentieth.
 constexpr std::uint32_t evenTries = 8;
 
-/// Those points are moved at random by up to this along each axis, so that seeds differ in more than the
+/// Largest random displacement of these points along each axis, so that seeds differ in more than the
 /// beginning of the sequence [cube root of the cell's volume].
 constexpr double jitter = 1.0 / 3.0;
 
 /// Point n of the unit cube: frac(begin + n (1/g, 1/g², 1/g³)) with g⁴ = g + 1, for which any number of
-/// successive points is spread evenly (M. Roberts 2018, "The unreasonable effectiveness of quasirandom
-/// sequences"), and an offset from there. Every try has a random begin of its own.
+/// successive points is evenly spread (M. Roberts 2018, "The unreasonable effectiveness of quasirandom
+/// sequences"), plus an offset. Every try has its own random `begin`.
 Vec3 evenPoint(std::uint64_t seed, std::uint64_t n, std::uint32_t attempt, const Vec3& offset) {
   constexpr double g = 1.22074408460575947536, step[] = {1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g)};
   const auto begin = uniform4(seed, RandomStream::begin, 0, attempt);
@@ -38,7 +39,7 @@ Vec3 evenPoint(std::uint64_t seed, std::uint64_t n, std::uint32_t attempt, const
   return point;
 }
 
-/// Where to try to put the centre of a cell.
+/// Position at which to try to place the centre of a cell.
 Vec3 centre(const Box& room, double volume, std::uint64_t seed, std::uint64_t id, std::uint32_t attempt) {
   const auto u = uniform4(seed, RandomStream::position, id, attempt);
   Vec3 at(u[0], u[1], u[2]);
@@ -49,7 +50,7 @@ Vec3 centre(const Box& room, double volume, std::uint64_t seed, std::uint64_t id
   return room.lo + room.size().cwiseProduct(at);
 }
 
-/// Axis uniform over the cone, any turn about it, from three uniform numbers.
+/// Axis uniform over the cone, with a uniform rotation about it, from three uniform numbers.
 Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
   constexpr double twoPi = 6.283185307179586;
   const double c = 1.0 - u * (1.0 - std::cos(cone.spread)), s = std::sqrt(std::max(0.0, 1.0 - c * c));

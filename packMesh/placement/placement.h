@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Where cells start.
+/// @file Random initial positions.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@ namespace packmesh {
 /// Cells of one species to be placed.
 struct PlacementInput {
   const Shape* shape = nullptr;
-  const Wall* wall = nullptr;  ///< nullptr: none
+  const Wall* wall = nullptr;  ///< nullptr: no wall
   std::int64_t firstId = 0;    ///< global id of the first cell
   std::int64_t count = 0;
-  const Freedom* freedom = nullptr;  ///< nullptr: free
+  const Freedom* freedom = nullptr;  ///< nullptr: unrestricted
 };
 
-/// Random poses of scale 1: centres uniform over the lumen, and more evenly spread than independent ones (as
-/// far from the wall as the thinnest part of the shape, where there is room), orientations uniform (or the
-/// identity), both as far as the species' freedom allows. Cells overlap. Each pose is a function of the seed
-/// and the cell's id alone.
-/// @param stop polled now and then; true leaves the rest of the cells where they are by default. Empty: never
+/// Random poses of scale 1, within the species' freedom: centres uniform over the lumen, but more evenly
+/// spread than independent points (and, where there is room, as far from the wall as the smallest
+/// half-thickness of the shape); orientations uniform, or the identity without `rotate`. Cells overlap. Each
+/// pose depends only on the seed and the cell's id.
+/// @param stop polled occasionally; true leaves the remaining cells at their default poses. Empty: never
 std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
                                 bool rotate, const std::function<bool()>& stop = {});
 

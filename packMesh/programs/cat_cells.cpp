@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// The catCells executable: cuts the space between objects into one CAT cell for each; see usage.
+// The catCells program: divides the space between objects into one CAT cell per object; see `usage`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,15 +24,15 @@ using namespace packmesh;
 constexpr const char* usage =
     "catCells container object ... [options]\n"
     "\n"
-    "Tetrahedralises the space between the objects and the container and cuts it along the chordal axis:\n"
-    "every object gets the part that is nearest to it, its CAT cell, a closed surface.\n"
+    "Tetrahedralises the space between the objects and the container and cuts it along the chordal axis.\n"
+    "The CAT cell of an object is the part of the space nearest to it, a closed surface.\n"
     "\n"
-    "  container       file of a closed mesh (.stl, .off, .ply, .obj; lengths in µm)\n"
-    "  object          the same; with @x,y,z at its end the mesh is moved there\n"
-    "  --output f      the cells, as .obj, .ply or .h5 (default: cells.obj)\n"
-    "  --mid-gap       cells end half way between object and container, not at the container\n"
-    "  --pov f         a scene for POV-Ray (scripts/render_packing): objects, cells and container\n"
-    "  --show n,m,...  in the scene the cells of these objects only, counted from 1 on\n";
+    "  container       file with a closed mesh (.stl, .off, .ply, .obj; lengths in µm)\n"
+    "  object          likewise; FILE@x,y,z moves the mesh by (x, y, z)\n"
+    "  --output f      output file for the cells: .obj, .ply or .h5 (default: cells.obj)\n"
+    "  --mid-gap       end cells halfway between object and container, not at the container\n"
+    "  --pov f         write objects, cells and container as a POV-Ray scene (scripts/render_packing)\n"
+    "  --show n,m,...  show only the cells of these objects in the scene; the first object is 1\n";
 
 struct UsageError : InputError {
   using InputError::InputError;
@@ -43,7 +43,7 @@ struct Options {
   std::vector<std::string> objects;
   std::string output = "cells.obj", scene;
   WallFaces wall = WallFaces::atWall;
-  std::set<std::size_t> shown;  ///< counted from 0 on; empty: all
+  std::set<std::size_t> shown;  ///< indices from 0; empty: all
 };
 
 std::vector<double> numbers(const std::string& text, const std::string& argument) {
@@ -57,7 +57,7 @@ std::vector<double> numbers(const std::string& text, const std::string& argument
       used = 0;
     }
     if (used == 0 || used != end - at)
-      throw UsageError("'" + argument + "' should end with numbers: 1,2.5,3");
+      throw UsageError("'" + argument + "' must end with comma-separated numbers, e.g. 1,2.5,3");
     at = end + 1;
   }
   return out;
@@ -82,17 +82,16 @@ Options parse(int argc, char** argv) {
       for (const double n : numbers(value(), argument))
         options.shown.insert(static_cast<std::size_t>(std::max(n, 1.0)) - 1);
     } else if (argument.rfind("--", 0) == 0)
-      throw UsageError("unknown option '" + argument + "'; catCells --help lists them");
+      throw UsageError("unknown option '" + argument + "'; see catCells --help");
     else
       files.push_back(argument);
   }
-  if (files.size() < 2)
-    throw UsageError("give a container and at least one object; catCells --help says more");
+  if (files.size() < 2) throw UsageError("give a container and at least one object; see catCells --help");
   requireMeshCollectionEnding(options.output);
   options.container = files.front();
   options.objects.assign(files.begin() + 1, files.end());
   if (!options.shown.empty() && *options.shown.rbegin() >= options.objects.size())
-    throw UsageError(fmt::format("--show: there are {} objects", options.objects.size()));
+    throw UsageError(fmt::format("--show: the largest object number is {}", options.objects.size()));
   return options;
 }
 
@@ -103,26 +102,28 @@ TriangleMesh closedMesh(const std::string& file) {
   return mesh;
 }
 
-/// "ball.off@1,2,3": the file and where it is moved.
+/// Parses "ball.off@1,2,3": file and translation [µm].
 PlacedMesh objectOf(const std::string& argument, std::vector<std::unique_ptr<MeshHierarchy>>& meshes) {
   const std::size_t at = argument.rfind('@');
   Placement placement;
   if (at != std::string::npos) {
     const std::vector<double> p = numbers(argument.substr(at + 1), argument);
-    if (p.size() != 3) throw UsageError("'" + argument + "' should end with @x,y,z");
+    if (p.size() != 3) throw UsageError("'" + argument + "' must end with @x,y,z");
     placement.translation = {p[0], p[1], p[2]};
   }
   meshes.push_back(std::make_unique<MeshHierarchy>(closedMesh(argument.substr(0, at))));
   return {meshes.back().get(), placement};
 }
 
-/// How many tetrahedra are cut in which way (Table 3.1 of the thesis).
+/// Prints the number of tetrahedra of each case of the cut (Table 3.1 of the thesis).
 void printCases(const Tetrahedra& tetrahedra, WallFaces wall) {
   ChordalFaces split;
   splitChordally(tetrahedra, wall, split);
   const auto& n = split.tetrahedra;
-  fmt::print("(packMesh) {} tetrahedra: {} join two surfaces 3-1, {} 2-2, {} three, {} four; {} CAT faces\n",
-             tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
+  fmt::print(
+      "(packMesh) {} tetrahedra: {} join two surfaces (3+1 vertices), {} (2+2), {} three, {} four; {} CAT "
+      "faces\n",
+      tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
 }
 
 void writeScene(const Options& options, const TetrahedraInput& input, const CatCells& cells) {
@@ -164,11 +165,12 @@ void run(const Options& options) {
   double sum = cells.wallLayer.triangles.empty() ? 0.0 : signedVolume(cells.wallLayer);
   for (std::size_t i = 0; i < cells.cells.size(); ++i) {
     const double volume = signedVolume(cells.cells[i]);
-    fmt::print("(packMesh) {}: a cell of {:.4f} µm³, {} triangles\n", options.objects[i], volume,
+    fmt::print("(packMesh) {}: cell of {:.4f} µm³, {} triangles\n", options.objects[i], volume,
                cells.cells[i].triangles.size());
     sum += volume;
   }
-  fmt::print("(packMesh) Together {:.6f} % of the container\n", 100.0 * sum / signedVolume(container.mesh()));
+  fmt::print("(packMesh) The cells fill {:.6f} % of the container\n",
+             100.0 * sum / signedVolume(container.mesh()));
   writeCatCells(options.output, cells, options.objects);
   fmt::print("(packMesh) Wrote {}\n", options.output);
   if (!options.scene.empty()) writeScene(options, input, cells);

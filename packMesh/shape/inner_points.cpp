@@ -6,7 +6,7 @@
 namespace packmesh {
 namespace {
 
-/// Element n of the van der Corput sequence in a base [fraction].
+/// Element n of the van der Corput sequence with the given base [fraction].
 double vanDerCorput(int n, int base) {
   double value = 0.0, digit = 1.0;
   for (; n > 0; n /= base) value += (n % base) * (digit /= base);

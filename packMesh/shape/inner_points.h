@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Points in a shape that stand for its volume.
+/// @file Points that represent the volume of a shape.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,9 @@
 
 namespace packmesh {
 
-/// So many points spread evenly (Halton's) in a shape's surface, in its body frame [µm]; fewer in a shape
-/// that fills less than a thousandth of its box, at least one. The first n of them are innerPoints(shape, n).
+/// `count` evenly spread points (Halton sequence) inside a shape, in its body frame [µm]; fewer, but at least
+/// one, if the shape fills less than a thousandth of its bounding box. The first n points are
+/// innerPoints(shape, n).
 std::vector<Vec3> innerPoints(const Shape& shape, int count);
 
 }  // namespace packmesh

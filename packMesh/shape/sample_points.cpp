@@ -36,8 +36,8 @@ std::vector<Vec3> pointsOn(const TriangleMesh& mesh, double spacing) {
   return points;
 }
 
-/// Cuts [first, last) along its longest axis into as few clusters as hold it, of equal size to within one
-/// point, so that padding makes no point much heavier than others.
+/// Divides [first, last) along its longest axis into the fewest clusters that can hold it, with sizes that
+/// differ by at most one point, so that padding gives no point much more weight than others.
 void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last, SamplePoints& out) {
   const auto count = last - first;
   if (count <= SamplePoints::width) {
@@ -56,7 +56,7 @@ void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last
     out.centerX.push_back(static_cast<float>(center.x()));
     out.centerY.push_back(static_cast<float>(center.y()));
     out.centerZ.push_back(static_cast<float>(center.z()));
-    out.radius.push_back(static_cast<float>(radius * (1.0 + 1e-6)));  // above rounding to floats
+    out.radius.push_back(static_cast<float>(radius * (1.0 + 1e-6)));  // covers rounding to float
     ++out.clusters;
     return;
   }

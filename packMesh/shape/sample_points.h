@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Points on a shape's surface, in clusters that can be culled together.
+/// @file Points on a shape's surface, in clusters that are culled together.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,13 @@
 namespace packmesh {
 
 /// Sample points of a surface in the body frame [µm], grouped into spatially compact clusters of `width`, as
-/// structure of arrays. A cluster of fewer points repeats its own, each as often as the others to within one:
-/// where there are several clusters, no point stands more than twice.
+/// structure of arrays. A cluster with fewer points repeats them equally often (up to one): if there are
+/// several clusters, no point occurs more than twice.
 struct SamplePoints {
   static constexpr int width = 16;
 
   int clusters = 0;
-  std::vector<float> x, y, z;                            ///< clusters * width
+  std::vector<float> x, y, z;                            ///< clusters * width entries
   std::vector<float> centerX, centerY, centerZ, radius;  ///< bounding spheres, padded to a multiple of width
 };
 
@@ -23,7 +23,7 @@ struct SamplePoints {
 /// on its triangles, so that no point of the surface is further than about `spacing` from a sample.
 SamplePoints sampleSurface(const TriangleMesh& mesh, double spacing);
 
-/// Every fourth vertex or so, spread evenly: enough to part cells that reach deep into each other.
+/// About every fourth vertex, evenly spread: sufficient to separate cells that overlap deeply.
 SamplePoints sampleCoarsely(const TriangleMesh& mesh);
 
 }  // namespace packmesh

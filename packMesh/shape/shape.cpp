@@ -9,11 +9,11 @@ namespace packmesh {
 namespace {
 
 /// Largest distance between samples on a cell's surface, as a fraction of its bounding radius and in µm: the
-/// 642 vertices of HemoCell's red cell are just fine enough, its 66-vertex platelet is refined.
+/// 642 vertices of HemoCell's red cell are just fine enough; its 66-vertex platelet is refined.
 constexpr double sampleSpacingFraction = 0.3;
 constexpr double largestSampleSpacing = 0.85;
-/// Never finer than this fraction of the bounding radius, some 10^5 samples: no blood cell comes near it, a
-/// cell in the wrong unit of length does.
+/// Finest spacing, as a fraction of the bounding radius (about 10^5 samples). Blood cells do not need it; a
+/// cell in the wrong unit of length would.
 constexpr double finestSpacingFraction = 0.02;
 
 /// Spacing of the distance grid of a general mesh, as a fraction of its bounding radius.
@@ -23,7 +23,7 @@ double halfThicknessOf(const std::variant<ProfileSurface, DistanceGrid>& field) 
   if (const auto* profile = std::get_if<ProfileSurface>(&field)) return profile->halfThickness();
   const DistanceGrid& grid = std::get<DistanceGrid>(field);
   const double deepest = -*std::min_element(grid.value.begin(), grid.value.end());
-  return std::max(deepest, 0.5 * grid.spacing);  // between the nodes of a grid there is room for a thin part
+  return std::max(deepest, 0.5 * grid.spacing);  // thin parts fit between the nodes of a grid
 }
 
 double boundingRadius(const TriangleMesh& mesh) {

@@ -7,7 +7,7 @@
 namespace packmesh {
 namespace {
 
-/// Mean of the support function over the sphere (a spiral of directions): the size that counts for culling.
+/// Mean of the support function over the sphere (directions on a spiral): the effective size for culling.
 double meanSupport(const SupportBound& bound) {
   constexpr int directions = 200;
   constexpr double goldenAngle = 2.399963229728653;
@@ -22,7 +22,7 @@ double meanSupport(const SupportBound& bound) {
 }  // namespace
 
 SupportBound boundSupport(const TriangleMesh& mesh) {
-  // Quotients stay finite for flat meshes.
+  // Keeps quotients finite for flat meshes.
   Vec3 extent = Vec3::Constant(1e-12);
   double largestRho = 1e-12;
   for (const Vec3& v : mesh.vertices) {
@@ -38,15 +38,15 @@ SupportBound boundSupport(const TriangleMesh& mesh) {
     bound.ring = largestRho * step / rings;
     const double tube = largestRho - bound.ring;
     bound.semiAxes = step == 0 ? extent : Vec3(tube, extent.y(), tube);
-    // Blow the ellipsoid up until every vertex lies in the Minkowski sum: v is in it iff v minus its nearest
-    // point of the disc is in the ellipsoid.
+    // Enlarge the ellipsoid until every vertex lies in the Minkowski sum: v is in it if and only if v minus
+    // its nearest point of the disc is in the ellipsoid.
     double blowUp = 1e-12;
     for (const Vec3& v : mesh.vertices) {
       const double rho = std::hypot(v.x(), v.z());
       const double keep = rho > bound.ring ? (rho - bound.ring) / rho : 0.0;
       blowUp = std::max(blowUp, Vec3(keep * v.x(), v.y(), keep * v.z()).cwiseQuotient(bound.semiAxes).norm());
     }
-    bound.semiAxes *= blowUp * (1.0 + 1e-12);  // above rounding
+    bound.semiAxes *= blowUp * (1.0 + 1e-12);  // covers rounding
     const double size = meanSupport(bound);
     if (size < bestSize) {
       bestSize = size;

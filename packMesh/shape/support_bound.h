@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A convex body around a shape whose support function costs a few flops.
+/// @file A convex body around a shape, with a support function that is cheap to evaluate.
 #pragma once
 
 #include <cmath>
@@ -9,9 +9,9 @@
 namespace packmesh {
 
 /// Minkowski sum of a disc (radius `ring`, in the body's x-z plane) and an axis-aligned ellipsoid: exact for
-/// ellipsoids, within 1 % for red cells, safe for everything.
+/// ellipsoids, within 1 % for red cells, valid for every shape.
 struct SupportBound {
-  double ring = 0.0;             ///< [µm]
+  double ring = 0.0;             ///< radius of the disc [µm]
   Vec3 semiAxes = Vec3::Ones();  ///< [µm]
 
   /// Largest n·x over the body, for a unit vector n in the body frame [µm].

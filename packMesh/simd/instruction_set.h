@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which vector instructions there are.
+/// @file Instruction sets and their selection at run time.
 ///
-/// Kernels, the innermost loops (*_kernel.cpp, in lanes of 16 floats, see lanes.h), are compiled once for
-/// each instruction set, PACKMESH_INSTRUCTION_SET, and chosen at run time. All work with IEEE operations only
-/// (no contraction, sums in lane order), so that all give the same bits. What they define has internal
-/// linkage, and their headers must not pull in templates of other libraries: what these instantiate in an
-/// AVX-512 object could be linked into the baseline.
+/// Kernels, the innermost loops (*_kernel.cpp, in lanes of 16 floats, see lanes.h), are compiled once per
+/// instruction set (PACKMESH_INSTRUCTION_SET) and selected at run time. All versions give the same bits: they
+/// use IEEE operations only (no contraction, sums in lane order). Kernels have internal linkage, and their
+/// headers must not instantiate templates of other libraries: the linker might use such an instance from an
+/// AVX-512 object in baseline code.
 #pragma once
 
 #include <type_traits>
@@ -14,11 +14,11 @@ namespace packmesh {
 
 enum class InstructionSet { portable, avx2, avx512 };
 
-/// Whether this processor has it.
+/// True if this processor supports `set`.
 bool available(InstructionSet set);
 
-/// The best instruction set available, unless the environment variable PACKMESH_ISA (portable, avx2, avx512)
-/// asks for another one that is.
+/// The best available instruction set, or the one named by the environment variable PACKMESH_ISA (portable,
+/// avx2, avx512) if it is available.
 InstructionSet chosenInstructionSet();
 
 /// Calls `choose` with a constant (std::integral_constant) of value `set`. Pre: available(set).

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Sixteen floats that are worked on together, as many vector registers of the instruction set at hand
-/// as that takes. Every operation is one IEEE operation per lane, so that all instruction sets give the same
-/// bits.
+/// @file Vectors of sixteen floats, in as many registers of the current instruction set as needed. Every
+/// operation is one IEEE operation per lane, so all instruction sets give the same bits.
 ///
-/// For the kernels' translation units only: everything has internal linkage, because each of them is compiled
-/// for another processor.
+/// Only for the translation units of kernels: everything has internal linkage, because each unit is compiled
+/// for a different instruction set.
 #pragma once
 
 #if defined(__AVX2__)
@@ -16,7 +15,7 @@ namespace {
 
 constexpr int laneCount = 16;
 
-/// One register: the compiler's vector types, which are lowered well only where they fit.
+/// One register. Compiler vector types are lowered well only if they fit one register.
 #if defined(__AVX512F__)
 constexpr int registerLanes = 16;
 #elif defined(__AVX2__)
@@ -31,8 +30,8 @@ typedef float UnalignedRegister
     __attribute__((vector_size(registerLanes * sizeof(float)), may_alias, aligned(4)));
 typedef int MaskRegister __attribute__((vector_size(registerLanes * sizeof(int))));
 
-/// What vector types do not know, or g++ makes several instructions of: the larger (a > b ? a : b), the
-/// smaller, bits of lanes, the 32 bits that begin at each of the elements `base[at]`.
+/// Operations that vector types lack, or that g++ compiles to several instructions: maximum (a > b ? a : b),
+/// minimum, bits of a mask, and gather (the 32 bits that begin at each element `base[at]`).
 #if defined(__AVX512F__)
 inline Register larger(Register a, Register b) {
   return _mm512_max_ps(a, b);
@@ -87,7 +86,7 @@ struct Lanes {
   Register r[registers];
 };
 
-/// Sixteen whole numbers.
+/// Sixteen integers.
 using Ints = Mask;
 
 template <class Operation>
@@ -104,7 +103,7 @@ inline __attribute__((always_inline)) Mask eachMask(Operation operation) {
 }
 
 inline Lanes splat(float v) {
-  return each([&](int) { return v - Register{}; });  // v + 0 would make zeros positive
+  return each([&](int) { return v - Register{}; });  // v + 0 would turn -0 into +0
 }
 inline Lanes load(const float* p) {
   return each(
@@ -207,7 +206,7 @@ inline Ints gather(const Element* base, const Ints& at) {
   return eachMask([&](int k) { return gather(base, at.r[k]); });
 }
 
-/// Bit k is set where lane k of the mask is.
+/// Bit k is set if lane k of the mask is set.
 inline unsigned bitsOf(const Mask& m) {
 #if defined(__AVX512F__)
   return bitsOf(m.r[0]);
@@ -220,7 +219,7 @@ inline unsigned bitsOf(const Mask& m) {
 #endif
 }
 
-/// Bit k is set where lane k of a is less than that of b.
+/// Bit k is set if lane k of a is less than lane k of b.
 inline unsigned bitsWhereLess(const Lanes& a, const Lanes& b) {
 #if defined(__AVX512F__)
   return _mm512_cmp_ps_mask(a.r[0], b.r[0], _CMP_LT_OQ);
@@ -271,7 +270,7 @@ inline int laneOf(const Ints& a, int lane) {
   return a.r[lane / registerLanes][lane % registerLanes];
 }
 
-/// Folds the lanes k and k + 8, then k and k + 4: what is left of a sum or an extremum.
+/// Combines lanes k and k + 8, then k and k + 4: the remaining four lanes of a sum or an extremum.
 template <class Operation>
 inline __attribute__((always_inline)) Four folded(const Lanes& a, Operation operation) {
 #if defined(__AVX2__)
@@ -289,11 +288,11 @@ inline __attribute__((always_inline)) Four folded(const Lanes& a, Operation oper
 #endif
 }
 
-/// Four sums, each in an order that every instruction set keeps: lanes k and k + 8, then k and k + 4, ...
+/// Four sums, in the same order for every instruction set: lanes k and k + 8, then k and k + 4, ...
 inline void sums(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d, float out[4]) {
   const auto add = [](auto x, auto y) { return x + y; };
   const Four ab[2] = {folded(a, add), folded(b, add)}, cd[2] = {folded(c, add), folded(d, add)};
-  // Even and odd lanes of two at a time.
+  // Even and odd lanes of two vectors at a time.
   const Four p =
       __builtin_shufflevector(ab[0], ab[1], 0, 4, 1, 5) + __builtin_shufflevector(ab[0], ab[1], 2, 6, 3, 7);
   const Four q =

@@ -12,7 +12,7 @@ using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("check judges the clearances asked for", "[executable]") {
+TEST_CASE("check tests the requested clearances", "[executable]") {
   const TemporaryFolder folder;
   const std::string tube = "--cylinder x 8 30 ";
   REQUIRE(run(folder.path(), tube + "--rbc 9 --clearance 0.2 --wall-clearance 0.3").exitCode == 0);
@@ -31,7 +31,7 @@ TEST_CASE("check judges the clearances asked for", "[executable]") {
                  Contains("Minimum gap: ") && !Contains("cells overlap"));
 }
 
-TEST_CASE("check says what it could not examine", "[executable]") {
+TEST_CASE("check reports what it could not examine", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));
   CHECK_THAT(run(folder.path(), "check config.xml").out, Contains("Verdict: clean\n"));
@@ -41,7 +41,7 @@ TEST_CASE("check says what it could not examine", "[executable]") {
   CHECK_THAT(ran.out, Contains("Verdict: clean; not examined: ghost.pos\n"));
 }
 
-TEST_CASE("check does not look at all pairs where all cells overlap", "[executable]") {
+TEST_CASE("check stops searching for overlaps when all cells overlap", "[executable]") {
   const TemporaryFolder folder;
   std::string file = "1000\n";
   for (int cell = 0; cell < 1000; ++cell) file += fmt::format("{}e-6 1e-6 2e-6 0 0 0\n", cell % 20);
@@ -54,7 +54,7 @@ TEST_CASE("check does not look at all pairs where all cells overlap", "[executab
                           Contains("; of those found, 0 are among cells HemoCell keeps\n"));
 }
 
-TEST_CASE("options of packing are refused by check", "[executable]") {
+TEST_CASE("check rejects options of packing", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "16 16 16 --rbc 2");
   for (const char* option : {"--dry-run", "--validate", "--pov", "--export csv", "--realisations 2",

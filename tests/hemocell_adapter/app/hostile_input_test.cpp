@@ -55,13 +55,13 @@ std::string ellipsoids(int count) {
 
 }  // namespace
 
-TEST_CASE("names of cells that no file or table can hold are refused", "[executable]") {
+TEST_CASE("Cell names that no file or table can hold are rejected", "[executable]") {
   const std::string box = "20 20 20 --cell ", ellipsoid = " 1 2 2 2",
                     expected = "expected a cell name of at most 100 bytes";
   std::vector<Row> rows = {
       {box + std::string(252, 'x') + ellipsoid, 1, expected},
       {box + std::string(101, 'x') + ellipsoid, 1, expected},
-      {"20 20 20 --fixed a,b.pos", 2, "a,b.pos: the name before .pos is that of the cells; " + expected},
+      {"20 20 20 --fixed a,b.pos", 2, "a,b.pos: the name before .pos is the name of the cells; " + expected},
       {"20 20 20 --rbc 1 --state '\x02.h5'", 5, "expected UTF-8 without control characters"},
   };
   for (const char* name : {"a,b",
@@ -84,7 +84,7 @@ TEST_CASE("names of cells that no file or table can hold are refused", "[executa
   CHECK(run(folder.path(), "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv").exitCode == 0);
 }
 
-TEST_CASE("paths that lead nowhere are the user's to mend", "[executable]") {
+TEST_CASE("Invalid paths are reported as errors of the user", "[executable]") {
   const std::string longName(300, 'n'), pack = "20 20 20 --rbc 1 ";
   std::string longPath;
   while (longPath.size() < 5000) longPath += std::string(200, 'p') + '/';
@@ -125,7 +125,7 @@ TEST_CASE("paths that lead nowhere are the user's to mend", "[executable]") {
   });
 }
 
-TEST_CASE("pipes, devices and files that cannot be read are refused as input", "[executable]") {
+TEST_CASE("Pipes, devices and unreadable files are rejected as input", "[executable]") {
   const auto fifo = [](const std::string& name) {
     return [=](const fs::path& folder) {
       fs::remove(folder / name);
@@ -139,8 +139,8 @@ TEST_CASE("pipes, devices and files that cannot be read are refused as input", "
       {"20 20 20 --cell-mesh a 1 a.off", 2, "a.off: is a pipe, expected a mesh file", fifo("a.off")},
       {"20 20 20 --rbc 2 --fixed RBC.pos", 2, "RBC.pos: is a pipe, expected a .pos file", fifo("RBC.pos")},
       {"check --box 20 20 20", 2, "RBC.pos: is a pipe, expected a .pos file", fifo("RBC.pos")},
-      {"--restart s.h5", 2, "s.h5: is a pipe, expected a state of packMesh", fifo("s.h5")},
-      {"20 20 20 --rbc 1 --state s.h5", 5, "s.h5: is not a file, so it cannot be replaced by one",
+      {"--restart s.h5", 2, "s.h5: is a pipe, expected a packMesh state", fifo("s.h5")},
+      {"20 20 20 --rbc 1 --state s.h5", 5, "s.h5: is not a regular file and cannot be replaced",
        fifo("s.h5")},
       // Of a regular file by its kind; what a process has at address 0 cannot be read.
       {"20 20 20 --cell-mesh a 1 a.stl", 2, "a.stl: cannot be read: Input/output error",
@@ -148,7 +148,7 @@ TEST_CASE("pipes, devices and files that cannot be read are refused as input", "
   });
 }
 
-TEST_CASE("folders without permission are told from files that are not there", "[executable]") {
+TEST_CASE("Folders without permission are distinguished from missing files", "[executable]") {
   std::string asNobody;  // root may do everything
   if (geteuid() == 0) {
     if (std::system("setpriv --version > /dev/null 2>&1") != 0) return;
@@ -182,16 +182,16 @@ TEST_CASE("folders without permission are told from files that are not there", "
   fs::permissions(folder.path() / "locked", fs::perms::all);
 }
 
-TEST_CASE("input of absurd sizes is refused, large input is read quickly", "[executable]") {
+TEST_CASE("Input of implausible size is rejected, and large input is read quickly", "[executable]") {
   const auto config = [](const std::string& text) {
     return [=](const fs::path& folder) { writeText(folder / "config.xml", text); };
   };
   std::string attributes;
   for (int i = 0; i < 200'000; ++i) attributes += fmt::format("a{}=\"1\" ", i);
   requireRefused({
-      {"config.xml", 2, "config.xml:2: a tag with more than 1000 attributes",
+      {"config.xml", 2, "config.xml:2: a tag has more than 1000 attributes",
        config(caseOf("<!-- <a = = = > -->\n<species name=\"RBC\" " + attributes + "/>"))},
-      {"config.xml", 2, "more than 10000 kinds of cells", config(caseOf(ellipsoids(10'001)))},
+      {"config.xml", 2, "more than 10000 species", config(caseOf(ellipsoids(10'001)))},
   });
   const TemporaryFolder folder;
   writeText(folder.path() / "config.xml", caseOf(ellipsoids(2000)));
@@ -201,24 +201,24 @@ TEST_CASE("input of absurd sizes is refused, large input is read quickly", "[exe
   CHECK_THAT(ran.out, Contains("config.xml is valid"));
 }
 
-TEST_CASE("<packing> counts directly in <hemocell> alone", "[executable]") {
+TEST_CASE("<packing> is accepted only as a child of <hemocell>", "[executable]") {
   const std::string domain = "<domain>" + sampleDomain + "</domain>",
                     packing = "<packing><seed>2</seed></packing>";
   const auto config = [](const std::string& text) {
     return [=](const fs::path& folder) { writeText(folder / "config.xml", text); };
   };
   requireRefused({
-      {"config.xml --rbc 1", 2, "config.xml:2: <packing>: stands outside of <hemocell>",
+      {"config.xml --rbc 1", 2, "config.xml:2: <packing>: found outside of <hemocell>",
        config("<hemocell>" + domain + "</hemocell>\n" + packing)},
       {"config.xml --rbc 1", 2,
-       "config.xml:1: <packing>: stands in <domain>; it belongs directly into <hemocell>",
+       "config.xml:1: <packing>: found in <domain>; it must be a child of <hemocell>",
        config("<hemocell><domain>" + sampleDomain + packing + "</domain></hemocell>")},
       {"config.xml --rbc 1", 2, "config.xml:1: <Packing>: unknown tag, did you mean <packing>?",
        config("<hemocell>" + domain + "<Packing/></hemocell>")},
   });
 }
 
-TEST_CASE("check is understood wherever it stands", "[executable]") {
+TEST_CASE("check is recognised at any position of the command line", "[executable]") {
   const SampleCase folder;
   REQUIRE(run(folder.path(), "config.xml --rbc 5").exitCode == 0);
   const Ran usual = run(folder.path(), "check config.xml"), other = run(folder.path(), "config.xml check");
@@ -228,7 +228,7 @@ TEST_CASE("check is understood wherever it stands", "[executable]") {
   CHECK_THAT(other.out, Contains("Verdict: clean"));
 }
 
-TEST_CASE("options given twice with different values are refused") {
+TEST_CASE("Options given twice with different values are rejected") {
   const auto parse = [](const std::vector<std::string>& words, const char* name = "packMesh",
                         std::size_t earlier = 0) {
     return parseCommandLine(name, words, earlier).settings();
@@ -253,7 +253,7 @@ TEST_CASE("options given twice with different values are refused") {
                        "0.1", "--fixed", "a/RBC.pos", "--fixed",  "a/PLT.pos", "--vtp",  "--vtp"}));
 }
 
-TEST_CASE("columns of cells that are held to a direction are refused for that reason", "[executable]") {
+TEST_CASE("Columns are rejected for cells with a prescribed direction", "[executable]") {
   requireRefused({{"40 40 40 --ends periodic --rbc 40 --order columns --orient RBC 0 0 1 5", 2,
                    "cannot start in columns: its cells are held to a direction"}});
 }

@@ -9,7 +9,7 @@ using namespace packmesh;
 using namespace packmesh::hemocell;
 using Catch::Matchers::Contains;
 
-TEST_CASE("What does not fit into memory is refused with figures") {
+TEST_CASE("A problem that does not fit into memory is rejected with figures") {
   const Communicator alone;
   REQUIRE(availableMemory(alone) > leastMemory(1000.0));
   REQUIRE_NOTHROW(requireMemory(1000, alone));

@@ -85,12 +85,12 @@ void requireSameOnRanks(const std::string& arguments, const std::vector<int>& nu
 
 }  // namespace
 
-TEST_CASE("a case gives the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("A case gives the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1 --pov --state state.h5");
   requireSameOnRanks("config.xml --hematocrit 0.5 --max-iterations 10 --best-effort");
 }
 
-TEST_CASE("every kind of output is the same on 1, 2, 3 and 5 ranks, with both methods", "[ranks]") {
+TEST_CASE("All outputs are the same on 1, 2, 3 and 5 ranks with both methods", "[ranks]") {
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export lammps";
   requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs, {1, 2, 3, 5});
@@ -98,45 +98,45 @@ TEST_CASE("every kind of output is the same on 1, 2, 3 and 5 ranks, with both me
   requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp", {1, 2, 3, 5});
 }
 
-TEST_CASE("boxes and tubes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Boxes and tubes give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("60 60 60 --hematocrit 0.3 --plt_ratio 0.05 --seed 5");
   requireSameOnRanks("80 30 30 --hematocrit 0.3 --state state.h5");
   requireSameOnRanks("--cylinder z 10 80 --hematocrit 0.35 --state state.h5");
 }
 
-TEST_CASE("method cat gives the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Method cat gives the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("18 18 18 --hematocrit 0.25 --method cat --state state.h5");
 }
 
-TEST_CASE("escapes give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Escapes give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
       "--sphere 5.5 --rbc 4 --plt 3 --method cat --escape --best-effort --state state.h5 --growth iterations "
       "12 "
       "--growth attempts 1");
 }
 
-TEST_CASE("CAT faces give the same files and words on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("CAT faces give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks("config.xml --rbc 2 --method cat --builder cat-faces --state state.h5");
 }
 
-TEST_CASE("tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
       "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
 }
 
-TEST_CASE("columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
       "60 60 60 --ends periodic --hematocrit 0.6 --plt_ratio 0.02 --order columns --state state.h5 "
       "--best-effort "
       "--max-iterations 40");
 }
 
-TEST_CASE("layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
+TEST_CASE("Layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
       "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
 }
 
-TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[ranks]") {
+TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ranks]") {
   struct Fault {
     const char* arguments;
     int exitCode;
@@ -158,7 +158,7 @@ TEST_CASE("a problem is told once, ends all ranks and leaves nothing behind", "[
   }
 }
 
-TEST_CASE("a rank that finds other files than the first one ends all", "[ranks]") {
+TEST_CASE("A rank that finds different files than the first rank ends all ranks", "[ranks]") {
   const SampleCase folder;
   fs::create_directory(folder.path() / "other");
   for (const auto& entry : fs::directory_iterator(folder.path()))
@@ -179,7 +179,7 @@ TEST_CASE("a rank that finds other files than the first one ends all", "[ranks]"
   REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
 }
 
-TEST_CASE("ranks without a block are idle, which is said", "[ranks]") {
+TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   const SampleCase folder;
   const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
   INFO(ran.all());
@@ -187,7 +187,7 @@ TEST_CASE("ranks without a block are idle, which is said", "[ranks]") {
   CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the others had nothing to do"));
 }
 
-TEST_CASE("check under mpirun is done by one rank", "[ranks]") {
+TEST_CASE("check runs on one rank under mpirun", "[ranks]") {
   const SampleCase folder;
   REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2").exitCode == 0);
   const Ran ran = run(folder.path(), "check config.xml", "packMesh", onRanks(2));
@@ -198,7 +198,7 @@ TEST_CASE("check under mpirun is done by one rank", "[ranks]") {
   CHECK(run(folder.path(), "check config.xml", "packMesh", onRanks(2)).exitCode == 4);
 }
 
-TEST_CASE("what all ranks find wrong is told once", "[ranks]") {
+TEST_CASE("An error found by all ranks is reported once", "[ranks]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "50 50 50 --rbc 60 --clearance 20", "packMesh", onRanks(3));
   INFO(ran.all());

@@ -11,7 +11,7 @@ using namespace packmesh;
 using namespace packmesh::hemocell;
 using Catch::Matchers::Contains;
 
-TEST_CASE("README and help list the exit codes as they are", "[readme]") {
+TEST_CASE("README and help list the exit codes", "[readme]") {
   std::string readme = test::readText(README_FILE), help = helpText(false);
   readme.erase(std::remove(readme.begin(), readme.end(), '`'), readme.end());
   std::replace(help.begin(), help.end(), '\n', ' ');

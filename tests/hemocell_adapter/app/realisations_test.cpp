@@ -11,7 +11,7 @@ using namespace packmesh::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
-TEST_CASE("realisations differ by their seeds, each in its folder", "[executable]") {
+TEST_CASE("Realisations differ by their seeds and have separate folders", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "15 15 15 --hematocrit 0.2 --plt_ratio 0 --seed 7 --output-dir alone");
   ok(folder, "15 15 15 --hematocrit 0.2 --plt_ratio 0 --seed 6 --realisations 10");
@@ -26,7 +26,7 @@ TEST_CASE("realisations differ by their seeds, each in its folder", "[executable
   CHECK(run(folder.path(), "15 15 15 --rbc 2 --realisations 0").exitCode == 1);
 }
 
-TEST_CASE("a realisation goes on with the files of its own folder", "[executable]") {
+TEST_CASE("A realisation continues from the files of its own folder", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "15 15 15 --rbc 3 --realisations 2 --state s.h5 --report r.json");
   const fs::path one = folder.path() / "realisation_2";
@@ -40,8 +40,7 @@ TEST_CASE("a realisation goes on with the files of its own folder", "[executable
   CHECK_FALSE(fs::exists(folder.path() / "s.h5"));
 }
 
-TEST_CASE("a restart goes on with the realisations that are left, from wherever it is started",
-          "[executable]") {
+TEST_CASE("A restart continues the remaining realisations from any working directory", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "15 15 15 --rbc 3 --realisations 3 --state s.h5");
   std::map<std::string, std::string> before;
@@ -71,7 +70,8 @@ TEST_CASE("a restart goes on with the realisations that are left, from wherever 
   CHECK_THAT(elsewhere.err, Contains("./realisation_1/state.h5; found 's.h5'"));
 }
 
-TEST_CASE("realisations of a case go on inside the folder of one, and check sees them all", "[executable]") {
+TEST_CASE("Realisations of a case continue in their folders, and check examines all of them",
+          "[executable]") {
   const SampleCase folder(
       "<packing> <species name=\"RBC\" count=\"3\"/> <realisations> 2 </realisations> </packing>");
   ok(folder, "config.xml --state s.h5");
@@ -108,7 +108,7 @@ TEST_CASE("realisations of a case go on inside the folder of one, and check sees
   CHECK_THAT(ok(folder, "config.xml").err, Contains("RBC.pos belongs to none of the realisations"));
 }
 
-TEST_CASE("means and spreads of realisations are told and written", "[executable]") {
+TEST_CASE("Means and standard deviations of realisations are printed and written", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = ok(folder, "18 18 18 --hematocrit 0.4 --plt_ratio 0 --realisations 3 --seed 5");
   CHECK_THAT(ran.out, Contains("Of 3 realisations:") && Contains("std. dev.") &&

@@ -21,7 +21,7 @@ const std::string small = "20 20 20 --rbc 3";
 
 }  // namespace
 
-TEST_CASE("two runs in one folder: the second is told who is there", "[executable]") {
+TEST_CASE("A second run in the same folder is rejected and names the first", "[executable]") {
   const TemporaryFolder folder;
   {
     const RunLock held = RunLock::ofFolder(folder.path());
@@ -46,7 +46,7 @@ TEST_CASE("two runs in one folder: the second is told who is there", "[executabl
   CHECK(folder.files() == 2);  // RBC.pos, other
 }
 
-TEST_CASE("two runs with one state: the second is refused wherever it packs", "[executable]") {
+TEST_CASE("A second run with the same state is rejected in any folder", "[executable]") {
   const TemporaryFolder folder;
   {
     const RunLock held = RunLock::ofFile(folder.path() / "s.h5");
@@ -64,7 +64,7 @@ TEST_CASE("two runs with one state: the second is refused wherever it packs", "[
   CHECK(folder.files() == 4);  // RBC.pos, s.h5, s.xdmf, what is left of t.h5
 }
 
-TEST_CASE("a lock ends with its process, however that ends", "[executable]") {
+TEST_CASE("A lock ends with its process, however the process ends", "[executable]") {
   const TemporaryFolder folder;
   int ready[2];
   REQUIRE(pipe(ready) == 0);
@@ -87,7 +87,7 @@ TEST_CASE("a lock ends with its process, however that ends", "[executable]") {
   CHECK(folder.files() == 1);
 }
 
-TEST_CASE("a folder that was made for a run that wrote nothing goes away") {
+TEST_CASE("A folder created by a run that wrote nothing is removed") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(),
                       "15 15 15 --hematocrit 0.7 --max-iterations 20 --output-dir new/deep --state new/s.h5");

@@ -9,7 +9,7 @@ using namespace packmesh::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
-TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executable]") {
+TEST_CASE("A case is packed and certified, and HemoCell keeps all cells", "[executable]") {
   const SampleCase folder;
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3");
   INFO(packed.all());
@@ -37,7 +37,7 @@ TEST_CASE("a case is packed, certified, and HemoCell keeps all of it", "[executa
   CHECK(readText(folder.path() / "RBC.pos") != first);
 }
 
-TEST_CASE("the packing section alone suffices, options override it", "[executable]") {
+TEST_CASE("The packing section is sufficient, and options override it", "[executable]") {
   const SampleCase folder(
       "<packing> <hematocrit> 0.2 </hematocrit> <species name=\"RBC\" minimumDistanceFromSolid=\"1\"/> "
       "</packing>");
@@ -56,7 +56,7 @@ TEST_CASE("the packing section alone suffices, options override it", "[executabl
   CHECK(cellsIn(folder.path() / "new/folder/RBC.pos") == n);
 }
 
-TEST_CASE("nearness to the limit is one of meshes, whatever a red cell counts as", "[executable]") {
+TEST_CASE("Proximity to the density limit is computed from meshes, for any red cell volume", "[executable]") {
   const TemporaryFolder folder;
   const Ran packCells = run(folder.path(), "20 20 20 --hematocrit 0.61 --plt_ratio 0", "packCells");
   INFO(packCells.all());
@@ -67,7 +67,7 @@ TEST_CASE("nearness to the limit is one of meshes, whatever a red cell counts as
   CHECK_THAT(counted.err, Contains("fill 0.6249 of the lumen: above 0.61"));
 }
 
-TEST_CASE("a ratio that looks like per cent is told", "[executable]") {
+TEST_CASE("A ratio that looks like a percentage gives a warning", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.02 --plt_ratio 7 --dry-run");
   CHECK(ran.exitCode == 0);
@@ -79,7 +79,7 @@ TEST_CASE("a ratio that looks like per cent is told", "[executable]") {
   CHECK_THAT(run(file.path(), "config.xml --dry-run").err, Contains("0.05 may be meant"));
 }
 
-TEST_CASE("cells in columns are denser than at random", "[executable]") {
+TEST_CASE("Cells in columns are packed more densely than random packings", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran =
       ok(folder,
@@ -93,7 +93,8 @@ TEST_CASE("cells in columns are denser than at random", "[executable]") {
              Contains("In columns"));
 }
 
-TEST_CASE("out of reach: says how far it came, writes only on request, keeps old files", "[executable]") {
+TEST_CASE("An infeasible request reports the best result, writes only on request and keeps old files",
+          "[executable]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "RBC.pos", "old");
   const std::string arguments = "15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 300 --max-time 20";
@@ -110,7 +111,7 @@ TEST_CASE("out of reach: says how far it came, writes only on request, keeps old
   CHECK(run(folder.path(), "check --box 15 15 15").exitCode == 0);
 }
 
-TEST_CASE("a limit that is met with nothing left to do is no failure", "[executable]") {
+TEST_CASE("A limit reached when nothing is left to do is not an error", "[executable]") {
   const TemporaryFolder folder;
   for (const char* arguments :
        {"60 60 60 --rbc 5 --max-iterations 1", "60 60 60 --rbc 1 --ends periodic --max-time 1e-9"}) {
@@ -126,16 +127,17 @@ TEST_CASE("a limit that is met with nothing left to do is no failure", "[executa
              Contains("a certified packing found has hematocrit") && !Contains("the densest certified"));
 }
 
-TEST_CASE("time that ends before packing begins is told as such", "[executable]") {
+TEST_CASE("A time limit that expires before packing begins is reported", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "50 50 50 --rbc 1 --max-time 1e-9");
   INFO(ran.all());
   CHECK(ran.exitCode == 3);
-  CHECK_THAT(ran.err, Contains("the time limit of 1e-09 s was reached before packing began; nothing was written") &&
-                          !Contains("hematocrit"));
+  CHECK_THAT(ran.err,
+             Contains("the time limit of 1e-09 s was reached before packing began; nothing was written") &&
+                 !Contains("hematocrit"));
 }
 
-TEST_CASE("columns are proposed only where a random packing is out of reach", "[executable]") {
+TEST_CASE("Columns are suggested only where a random packing is not feasible", "[executable]") {
   const TemporaryFolder folder;
   for (const auto& [hematocrit, proposed] : {std::pair("0.3", false), {"0.64", true}}) {
     const Ran ran = run(
@@ -148,7 +150,7 @@ TEST_CASE("columns are proposed only where a random packing is out of reach", "[
   }
 }
 
-TEST_CASE("Ctrl-C ends cleanly", "[executable]") {
+TEST_CASE("Ctrl-C ends the program cleanly", "[executable]") {
   const TemporaryFolder folder;
   // A shell's background jobs ignore SIGINT, python's do not; the signal comes when the run has told what it
   // packs.
@@ -168,7 +170,7 @@ sys.exit(run.returncode)
   CHECK(fs::is_empty(folder.path()));
 }
 
-TEST_CASE("help, reference and version", "[executable]") {
+TEST_CASE("Help, reference and version are printed", "[executable]") {
   const TemporaryFolder folder;
   Ran ran = run(folder.path(), "--help");
   CHECK(ran.exitCode == 0);

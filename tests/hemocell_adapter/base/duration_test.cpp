@@ -5,7 +5,7 @@
 
 using packmesh::hemocell::durationText;
 
-TEST_CASE("times are told as people tell them", "[duration]") {
+TEST_CASE("Durations are printed in readable units", "[duration]") {
   CHECK(durationText(0.0) == "0 s");
   CHECK(durationText(0.25) == "0.25 s");
   CHECK(durationText(9.0) == "9 s");

@@ -23,7 +23,7 @@ TEST_CASE("Plain text is UTF-8 without control characters") {
   }
 }
 
-TEST_CASE("Of overlong names both ends are shown") {
+TEST_CASE("Overlong names are shortened in the middle") {
   const std::string sensible(400, 'n'), head(150, 'h'), tail(149, 't');
   for (const std::string& text :
        {std::string(), sensible, sensible + ' ' + sensible + '\n' + sensible + '\t'})

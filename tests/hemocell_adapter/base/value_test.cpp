@@ -20,7 +20,7 @@ ValueSpec spec(Kind kind) {
 
 }  // namespace
 
-TEST_CASE("numbers are read wholly or not at all", "[value]") {
+TEST_CASE("Numbers are parsed entirely or rejected", "[value]") {
   CHECK(toNumber("5e-7") == 5e-7);
   CHECK(toNumber("+0.5") == 0.5);
   CHECK(toNumber("-3") == -3.0);
@@ -31,7 +31,7 @@ TEST_CASE("numbers are read wholly or not at all", "[value]") {
   CHECK(std::isinf(*toNumber("1e999")));
 }
 
-TEST_CASE("values keep to their kind and range", "[value]") {
+TEST_CASE("Values must have the right kind and range", "[value]") {
   ValueSpec fraction = spec(Kind::number);
   fraction.low = 0;
   fraction.lowExcluded = true;
@@ -63,7 +63,7 @@ TEST_CASE("values keep to their kind and range", "[value]") {
   CHECK_THROWS_AS(parseValue(spec(Kind::name), "a b"), InputError);
 }
 
-TEST_CASE("slips of the fingers are recognised", "[value]") {
+TEST_CASE("Typing errors are recognised", "[value]") {
   const std::vector<std::string> known = {"hematocrit", "seed", "clearance", "wallClearance"};
   CHECK(nearestName("hematocrti", known) == std::string("hematocrit"));
   CHECK(nearestName("hematokrit", known) == std::string("hematocrit"));

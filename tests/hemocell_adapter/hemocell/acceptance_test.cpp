@@ -76,7 +76,7 @@ TEST_CASE("HemoCell keeps vertices above -0.5 and up to n - 0.5 on every axis", 
   CHECK(!acceptance.violation({inside}));
 }
 
-TEST_CASE("The node that counts is trunc(p + 0.5)", "[acceptance]") {
+TEST_CASE("The node of a vertex is trunc(p + 0.5)", "[acceptance]") {
   auto lattice = std::make_shared<Lattice>(std::array<int, 3>{8, 8, 8}, 0.5);
   lattice->setFluid(3, 4, 4, false);
   lattice->setFluid(0, 0, 0, false);
@@ -99,7 +99,7 @@ TEST_CASE("A minimum distance from solid keeps a cube of nodes free", "[acceptan
     CHECK(one.allows(0.5 * Vec3(i, i, i)) == (std::abs(i - 8) > 2));  // a cube, not a ball
     CHECK(one.allows({0.5 * i, 5.5, 4}));
   }
-  CHECK(one.violation({{3, 4, 4}}) == std::string("nearer than 1 µm to a solid node"));
+  CHECK(one.violation({{3, 4, 4}}) == std::string("closer than 1 µm to a solid node"));
   CHECK(one.violation({{4, 4, 4}}) == std::string("a vertex lies on a wall node"));
   CHECK(one.allows({-0.2, 4, 4}));  // what lies outside the lattice does not count
   // int(d/dx): 0.4 µm nodes, 1 µm is 2 nodes; 0.1 µm, 10.
@@ -113,7 +113,7 @@ TEST_CASE("A minimum distance from solid keeps a cube of nodes free", "[acceptan
   }
 }
 
-TEST_CASE("Cells in a tube are kept as a plain check of every vertex says", "[acceptance]") {
+TEST_CASE("Acceptance in a tube agrees with a plain test of every vertex", "[acceptance]") {
   // The tube of an independent description: 32 half planes, moved out by 1e-3 nodes along vertex normals.
   const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0, 12.0), 0.5, 1, 40);
   auto lattice = std::make_shared<Lattice>(vessel.lattice);
@@ -165,7 +165,7 @@ TEST_CASE("Cells in a tube are kept as a plain check of every vertex says", "[ac
   CHECK(kept[2] < kept[1]);
 }
 
-TEST_CASE("Of the shipped pipe flow, HemoCell's own counts are kept", "[.][pipeflow]") {
+TEST_CASE("Acceptance reproduces HemoCell's counts for the shipped pipe flow", "[.][pipeflow]") {
   const char* folder = std::getenv("PACKMESH_HEMOCELL_PIPEFLOW");
   if (!folder) {
     std::cerr << "not run: PACKMESH_HEMOCELL_PIPEFLOW does not name HemoCell's examples/pipeflow\n";
@@ -217,7 +217,7 @@ TEST_CASE("The accepted wall is the nearer of the true wall and the voxels", "[a
   CHECK(makeAcceptedWall(nullptr, lattice, 0, 0.0)->slack() == Approx(0.065));
 }
 
-TEST_CASE("Clearance is to the true wall, of voxels cells only have to stay clear", "[acceptance]") {
+TEST_CASE("The clearance applies to the true wall, and cells need only avoid the voxels", "[acceptance]") {
   auto lattice = std::make_shared<Lattice>(std::array<int, 3>{40, 40, 40}, 0.5);
   lattice->setFluid(20, 20, 30, false);
   const Floor floor;
@@ -240,7 +240,7 @@ TEST_CASE("Clearance is to the true wall, of voxels cells only have to stay clea
   REQUIRE(certificateAt(&floor, tooLow).misplaced.size() == 1);
   CHECK(certificateAt(&floor, tooLow).misplaced[0].gap == Approx(0.75).margin(1e-12));
   CHECK(certificateAt(&floor, tooLow).misplaced[0].reason ==
-        "is 0.75 µm from the wall, less than the 1 µm asked for");
+        "is 0.75 µm from the wall, less than the required 1 µm");
 
   // 0.1 µm beyond the face of the lattice, and as far into a solid voxel: nearer to the voxels than the
   // clearance is no fault, beyond them is, however large the clearance.
@@ -257,7 +257,8 @@ TEST_CASE("Clearance is to the true wall, of voxels cells only have to stay clea
     }
 }
 
-TEST_CASE("The accepted wall samples blocks of nodes as it does nodes", "[acceptance]") {
+TEST_CASE("The accepted wall gives the same distances for blocks of nodes as for single nodes",
+          "[acceptance]") {
   const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0, 12.0), 0.5, 1, 40);
   const auto lattice = std::make_shared<Lattice>(vessel.lattice);
   VesselEnds ends;

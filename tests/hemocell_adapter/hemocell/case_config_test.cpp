@@ -21,7 +21,7 @@ CaseConfig read(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("a vessel case", "[case_config]") {
+TEST_CASE("The lattice of a vessel case is read from config.xml", "[case_config]") {
   const CaseConfig config =
       read(configXml("<geometry> <!-- where --> tube.stl </geometry>s <dx> 5e-7 </dx>"
                      "<refDir> 1 </refDir> <refDirN> 50 </refDirN> <unknown/>"));
@@ -33,7 +33,7 @@ TEST_CASE("a vessel case", "[case_config]") {
   CHECK_FALSE(config.hasPacking);
 }
 
-TEST_CASE("cases without a geometry are boxes of nodes", "[case_config]") {
+TEST_CASE("Cases without a geometry are boxes of nodes", "[case_config]") {
   using Nodes = std::array<int, 3>;
   CHECK(read(configXml("<dx>5e-7</dx><nx> 40 </nx><ny>41</ny><nz>42</nz>")).domain.boxNodes ==
         Nodes{40, 41, 42});
@@ -43,7 +43,7 @@ TEST_CASE("cases without a geometry are boxes of nodes", "[case_config]") {
   CHECK(read(configXml("<dx>1e-6</dx><refDirN>256</refDirN>")).domain.boxNodes == Nodes{256, 256, 256});
 }
 
-TEST_CASE("the packing section", "[case_config]") {
+TEST_CASE("The packing section is read from config.xml", "[case_config]") {
   const CaseConfig config = read(configXml(sampleDomain, R"(<packing>
     <!-- all there is -->
     <hematocrit> 0.4 </hematocrit> <hematocritVolume> fluid </hematocritVolume> <redCellVolume> 97 </redCellVolume>
@@ -108,7 +108,7 @@ TEST_CASE("the packing section", "[case_config]") {
   CHECK(s.container->nodes == Vec3(100, 80, 60));
 }
 
-TEST_CASE("everything wrong with a config.xml is named with its place", "[case_config]") {
+TEST_CASE("Every error in config.xml is reported with its position", "[case_config]") {
   struct Row {
     std::string text, message;
   };
@@ -117,8 +117,8 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
   };
   const std::string rest = "<refDir>1</refDir><refDirN>50</refDirN>";
   for (const Row& row : {
-           Row{"", "is empty or no text"},
-           {std::string("\0<hemocell/>", 12), "is empty or no text"},
+           Row{"", "is empty or not text"},
+           {std::string("\0<hemocell/>", 12), "is empty or not text"},
            {"garbage", "not well-formed XML"},
            {"\x7f\x45\x4c\x46 binary", "not well-formed XML"},
            {"<hemocell><domain></hemocell>", "not closed by its own end tag"},
@@ -130,7 +130,7 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {configXml("<dx> 0.5 </dx>"), "found '0.5'"},
            {configXml("<dx></dx>"), "found nothing"},
            {configXml("<dx> nan </dx>"), "found 'nan'"},
-           {configXml("<dx>5e-7</dx><dx>5e-7</dx>"), "stands here a second time"},
+           {configXml("<dx>5e-7</dx><dx>5e-7</dx>"), "this tag occurs twice"},
            {configXml("<dx>5e-7</dx>"), "the lattice is unknown"},
            {configXml("<dx>5e-7</dx><geometry/>" + rest), "<geometry>: expected some text, found nothing"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir>"), "has no <refDirN>"},
@@ -139,7 +139,7 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>fifty</refDirN>"),
             "found 'fifty'"},
            {configXml("<dx>5e-7</dx><geometry>a.stl</geometry><refDir>1</refDir><refDirN>1e3</refDirN>"),
-            "<refDirN>: expected a whole number in digits alone, found '1e3'"},
+            "<refDirN>: expected a whole number without exponent, found '1e3'"},
            {configXml("<dx>5e-7</dx><nx>10</nx><ny>10</ny>"), "has no <nz>"},
            {configXml("<dx>5e-7</dx><nx>-10</nx><ny>10</ny><nz>10</nz>"), "found '-10'"},
            {packing("<hematokrit>0.4</hematokrit>"),
@@ -148,7 +148,7 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {packing("<hematocrit>0,4</hematocrit>"), "found '0,4'"},
            {packing("<seed>-1</seed>"), "<seed>: expected a whole number"},
            {packing("<ends>perodic</ends>"), "did you mean 'periodic'?"},
-           {packing("<seed>1</seed><seed>2</seed>"), "second time"},
+           {packing("<seed>1</seed><seed>2</seed>"), "occurs twice"},
            {packing("seed=1"), "stray text"},
            {packing("<species/>"), "the attribute name is missing"},
            {packing("<species name='RBC' cuont='3'/>"), "unknown attribute 'cuont'; did you mean 'count'?"},
@@ -157,8 +157,8 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
             "did you mean 'RBC_FROM_SPHERE'?"},
            {packing("<species name='RBC' minimumDistanceFromSolid='-1'/>"), "expected a number in [0, 1000]"},
            {packing("<preInletRange> y 0 </preInletRange>"),
-            "<preInletRange>: expected a plane of nodes: 0, 1 ... or last, last-1 ..., found nothing"},
-           {packing("<preInletRange> y 0 1 2 </preInletRange>"), "expected 3 words, found 4"},
+            "<preInletRange>: expected a plane of nodes: 0, 1, ... or last, last-1, ..., found nothing"},
+           {packing("<preInletRange> y 0 1 2 </preInletRange>"), "expected 3 values, found 4"},
            {packing("<preInletSlice> -1 </preInletSlice>"), "expected a plane of nodes"},
            {packing("<species name='RBC'/><species name='RBC'/>"), "a second species called 'RBC'"},
            {packing("<species name='RBC'><count>3</count></species>"), "its values are attributes"},
@@ -167,7 +167,7 @@ TEST_CASE("everything wrong with a config.xml is named with its place", "[case_c
            {packing("<container><sphere/></container>"), "the attribute radius is missing"},
            {packing("<container><sphere radius='0'/></container>"),
             "attribute radius: expected a number in (0, 100000]"},
-           {packing("<container><sphere radius='1'/><sphere radius='1'/></container>"), "a second body"},
+           {packing("<container><sphere radius='1'/><sphere radius='1'/></container>"), "second body"},
            {packing("<container><box size='1 2'/></container>"), "expected three numbers"},
        }) {
     CAPTURE(row.text);

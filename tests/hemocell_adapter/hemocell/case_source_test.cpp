@@ -48,7 +48,7 @@ const std::string call = "hemocell.preInlet->preInletFromSlice(Direction::Xpos, 
 
 }  // namespace
 
-TEST_CASE("calls of setInitialMinimumDistanceFromSolid are found however they are written", "[case_source]") {
+TEST_CASE("Calls of setInitialMinimumDistanceFromSolid are found in any notation", "[case_source]") {
   for (
       const auto& [text, expected] : std::vector<std::pair<std::string, std::string>>{
           {R"(hemocell.setInitialMinimumDistanceFromSolid("RBC", 1); //Micrometer! not LU)", "RBC 1"},
@@ -92,7 +92,7 @@ TEST_CASE("calls of setInitialMinimumDistanceFromSolid are found however they ar
   CHECK(source.distances[0].text == "setInitialMinimumDistanceFromSolid(a[1], 1.5)");
 }
 
-TEST_CASE("slices of pre-inlets are followed as far as they are literal", "[case_source]") {
+TEST_CASE("Slices of pre-inlets are determined if they depend on literals only", "[case_source]") {
   for (const auto& [text, expected] : std::vector<std::pair<std::string, std::string>>{
            {box + "slice.x1 = slice.x1 - 5;\nslice.x0 = slice.x1;\n" + call, "Xpos last - 5"},
            {box + "slice.x0 = slice.x1 - 10; slice.x1 = slice.x0;" + call, "Xpos last - 10"},
@@ -140,7 +140,7 @@ TEST_CASE("slices of pre-inlets are followed as far as they are literal", "[case
   CHECK(scanned("void PreInlet::autoPreinletFromBoundary(Direction dir_) { }").preInlets.empty());
 }
 
-TEST_CASE("planes counted from the last one are read as they are written", "[case_source]") {
+TEST_CASE("Planes counted from the last one are read", "[case_source]") {
   CHECK(nodePlaneFromString("0") == 0);
   CHECK(nodePlaneFromString("42") == 42);
   CHECK(nodePlaneFromString("last") == -1);
@@ -153,7 +153,7 @@ TEST_CASE("planes counted from the last one are read as they are written", "[cas
   CHECK(planeIn(3, 100) == 3);
 }
 
-TEST_CASE("the C++ files beside config.xml are read, whatever they are", "[case_source]") {
+TEST_CASE("All C++ files beside config.xml are read", "[case_source]") {
   const TemporaryFolder folder;
   const std::string text = "h.setInitialMinimumDistanceFromSolid(\"RBC\", 1);";
   writeText(folder.path() / "b.cpp", "#include \"a.h\"\r\n h.setSystemPeriodicityLimit(0, 45);" + text);

@@ -100,7 +100,7 @@ TEST_CASE("Constructions have names", "[cell]") {
   CHECK(!defaultModel("vRBC"));
 }
 
-TEST_CASE("A cell's XML is read as HemoCell's, blanks and comments included", "[cell]") {
+TEST_CASE("A cell's XML is read as HemoCell reads it, blanks and comments included", "[cell]") {
   const Folder folder;
   const CellModel rbc =
       readCellXml(folder.write(material(
@@ -130,14 +130,14 @@ TEST_CASE("A cell's XML is read as HemoCell's, blanks and comments included", "[
             .construction == Construction::wbcSphere);
 }
 
-TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and expectation", "[cell]") {
+TEST_CASE("Errors in a cell's XML are reported with file, line, tag, value and expectation", "[cell]") {
   const Folder folder;
   const std::string radius = "<radius>3.91e-6</radius>", triangles = "<minNumTriangles>600</minNumTriangles>";
   struct Case {
     std::string text, expected;
   };
   const Case cases[] = {
-      {"", "is empty or no text"},
+      {"", "is empty or not text"},
       {"<hemocell><MaterialModel></hemocell>", ":1: is not well-formed XML"},
       {"<?xml version=\"1.0\" ?>\n<Hemocell></Hemocell>", ":2: root <Hemocell>, expected <hemocell>"},
       {"<hemocell>\n</hemocell>", ":1: expected <MaterialModel>"},
@@ -154,7 +154,7 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
       {material(triangles + "<radius> </radius>"), "<radius> ''"},
       {material(triangles + "<radius>3.91e-6 m</radius>"), "'3.91e-6 m'"},
       {material(triangles + radius + "\n" + radius),
-       ":5: <radius> stands here and on line 4, expected it once"},
+       ":5: <radius> occurs here and on line 4, expected only one"},
       {material(radius + "<minNumTriangles>0</minNumTriangles>"),
        "<minNumTriangles> '0', expected a whole number"},
       {material(radius + "<minNumTriangles>600.5</minNumTriangles>"), "'600.5'"},
@@ -179,8 +179,7 @@ TEST_CASE("What is wrong in a cell's XML is said with file, line, tag, value and
   CHECK_THROWS_AS(readCellXml(folder.path(), "RBC"), InputError);
 }
 
-TEST_CASE("Templates are those compared with HemoCell's, vertex numbers and triangle order included",
-          "[cell]") {
+TEST_CASE("Templates equal HemoCell's, including vertex numbers and triangle order", "[cell]") {
   std::ifstream in(TEST_DATA_DIR "/templates.txt");
   REQUIRE(in);
   int cases = 0;
@@ -236,7 +235,7 @@ TEST_CASE("Make templates.txt", "[.][make-templates]") {
   write("RBC", 0.25);
 }
 
-TEST_CASE("Templates are centred, outward and as large as HemoCell's", "[cell]") {
+TEST_CASE("Templates are centred, oriented outwards and as large as HemoCell's", "[cell]") {
   const TriangleMesh rbc = buildTemplate(*defaultModel("RBC"), 0.5);
   CHECK(signedVolume(rbc) == Approx(81.116).margin(5e-4));
   CHECK(signedVolume(buildTemplate(*defaultModel("RBC"), 0.0)) == Approx(81.052).margin(5e-4));
@@ -246,7 +245,7 @@ TEST_CASE("Templates are centred, outward and as large as HemoCell's", "[cell]")
   CHECK(signedVolume(buildTemplate(*defaultModel("WBC"), 0.5)) == Approx(265.9).margin(0.05));
 }
 
-TEST_CASE("A template from an STL is scaled to its largest extent, turned and inflated", "[cell]") {
+TEST_CASE("A template from an STL is scaled to its largest extent, rotated and inflated", "[cell]") {
   const Folder folder;
   CellModel model;
   model.name = "box";
@@ -280,7 +279,7 @@ TEST_CASE("A template from an STL is scaled to its largest extent, turned and in
                   InputError);
 }
 
-TEST_CASE("A mesh file in HemoCell's frame is the template of MESH_FROM_STL, vertex by vertex", "[cell]") {
+TEST_CASE("A mesh file in HemoCell's frame gives the template of MESH_FROM_STL, vertex by vertex", "[cell]") {
   const Folder folder;
   for (const bool insideOut : {false, true}) {
     CellModel model;
@@ -300,7 +299,7 @@ TEST_CASE("A mesh file in HemoCell's frame is the template of MESH_FROM_STL, ver
   }
 }
 
-TEST_CASE("The closed form holds the template and is nowhere far from it", "[cell]") {
+TEST_CASE("The closed form contains the template and is close to it everywhere", "[cell]") {
   for (double dx : {0.0, 0.25, 0.5, 1.0})
     for (int triangles : {0, 20, 80, 320, 5000})
       for (const char* name : {"RBC", "RBC_m", "PLT", "PLT_m", "PLT_mko", "WBC"}) {
@@ -320,7 +319,7 @@ TEST_CASE("The closed form holds the template and is nowhere far from it", "[cel
   CHECK(!profileOf({"", Construction::meshFromStl, 1.0, 0, 1.0, {}, {}}, {}));
 }
 
-TEST_CASE("Shapes of HemoCell's cells and ellipsoids", "[cell]") {
+TEST_CASE("Shapes of HemoCell's cells and of ellipsoids have the expected volume and extent", "[cell]") {
   CHECK(makeShape(*defaultModel("RBC"), 0.5)->volume() == Approx(81.116).margin(5e-4));
   CHECK(std::holds_alternative<ProfileSurface>(makeShape(*defaultModel("PLT"), 0.5)->field()));
   const auto vrbc = makeEllipsoid(3.5, 6.0, 11.0);

@@ -7,7 +7,7 @@
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("cells of one's own", "[executable]") {
+TEST_CASE("User-defined cells are packed", "[executable]") {
   const SampleCase folder;
   const Ran ran =
       run(folder.path(),
@@ -21,7 +21,7 @@ TEST_CASE("cells of one's own", "[executable]") {
             .exitCode == 0);
 }
 
-TEST_CASE("a mesh of a cell (--cell-mesh) is packed as a case with that STL simulates it", "[executable]") {
+TEST_CASE("A mesh given by --cell-mesh is packed as a case with that STL simulates it", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "rod.stl", tubeStl(6, 1, 12));
   std::string xml = cellXml("rod", 3, 600, "<StlFile> rod.stl </StlFile>");
@@ -46,7 +46,7 @@ TEST_CASE("a mesh of a cell (--cell-mesh) is packed as a case with that STL simu
   CHECK_THAT(run(folder.path(), "9 9 9 --rbc 1 --mesh-frame RBC file").err, Contains("no mesh file"));
 }
 
-TEST_CASE("a mesh or an ellipsoid on the command line replaces that of the file", "[executable]") {
+TEST_CASE("A mesh or an ellipsoid on the command line replaces that of the file", "[executable]") {
   const SampleCase folder(
       "<packing> <species name=\"egg\" count=\"2\" file=\"tube.stl\" scale=\"4\"/> </packing>");
   CHECK_THAT(run(folder.path(), "config.xml").out, Contains("egg: 2 (2 asked for), tube.stl"));

@@ -26,7 +26,7 @@ double largestDifference(const TriangleMesh& a, const TriangleMesh& b) {
 
 }  // namespace
 
-TEST_CASE("Templates and placed cells are HemoCell's own, vertex by vertex", "[.][golden]") {
+TEST_CASE("Templates and placed cells equal HemoCell's, vertex by vertex", "[.][golden]") {
   const char* folder = std::getenv("PACKMESH_HEMOCELL_GOLDEN");
   if (!folder) {
     std::cerr

@@ -11,7 +11,7 @@ using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("more cells than HemoCell can number need limits on two axes", "[hemocell_limits]") {
+TEST_CASE("More cells than HemoCell can number require limits on two axes", "[hemocell_limits]") {
   CHECK_FALSE(cellNumberWarning(0, {}));
   CHECK_FALSE(cellNumberWarning(212622, {}));
   const auto warning = cellNumberWarning(212623, {});
@@ -20,7 +20,7 @@ TEST_CASE("more cells than HemoCell can number need limits on two axes", "[hemoc
                            Contains("setSystemPeriodicityLimit(1, 99);"));
   CHECK_THAT(*cellNumberWarning(1000000, {}), Contains("Limit(0, 45)") && Contains("Limit(1, 45)"));
   CHECK_THAT(*cellNumberWarning(10000000, {}), Contains("Limit(0, 14)"));
-  CHECK_THAT(*cellNumberWarning(2000000000, {}), Contains("whatever"));
+  CHECK_THAT(*cellNumberWarning(2000000000, {}), Contains("with any settings"));
   // What the case says already.
   CHECK_FALSE(cellNumberWarning(1000000, {{0.0, 45.0}, {1.0, 45.0}}));
   CHECK(cellNumberWarning(1000000, {{0.0, 46.0}, {1.0, 46.0}}));
@@ -28,7 +28,7 @@ TEST_CASE("more cells than HemoCell can number need limits on two axes", "[hemoc
   CHECK(cellNumberWarning(1000000, {{0.0, 45.0}, {1.0, {}}}));
 }
 
-TEST_CASE("a particleEnvelope narrower than a cell is warned of, with the number needed",
+TEST_CASE("A particleEnvelope narrower than a cell gives a warning with the required number",
           "[hemocell_limits]") {
   const TriangleMesh red = buildTemplate(*defaultModel("RBC"), 0.5);
   double longest = 0.0;
@@ -48,7 +48,7 @@ TEST_CASE("a particleEnvelope narrower than a cell is warned of, with the number
                            Contains("At least 16 is needed"));
 }
 
-TEST_CASE("packing, dry run and check tell HemoCell's limits", "[executable]") {
+TEST_CASE("Packing, dry run and check report HemoCell's limits", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "config.xml",
             configXml(sampleDomain + "<particleEnvelope> 12 </particleEnvelope>"));

@@ -30,7 +30,7 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-TEST_CASE("A lattice keeps a flag per node", "[lattice]") {
+TEST_CASE("A lattice stores a flag per node", "[lattice]") {
   Lattice lattice({130, 3, 2}, 0.5);
   CHECK(lattice.fluidNodes() == 780);
   CHECK(lattice.fluidVolume() == 780 * 0.125);
@@ -59,14 +59,14 @@ TEST_CASE("A lattice keeps a flag per node", "[lattice]") {
   CHECK(lattice.keptRegion().hi == Vec3(64.75, 1.25, 0.75));
 }
 
-TEST_CASE("A lattice that cannot be is refused", "[lattice]") {
+TEST_CASE("An invalid lattice is rejected", "[lattice]") {
   CHECK_THROWS_WITH(Lattice({0, 1, 1}, 0.5), Contains("at least one"));
   CHECK_THROWS_WITH(Lattice({1 << 11, 1 << 11, 1 << 10}, 0.5), Contains("2^31"));
   CHECK_THROWS_AS(Lattice({1, 1, 1}, 0.0), InputError);
   CHECK_THROWS_AS(Lattice({1, 1, 1}, std::nan("")), InputError);
 }
 
-TEST_CASE("Erosion looks for solid nodes in a cube and ignores nodes that do not exist", "[lattice]") {
+TEST_CASE("Erosion searches a cube for solid nodes and ignores nonexistent nodes", "[lattice]") {
   std::mt19937 random(2);
   for (const std::array<int, 3> nodes : {std::array<int, 3>{9, 7, 5}, {70, 4, 3}, {1, 1, 6}, {129, 2, 2}}) {
     Lattice lattice(nodes, 1.0);
@@ -91,7 +91,7 @@ TEST_CASE("Erosion looks for solid nodes in a cube and ignores nodes that do not
   }
 }
 
-TEST_CASE("A vessel's units cancel: refDirN and dx set its size and place", "[lattice]") {
+TEST_CASE("A vessel's size and position depend on refDirN and dx, not on the unit of its file", "[lattice]") {
   for (double unit : {1.0, 1e-3, 250.0}) {
     const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0 * unit, 20.0 * unit), 0.5, 1, 50);
     CHECK(vessel.lattice.nodes() == std::array<int, 3>{103, 53, 53});
@@ -107,7 +107,7 @@ TEST_CASE("A vessel's units cancel: refDirN and dx set its size and place", "[la
   CHECK_THROWS_WITH(placeVessel(prismAlongX(8, 1, 1e6), 0.5, 1, 5000), Contains("2^31"));
 }
 
-TEST_CASE("Nodes inside or on the inflated surface are fluid, ends are opened", "[lattice]") {
+TEST_CASE("Nodes inside or on the inflated surface are fluid, and the ends are opened", "[lattice]") {
   // The faces lie in node planes: inflation makes the nodes in them fluid.
   const Lattice box = placeVessel(cuboid({0, 0, 0}, {10, 6, 4}), 1.0, 0, 10).lattice;
   REQUIRE(box.nodes() == std::array<int, 3>{13, 9, 7});
@@ -125,7 +125,7 @@ TEST_CASE("Nodes inside or on the inflated surface are fluid, ends are opened", 
   CHECK(deflated.fluid(6, 2, 3));
 }
 
-TEST_CASE("The ends take the planes next to them, in ascending order", "[lattice]") {
+TEST_CASE("The end planes copy the planes next to them in ascending order", "[lattice]") {
   // A pyramid-like wedge: the section grows along x, so that each plane is its own.
   TriangleMesh wedge = cuboid({0, 0, 0}, {10, 20, 20});
   for (Vec3& v : wedge.vertices)
@@ -145,7 +145,7 @@ TEST_CASE("The ends take the planes next to them, in ascending order", "[lattice
   CHECK(height(12) == 20);  // takes the new plane 11
 }
 
-TEST_CASE("Voxelisation agrees with the half planes of turned prisms and with spheres", "[lattice]") {
+TEST_CASE("Voxelisation agrees with the half planes of rotated prisms and with spheres", "[lattice]") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (int trial = 0; trial < 20; ++trial) {
@@ -173,7 +173,7 @@ TEST_CASE("Voxelisation agrees with the half planes of turned prisms and with sp
   }
 }
 
-TEST_CASE("Rays through vertices and along edges do no harm", "[lattice]") {
+TEST_CASE("Rays through vertices and along edges are handled correctly", "[lattice]") {
   // An octahedron with vertices and edges in node planes.
   TriangleMesh mesh{{{14, 7, 7}, {0, 7, 7}, {7, 14, 7}, {7, 0, 7}, {7, 7, 14}, {7, 7, 0}},
                     {{4, 0, 2}, {4, 2, 1}, {4, 1, 3}, {4, 3, 0}, {5, 2, 0}, {5, 1, 2}, {5, 3, 1}, {5, 0, 3}}};

@@ -33,7 +33,7 @@ Mat3 rotation(int axis, double degrees) {
 
 }  // namespace
 
-TEST_CASE("A .pos line turns about x, then y, then z, in degrees", "[pos]") {
+TEST_CASE("A .pos line rotates about x, then y, then z, in degrees", "[pos]") {
   const PosLine line{{1, 2, 3}, {30, 40, 50}};
   const Placement placement = placementOf(line);
   const Mat3 expected = rotation(2, 50) * rotation(1, 40) * rotation(0, 30);
@@ -44,7 +44,7 @@ TEST_CASE("A .pos line turns about x, then y, then z, in degrees", "[pos]") {
   CHECK((placementOf({Vec3::Zero(), {90, 0, 0}})(Vec3::UnitY()) - Vec3::UnitZ()).norm() < 1e-15);
 }
 
-TEST_CASE("The .pos line of a pose maps as the pose does", "[pos]") {
+TEST_CASE("The .pos line of a pose gives the same map as the pose", "[pos]") {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   double worst = 0.0;
@@ -73,7 +73,7 @@ TEST_CASE("The .pos line of a pose maps as the pose does", "[pos]") {
   CHECK(posLineOf({}).angles == Vec3::Zero());
 }
 
-TEST_CASE("A .pos text is plain, round-trips to the last bit and knows no -0", "[pos]") {
+TEST_CASE("A .pos text is plain, reads back to the last bit and contains no -0", "[pos]") {
   CHECK(formatPosHead(12) == "12\n");
   CHECK(formatPosLines({}) == "");
   CHECK(formatPosLines({{{1.5, -0.0, 3}, {30, -0.0, 1e-5}}}) == "1.5 0 3 30 0 1e-05\n");
@@ -109,7 +109,7 @@ TEST_CASE("A .pos text is plain, round-trips to the last bit and knows no -0", "
   CHECK(read == 1000);
 }
 
-TEST_CASE("readPos refuses what HemoCell would silently misread, and says where", "[pos]") {
+TEST_CASE("readPos rejects what HemoCell would silently misread, with the line", "[pos]") {
   const Folder folder;
   const std::string good = "1 2 3 4 5 6\n";
   struct Case {
@@ -128,7 +128,7 @@ TEST_CASE("readPos refuses what HemoCell would silently misread, and says where"
        "1\n" +
            good,
        "byte order mark"},
-      {"2\n" + good, ":1: announces 2 cells, but 1 follow: HemoCell would make up the other 1"},
+      {"2\n" + good, ":1: announces 2 cells, but 1 follow: HemoCell would invent the other 1"},
       {"1\n# the first cell\n" + good, ":2: a comment"},
       {"2\n" + good + "1 2 3 4 5 6 # fast\n", ":3: 8 fields"},
       {"2\n" + good + "1 2 3 4 5\n", ":3: 5 fields, expected six numbers"},
@@ -175,18 +175,17 @@ TEST_CASE("readPos accepts what HemoCell reads and warns of what other tools dro
   CHECK_THAT(warnings[0], Contains("RBC.pos:3: a blank line"));
 }
 
-TEST_CASE("readPos reads as many cells as are announced, as HemoCell does, and warns of the others",
-          "[pos]") {
+TEST_CASE("readPos reads the announced number of cells, like HemoCell, and warns of further lines", "[pos]") {
   const Folder folder;
   std::vector<std::string> warnings;
   const std::string good = "1 2 3 4 5 6\n";
   CHECK(readPos(folder.write("1\n" + good + "\n" + good + "not a cell\n"), &warnings).size() == 1);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
-             Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell reads the first "
-                      "1 only, and so does packMesh"));
+             Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell and packMesh read "
+                      "only the first 1"));
   warnings.clear();
   CHECK(readPos(folder.write("0\n" + good + good), &warnings).empty());
   REQUIRE(warnings.size() == 1);
-  CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell reads none of them"));
+  CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell and packMesh read none"));
 }

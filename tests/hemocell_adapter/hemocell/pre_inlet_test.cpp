@@ -60,7 +60,8 @@ VesselOnLattice vessel() {
 
 }  // namespace
 
-TEST_CASE("a pre-inlet is a slice, with a node around it, lengthN + 3 planes long", "[pre_inlet]") {
+TEST_CASE("A pre-inlet is a slice with a margin of one node and a length of lengthN + 3 planes",
+          "[pre_inlet]") {
   const VesselOnLattice tube = vessel();
   const auto n = tube.lattice.nodes();
   const PreInlet inlet = makePreInlet(tube, PreInletPlace::named("Xpos"), 40);
@@ -86,7 +87,7 @@ TEST_CASE("a pre-inlet is a slice, with a node around it, lengthN + 3 planes lon
   CHECK(box.center().y() == Approx(0.25 * (n[1] - 1)));
 }
 
-TEST_CASE("a pre-inlet has the fluid nodes of the plane before its slice, in the frame of the slice",
+TEST_CASE("A pre-inlet has the fluid nodes of the plane before its slice, in the frame of the slice",
           "[pre_inlet]") {
   // A tube that grows from 7.5 to 15 µm along x: neighbouring planes differ.
   const TemporaryFolder folder;
@@ -123,7 +124,7 @@ TEST_CASE("a pre-inlet has the fluid nodes of the plane before its slice, in the
   CHECK(makePreInlet(cone, last, 40).flags == cone.lattice.nodes()[0] - 1);
 }
 
-TEST_CASE("of a slice with several outlines one must be chosen", "[pre_inlet]") {
+TEST_CASE("A slice with several outlines requires the choice of one", "[pre_inlet]") {
   const VesselOnLattice tubes = placeVessel(twoTubes(), 0.5, 2, 30);  // axes at y = 16 and 56 nodes
   PreInletPlace place = PreInletPlace::named("Xpos");
   CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("has 2 outlines: y 1 to 31, z 1 to 31") &&
@@ -147,10 +148,10 @@ TEST_CASE("of a slice with several outlines one must be chosen", "[pre_inlet]") 
   place.ranges = {{1, 34, 38}};
   CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("has no fluid node in that range"));
   place.ranges = {{1, 30, 20}};
-  CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("y 30 20, is none of its nodes"));
+  CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("y 30 20 is invalid"));
 }
 
-TEST_CASE("places of pre-inlets are compared in the lattice they are in", "[pre_inlet]") {
+TEST_CASE("Positions of pre-inlets are compared in their lattice", "[pre_inlet]") {
   PreInletPlace a = PreInletPlace::named("Xpos"), b = a;
   a.slice = 405;
   b.slice = -6;
@@ -163,7 +164,7 @@ TEST_CASE("places of pre-inlets are compared in the lattice they are in", "[pre_
   CHECK(toString(b) == "slice last - 5, y 0 18");
 }
 
-TEST_CASE("a slice across the vessel has the frame of its own box", "[pre_inlet]") {
+TEST_CASE("A slice perpendicular to the vessel has the frame of its own box", "[pre_inlet]") {
   const VesselOnLattice tube = vessel();
   PreInletPlace place = PreInletPlace::named("yneg");
   CHECK(place.axis == 1);
@@ -184,10 +185,10 @@ TEST_CASE("a slice across the vessel has the frame of its own box", "[pre_inlet]
   place.slice = 0;
   CHECK_THROWS_WITH(makePreInlet(tube, place, 40), Contains("has no fluid node"));
   place.slice = 1000;
-  CHECK_THROWS_WITH(makePreInlet(tube, place, 40), Contains("is no plane of nodes"));
+  CHECK_THROWS_WITH(makePreInlet(tube, place, 40), Contains("is outside the lattice"));
 }
 
-TEST_CASE("a case with a pre-inlet is packed in the inlet's frame", "[executable]") {
+TEST_CASE("A case with a pre-inlet is packed in the frame of the inlet", "[executable]") {
   const PreInletCase folder;
   Ran ran = run(folder.path(), "config.xml --hematocrit 0.25 --pre-inlet Xpos");
   INFO(ran.all());
@@ -226,7 +227,7 @@ TEST_CASE("a case with a pre-inlet is packed in the inlet's frame", "[executable
   CHECK(!fs::exists(without.path() / "RBC.pos"));
 }
 
-TEST_CASE("several outlines that the C++ code takes together are a warning", "[executable][pre_inlet]") {
+TEST_CASE("Several outlines that the C++ code uses together give a warning", "[executable][pre_inlet]") {
   const PreInletCase folder;
   writeText(folder.path() / "tube.stl", stlText(twoTubes()));
   writeText(folder.path() / "config.xml",

@@ -13,7 +13,7 @@ using namespace packmesh::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
-TEST_CASE("spacings that do not resolve cells are warned of, with the likely factor", "[units]") {
+TEST_CASE("Spacings that do not resolve cells give a warning with the likely factor", "[units]") {
   for (const double dx : {0.1, 0.25, 0.5, 1.0}) CHECK(!spacingWarning(dx, "x"));
   CHECK_THAT(*spacingWarning(5.0, "c.xml:3: <dx>"),
              Contains("c.xml:3: <dx>: a lattice spacing of 5 µm") && Contains("10 times too large"));
@@ -21,7 +21,7 @@ TEST_CASE("spacings that do not resolve cells are warned of, with the likely fac
   CHECK_THAT(*spacingWarning(0.0005, "x"), Contains("1000 times too small"));
 }
 
-TEST_CASE("the factor of a mesh in another unit is found", "[units]") {
+TEST_CASE("The factor of a mesh in another unit is found", "[units]") {
   CHECK(unitHint(50.0, 1.0, smallestVessel, largestVessel).empty());
   CHECK_THAT(unitHint(5e-5, 1.0, smallestVessel, largestVessel), Contains("in m, the factor is 1000000"));
   CHECK_THAT(unitHint(0.05, 1.0, smallestVessel, largestVessel), Contains("in mm, the factor is 1000"));
@@ -30,7 +30,7 @@ TEST_CASE("the factor of a mesh in another unit is found", "[units]") {
   CHECK(unitHint(1e-30, 1.0, smallestVessel, largestVessel).empty());
 }
 
-TEST_CASE("positions in another unit are recognised", "[units]") {
+TEST_CASE("Positions in another unit are recognised", "[units]") {
   const auto pipe = makeCylinder({40, 12, 12}, 0, 12, 80, false);
   std::mt19937 random(3);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<>(lo, hi)(random); };
@@ -56,7 +56,7 @@ TEST_CASE("positions in another unit are recognised", "[units]") {
   CHECK(found(2.0, 0.5) == 1.0);  // too few to tell
 }
 
-TEST_CASE("units that cannot be meant are told by the program", "[executable][units]") {
+TEST_CASE("The program warns of implausible units", "[executable][units]") {
   const SampleCase folder("<packing> <hematocrit> 0.1 </hematocrit> </packing>");
   SECTION("dx ten times too large") {
     std::string xml = readText(folder.path() / "config.xml");

@@ -83,7 +83,8 @@ class VesselCase : public SampleCase {
 
 }  // namespace
 
-TEST_CASE("vessels without flat ends across x are packed in their fluid nodes", "[executable][vessel]") {
+TEST_CASE("Vessels without flat ends perpendicular to x are packed in their fluid nodes",
+          "[executable][vessel]") {
   struct Shape {
     const char* name;
     TriangleMesh mesh;
@@ -112,7 +113,7 @@ TEST_CASE("vessels without flat ends across x are packed in their fluid nodes", 
   }
 }
 
-TEST_CASE("fluid nodes as a lumen know layers, regions, fixed cells, periodic ends, growth",
+TEST_CASE("A lumen of fluid nodes supports layers, regions, fixed cells, periodic ends and growth",
           "[executable][vessel]") {
   const VesselCase folder(oblique());
   const Ran layer =
@@ -151,7 +152,7 @@ TEST_CASE("fluid nodes as a lumen know layers, regions, fixed cells, periodic en
   CHECK_THAT(ran.out, Contains("Hematocrit of region 1"));
 }
 
-TEST_CASE("fluid nodes as a lumen: the same bytes on any number of ranks", "[executable][vessel]") {
+TEST_CASE("A lumen of fluid nodes gives the same bytes on any number of ranks", "[executable][vessel]") {
   std::string files;
   for (const int ranks : {1, 2, 4}) {
     const VesselCase folder(bend());

@@ -46,7 +46,7 @@ Lattice randomBlobs(std::array<int, 3> nodes, unsigned seed, int blobs) {
 
 }  // namespace
 
-TEST_CASE("The transform is the distance to every cube, at every sample", "[voxels]") {
+TEST_CASE("The transform equals the distance to all cubes at every sample", "[voxels]") {
   for (unsigned seed = 0; seed < 4; ++seed) {
     const Lattice lattice = randomBlobs({17, 11, 8}, seed, 3);
     for (int step : {1, 2, 4}) {
@@ -65,8 +65,7 @@ TEST_CASE("The transform is the distance to every cube, at every sample", "[voxe
   }
 }
 
-TEST_CASE("The distance to voxels has the exact sign everywhere and the exact value to its slack",
-          "[voxels]") {
+TEST_CASE("The distance to voxels has the exact sign everywhere and is exact up to its slack", "[voxels]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (unsigned seed = 0; seed < 6; ++seed) {
@@ -99,7 +98,8 @@ TEST_CASE("The distance to voxels has the exact sign everywhere and the exact va
   }
 }
 
-TEST_CASE("The distance to voxels is continuous, its gradient that of finite differences", "[voxels]") {
+TEST_CASE("The distance to voxels is continuous, and its gradient agrees with finite differences",
+          "[voxels]") {
   const std::array<int, 3> nodes = {24, 20, 16};
   const Lattice lattice = randomBlobs(nodes, 3, 3);
   const VoxelDistance field(lattice);
@@ -128,7 +128,7 @@ TEST_CASE("The distance to voxels is continuous, its gradient that of finite dif
   CHECK(steepest < 4.0);  // a jump would be steep
 }
 
-TEST_CASE("From anywhere the gradient of the accepted wall leads to where HemoCell keeps vertices",
+TEST_CASE("The gradient of the accepted wall leads from any point to where HemoCell keeps vertices",
           "[voxels]") {
   const VesselOnLattice vessel = placeVessel(prismAlongX(32, 5.0, 12.0), 0.5, 1, 40);
   const auto lattice = std::make_shared<Lattice>(vessel.lattice);
@@ -155,7 +155,7 @@ TEST_CASE("From anywhere the gradient of the accepted wall leads to where HemoCe
   }
 }
 
-TEST_CASE("A lattice without any inside still has a distance", "[voxels]") {
+TEST_CASE("A lattice without fluid nodes has a finite distance", "[voxels]") {
   Lattice lattice({4, 4, 4}, 0.5);
   for (int k = 0; k < 4; ++k)
     for (int j = 0; j < 4; ++j) lattice.setFluid(0, 3, j, k, false);

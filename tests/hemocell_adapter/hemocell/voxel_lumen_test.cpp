@@ -50,7 +50,7 @@ bool meetsSolid(const Lattice& lattice, const Box& box, bool periodic) {
 
 }  // namespace
 
-TEST_CASE("The surface of fluid nodes is closed and holds their volume", "[lattice][vessel]") {
+TEST_CASE("The surface of fluid nodes is closed and contains their volume", "[lattice][vessel]") {
   for (const bool periodic : {false, true})
     for (const std::array<int, 3> nodes : {std::array<int, 3>{1, 1, 1}, {9, 5, 6}, {70, 4, 3}, {2, 7, 1}}) {
       const auto lattice = randomLattice(nodes, 0.5, nodes[0]);
@@ -73,7 +73,8 @@ TEST_CASE("The surface of fluid nodes is closed and holds their volume", "[latti
     }
 }
 
-TEST_CASE("Fluid nodes as a lumen: distance, volume and exact verdicts", "[lattice][vessel]") {
+TEST_CASE("A lumen of fluid nodes has the right distance and volume and exact wall tests",
+          "[lattice][vessel]") {
   std::mt19937 random(7);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<>(lo, hi)(random); };
   for (const bool periodic : {false, true}) {
@@ -139,7 +140,7 @@ TEST_CASE("The gap to the wall of fluid nodes is that to the nearest solid cube"
   CHECK(gap({2.0, 2.9, 2.9}, {2.5, 3.1, 3.1}) == Approx(0.25));
   CHECK(gap({2.0, 2.0, 2.0}, {2.5, 2.5, 2.5}) == Approx(0.25 * std::sqrt(3.0)));
   CHECK(gap({0.0, 1.0, 1.0}, {0.5, 1.2, 1.2}) == Approx(0.25));  // the end of the lattice
-  CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses a part of the wall");
+  CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {4, 4, 4})) == "encloses part of the wall");
   CHECK(lumen->wall()->violation(sample::box({2.8, 2.8, 2.8}, {3.2, 3.2, 3.2})) == "is outside the lumen");
   CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {2.75, 3, 3})) == "meets the wall");
   for (int k = 0; k < 12; ++k)

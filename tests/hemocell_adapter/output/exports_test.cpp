@@ -13,7 +13,7 @@ using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("exports hold the cells of the .pos files", "[executable]") {
+TEST_CASE("Exports contain the cells of the .pos files", "[executable]") {
   const TemporaryFolder folder;
   // A format that is asked for twice is written once.
   ok(folder,

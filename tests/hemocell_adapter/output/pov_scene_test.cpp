@@ -144,7 +144,7 @@ TEST_CASE("A periodic box is drawn by its twelve edges, walls also by their face
   CHECK(count(contents(file), "mesh2 {") == 2);
 }
 
-TEST_CASE("Scenes are the same under a locale with decimal commas", "[io]") {
+TEST_CASE("Scenes are the same in a locale with decimal commas", "[io]") {
   const Scratch scratch;
   const Shape red = octahedron(3.91);
   const Lumen box({50.5, 50.5, 50.5}, false);
@@ -157,7 +157,7 @@ TEST_CASE("Scenes are the same under a locale with decimal commas", "[io]") {
   CHECK(contents(scratch.path / "a.pov").find("10.25,13.5,1234.5") != std::string::npos);
 }
 
-TEST_CASE("A scene that cannot be written is an error and leaves nothing", "[io]") {
+TEST_CASE("A scene that cannot be written is an error and leaves no file", "[io]") {
   const Scratch scratch;
   const Shape red = octahedron(4);
   const Lumen box({50, 50, 50}, false);
@@ -167,7 +167,7 @@ TEST_CASE("A scene that cannot be written is an error and leaves nothing", "[io]
   CHECK(std::distance(fs::directory_iterator(scratch.path), fs::directory_iterator()) == 1);
 }
 
-TEST_CASE("POV-Ray renders every kind of scene, and the cells are in the picture", "[io]") {
+TEST_CASE("POV-Ray renders every kind of scene, and the picture shows the cells", "[io]") {
   const Scratch scratch;
   const Shape red = octahedron(4), white = octahedron(5), own = octahedron(3);
   std::vector<PicturedCell> cells;
@@ -186,7 +186,7 @@ TEST_CASE("POV-Ray renders every kind of scene, and the cells are in the picture
   CHECK(whites > 500);
 }
 
-TEST_CASE("Scenes are cut, coloured and turned from outside", "[io]") {
+TEST_CASE("Scenes can be cut, coloured and rotated by POV-Ray declarations", "[io]") {
   const Scratch scratch;
   const Shape red = octahedron(8);
   // To the left thin axes along y and gaps of 0, to the right along x and gaps of 1 µm.
@@ -224,7 +224,7 @@ TEST_CASE("Scenes are cut, coloured and turned from outside", "[io]") {
   }
 }
 
-TEST_CASE("Scenes of no cells, and of species without any, can be rendered", "[io]") {
+TEST_CASE("Scenes without cells, and with species without cells, can be rendered", "[io]") {
   const Scratch scratch;
   const Shape red = octahedron(4);
   const fs::path file = scratch.path / "cells.pov";

@@ -31,7 +31,7 @@ double sum(const Report& numbers) {
 
 }  // namespace
 
-TEST_CASE("a report says what the run did, in numbers that fit together", "[executable]") {
+TEST_CASE("A report describes the run in consistent numbers", "[executable]") {
   const SampleCase folder;
   const Ran ran =
       run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.2 --seed 3 --report out/report.json");
@@ -80,7 +80,7 @@ TEST_CASE("a report says what the run did, in numbers that fit together", "[exec
   }
 }
 
-TEST_CASE("the configuration in a report has every tag", "[report]") {
+TEST_CASE("The configuration in a report has every tag", "[report]") {
   Job job;
   job.boxSize = Vec3(20, 20, 20);
   const Report all = configurationOf(job);
@@ -98,7 +98,7 @@ TEST_CASE("the configuration in a report has every tag", "[report]") {
   }
 }
 
-TEST_CASE("reports, VTK files and scenes do not depend on the number of ranks", "[executable]") {
+TEST_CASE("Reports, VTK files and scenes do not depend on the number of ranks", "[executable]") {
   const SampleCase folder;
   const std::string arguments =
       "config.xml --hematocrit 0.25 --plt_ratio 0.3 --report report.json --vtp --vtp-meshes --pov "
@@ -123,7 +123,7 @@ TEST_CASE("reports, VTK files and scenes do not depend on the number of ranks", 
   CHECK(written[0] == written[2]);
 }
 
-TEST_CASE("an HTML report has all in it, with a picture where POV-Ray is", "[executable]") {
+TEST_CASE("An HTML report is self-contained and has a picture if POV-Ray is installed", "[executable]") {
   const SampleCase folder;
   const bool povray = GENERATE(true, false);
   const std::string arguments = "config.xml --hematocrit 0.1 --report 'my report.html'";
@@ -138,7 +138,7 @@ TEST_CASE("an HTML report has all in it, with a picture where POV-Ray is", "[exe
   CHECK_THAT(html, !Contains("http://") && !Contains("https://") && !Contains("<script"));
 }
 
-TEST_CASE("reports of one cell, and of species without any", "[executable]") {
+TEST_CASE("Reports of one cell, and of species without cells, are complete", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov", "packMesh",
                       "PATH=/nowhere");
@@ -162,7 +162,7 @@ TEST_CASE("reports of one cell, and of species without any", "[executable]") {
   CHECK(reportIn(folder.path() / "fewer.json")["outcome"] == "bestEffort");
 }
 
-TEST_CASE("reports and scenes of a lumen with obstacles", "[executable]") {
+TEST_CASE("Reports and scenes show a lumen with obstacles", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "config.xml",
             configXml("<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>",
@@ -190,7 +190,7 @@ TEST_CASE("reports and scenes of a lumen with obstacles", "[executable]") {
   CHECK(fs::file_size(folder.path() / "cells.pov") > 1000);
 }
 
-TEST_CASE("what is wrong with an output is said before packing", "[executable]") {
+TEST_CASE("Errors of an output are reported before packing", "[executable]") {
   const SampleCase folder;
   const std::string box = "25 25 25 --rbc 3 ";
   const auto refused = [&](const std::string& arguments, int code) {
@@ -218,7 +218,7 @@ TEST_CASE("what is wrong with an output is said before packing", "[executable]")
   CHECK_THAT(refused("config.xml --hematocrit 0.1", 2), Contains("<report>: expected a file that ends in"));
 }
 
-TEST_CASE("plots keep to their frame and escape what they are given", "[report]") {
+TEST_CASE("Plots stay within their frame and escape their input", "[report]") {
   Plot plot{"a < b & \"c\"",
             "x",
             "y",

@@ -100,21 +100,21 @@ void requireSameAfterKills(const Undisturbed& expected, int wanted, const std::v
 
 }  // namespace
 
-TEST_CASE("a run killed at any moments goes on to the same files") {
+TEST_CASE("A run killed at random times continues to the same files") {
   requireSameAfterKills(undisturbed(problem), 50, {"TERM", "KILL"});
 }
 
-TEST_CASE("growth killed at any moments goes on to the same files") {
+TEST_CASE("Growth killed at random times continues to the same files") {
   const Undisturbed grown = undisturbed("18 18 18 --hematocrit 0.35 --plt_ratio 0 --method cat");
   requireSameAfterKills(grown, 16, {"TERM", "KILL"});
 }
 
-TEST_CASE("two ranks stopped at any moments go on to the same files", "[ranks]") {
+TEST_CASE("Two ranks stopped at random times continue to the same files", "[ranks]") {
   const Undisturbed packed = undisturbed("45 45 45 --hematocrit 0.5 --plt_ratio 0.05", onRanks(2));
   requireSameAfterKills(packed, 6, {"TERM"}, onRanks(2));
 }
 
-TEST_CASE("a run goes on on another number of ranks, after a signal to all", "[ranks]") {
+TEST_CASE("A run continues on a different number of ranks after a signal to all", "[ranks]") {
   const std::string expected = undisturbed(problem).positions;
   for (const int ranks : {1, 2, 3}) {
     CAPTURE(ranks);
@@ -138,7 +138,7 @@ wait $pid
 }
 
 // But for repair, which lasts a millisecond: packing_state_test.cpp interrupts it.
-TEST_CASE("SIGTERM in any stage leaves the files of before, and a state of that stage") {
+TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of that stage") {
   struct Case {
     std::string arguments;
     std::vector<std::string> stages;  ///< which it passes through
@@ -179,7 +179,7 @@ TEST_CASE("SIGTERM in any stage leaves the files of before, and a state of that 
   }
 }
 
-TEST_CASE("SIGUSR1 saves the state and the run goes on, SIGTERM saves it and says how to go on") {
+TEST_CASE("SIGUSR1 saves the state and continues, SIGTERM saves it and prints how to continue") {
   const TemporaryFolder folder;
   const std::string program = (fs::path(PACKMESH_BIN_DIR) / "packMesh").string();
   // 0.62 takes minutes: it is still at it when the signals come.
@@ -205,7 +205,7 @@ wait $pid
   REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
 }
 
-TEST_CASE("a finished run's state gives its files again, a case's state lies in its folder") {
+TEST_CASE("The state of a finished run gives the same files again, and that of a case is in its folder") {
   const SampleCase folder;
   const fs::path file = folder.path() / "state.h5";
   REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --checkpoint-every 1000").exitCode == 0);
@@ -226,12 +226,13 @@ TEST_CASE("a finished run's state gives its files again, a case's state lies in 
   writeText(file, "not HDF5");
   const Ran garbage = run(folder.path(), "--restart state.h5");
   REQUIRE(garbage.exitCode == int(ExitCode::badInput));
-  REQUIRE_THAT(garbage.err, Contains("not a state of packMesh"));
+  REQUIRE_THAT(garbage.err, Contains("not a packMesh state"));
   const Ran check = run(folder.path(), "check config.xml --restart state.h5");
   REQUIRE(check.exitCode == int(ExitCode::usage));
 }
 
-TEST_CASE("a state is written where a link leads, and where it cannot be the run fails after its cells") {
+TEST_CASE(
+    "A state is written through a symbolic link, and if this fails the run fails after writing its cells") {
   const SampleCase folder;
   fs::create_directory(folder.path() / "elsewhere");
   REQUIRE(run(folder.path(), "config.xml --rbc 3 --state elsewhere/state.h5").exitCode == 0);
@@ -244,7 +245,7 @@ TEST_CASE("a state is written where a link leads, and where it cannot be the run
   CHECK_THAT(ran.err, Contains("/proc"));
 }
 
-TEST_CASE("a state's folder is made, and its companion with it") {
+TEST_CASE("The folder of a state is created, and its companion is written there") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
   INFO(ran.all());
@@ -257,7 +258,7 @@ TEST_CASE("a state's folder is made, and its companion with it") {
   REQUIRE(readStateHead(folder.path() / "own.xdmf").cells > 10);
 }
 
-TEST_CASE("a state is not written over what is none, which is told before work begins", "[ranks]") {
+TEST_CASE("A file that is not a state is not overwritten, which is reported before work begins", "[ranks]") {
   const SampleCase folder;
   const std::string config = readText(folder.path() / "config.xml");
   fs::create_directory(folder.path() / "folder.h5");
@@ -278,7 +279,7 @@ TEST_CASE("a state is not written over what is none, which is told before work b
   REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --state s.h5").exitCode == 0);
 }
 
-TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too", "[ranks]") {
+TEST_CASE("Invalid checkpoints and restarts are reported on several ranks, too", "[ranks]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "state.h5", "not HDF5");
   for (const char* arguments :
@@ -286,7 +287,7 @@ TEST_CASE("bad input of checkpoints and restarts is told on several ranks, too",
     const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(2));
     CAPTURE(arguments, ran.all());
     REQUIRE(ran.exitCode == int(ExitCode::badInput));
-    REQUIRE_THAT(ran.all(), Contains("not a state of packMesh") || Contains("no such file"));
+    REQUIRE_THAT(ran.all(), Contains("not a packMesh state") || Contains("no such file"));
   }
   REQUIRE(run(folder.path(), "30 30 30 --checkpoint-every 0").exitCode == int(ExitCode::usage));
   REQUIRE(run(folder.path(), "--restart").exitCode == int(ExitCode::usage));

@@ -52,7 +52,7 @@ double numberAfter(const std::string& text, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("room is aimed at where none is asked for, in lattice spacings", "[clearances]") {
+TEST_CASE("Automatic clearances are proportional to the lattice spacing", "[clearances]") {
   const SampleCase folder;
   const std::string config = (folder.path() / "config.xml").string();
   const auto pipe = levelsOf({config, "--hematocrit", "0.3"});
@@ -74,7 +74,7 @@ TEST_CASE("room is aimed at where none is asked for, in lattice spacings", "[cle
   CHECK(periodic.front().wall == 0.0);
 }
 
-TEST_CASE("clearances that are asked for are the only ones", "[clearances]") {
+TEST_CASE("Requested clearances replace the automatic ones", "[clearances]") {
   const auto both =
       levelsOf({"30", "30", "30", "--rbc", "10", "--clearance", "0.2", "--wall-clearance", "0"});
   REQUIRE(both.size() == 1);
@@ -89,7 +89,7 @@ TEST_CASE("clearances that are asked for are the only ones", "[clearances]") {
   CHECK(packCells.front().membranes == 0.0);
 }
 
-TEST_CASE("growth leaves the same room, but with escapes", "[clearances]") {
+TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[clearances]") {
   const std::vector<std::string> box = {"30", "30", "30", "--rbc", "10", "--walls", "xyz", "--method", "cat"};
   const auto levels = levelsOf(box);
   REQUIRE(levels.size() == 4);
@@ -114,7 +114,8 @@ TEST_CASE("growth leaves the same room, but with escapes", "[clearances]") {
   CHECK(run(folder.path(), "check --box 25 25 25 --clearance 0.05").exitCode == 0);
 }
 
-TEST_CASE("levels are tried until one is certified, the last without limits of its own", "[clearances]") {
+TEST_CASE("Clearance levels are tried until one is certified, the last one without its own limits",
+          "[clearances]") {
   Job job;
   Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
   const RoomyPacking packing = packer.pack(job, threeLevels);
@@ -141,7 +142,8 @@ TEST_CASE("levels are tried until one is certified, the last without limits of i
   CHECK(continued.pack(job, threeLevels, 1).clearances.wall == 0.25);
 }
 
-TEST_CASE("the largest clearance is found to two per cent, or as far as the time goes", "[clearances]") {
+TEST_CASE("The largest clearance is found to two per cent, or to what the time limit permits",
+          "[clearances]") {
   Job job;
   job.largestClearance = true;
   Packer packer{
@@ -160,7 +162,7 @@ TEST_CASE("the largest clearance is found to two per cent, or as far as the time
   CHECK(hurried.tried.size() == 3);
 }
 
-TEST_CASE("a box is packed with cells that HemoCell keeps, and with room between them", "[clearances]") {
+TEST_CASE("A box is packed with cells that HemoCell keeps, and with clearance between them", "[clearances]") {
   const TemporaryFolder folder;
   const Ran packed = run(folder.path(), "25 25 25 --hematocrit 0.3");
   INFO(packed.all());
@@ -174,7 +176,7 @@ TEST_CASE("a box is packed with cells that HemoCell keeps, and with room between
   CHECK(checked.exitCode == 0);
 }
 
-TEST_CASE("a periodic box says loudly what HemoCell would keep", "[clearances]") {
+TEST_CASE("A periodic box gives a warning about the cells that HemoCell would keep", "[clearances]") {
   const TemporaryFolder folder;
   for (const char* program : {"packMesh", "packCells"}) {
     const Ran packed = run(folder.path(),
@@ -188,7 +190,7 @@ TEST_CASE("a periodic box says loudly what HemoCell would keep", "[clearances]")
   }
 }
 
-TEST_CASE("room is given up where the hematocrit leaves none, demands are not", "[clearances]") {
+TEST_CASE("The automatic clearance is reduced at high hematocrit, requested ones are not", "[clearances]") {
   const TemporaryFolder folder;
   const std::string dense = "24 24 24 --hematocrit 0.585 --plt_ratio 0 --ends periodic ";
   const Ran packed = run(folder.path(), dense);
@@ -199,7 +201,7 @@ TEST_CASE("room is given up where the hematocrit leaves none, demands are not", 
   CHECK(demanded.exitCode == 3);
 }
 
-TEST_CASE("that no clearance was kept is told where one was tried", "[clearances]") {
+TEST_CASE("A run that tried an automatic clearance in vain reports this", "[clearances]") {
   const TemporaryFolder folder;
   const std::string dense = "24 24 24 --hematocrit 0.605 --plt_ratio 0 --ends periodic ";
   const Ran packed = run(folder.path(), dense);
@@ -211,7 +213,7 @@ TEST_CASE("that no clearance was kept is told where one was tried", "[clearances
   CHECK_THAT(run(folder.path(), "24 24 24 --rbc 9", "packCells").out, !Contains("Clearance kept"));
 }
 
-TEST_CASE("the largest clearance can be asked for", "[clearances]") {
+TEST_CASE("The largest clearance can be requested", "[clearances]") {
   const TemporaryFolder folder;
   const Ran packed = run(folder.path(), "20 20 20 --rbc 12 --clearance max");
   INFO(packed.all());
@@ -220,7 +222,7 @@ TEST_CASE("the largest clearance can be asked for", "[clearances]") {
   CHECK(run(folder.path(), "20 20 20 --rbc 12 --clearance max --state s.h5").exitCode == 1);
 }
 
-TEST_CASE("the clearances asked for are kept, between cells and to the wall", "[executable]") {
+TEST_CASE("The requested clearances are kept between cells and to the wall", "[executable]") {
   const SampleCase folder;
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.25 --clearance 0.1 --wall-clearance 0.4");
   INFO(packed.all());
@@ -240,7 +242,7 @@ TEST_CASE("the clearances asked for are kept, between cells and to the wall", "[
   CHECK(gapAfter(checked.out, "Minimum gap to the wall: ") == gapAfter(packed.out, "to the wall "));
 }
 
-TEST_CASE("a cell that fits only without the automatic clearance is packed, by either method",
+TEST_CASE("A cell that fits only without the automatic clearance is packed by either method",
           "[executable]") {
   const TemporaryFolder folder;
   for (const char* method : {"relaxation", "cat"}) {

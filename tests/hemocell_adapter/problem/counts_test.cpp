@@ -21,7 +21,7 @@ CountedSpecies species(const std::string& name, double volume, bool red) {
 
 }  // namespace
 
-TEST_CASE("a hematocrit is met to within half a cell", "[counts]") {
+TEST_CASE("A hematocrit is met to within half a cell", "[counts]") {
   for (const double hematocrit : {0.01, 0.3, 0.4, 0.45, 0.5}) {
     CountedSpecies platelets = species("PLT", 3.25, false);
     platelets.ratio = 0.07;
@@ -31,7 +31,7 @@ TEST_CASE("a hematocrit is met to within half a cell", "[counts]") {
   }
 }
 
-TEST_CASE("packCells' numbers", "[counts]") {
+TEST_CASE("Cell numbers agree with packCells", "[counts]") {
   struct Row {
     double volume, hematocrit;
     std::int64_t rbc, plt;
@@ -48,7 +48,7 @@ TEST_CASE("packCells' numbers", "[counts]") {
   }
 }
 
-TEST_CASE("several red species share the hematocrit", "[counts]") {
+TEST_CASE("Several red species share the hematocrit", "[counts]") {
   CountedSpecies stiff = species("RBC_stiff", 80, true);
   stiff.ratio = 0.25;
   CountedSpecies fixed = species("vRBC", 120, true);
@@ -60,7 +60,7 @@ TEST_CASE("several red species share the hematocrit", "[counts]") {
   CHECK(std::abs(volume - 40000.0) <= 40.0);
 }
 
-TEST_CASE("a ratio is one of all red cells, whatever decides their numbers", "[counts]") {
+TEST_CASE("A ratio refers to all red cells, however their numbers are determined", "[counts]") {
   CountedSpecies platelets = species("PLT", 3.25, false), stiff = species("RBC_stiff", 81.1, true),
                  infected = species("iRBC", 81.1, true), normal = species("RBC", 81.1, true);
   platelets.ratio = 0.07;
@@ -78,7 +78,7 @@ TEST_CASE("a ratio is one of all red cells, whatever decides their numbers", "[c
                     Contains("add up to 1.005") && Contains("share of all red cells"));
 }
 
-TEST_CASE("requests that mean nothing are refused", "[counts]") {
+TEST_CASE("Requests without meaning are rejected", "[counts]") {
   CHECK_THROWS_WITH(countCells({species("RBC", 81, true)}, 0.001, 1000.0), Contains("nothing to pack"));
   CountedSpecies none = species("RBC", 81, true);
   none.count = 0;

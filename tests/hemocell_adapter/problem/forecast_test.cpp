@@ -36,7 +36,8 @@ Forecast forecast(const std::vector<std::string>& words) {
 
 }  // namespace
 
-TEST_CASE("a periodic box is as hard as it is full, with walls and clearances harder", "[forecast]") {
+TEST_CASE("A periodic box is as difficult as its fraction, and walls and clearances increase the difficulty",
+          "[forecast]") {
   const Forecast box =
       forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4", "--plt_ratio", "0"});
   CHECK(box.cells == 316);
@@ -60,7 +61,7 @@ TEST_CASE("a periodic box is as hard as it is full, with walls and clearances ha
   }
 }
 
-TEST_CASE("a forecast grows with the number of cells", "[forecast]") {
+TEST_CASE("The forecast time increases with the number of cells", "[forecast]") {
   const Forecast small = forecast({"40", "40", "40", "--ends", "periodic", "--hematocrit", "0.4"});
   const Forecast large = forecast({"400", "400", "400", "--ends", "periodic", "--hematocrit", "0.4"});
   CHECK(*large.seconds > 1000.0 * *small.seconds);
@@ -68,7 +69,7 @@ TEST_CASE("a forecast grows with the number of cells", "[forecast]") {
   CHECK(large.megabytes > 400.0);
 }
 
-TEST_CASE("verdicts of a dry run", "[forecast]") {
+TEST_CASE("A dry run reports whether the request is feasible", "[forecast]") {
   const auto said = [](const std::vector<std::string>& words, int ranks = 1) {
     const Planned p = planned(words);
     std::string all;
@@ -98,7 +99,7 @@ TEST_CASE("verdicts of a dry run", "[forecast]") {
              Contains("not known"));
 }
 
-TEST_CASE("a forecast is about the room that clearances, layers and HemoCell leave", "[forecast]") {
+TEST_CASE("A forecast accounts for the volume lost to clearances, layers and HemoCell", "[forecast]") {
   const std::vector<std::string> pipe = {"--cylinder", "x",        "12.5",        "50",
                                          "--ends",     "periodic", "--hematocrit"};
   const auto inPipe = [&](const char* hematocrit, const std::vector<std::string>& more) {
@@ -129,7 +130,7 @@ TEST_CASE("a forecast is about the room that clearances, layers and HemoCell lea
   CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably out of reach: "));
 }
 
-TEST_CASE("a forecast knows what HemoCell leaves near solid nodes", "[executable]") {
+TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid nodes", "[executable]") {
   const SampleCase folder;
   const Ran near = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
   CHECK_THAT(near.out, Contains("Within reach"));
@@ -139,7 +140,7 @@ TEST_CASE("a forecast knows what HemoCell leaves near solid nodes", "[executable
   CHECK_THAT(far.out, Contains("RBC may be in 0.") && Contains("Probably out of reach"));
 }
 
-TEST_CASE("no time is told for what no packing reaches, and what is beyond all of them is refused",
+TEST_CASE("A forecast gives no time for infeasible requests and rejects those beyond any known packing",
           "[forecast]") {
   Planned p = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95", "--best-effort",
                        "--max-time", "5400"});
@@ -156,7 +157,7 @@ TEST_CASE("no time is told for what no packing reaches, and what is beyond all o
   CHECK_NOTHROW(planned({"9", "9", "3", "--walls", "xyz", "--cell", "plate", "1", "8.3", "8.3", "2.4"}));
 }
 
-TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]") {
+TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time", "[forecast]") {
   Planned p =
       planned({"200", "200", "200", "--ends", "periodic", "--hematocrit", "0.55", "--max-time", "90"});
   ProgressLog log(p.job, p.scene, 1);
@@ -171,7 +172,7 @@ TEST_CASE("progress tells stage, hematocrit, overlap and time left", "[forecast]
       Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
 }
 
-TEST_CASE("a dry run and a validation write nothing", "[executable]") {
+TEST_CASE("A dry run and a validation write no files", "[executable]") {
   const SampleCase folder;
   Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
   INFO(ran.all());
@@ -199,7 +200,7 @@ TEST_CASE("a dry run and a validation write nothing", "[executable]") {
   for (const auto& entry : fs::directory_iterator(folder.path())) CHECK(entry.path().extension() != ".pos");
 }
 
-TEST_CASE("the manual page and the completion know every option", "[executable]") {
+TEST_CASE("The manual page and the completion contain every option", "[executable]") {
   const std::string man = manText(), completion = completionText();
   CHECK_THAT(man, Contains(".TH PACKMESH 1") && Contains(".SH EXIT STATUS"));
   for (const char* option : {"hematocrit", "fixed", "dry\\-run", "checkpoint\\-every"})
@@ -227,8 +228,7 @@ TEST_CASE("the manual page and the completion know every option", "[executable]"
   CHECK(completed("packMesh x.xml --open-axis ''", 3) == "x y z\n");
 }
 
-TEST_CASE("a dry run tells of realisations and repetition, and no time where there is no end",
-          "[executable]") {
+TEST_CASE("A dry run reports realisations and repetition, and no time without an end", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = ok(folder, "16 16 16 --ends periodic --rbc 5 --tile 2 3 4 --realisations 7 --dry-run");
   CHECK_THAT(ran.out, Contains("2 x 3 x 4 times: 120 cells"));

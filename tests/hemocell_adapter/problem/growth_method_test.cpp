@@ -13,7 +13,8 @@ using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("growth as the method: a case with voxel walls, a box, and what does not fit it", "[executable]") {
+TEST_CASE("Growth packs a case with voxel walls and a box, and rejects what does not fit the method",
+          "[executable]") {
   const SampleCase folder("<packing> <method> cat </method> <builder> chords </builder> </packing>");
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.30 --plt_ratio 0.2 --seed 3 --verbose");
   INFO(packed.all());
@@ -55,7 +56,7 @@ TEST_CASE("growth as the method: a case with voxel walls, a box, and what does n
   CHECK_THAT(ran.out, Contains("attempts of TetGen"));
 }
 
-TEST_CASE("the executable passes on the parameters of growth", "[executable]") {
+TEST_CASE("The executable passes on the growth parameters", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 3 --method cat ";
   const auto posOf = [&](const std::string& arguments) {
@@ -92,7 +93,7 @@ TEST_CASE("the executable passes on the parameters of growth", "[executable]") {
   CHECK_THAT(ran.err, Contains("'--growth' is for --method cat"));
 }
 
-TEST_CASE("escaping fills gaps from a stock", "[executable]") {
+TEST_CASE("Escaping fills gaps from a reserve", "[executable]") {
   const TemporaryFolder folder;
   const std::string command = "12 12 12 --rbc 5 --plt 2 --method cat --stock PLT 4 ";
   Ran ran = run(folder.path(), command + "--escape --state state.h5");

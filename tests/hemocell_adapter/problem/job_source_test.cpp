@@ -71,7 +71,7 @@ Job inletOf(const std::string& cpp, const std::vector<std::string>& options = {}
 
 }  // namespace
 
-TEST_CASE("the minimum distance from solid is what the case's C++ says", "[job_source]") {
+TEST_CASE("The minimum distance from solid is taken from the case's C++ code", "[job_source]") {
   Job job = jobOf(code(distance("\"RBC\", 1")));
   CHECK(distancesOf(job) == "RBC 1 case.cpp:3, PLT 0 not set in case.cpp");
   CHECK(warningsOf(job).empty());
@@ -86,7 +86,7 @@ TEST_CASE("the minimum distance from solid is what the case's C++ says", "[job_s
                                   Contains("2.5 µm (2 as HemoCell truncates it), is taken"));
 }
 
-TEST_CASE("what the C++ does not tell is a warning of its own", "[job_source]") {
+TEST_CASE("What cannot be determined from the C++ code gives a warning", "[job_source]") {
   Job job = jobOf("");
   CHECK(distancesOf(job) == "RBC 0 assumed, PLT 0 assumed");
   REQUIRE(job.warnings.size() == 1);
@@ -103,7 +103,7 @@ TEST_CASE("what the C++ does not tell is a warning of its own", "[job_source]") 
   CHECK_THAT(job.warnings[2], Contains("case.cpp:5: ") && Contains("\"PLT\", -1)"));
 }
 
-TEST_CASE("a stated minimum distance wins over the C++, with a warning where they differ", "[job_source]") {
+TEST_CASE("A stated minimum distance overrides the C++ code, with a warning if they differ", "[job_source]") {
   const std::string stated =
       "<packing><species name=\"RBC\" count=\"3\" minimumDistanceFromSolid=\"0.5\"/></packing>";
   Job job = jobOf(code(distance("\"RBC\", 1")), stated, {});
@@ -120,7 +120,7 @@ TEST_CASE("a stated minimum distance wins over the C++, with a warning where the
   CHECK(warningsOf(job).empty());
 }
 
-TEST_CASE("the pre-inlet is where the case's C++ has it", "[job_source][pre_inlet]") {
+TEST_CASE("The pre-inlet is taken from the case's C++ code", "[job_source][pre_inlet]") {
   Job job = inletOf(inletCode);
   REQUIRE(job.preInlet);
   CHECK(job.preInlet->axis == 0);
@@ -155,7 +155,8 @@ TEST_CASE("the pre-inlet is where the case's C++ has it", "[job_source][pre_inle
   CHECK_THAT(warningsOf(job), Contains("the slice cannot be told from the code"));
 }
 
-TEST_CASE("a pre-inlet that cannot be told is refused, and the calls are named", "[job_source][pre_inlet]") {
+TEST_CASE("A pre-inlet that cannot be determined is rejected, and the calls are listed",
+          "[job_source][pre_inlet]") {
   using Catch::Matchers::Predicate;
   CHECK_THROWS_WITH(inletOf(""), Contains("stands in the case's C++ code. Find preInletFromSlice"));
   CHECK_THROWS_WITH(
@@ -165,14 +166,15 @@ TEST_CASE("a pre-inlet that cannot be told is refused, and the calls are named",
                     Contains("case.cpp:6: ") && Contains("case.cpp:7: "));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "3"}), Contains("need its direction"));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "first"}),
-                    Contains("a plane of nodes: 0, 1 ... or last"));
+                    Contains("a plane of nodes: 0, 1, ... or last"));
   CHECK_THROWS_WITH(inletOf(inletCode, {"--pre-inlet-range", "x", "0", "4"}),
                     Contains("the inlet is along x"));
   CHECK_THROWS_WITH(inletOf(inletCode, {"--pre-inlet-range", "y", "0", "all"}),
                     Contains("pre-inlet-range', hi"));
 }
 
-TEST_CASE("a case whose C++ keeps cells from the wall is packed and checked so", "[executable]") {
+TEST_CASE("A case whose C++ code keeps cells from the wall is packed and checked accordingly",
+          "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "case.cpp", code(distance("\"RBC\", 1")));
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
@@ -190,10 +192,10 @@ TEST_CASE("a case whose C++ keeps cells from the wall is packed and checked so",
   fs::rename(folder.path() / "case.txt", folder.path() / "case.cpp");
   const Ran deleted = run(folder.path(), "check config.xml");
   CHECK(deleted.exitCode == 4);
-  CHECK_THAT(deleted.out, Contains("nearer than 1 µm to a solid node"));
+  CHECK_THAT(deleted.out, Contains("closer than 1 µm to a solid node"));
 }
 
-TEST_CASE("who asks for a cell without a file learns which there are", "[executable]") {
+TEST_CASE("A request for a cell without a file lists the available cells", "[executable]") {
   const SampleCase folder;
   fs::rename(folder.path() / "RBC.xml", folder.path() / "RBC_HO.xml");
   const Ran ran = run(folder.path(), "config.xml --hematocrit 0.2");

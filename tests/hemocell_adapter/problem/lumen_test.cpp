@@ -21,7 +21,7 @@ std::string lumenLine(const std::string& out) {
 
 }  // namespace
 
-TEST_CASE("periodic ends: packed across them, and checked across them", "[executable]") {
+TEST_CASE("Periodic ends apply to packing and to check", "[executable]") {
   const SampleCase folder("<packing> <ends> periodic </ends> <hematocrit> 0.4 </hematocrit> </packing>");
   const Ran ran = run(folder.path(), "config.xml");
   INFO(ran.all());
@@ -62,7 +62,7 @@ TEST_CASE("periodic ends: packed across them, and checked across them", "[execut
   CHECK_THAT(twice.out, Contains("Overlapping pairs: 1") && Contains("periodic image"));
 }
 
-TEST_CASE("packing and check speak of the same lumen", "[executable]") {
+TEST_CASE("Packing and check use the same lumen", "[executable]") {
   const SampleCase folder;
   const std::string box = "<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>";
   const std::string cylinder =
@@ -87,7 +87,7 @@ TEST_CASE("packing and check speak of the same lumen", "[executable]") {
   }
 }
 
-TEST_CASE("a box between walls: the planes of the walls are solid nodes", "[executable]") {
+TEST_CASE("The planes of the walls of a box are solid nodes", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "20 20 12 --rbc 20 --walls z");
   INFO(ran.all());
@@ -110,7 +110,7 @@ TEST_CASE("a box between walls: the planes of the walls are solid nodes", "[exec
   CHECK_THAT(whole.out, Contains("a vertex lies outside"));
 }
 
-TEST_CASE("boxes, under both names", "[executable]") {
+TEST_CASE("Boxes are packed under both program names", "[executable]") {
   const TemporaryFolder folder;
   Ran ran = run(folder.path(), "50 50 50 --hematocrit 0.3", "packCells");
   INFO(ran.all());
@@ -142,7 +142,7 @@ TEST_CASE("boxes, under both names", "[executable]") {
   CHECK_THAT(ran.out, Contains("HemoCell keeps 50 of 50"));
 }
 
-TEST_CASE("containers of the command line and of the configuration", "[executable]") {
+TEST_CASE("Containers of the command line and of the configuration are packed", "[executable]") {
   const SampleCase folder;
   for (const char* arguments :
        {"--cylinder x 10 20 --rbc 12", "--cylinder z 10 20 --ends periodic --rbc 12", "--sphere 10 --rbc 8",
@@ -178,8 +178,7 @@ TEST_CASE("containers of the command line and of the configuration", "[executabl
          "<container><cylinder radius=\"9\" length=\"20\"/></container>", "--hematocrit 0.2");
 }
 
-TEST_CASE("a case whose STL has triangles without area and is inside out is packed as HemoCell fills it",
-          "[executable]") {
+TEST_CASE("An inverted STL with triangles without area is packed as HemoCell fills it", "[executable]") {
   const SampleCase folder;
   // The tube, with a vertex on a long edge of which only one of the two facets knows: a third one without
   // area fills the gap.
@@ -201,13 +200,13 @@ TEST_CASE("a case whose STL has triangles without area and is inside out is pack
   const Ran packed = run(folder.path(), "config.xml --hematocrit 0.2");
   INFO(packed.all());
   CHECK(packed.exitCode == 0);
-  CHECK_THAT(packed.err, Contains("mended 1 triangle without area") && Contains("inside out"));
+  CHECK_THAT(packed.err, Contains("repaired 1 triangle without area") && Contains("inside out"));
   // HemoCell deflates this one: a node fewer along each axis than of the sound tube.
   CHECK_THAT(packed.out, Contains("of 50 x 32 x 32"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
 }
 
-TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[executable]") {
+TEST_CASE("An STL that had to be repaired gives a warning about HemoCell", "[executable]") {
   const SampleCase folder;
   std::string stl = tubeStl(2.4, 0.75, 48);
   CHECK(run(folder.path(), "config.xml --rbc 3").err.empty());
@@ -219,18 +218,18 @@ TEST_CASE("an STL that had to be repaired is a warning for HemoCell, too", "[exe
   const Ran ran = run(folder.path(), "config.xml --rbc 3");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.err, Contains("turned round 1 triangle") && Contains("HemoCell reads the file as it is"));
+  CHECK_THAT(ran.err, Contains("flipped 1 triangle") && Contains("HemoCell reads the file as it is"));
 
   writeText(folder.path() / "tube.stl", tubeStl(-2.4, 0.75, 48));  // mirrored: inside out
   const Ran mirrored = run(folder.path(), "config.xml --rbc 3");
   INFO(mirrored.all());
   CHECK(mirrored.exitCode == 0);
-  CHECK_THAT(mirrored.err, Contains("turned 1 surface that was inside out") &&
+  CHECK_THAT(mirrored.err, Contains("flipped 1 surface that was inside out") &&
                                Contains("HemoCell reads the file as it is"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
 }
 
-TEST_CASE("cells longer than a periodic box are packed, as their images may lie beside them",
+TEST_CASE("Cells longer than a periodic box are packed, since their images can lie side by side",
           "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "30 30 30 --ends periodic --cell Rod 1 60 2 2");
@@ -239,14 +238,14 @@ TEST_CASE("cells longer than a periodic box are packed, as their images may lie 
   CHECK_THAT(closed.err, Contains("larger than the lumen"));
 }
 
-TEST_CASE("a box that is cut to whole lattice spacings is told of", "[executable]") {
+TEST_CASE("Cutting a box to whole lattice spacings is reported", "[executable]") {
   const TemporaryFolder folder;
   CHECK_THAT(ok(folder, "8.4 9 10 --rbc 1").out,
              Contains("8.4 x 9 x 10 µm asked for, cut to whole lattice spacings"));
   CHECK_THAT(ok(folder, "8.5 9 10 --rbc 1").out, !Contains("asked for, cut"));
 }
 
-TEST_CASE("a clearance to the wall without a wall is a warning", "[executable]") {
+TEST_CASE("A wall clearance without a wall gives a warning", "[executable]") {
   const TemporaryFolder folder;
   CHECK_THAT(ok(folder, "20 20 20 --rbc 2 --ends periodic --wall-clearance 1").err, Contains("has no wall"));
 }

@@ -9,7 +9,7 @@
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("nodes in obstacles and exactly on them are solid, where obstacles overlap as well",
+TEST_CASE("Nodes in and exactly on obstacles are solid, also where obstacles overlap",
           "[executable][obstacles]") {
   // As StenosisShapeDomain3D and its like say: <= everywhere. Radius 10 nodes: (6, 8), (8, 6) and (10, 0) lie
   // on it.

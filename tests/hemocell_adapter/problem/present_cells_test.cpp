@@ -28,7 +28,7 @@ bool holdsAll(const std::set<std::string>& all, const std::set<std::string>& som
 
 }  // namespace
 
-TEST_CASE("fixed cells stay line by line while others are added", "[executable]") {
+TEST_CASE("Fixed cells keep their lines while others are added", "[executable]") {
   const SampleCase folder;
   ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 0");
   const auto red = linesOf(folder.path() / "RBC.pos");
@@ -53,7 +53,7 @@ TEST_CASE("fixed cells stay line by line while others are added", "[executable]"
   CHECK_THAT(fewer.err, Contains("there.pos") && Contains("that are to stay, but only"));
 }
 
-TEST_CASE("fixed cells that cannot stay are refused with their number", "[executable]") {
+TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "WBC.pos", "2\n12 7 7 0 0 0\n12 7.5 7 0 0 0\n");
   writeText(folder.path() / "WBC.xml", cellXml("WBC", 4.0, 600, ""));
@@ -72,7 +72,7 @@ TEST_CASE("fixed cells that cannot stay are refused with their number", "[execut
   CHECK_THAT(ran.err, Contains("method cat does not support it"));
 }
 
-TEST_CASE("cells beyond those that a file announces do not count, as for HemoCell", "[executable]") {
+TEST_CASE("Cells beyond the number that a file announces are ignored, as by HemoCell", "[executable]") {
   const TemporaryFolder folder;
   // The second one overlaps the first.
   writeText(folder.path() / "RBC.pos", "1\n8 8 8 0 0 0\n8 8 9 0 0 0\n");
@@ -90,7 +90,7 @@ TEST_CASE("cells beyond those that a file announces do not count, as for HemoCel
   CHECK(linesOf(folder.path() / "packed/RBC.pos").size() == 4);
 }
 
-TEST_CASE("a packing is topped up, thinned out and left alone", "[executable]") {
+TEST_CASE("Cells are added to or removed from a given packing, or it is kept unchanged", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "20 20 20 --hematocrit 0.3 --plt_ratio 0");
   fs::rename(folder.path() / "RBC.pos", folder.path() / "before.pos");
@@ -118,7 +118,7 @@ TEST_CASE("a packing is topped up, thinned out and left alone", "[executable]") 
   for (const std::string& line : before) CHECK(std::abs(drawn[line] - runs / 2) < 14);
 }
 
-TEST_CASE("cells that start in one place are refused, not relaxed pair by pair", "[executable]") {
+TEST_CASE("Cells that all start at one position are rejected without relaxation", "[executable]") {
   const TemporaryFolder folder;
   std::string lines;
   for (int cell = 0; cell < 2000; ++cell)
@@ -133,7 +133,7 @@ TEST_CASE("cells that start in one place are refused, not relaxed pair by pair",
                  Contains("to start from; are positions in µm?"));
 }
 
-TEST_CASE("cells that start as copies of each other are moved apart", "[executable]") {
+TEST_CASE("Cells that start as copies of each other are separated", "[executable]") {
   const TemporaryFolder folder;
   fs::create_directory(folder.path() / "from");
   std::string lines;

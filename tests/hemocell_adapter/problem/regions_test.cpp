@@ -13,7 +13,7 @@ using namespace packmesh::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
 
-TEST_CASE("regions have their own hematocrit, axes their direction, walls their layer", "[executable]") {
+TEST_CASE("Regions have their own hematocrit, axes their direction, walls their layer", "[executable]") {
   SampleCase folder(
       "<packing> <hematocrit> 0.05 </hematocrit> <species name=\"RBC\" axis=\"1 0 0\" spread=\"30\"/>"
       "<species name=\"PLT\" ratio=\"0.2\"/> <cellFreeLayer> 1.5 </cellFreeLayer>"
@@ -44,7 +44,7 @@ TEST_CASE("regions have their own hematocrit, axes their direction, walls their 
   CHECK(readText(folder.path() / "cells.csv").rfind("id,species,x,y,z,qw,qx,qy,qz\n1,RBC,", 0) == 0);
 }
 
-TEST_CASE("the hematocrit of a region is that of all its red cells", "[executable]") {
+TEST_CASE("The hematocrit of a region is that of all its red cells", "[executable]") {
   for (const char* number : {"ratio=\"0.4\"", "count=\"3\""}) {
     CAPTURE(number);
     SampleCase folder(
@@ -69,7 +69,7 @@ TEST_CASE("the hematocrit of a region is that of all its red cells", "[executabl
   }
 }
 
-TEST_CASE("a region too small for its hematocrit is refused, or told", "[executable]") {
+TEST_CASE("A region too small for its hematocrit is rejected or gives a warning", "[executable]") {
   SampleCase folder;
   const auto packed = [&](const char* rest, const char* region, const char* radius) {
     writeText(folder.path() / "config.xml",
@@ -90,7 +90,7 @@ TEST_CASE("a region too small for its hematocrit is refused, or told", "[executa
   CHECK(packed("0.2", "0.12", "7").err.empty());
 }
 
-TEST_CASE("constraints that make no sense are refused", "[executable]") {
+TEST_CASE("Invalid constraints are rejected", "[executable]") {
   const SampleCase folder;
   const auto refused = [&](const std::string& packing, const std::string& arguments = "") {
     writeText(folder.path() / "config.xml", configXml(sampleDomain, "<packing>" + packing + "</packing>"));
@@ -124,7 +124,7 @@ TEST_CASE("constraints that make no sense are refused", "[executable]") {
              Contains("is for periodic boxes"));
 }
 
-TEST_CASE("options of constraints are checked", "[executable]") {
+TEST_CASE("Options of constraints are validated", "[executable]") {
   const TemporaryFolder folder;
   writeText(folder.path() / "RBC.pos", "1\n5 5 5 0 0\n");
   struct Row {

@@ -11,7 +11,7 @@ using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("a box is repeated at the same hematocrit", "[executable]") {
+TEST_CASE("A repeated box keeps its hematocrit", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = ok(folder,
                      "16 18 20 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 1 3 --export csv "

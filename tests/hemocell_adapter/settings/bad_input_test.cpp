@@ -22,7 +22,7 @@ std::string spikedTubeStl() {
 
 }  // namespace
 
-TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
+TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") {
   struct Row {
     std::string arguments;
     int exitCode;
@@ -59,7 +59,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {"50 50 50 --rbc 1 --output-dir /proc/none", 5, ""},
       {"15 15 15 --hematocrit 0.72 --max-iterations 50 --output-dir sub", 5, "PLT.pos: is not a file",
        [](const fs::path& folder) { fs::create_directories(folder / "sub/PLT.pos"); }},
-      {"50 50 50 --rbc 1 --minimum-distance-from-solid RBC 1", 1, "is for cases"},
+      {"50 50 50 --rbc 1 --minimum-distance-from-solid RBC 1", 1, "requires a case"},
       {"config.xml --rbc 1 --minimum-distance-from-solid WBC 1", 1, "no such cells"},
       {"config.xml --rbc 1 --minimum-distance-from-solid RBC 50", 2, "would delete every such cell"},
       {"50 50 50 --rbc 1 --nor", 1, "did you mean '--noRotate'?"},
@@ -75,13 +75,14 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
        }},
       {"15 15 15 --hematocrit 0.72 --plt_ratio 0 --max-iterations 30", 3, "(30 sweeps; "},
       {"50 50 50 --cell-mesh egg 2 tube.stl --cell egg 3 3 4 5", 1,
-       "option '--cell': cell 'egg' is described already, by '--cell-mesh'"},
+       "option '--cell': cell 'egg' is already described by '--cell-mesh'"},
       {"50 50 50 --cell big 2 30000 30000 30000", 2, "larger than the lumen"},
       {"1e-9 20 20 --cell a 1 1e-10 1 1", 2, "the box is 1e-09 µm along x, less than the lattice spacing"},
       {"1e-9 20 20 --ends periodic --cell a 1 1e-10 1 1", 2,
        "repeats every 1e-09 µm along x is too small to be examined"},
       {"check --box 1e-9 20 20 --ends periodic", 2,
-       "cannot be examined in a lumen that repeats every 1e-09 µm", file("RBC.pos", "1\n4 4 4 0 0 0\n")},
+       "is too large or too far away for a lumen with a period of 1e-09 µm",
+       file("RBC.pos", "1\n4 4 4 0 0 0\n")},
       {"20 20 20 --rbc 1 --report k.html --state k.html", 5, "k.html: two outputs have this name"},
       {"20 20 20 --rbc 1 --report RBC.json --state ./RBC.json", 5, "two outputs have this name"},
       {"20 20 20 --rbc 1 --vtp --state RBC.vtp", 5, "two outputs have this name"},
@@ -92,15 +93,14 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
        config(sampleDomain, "<packing><clearance>0.2<b>0.9</b></clearance></packing>")},
       {"nowhere.xml --rbc 1", 2, "no such file"},
       {". --rbc 1", 2, "is a folder"},
-      {h, 2, "config.xml:1: is not well-formed XML: text that does not stand between",
-       file("config.xml", "hello")},
+      {h, 2, "config.xml:1: is not well-formed XML: text outside of any tag", file("config.xml", "hello")},
       {h, 2, "config.xml:1: is not well-formed XML: an element is not closed",
        file("config.xml", "<hemocell>")},
       {h, 2, "expected the root <hemocell>", file("config.xml", "<vessel/>")},
       {h, 2, "<dx>: expected", config("<dx> half </dx>")},
       {h, 2, "unknown tag in <packing>; did you mean 'clearance'?",
        config(sampleDomain, "<packing><clearence>1</clearence></packing>")},
-      {h, 2, "<packing>: unknown attribute 'ends'; expected it as a tag inside: <ends> periodic </ends>",
+      {h, 2, "<packing>: unknown attribute 'ends'; write it as a tag inside: <ends> periodic </ends>",
        config(sampleDomain, "<packing ends=\"periodic\"/>")},
       {h, 2, "<packing>: unknown attribute 'sead'; did you mean 'seed'?",
        config(sampleDomain, "<packing sead=\"2\"/>")},
@@ -121,7 +121,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
        file("tube.stl",
             "solid" + std::string(75, ' ') + std::string("\x0c\0\0\0", 4) + std::string(550, 'x'))},
       {h, 2, "not closed, it has 3 open edges", file("tube.stl", tubeStl(2.4, 0.75, 48, true))},
-      {h, 2, "tube.stl: the surface meets itself", file("tube.stl", spikedTubeStl())},
+      {h, 2, "tube.stl: the surface intersects itself", file("tube.stl", spikedTubeStl())},
       {h, 2, "tube.stl: all triangles of the mesh are collapsed", file("tube.stl", tubeStl(0, 0, 48))},
       {h + " --ends periodic", 2, "<geometry>: tube.stl: the two ends",
        file("tube.stl", tubeStl(2.4, 0.75, 48, false, 1.1))},
@@ -148,7 +148,7 @@ TEST_CASE("bad input is explained, and nothing is written", "[executable]") {
       {h + " --cell-mesh RBC 5 tube.stl", 2, "the hematocrit decides how many 'RBC' there are"},
       {"config.xml --rbc 2 --wbc 2", 2,
        "WBC.xml: no such file; it must tell how HemoCell builds the cell 'WBC'"},
-      {"check", 1, "what is to be checked?"},
+      {"check", 1, "nothing to check"},
       {"check --box config.xml", 1,
        "check --box needs three sizes: check --box sX sY sZ; found 'config.xml'"},
       {"check config.xml", 2, "no .pos files"},

@@ -27,7 +27,7 @@ std::int64_t countOf(const CommandLine& c, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("every form of an option that getopt_long_only knows", "[command_line]") {
+TEST_CASE("Every form of an option that getopt_long_only accepts is accepted", "[command_line]") {
   for (const char* line :
        {"50 50 50 --hematocrit 0.3", "50 50 50 --hematocrit=0.3", "50 50 50 -hematocrit 0.3",
         "50 50 50 -hematocrit=0.3", "50 50 50 -h 0.3", "-h 0.3 50 50 50", "50 -h 0.3 50 50",
@@ -41,7 +41,7 @@ TEST_CASE("every form of an option that getopt_long_only knows", "[command_line]
   }
 }
 
-TEST_CASE("every option of packCells", "[command_line]") {
+TEST_CASE("Every option of packCells is accepted", "[command_line]") {
   const CommandLine c = parse(
       "50.5 60 70 --rbc 1 -plt 2 --wbc=3 --vrbc 4 -rbc_m 5 --plt_m 6 --plt_mko 7 --cell egg 8 3 4 5 "
       "--noRotate "
@@ -56,7 +56,7 @@ TEST_CASE("every option of packCells", "[command_line]") {
   CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").settings().plateletRatio == 0.1);
 }
 
-TEST_CASE("methods and sources of planes", "[command_line]") {
+TEST_CASE("Methods and sources of planes are selected by name", "[command_line]") {
   CHECK(!parse("9 9 9 --rbc 1").settings().states("method"));
   CHECK(parse("9 9 9 --rbc 1 --method cat").settings().method == packmesh::Method::cat);
   CHECK(parse("9 9 9 --rbc 1 --method=relaxation").settings().method == packmesh::Method::relaxation);
@@ -68,7 +68,7 @@ TEST_CASE("methods and sources of planes", "[command_line]") {
   CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").settings(), Contains("cat"));
 }
 
-TEST_CASE("prefixes unique among packCells' options stay unique", "[command_line]") {
+TEST_CASE("Unique prefixes of packCells' options remain unique", "[command_line]") {
   CHECK(parse("9 9 9 --max 7 --rbc 1").settings().maxIterations == 7);
   CHECK(countOf(parse("9 9 9 --v 7"), "vRBC") == 7);
   CHECK(parse("9 9 9 --noR --rbc 1").settings().rotate == false);
@@ -77,7 +77,7 @@ TEST_CASE("prefixes unique among packCells' options stay unique", "[command_line
   CHECK_THROWS_WITH(parse("9 9 9 --rb 3"), Contains("ambiguous"));
 }
 
-TEST_CASE("forms of the command", "[command_line]") {
+TEST_CASE("Every form of the command is accepted", "[command_line]") {
   CHECK(parse("config.xml").configFile == std::filesystem::path("config.xml"));
   CHECK(parse("check config.xml").command == Command::check);
   const CommandLine box = parse("check --box 1 2 3");
@@ -91,14 +91,14 @@ TEST_CASE("forms of the command", "[command_line]") {
   CHECK_FALSE(parse("1 2 3 --rbc 1").asPackCells);
 }
 
-TEST_CASE("errors of the command line teach", "[command_line]") {
+TEST_CASE("Errors of the command line suggest a correction", "[command_line]") {
   struct Row {
     const char* line;
     const char* message;
   };
   for (const Row& row : {
            Row{"", "nothing to do"},
-           {"--rbc 3", "what is to be packed into"},
+           {"--rbc 3", "no container: give"},
            {"50 50", "expected a config.xml or three sizes"},
            {"50 50 50 50", "found 4 sizes"},
            {"a.xml b.xml", "found 2 words"},
@@ -120,7 +120,7 @@ TEST_CASE("errors of the command line teach", "[command_line]") {
            {"50 50 50 --hematocrit 0.3 --plt 5", "excludes '--plt'"},
            {"50 50 50 --ends open", "expected closed or periodic, found 'open'"},
            {"50 50 50 --walls ab", "expected axes"},
-           {"50 50 50 --rbc 1 --box", "belongs to check"},
+           {"50 50 50 --rbc 1 --box", "is for check"},
            {"check --box 50 50", "three sizes"},
            {"config.xml --dx 0.5", "for boxes"},
            {"50 50 50 --quiet --verbose --rbc 1", "excludes"},
@@ -132,7 +132,7 @@ TEST_CASE("errors of the command line teach", "[command_line]") {
   }
 }
 
-TEST_CASE("help and reference list everything", "[command_line]") {
+TEST_CASE("Help and reference list everything", "[command_line]") {
   const std::string help = helpText(false), reference = referenceText();
   for (const Setting& setting : settingsTable()) {
     if (!setting.option.empty()) CHECK_THAT(help, Contains("--" + setting.option));
@@ -142,7 +142,7 @@ TEST_CASE("help and reference list everything", "[command_line]") {
   CHECK_THAT(help, Contains("Exit codes"));
 }
 
-TEST_CASE("no two settings share a name", "[command_line]") {
+TEST_CASE("No two settings share a name", "[command_line]") {
   std::vector<std::string> names;
   for (const Setting& setting : settingsTable()) {
     for (const std::string& name : {"--" + setting.option, "<" + setting.tag}) {

@@ -10,7 +10,7 @@
 using namespace packmesh;
 using namespace packmesh::hemocell;
 
-TEST_CASE("config/<Cell>.xml holds HemoCell's default parameters", "[config]") {
+TEST_CASE("config/<Cell>.xml contains HemoCell's default parameters", "[config]") {
   const std::string name = GENERATE("RBC", "RBC_m", "PLT", "PLT_m", "PLT_mko", "WBC");
   INFO(name);
   const CellModel model = readCellXml(std::string(CONFIG_DIR "/") + name + ".xml", name);
@@ -23,7 +23,7 @@ TEST_CASE("config/<Cell>.xml holds HemoCell's default parameters", "[config]") {
   CHECK(model.aspectRatio == Approx(expected->aspectRatio).epsilon(1e-12));
 }
 
-TEST_CASE("config/packing.xml is a <packing> section with the defaults it claims", "[config]") {
+TEST_CASE("config/packing.xml is a <packing> section with the defaults it states", "[config]") {
   const std::string file = CONFIG_DIR "/packing.xml";
   tinyxml2::XMLDocument document;
   REQUIRE(document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS);

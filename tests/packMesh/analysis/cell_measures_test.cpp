@@ -33,7 +33,7 @@ PlacedCell at(int species, const Vec3& position, double scale = 1.0) {
 
 }  // namespace
 
-TEST_CASE("The gap of a cell is that to the nearest other one, across periodic faces too") {
+TEST_CASE("The gap of a cell is that to the nearest other cell, across periodic faces, too") {
   PackingProblem problem;
   problem.container = test::periodicCube(20.0);
   problem.species = {{"ball", test::sphereShape(1.0), 4, nullptr}, {"RBC", test::redCellShape(), 1, nullptr}};
@@ -55,7 +55,7 @@ TEST_CASE("The gap of a cell is that to the nearest other one, across periodic f
   REQUIRE(found.gap[4] == farthestGap);
 }
 
-TEST_CASE("Gaps are those between the meshes, to the bit, on either side of a pair") {
+TEST_CASE("Gaps equal those between the meshes to the bit, from either side of a pair") {
   PackingProblem problem;
   problem.container = test::periodicCube(14.0);
   problem.species = {{"RBC", test::redCellShape(), 5, nullptr},
@@ -83,7 +83,7 @@ TEST_CASE("Gaps are those between the meshes, to the bit, on either side of a pa
   REQUIRE(*std::min_element(gaps.begin(), gaps.end()) == packed.certificate.minimumGap);
 }
 
-TEST_CASE("The gap of overlapping cells is 0, that of grown ones measured at their size") {
+TEST_CASE("The gap of overlapping cells is 0, that of scaled cells refers to their actual size") {
   PackingProblem problem;
   problem.container = test::periodicCube(30.0);
   problem.species = {{"ball", test::sphereShape(1.0), 4, nullptr}};
@@ -94,7 +94,7 @@ TEST_CASE("The gap of overlapping cells is 0, that of grown ones measured at the
   REQUIRE(found.gap[2] == Approx(0.5).margin(0.03));
 }
 
-TEST_CASE("The local hematocrit counts red cells alone, per volume of lumen") {
+TEST_CASE("The local hematocrit counts only red cells, per volume of lumen") {
   PackingProblem problem;
   problem.container = test::periodicCube(12.0);  // one box
   problem.species = {{"RBC", test::redCellShape(), 2, nullptr},
@@ -106,7 +106,7 @@ TEST_CASE("The local hematocrit counts red cells alone, per volume of lumen") {
     REQUIRE(local == Approx(hematocrit).epsilon(1e-5));
 }
 
-TEST_CASE("The local hematocrit tells dense regions from empty ones, and leaves out what is not lumen") {
+TEST_CASE("The local hematocrit distinguishes dense and empty regions and excludes what is not lumen") {
   PackingProblem problem;
   problem.container = makeCylinder({0.0, 0.0, 30.0}, 2, 8.0, 60.0, true);
   problem.species = {{"RBC", test::redCellShape(), 9, nullptr}};

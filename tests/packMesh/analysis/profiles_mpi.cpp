@@ -32,7 +32,7 @@ void requireSame(const Profile& a, const Profile& b) {
 
 }  // namespace
 
-TEST_CASE("What is measured does not depend on the number of ranks", "[mpi]") {
+TEST_CASE("Measurements do not depend on the number of ranks", "[mpi]") {
   const bool walls = GENERATE(false, true);
   const std::shared_ptr<const Container> container =
       walls ? std::shared_ptr<const Container>(makeCylinder(Vec3::Zero(), 0, 10.0, 60.0, false))

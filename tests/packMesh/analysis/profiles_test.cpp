@@ -42,7 +42,7 @@ PackingProblem balls(std::shared_ptr<const Container> container, double radius) 
 
 }  // namespace
 
-TEST_CASE("Axial profiles hold the volume of the cells exactly, and each layer to within its error") {
+TEST_CASE("Axial profiles contain the volume of the cells exactly, and each layer up to its error") {
   const PackingProblem problem = balls(test::periodicCube(20.0), 4.0);
   const Vec3 centre(19.0, 10.0, 5.0);  // across a face
   const PackingMeasures found = measured(problem, {at(0, centre)});
@@ -64,7 +64,7 @@ TEST_CASE("Axial profiles hold the volume of the cells exactly, and each layer t
   REQUIRE(found.lumenPoints == 0);
 }
 
-TEST_CASE("The profile over the distance to the wall and the layer free of cells, in a tube") {
+TEST_CASE("A tube has the right wall profile and cell-free layer") {
   const PackingProblem problem = balls(makeCylinder(Vec3(0, 0, 20), 2, 10.0, 40.0, true), 4.0);
   const PackingMeasures found = measured(problem, {at(0, {0, 0, 5}), at(0, {0, 0, 15}), at(0, {0, 0, 25})});
   REQUIRE(found.wall);
@@ -87,7 +87,7 @@ TEST_CASE("The profile over the distance to the wall and the layer free of cells
   REQUIRE(!layerBelow(measured(problem, {}).axial[0], 0.05));
 }
 
-TEST_CASE("Ends that are no walls do not count as walls") {
+TEST_CASE("Ends without walls do not count as walls") {
   const PackingProblem problem = balls(makeCylinder(Vec3(0, 0, 20), 2, 10.0, 40.0, false), 4.0);
   const std::vector<PlacedCell> cells = {at(0, {0, 0, 4.1}), at(0, {0, 0, 20})};
   const PackingMeasures walls = measured(problem, cells);
@@ -100,7 +100,7 @@ TEST_CASE("Ends that are no walls do not count as walls") {
   REQUIRE(!measured(box, {at(0, {10, 10, 10})}, {true, true, true}).wall);
 }
 
-TEST_CASE("Gaps are counted in bins, cells without neighbours apart") {
+TEST_CASE("Gaps are counted in bins, and cells without neighbours separately") {
   const PackingProblem problem = balls(test::periodicCube(40.0), 1.0);
   const PackingMeasures found =
       measured(problem, {at(0, {5, 5, 5}), at(0, {7.51, 5, 5}), at(0, {20, 5, 5}), at(0, {22.11, 5, 5}),
@@ -117,7 +117,7 @@ TEST_CASE("Gaps are counted in bins, cells without neighbours apart") {
   REQUIRE(found.gaps[1].minimum == 0.0);
 }
 
-TEST_CASE("The order of thin axes: parallel, in a plane, none") {
+TEST_CASE("The order of symmetry axes is right for parallel, planar and random axes") {
   PackingProblem problem;
   problem.container = test::periodicCube(100.0);
   problem.species = {{"RBC", test::redCellShape(), 1, nullptr}};

@@ -9,7 +9,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Depths in a vessel are exact near its wall and nearly so inside") {
+TEST_CASE("Depths in a vessel are exact near its wall and accurate inside") {
   const auto tube = makeCylinder(Vec3::Zero(), 0, 10.0, 50.0, false);
   const auto vessel = makeVessel(tube->surface(), {}, 0.5);
   const WallDepth depth(*vessel->wall(), vessel->bounds());

@@ -136,7 +136,7 @@ Packing randomPacking(unsigned seed, int count, const Vec3& period, double sprea
 
 }  // namespace
 
-TEST_CASE("The certificate finds the pairs and the gap that brute force finds, with and without periods",
+TEST_CASE("The certificate finds the same pairs and gap as brute force, with and without periods",
           "[certificate]") {
   int overlaps = 0, contained = 0, gaps = 0, ownImages = 0;
   for (const Vec3& period :
@@ -165,7 +165,7 @@ TEST_CASE("The certificate finds the pairs and the gap that brute force finds, w
   REQUIRE(ownImages > 10);
 }
 
-TEST_CASE("The smallest gap of a sparse packing, wherever it is", "[certificate]") {
+TEST_CASE("The certificate finds the smallest gap of a sparse packing", "[certificate]") {
   int measured = 0;
   for (unsigned seed = 0; seed < 10; ++seed) {
     const Vec3 period(12, 12, 12);
@@ -188,7 +188,7 @@ TEST_CASE("The smallest gap of a sparse packing, wherever it is", "[certificate]
   REQUIRE(measured > 6);
 }
 
-TEST_CASE("A cell meets its own image when the period is too short", "[certificate]") {
+TEST_CASE("A cell meets its own image if the period is too short", "[certificate]") {
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
   packing.cells = {{0, {Mat3::Identity(), Vec3(100, 0, 0)}}};
@@ -204,7 +204,7 @@ TEST_CASE("A cell meets its own image when the period is too short", "[certifica
   REQUIRE(certify(packing.input()).overlapping.size() == 2);  // images 1 and 2
 }
 
-TEST_CASE("A gap smaller than the required one is a fault, an equal one is not", "[certificate]") {
+TEST_CASE("A gap smaller than the required one is a violation, an equal one is not", "[certificate]") {
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
   packing.container = std::make_shared<PeriodicSpace>(Vec3(8.0, 0, 0));
@@ -224,7 +224,7 @@ TEST_CASE("A gap smaller than the required one is a fault, an equal one is not",
   }
 }
 
-TEST_CASE("findOverlaps looks at pairs with a moved cell only, and at all of them", "[certificate]") {
+TEST_CASE("findOverlaps examines only pairs with a moved cell, but all of them", "[certificate]") {
   const Vec3 period(8, 7, 9);
   const Packing packing = randomPacking(5, 25, period, 8.0);
   const CertificateInput input = packing.input();
@@ -242,7 +242,8 @@ TEST_CASE("findOverlaps looks at pairs with a moved cell only, and at all of the
   }
 }
 
-TEST_CASE("Walls are asked about cells near them only, and their violations reported", "[certificate]") {
+TEST_CASE("Walls are queried only about cells near them, and their violations are reported",
+          "[certificate]") {
   for (double slack : {0.0, 0.5}) {
     HalfSpace wall(slack);
     Packing packing;
@@ -267,7 +268,7 @@ TEST_CASE("Walls are asked about cells near them only, and their violations repo
   }
 }
 
-TEST_CASE("A cell nearer to its wall than required is misplaced, and the smallest gap to the wall is told",
+TEST_CASE("A cell closer to its wall than required is misplaced, and the smallest wall gap is reported",
           "[certificate]") {
   HalfSpace wall;
   Packing packing;
@@ -293,15 +294,14 @@ TEST_CASE("A cell nearer to its wall than required is misplaced, and the smalles
       for (const MisplacedCell& m : certificate.misplaced)
         REQUIRE(m.gap == (m.cell == 0 ? 2.0 : m.cell == 1 ? 0.25 : 0.5));
       if (required == 0.51)
-        REQUIRE(certificate.misplaced[1].reason ==
-                "is 0.5 µm from the wall, less than the 0.51 µm asked for");
+        REQUIRE(certificate.misplaced[1].reason == "is 0.5 µm from the wall, less than the required 0.51 µm");
       if (required == 0.2500001)  // both would be 0.25 in six digits
         REQUIRE(certificate.misplaced[0].reason ==
-                "is 0.25 µm from the wall, less than the 0.2500001 µm asked for");
+                "is 0.25 µm from the wall, less than the required 0.2500001 µm");
     }
 }
 
-TEST_CASE("Counts and volumes, scaled cells included, no cells at all", "[certificate]") {
+TEST_CASE("Counts and volumes are right for scaled cells and for no cells", "[certificate]") {
   Packing packing;
   packing.shapes = {std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1))};
   REQUIRE(certify(packing.input()).clean());
@@ -314,7 +314,8 @@ TEST_CASE("Counts and volumes, scaled cells included, no cells at all", "[certif
   REQUIRE(certify(packing.input(), 0.2).minimumGap == infinite);
 }
 
-TEST_CASE("What is stopped is not clean, and what cannot be examined is refused", "[certificate]") {
+TEST_CASE("A stopped certificate is not clean, and cells that cannot be examined are rejected",
+          "[certificate]") {
   Packing packing;
   packing.shapes = {ball(1.0)};
   packing.container = std::make_shared<PeriodicSpace>(Vec3(10, 10, 10));
@@ -340,7 +341,7 @@ TEST_CASE("What is stopped is not clean, and what cannot be examined is refused"
   }
 }
 
-TEST_CASE("With enough overlapping pairs no more are looked for, walls and gaps of the others are",
+TEST_CASE("The search stops after enough overlapping pairs, but walls and gaps are complete",
           "[certificate]") {
   const auto one = ball(1.0);
   std::vector<PlacedCell> cells(50);

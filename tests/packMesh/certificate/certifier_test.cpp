@@ -113,7 +113,7 @@ class Crowd {
 
 }  // namespace
 
-TEST_CASE("A certificate brought up to date is, field by field, a certificate made anew", "[certificate]") {
+TEST_CASE("An updated certificate equals, field by field, a new one", "[certificate]") {
   const auto box = [](const Vec3& size, std::array<bool, 3> periodic) -> std::shared_ptr<const Container> {
     return makeBox({Vec3(1, 2, 3), Vec3(1, 2, 3) + size}, periodic);
   };
@@ -163,7 +163,7 @@ TEST_CASE("A certificate brought up to date is, field by field, a certificate ma
   REQUIRE(nearWall > 20);
 }
 
-TEST_CASE("Cells that are not said to have changed are not looked at again", "[certificate]") {
+TEST_CASE("Cells not reported as changed are not examined again", "[certificate]") {
   const auto ball = std::make_shared<Shape>(test::icosphere(1, 1.0), ellipsoidProfile(1, 1, 1));
   std::vector<PlacedCell> cells;
   for (int i = 0; i < 5; ++i) cells.push_back({0, {Mat3::Identity(), Vec3(3.0 * i, 0, 0)}});
@@ -186,7 +186,7 @@ TEST_CASE("Cells that are not said to have changed are not looked at again", "[c
   REQUIRE(certifier.certificate().minimumGap == certify(input, 2.0).minimumGap);
 }
 
-TEST_CASE("The smallest gap is found again when the pair that had it parts", "[certificate]") {
+TEST_CASE("The smallest gap is found again when its pair separates", "[certificate]") {
   const auto cube = std::make_shared<Shape>(sample::box({-1, -1, -1}, {1, 1, 1}), ellipsoidProfile(1, 1, 1));
   std::vector<PlacedCell> cells;
   const double gaps[] = {0.25, 0.0625, 0.001953125, 0.5, 0.00390625};
@@ -217,7 +217,7 @@ TEST_CASE("The smallest gap is found again when the pair that had it parts", "[c
   REQUIRE(part(3) == infinite);
 }
 
-TEST_CASE("After a pair that was too near has been repaired, the cells are examined once", "[certificate]") {
+TEST_CASE("After repair of a pair that was too close, the cells are examined once", "[certificate]") {
   const auto ball = std::make_shared<Shape>(test::icosphere(1, 1.0), ellipsoidProfile(1, 1, 1));
   const double required = 0.1, gap = required + 0.002;
   std::vector<PlacedCell> cells;

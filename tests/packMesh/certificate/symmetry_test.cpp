@@ -94,7 +94,7 @@ Crowd mapped(const Crowd& crowd, const Mat3& map) {
 
 }  // namespace
 
-TEST_CASE("Certificates of permuted cells name the same pairs", "[certificate]") {
+TEST_CASE("Certificates of permuted cells contain the same pairs", "[certificate]") {
   for (unsigned seed = 0; seed < 6; ++seed) {
     const Crowd crowd(seed);
     const Certificate before = crowd.certificate();
@@ -118,7 +118,7 @@ TEST_CASE("Certificates of permuted cells name the same pairs", "[certificate]")
   }
 }
 
-TEST_CASE("Certificates of turned and mirrored packings name the same pairs", "[certificate]") {
+TEST_CASE("Certificates of rotated and mirrored packings contain the same pairs", "[certificate]") {
   const std::vector<Mat3> maps = cubeSymmetries();
   REQUIRE(maps.size() == 48);
   for (const bool walls : {false, true}) {
@@ -151,7 +151,8 @@ TEST_CASE("Certificates of turned and mirrored packings name the same pairs", "[
   }
 }
 
-TEST_CASE("Certificates of shifted and freely turned packings name the same pairs", "[certificate]") {
+TEST_CASE("Certificates of translated and arbitrarily rotated packings contain the same pairs",
+          "[certificate]") {
   std::mt19937 random(5);
   for (unsigned seed = 20; seed < 26; ++seed) {
     // Shifted in a periodic box, and by whole periods.
@@ -208,7 +209,7 @@ TEST_CASE("Certificates scale with the packing, to the bit for powers of two", "
   }
 }
 
-TEST_CASE("Cells whose faces are 1e-12 µm apart are apart, and not when they touch", "[certificate]") {
+TEST_CASE("Cells whose faces are 1e-12 µm apart do not overlap, but touching ones do", "[certificate]") {
   const auto cube = std::make_shared<const Shape>(sample::box({-1, -1, -1}, {1, 1, 1}));
   for (const double gap : {1e-12, 3e-11, 1e-9, 1e-6, 1e-3, 0.0, -1e-12, -1e-6})
     for (const int where : {0, 1, 2}) {  // neighbours; images across a period; a wall
@@ -238,7 +239,8 @@ TEST_CASE("Cells whose faces are 1e-12 µm apart are apart, and not when they to
     }
 }
 
-TEST_CASE("Red cells at any angle are told apart from touching at 1e-12 µm", "[certificate]") {
+TEST_CASE("Red cells at any angle that are 1e-12 µm apart are distinguished from touching ones",
+          "[certificate]") {
   std::mt19937 random(9);
   for (int i = 0; i < 25; ++i) {
     Crowd two(0, 0);

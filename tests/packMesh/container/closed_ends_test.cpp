@@ -50,7 +50,7 @@ std::vector<Body> bodiesAt(const std::vector<Vec3>& positions) {
 
 }  // namespace
 
-TEST_CASE("Cells are not pushed through a closed end, but are across a periodic one", "[container]") {
+TEST_CASE("Cells are not pushed through a closed end, but through a periodic one", "[container]") {
   const auto sphere = test::sphereShape(1.0);
   for (const bool periodic : {false, true})
     for (const auto& container : lumens(periodic)) {
@@ -68,7 +68,7 @@ TEST_CASE("Cells are not pushed through a closed end, but are across a periodic 
     }
 }
 
-TEST_CASE("Cells are proved apart across a periodic end only", "[container][certificate]") {
+TEST_CASE("Separation is proved across a periodic end only", "[container][certificate]") {
   const auto sphere = test::sphereShape(1.0);
   for (const bool periodic : {false, true})
     for (const auto& container : lumens(periodic)) {
@@ -88,7 +88,8 @@ TEST_CASE("Cells are proved apart across a periodic end only", "[container][cert
     }
 }
 
-TEST_CASE("A lumen filled to its closed ends keeps clearances inside, not across", "[container][packing]") {
+TEST_CASE("A lumen filled to its closed ends keeps clearances inside, but not across the ends",
+          "[container][packing]") {
   // So short and so full that cells lie along both ends.
   const auto lumen = [](bool periodic) { return makeCylinder({6.0, 0.0, 0.0}, 0, 12.0, 12.0, periodic); };
   const std::shared_ptr<const Container> joined = lumen(true);

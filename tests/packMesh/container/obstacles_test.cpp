@@ -26,7 +26,7 @@ std::shared_ptr<const Container> room(std::array<bool, 3> periodic = {false, fal
 
 }  // namespace
 
-TEST_CASE("volume of a mesh inside a box", "[obstacles]") {
+TEST_CASE("The volume of a mesh inside a box is exact", "[obstacles]") {
   const Box box{Vec3(0, 0, 0), Vec3(10, 10, 10)};
   CHECK(volumeInside(cube(Vec3(2, 2, 2), Vec3(4, 5, 6)), box) == Approx(24));
   CHECK(volumeInside(cube(Vec3(-2, 2, 2), Vec3(4, 5, 6)), box) == Approx(48));
@@ -38,7 +38,7 @@ TEST_CASE("volume of a mesh inside a box", "[obstacles]") {
   CHECK(volumeInside(ball, box) == Approx(signedVolume(ball) / 4).epsilon(0.01));
 }
 
-TEST_CASE("an obstacle is wall, takes volume, and cells may not touch it", "[obstacles]") {
+TEST_CASE("An obstacle is a wall, reduces the volume and must not be touched by cells", "[obstacles]") {
   const auto container = subtractObstacles(room(), {cubeObstacle(Vec3(8, 8, -1), Vec3(12, 12, 21))});
   CHECK(container->volume() == Approx(8000 - 16 * 20));
   const Wall* wall = container->wall();
@@ -55,7 +55,7 @@ TEST_CASE("an obstacle is wall, takes volume, and cells may not touch it", "[obs
   CHECK_THAT(container->describe(), Contains("1 obstacle"));
 }
 
-TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
+TEST_CASE("Obstacles repeat along periodic axes", "[obstacles]") {
   const auto container =
       subtractObstacles(room({true, false, false}), {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12))});
   CHECK(container->volume() == Approx(8000 - 64));
@@ -64,7 +64,7 @@ TEST_CASE("obstacles repeat along periodic axes", "[obstacles]") {
   CHECK(container->wall()->violation(cube(Vec3(17, 9, 9), Vec3(19, 11, 11))));
 }
 
-TEST_CASE("the gap to obstacles, their images and the wall around them", "[obstacles]") {
+TEST_CASE("The wall gap includes obstacles, their images and the wall around them", "[obstacles]") {
   const auto container = subtractObstacles(
       room({true, false, false}),
       {cubeObstacle(Vec3(-2, 8, 8), Vec3(2, 12, 12)), cubeObstacle(Vec3(8, 8, 8), Vec3(10, 10, 10))});
@@ -91,7 +91,7 @@ TEST_CASE("the gap to obstacles, their images and the wall around them", "[obsta
         CHECK(examined(p, 10.0).gap > gap);
 }
 
-TEST_CASE("obstacles that make no sense are refused", "[obstacles]") {
+TEST_CASE("Invalid obstacles are rejected", "[obstacles]") {
   CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(30, 0, 0), Vec3(40, 1, 1))}),
                     Contains("outside the lumen"));
   CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(-1, -1, -1), Vec3(21, 21, 21))}),
@@ -101,7 +101,7 @@ TEST_CASE("obstacles that make no sense are refused", "[obstacles]") {
                     Contains("outside the lumen"));
 }
 
-TEST_CASE("obstacles that overlap are one body: volume, distance, verdicts, surface", "[obstacles]") {
+TEST_CASE("Overlapping obstacles act as one body in volume, distance, wall test and surface", "[obstacles]") {
   // 4³ + 3³ - 1, and one that lies in the first; a bar through all periods overlaps its own images.
   const auto container = subtractObstacles(room(), {cubeObstacle(Vec3(1, 1, 1), Vec3(5, 5, 5), "a"),
                                                     cubeObstacle(Vec3(4, 4, 4), Vec3(7, 7, 7), "b"),
@@ -124,14 +124,14 @@ TEST_CASE("obstacles that overlap are one body: volume, distance, verdicts, surf
   CHECK_FALSE(bar->wall()->violation(cube(Vec3(19, 1, 1), Vec3(22, 4.9, 4.9))));
 }
 
-TEST_CASE("obstacles may stick out of a round wall", "[obstacles]") {
+TEST_CASE("Obstacles can extend beyond a round wall", "[obstacles]") {
   // The half of a pipe of radius 8 and length 20.
   const auto pipe = std::shared_ptr<const Container>(makeCylinder(Vec3(10, 10, 10), 0, 8, 20, false));
   const auto half = subtractObstacles(pipe, {cubeObstacle(Vec3(-5, -5, -5), Vec3(25, 10, 25))});
   CHECK(half->volume() == Approx(0.5 * pipe->volume()).epsilon(4e-4));
 }
 
-TEST_CASE("a stenosis of a ball and a bar that stick out of the wall", "[obstacles]") {
+TEST_CASE("A ball and a bar that extend beyond the wall form a stenosis", "[obstacles]") {
   const auto pipe = std::shared_ptr<const Container>(makeCylinder(Vec3(10, 10, 10), 0, 8, 20, false));
   const double r = 5.0;
   const auto stenosis = subtractObstacles(pipe, {{makeSphere(Vec3(10, 18, 10), r)->surface(), "ball"},

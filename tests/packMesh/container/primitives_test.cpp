@@ -49,7 +49,7 @@ void checkSurface(const Container& container, double tolerance) {
 
 }  // namespace
 
-TEST_CASE("A box measures, objects and describes itself", "[container]") {
+TEST_CASE("A box has the right volume, distances, wall test and description", "[container]") {
   const Box box{{-1, 0, 2}, {9, 5, 6}};
   const auto closed = makeBox(box, {false, false, false});
   REQUIRE(closed->volume() == 200.0);
@@ -86,7 +86,8 @@ TEST_CASE("A box measures, objects and describes itself", "[container]") {
   REQUIRE_FALSE(closed->wall()->violation(apart));
 }
 
-TEST_CASE("A cylinder measures, objects and describes itself, along every axis", "[container]") {
+TEST_CASE("A cylinder along any axis has the right volume, distances, wall test and description",
+          "[container]") {
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 center(1, 2, 3);
     const auto closed = makeCylinder(center, axis, 5.0, 20.0, false),
@@ -115,7 +116,7 @@ TEST_CASE("A cylinder measures, objects and describes itself, along every axis",
           "cylinder along x, radius 12.5 µm, length 50 µm, periodic ends");
 }
 
-TEST_CASE("A sphere measures, objects and describes itself", "[container]") {
+TEST_CASE("A sphere has the right volume, distances, wall test and description", "[container]") {
   const auto sphere = makeSphere({1, 2, 3}, 4.0);
   REQUIRE(sphere->volume() == Approx(4.0 / 3.0 * M_PI * 64.0));
   REQUIRE(sphere->describe() == "sphere, radius 4 µm");
@@ -160,10 +161,10 @@ TEST_CASE("The gap of a cell in a convex lumen is that of its nearest vertex", "
   REQUIRE_FALSE(sphere->wall()->isAway({{3, 0, 0}, 1.5}, 1.51));
 }
 
-TEST_CASE("Containers refuse sizes that make no sense", "[container][messages]") {
+TEST_CASE("Containers reject invalid sizes", "[container][messages]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(makeBox({{0, 0, 0}, {1, 0, 1}}, {false, false, false}),
-                    Contains("along y must be positive and finite, found 0 µm"));
+                    Contains("along y must be positive and finite; found 0 µm"));
   CHECK_THROWS_AS(makeBox(Box(), {false, false, false}), InputError);
   CHECK_THROWS_AS(makeBox({{0, 0, nan}, {1, 1, 1}}, {true, true, true}), InputError);
   CHECK_THROWS_WITH(makeCylinder({0, 0, 0}, 0, -1.0, 2.0, true), Contains("radius of the cylinder"));

@@ -46,7 +46,7 @@ TEST_CASE("Bodies of a region repeat along periodic axes") {
   CHECK(once.bounds().hi.x() == Approx(5.0));
 }
 
-TEST_CASE("The volume of a region in a lumen") {
+TEST_CASE("The volume of a region in a lumen is accurate") {
   const auto lumen = makeCylinder(Vec3(10, 10, 10), 0, 8.0, 20.0, false);
   const double pi = std::acos(-1.0);
   const auto share = [&](std::shared_ptr<const Container> body) {

@@ -23,7 +23,7 @@ std::vector<Vec3> pointsIn(const Box& box, int count, unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("A sampled wall interpolates the wall, with its gradient", "[container]") {
+TEST_CASE("A sampled wall interpolates the distance and its gradient", "[container]") {
   for (const NamedContainer& c : test::allContainers()) {
     CAPTURE(c.name);
     const Box region = c.container->bounds().grownBy(1.5);
@@ -50,7 +50,7 @@ TEST_CASE("A sampled wall interpolates the wall, with its gradient", "[container
   }
 }
 
-TEST_CASE("Beyond its region a sampled wall goes on down", "[container]") {
+TEST_CASE("The distance to a sampled wall decreases further beyond its region", "[container]") {
   const auto sphere = makeSphere(Vec3::Zero(), 5.0);
   const SampledWall sampled(*sphere->wall(), sphere->bounds(), 0.25);
   // Bricks are whole: the region ends at 6 µm at the latest.
@@ -62,7 +62,7 @@ TEST_CASE("Beyond its region a sampled wall goes on down", "[container]") {
   REQUIRE(sampled.distance(Vec3(-9.0, 7.0, 0.0)).gradient.y() == -1.0);
 }
 
-TEST_CASE("A sampled wall refuses a region too large for its table", "[container]") {
+TEST_CASE("A sampled wall rejects a region too large for its table", "[container]") {
   const auto sphere = makeSphere(Vec3::Zero(), 5.0);
   // 1.4 and 0.7 of the bricks there may be.
   const Box tooLarge{Vec3::Zero(), Vec3(1440.0, 1440.0, 1440.0)}, far{Vec3::Zero(), Vec3(3e6, 150.0, 3.0)};
@@ -73,7 +73,7 @@ TEST_CASE("A sampled wall refuses a region too large for its table", "[container
         Approx(4.0).margin(0.02));
 }
 
-TEST_CASE("What a sampled wall tells does not depend on the order of questions", "[container]") {
+TEST_CASE("The distances of a sampled wall do not depend on the order of queries", "[container]") {
   for (const NamedContainer& c : test::allContainers()) {
     CAPTURE(c.name);
     const Box region = c.container->bounds().grownBy(1.0);
@@ -89,7 +89,7 @@ TEST_CASE("What a sampled wall tells does not depend on the order of questions",
   }
 }
 
-TEST_CASE("Walls sample blocks of nodes as they do nodes", "[container]") {
+TEST_CASE("Walls give the same distances for blocks of nodes as for single nodes", "[container]") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const NamedContainer& c : test::allContainers()) {

@@ -50,7 +50,7 @@ void checkClosed(const Container& vessel) {
 
 }  // namespace
 
-TEST_CASE("A vessel made of a tube is a cylinder", "[container]") {
+TEST_CASE("A vessel made of a tube equals a cylinder", "[container]") {
   const TriangleMesh tube = sample::straightTube(0.0, 20.0, 5.0, 21, 200);
   for (const bool periodic : {false, true})
     for (const double beyond : {0.0, 0.75, -1.5}) {
@@ -88,7 +88,7 @@ TEST_CASE("A vessel made of a tube is a cylinder", "[container]") {
     }
 }
 
-TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
+TEST_CASE("A vessel without ends is its mesh, including holes", "[container]") {
   TriangleMesh mesh = sample::sphere({0, 0, 0}, 8.0, 24, 30);
   sample::append(mesh, sample::sphere({2, 0, 0}, 1.5, 12, 16));
   repairClosed(mesh, "vessel");
@@ -104,7 +104,7 @@ TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
   REQUIRE(verdict(wall, cellAt({3.5, 0, 0}, 0.7)) == "meets the wall");
   REQUIRE(verdict(wall, cellAt({2, 0, 0}, 1.0)) == "is outside the lumen");
   REQUIRE(verdict(wall, cellAt({20, 0, 0}, 1.0)) == "is outside the lumen");
-  REQUIRE(verdict(wall, cellAt({2, 0, 0}, 3.0)) == "encloses a part of the wall");
+  REQUIRE(verdict(wall, cellAt({2, 0, 0}, 3.0)) == "encloses part of the wall");
   REQUIRE(verdict(wall, cellAt({0, 0, 0}, 20.0)) == "is outside the lumen");
   // A cell of two parts, of which one is elsewhere.
   TriangleMesh two = cellAt({-3, 0, 0});
@@ -112,7 +112,7 @@ TEST_CASE("A vessel without ends is its mesh, holes and all", "[container]") {
   REQUIRE(wall.violation(two));
 }
 
-TEST_CASE("Touching the wall of a vessel is meeting it, exactly", "[container]") {
+TEST_CASE("Touching the wall of a vessel counts as meeting it, exactly", "[container]") {
   const auto vessel = makeVessel(sample::box({0, 0, 0}, {10, 10, 10}), VesselEnds{0, 0.0, 10.0, true}, 0.5);
   REQUIRE(vessel->wall()->violation(sample::box({2, 0, 3}, {3, 1, 4})));
   REQUIRE_FALSE(vessel->wall()->violation(sample::box({2, 1e-300, 3}, {3, 1, 4})));
@@ -125,7 +125,7 @@ TEST_CASE("Touching the wall of a vessel is meeting it, exactly", "[container]")
   REQUIRE_FALSE(closed->wall()->violation(sample::box({1e-300, 1, 3}, {3, 2, 4})));
 }
 
-TEST_CASE("A periodic vessel that bends continues as its own image", "[container]") {
+TEST_CASE("A curved periodic vessel is continued by its own image", "[container]") {
   const TriangleMesh tube = swaying(30.0);
   const auto vessel = makeVessel(tube, VesselEnds{0, 0.0, 30.0, true}, 0.2);
   checkClosed(*vessel);
@@ -212,7 +212,7 @@ TEST_CASE("The gap to a vessel's wall is that of the nearest two triangles, imag
   }
 }
 
-TEST_CASE("A vessel may have several flat outlets in one plane", "[container]") {
+TEST_CASE("A vessel can have several flat outlets in one plane", "[container]") {
   const auto vessel = makeVessel(fork(), VesselEnds{0, -1.0, 12.0, false}, 0.25);
   checkClosed(*vessel);
   REQUIRE(vessel->volume() == Approx(signedVolume(fork())));
@@ -236,7 +236,7 @@ TEST_CASE("A vessel may have several flat outlets in one plane", "[container]") 
   REQUIRE_FALSE(extruded->wall()->violation(cellAt({5.0, 3.0, 4.25}, 0.9)));
 }
 
-TEST_CASE("A periodic vessel may run along any axis and have differently cut outlines of one shape",
+TEST_CASE("A periodic vessel can have any axis and different triangulations of the same outline",
           "[container]") {
   // A square tube along z whose ends have different vertices.
   std::vector<std::vector<Vec3>> rings(2);
@@ -253,17 +253,17 @@ TEST_CASE("A periodic vessel may run along any axis and have differently cut out
   REQUIRE(vessel->wall()->violation(cellAt({0.0, 1.0, 9.0}, 2.5)));
 }
 
-TEST_CASE("A vessel says what is wrong with it", "[container][messages]") {
+TEST_CASE("Errors of a vessel are reported", "[container][messages]") {
   const TriangleMesh tube = sample::straightTube(0.0, 20.0, 5.0, 11, 16);
   CHECK_THROWS_WITH(makeVessel({}, std::nullopt, 0.25), Contains("no triangles"));
   CHECK_THROWS_WITH(makeVessel(tube, std::nullopt, 0.0), Contains("spacing of the vessel's distances"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{4, 0, 20, true}, 0.25), Contains("axis"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 20, 0, true}, 0.25),
-                    Contains("must end beyond where it begins"));
+                    Contains("end of the vessel must lie beyond its beginning"));
   CHECK_THROWS_WITH(makeVessel(tube, VesselEnds{0, 30, 40, true}, 0.25),
                     Contains("lies outside the container"));
   CHECK_THROWS_WITH(makeVessel(sample::sphere(Vec3::Zero(), 5.0, 10, 16), VesselEnds{0, -5, 5, false}, 0.25),
-                    Contains("no flat end across x at x = -"));
+                    Contains("no flat end perpendicular to x at x = -"));
   const TriangleMesh cone = sample::tube(
       0.0, 20.0, 11, 16, [](double x) { return Vec3(x, 0, 0); }, [](double x) { return 5.0 - 0.1 * x; });
   CHECK_THROWS_WITH(

@@ -9,7 +9,7 @@
 using packmesh::ChildOutcome;
 using packmesh::inChildProcess;
 
-TEST_CASE("A child process gives back what its work returns") {
+TEST_CASE("A child process returns the result of its work") {
   const std::string large(3'000'000, 'x');
   const ChildOutcome outcome = inChildProcess([&] { return large; }, [] { return false; });
   REQUIRE(outcome.end == ChildOutcome::End::done);
@@ -17,7 +17,7 @@ TEST_CASE("A child process gives back what its work returns") {
   REQUIRE(inChildProcess([] { return std::string(); }, {}).end == ChildOutcome::End::done);
 }
 
-TEST_CASE("Work in a child process is given up at any moment") {
+TEST_CASE("Work in a child process can be stopped at any time") {
   int polls = 0;
   const auto endless = []() -> std::string {
     for (;;) pause();
@@ -27,7 +27,7 @@ TEST_CASE("Work in a child process is given up at any moment") {
   REQUIRE(inChildProcess(endless, [] { return true; }).end == ChildOutcome::End::stopped);
 }
 
-TEST_CASE("A child process that dies is told") {
+TEST_CASE("A child process that dies is reported") {
   const auto dies = []() -> std::string {
     raise(SIGKILL);
     return "";

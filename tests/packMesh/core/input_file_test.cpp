@@ -11,7 +11,7 @@
 using namespace packmesh;
 using Catch::Matchers::Contains;
 
-TEST_CASE("Files are read whole, and what is none or has no end is refused by name") {
+TEST_CASE("Files are read entirely, and those that are invalid or endless are rejected by name") {
   const test::TemporaryFolder folder;
   const std::string bytes("a\r\n\0b", 5);
   std::ofstream(folder.path() / "file", std::ios::binary) << bytes;

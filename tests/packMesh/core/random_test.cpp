@@ -20,7 +20,7 @@ Words wordsOf(std::uint64_t seed, std::uint32_t stream, std::uint64_t cell, std:
 
 }  // namespace
 
-TEST_CASE("uniform4 is Philox-4x32-10 with its published test vectors", "[random]") {
+TEST_CASE("uniform4 reproduces the published test vectors of Philox-4x32-10", "[random]") {
   REQUIRE(wordsOf(0, 0, 0, 0) == Words{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
   REQUIRE(wordsOf(~0ull, ~0u, ~0ull, ~0u) == Words{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
   // Counter 243f6a88 85a308d3 13198a2e 03707344, key a4093822 299f31d0
@@ -56,7 +56,7 @@ TEST_CASE("uniform4 is uniform and its numbers are uncorrelated", "[random]") {
     REQUIRE(std::abs(correlation) / cells < root / 12.0);
 }
 
-TEST_CASE("uniform4 does not depend on what was drawn before", "[random]") {
+TEST_CASE("uniform4 does not depend on earlier draws", "[random]") {
   std::vector<std::array<double, 4>> forwards, backwards;
   for (int i = 0; i < 100; ++i) forwards.push_back(uniform4(3, RandomStream::kick, 10 + i % 10, i / 10));
   for (int i = 99; i >= 0; --i) backwards.push_back(uniform4(3, RandomStream::kick, 10 + i % 10, i / 10));

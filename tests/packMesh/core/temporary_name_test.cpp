@@ -8,7 +8,7 @@ using Catch::Matchers::Contains;
 using Catch::Matchers::EndsWith;
 using Catch::Matchers::StartsWith;
 
-TEST_CASE("Temporary names carry host and process, and no target makes them too long", "[io]") {
+TEST_CASE("Temporary names contain host and process and are never too long", "[io]") {
   const std::filesystem::path name = temporaryName("folder/state.h5", 7, "new");
   CHECK(name.parent_path() == "folder");
   CHECK_THAT(name.filename().string(), StartsWith(".state.h5.") && EndsWith("-7.new") &&

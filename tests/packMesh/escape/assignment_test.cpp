@@ -46,6 +46,6 @@ TEST_CASE("The best assignment is the best of all permutations") {
   }
 }
 
-TEST_CASE("An assignment of nothing is empty") {
+TEST_CASE("The assignment of an empty matrix is empty") {
   CHECK(bestAssignment({}).empty());
 }

@@ -62,7 +62,7 @@ std::shared_ptr<const Container> twoRooms() {
 
 }  // namespace
 
-TEST_CASE("Swapping: the large body goes to the large room") {
+TEST_CASE("Swapping moves the large body to the large room") {
   Scene s({test::sphereShape(2.8), test::sphereShape(1.2)}, twoRooms());
   s.add(0, 0.5, Vec3(16.0, 0.0, 0.0));
   s.add(1, 1.0, Vec3(4.0, 0.0, 0.0));
@@ -73,7 +73,7 @@ TEST_CASE("Swapping: the large body goes to the large room") {
   CHECK(s.phases.back().full == 2);
 }
 
-TEST_CASE("Enlargement: a body grows into the room that its neighbours leave") {
+TEST_CASE("Enlargement grows a body into the room between its neighbours") {
   Scene s({test::sphereShape(2.0)}, makeSphere(Vec3::Zero(), 6.0));
   s.add(0, 1.0, Vec3(-3.5, 0.0, 0.0));
   s.add(0, 0.4, Vec3(2.0, 0.0, 0.0));
@@ -82,7 +82,7 @@ TEST_CASE("Enlargement: a body grows into the room that its neighbours leave") {
   CHECK(s.phase("enlargement").full == 2);
 }
 
-TEST_CASE("Replacement: a body from the reserve takes the place of one that does not fit") {
+TEST_CASE("Replacement substitutes a body from the reserve for one that does not fit") {
   Scene s({test::sphereShape(4.0), std::make_shared<const Shape>(test::cube(3.2))},
           makeSphere(Vec3::Zero(), 3.0));
   // The sphere reaches 0.75 of its size; the cube full size, but that is less volume.
@@ -106,7 +106,7 @@ TEST_CASE("Replacement: a body from the reserve takes the place of one that does
   CHECK(t.state[0].scale == 1.0);
 }
 
-TEST_CASE("Holes are free, apart from each other and found largest first") {
+TEST_CASE("Holes are empty, disjoint and sorted by size") {
   Scene s({test::sphereShape(1.0)}, makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {false, false, false}));
   for (const double x : {1.5, 6.5})
     for (const double y : {1.5, 6.5})
@@ -127,7 +127,7 @@ TEST_CASE("Holes are free, apart from each other and found largest first") {
   }
 }
 
-TEST_CASE("Hole filling takes what reaches full size, as long as the reserve lasts") {
+TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up") {
   Scene s({test::sphereShape(1.0), test::sphereShape(2.0), test::sphereShape(20.0)},
           makeBox(Box{Vec3::Zero(), Vec3::Constant(8.0)}, {true, true, true}));
   for (const double x : {2.0, 6.0})
@@ -142,7 +142,7 @@ TEST_CASE("Hole filling takes what reaches full size, as long as the reserve las
   CHECK(s.state[9].species == 0);
 }
 
-TEST_CASE("A mixture in a vase: no phase lowers the coverage, all states valid") {
+TEST_CASE("No phase of an escape of a mixture in a vase lowers the coverage, and all states are valid") {
   PackingProblem problem = test::mixtureIn(test::vase(), 9);
   problem.growth.maxIterations = 20;
   problem.growth.giveUpAfter = 1;

@@ -109,7 +109,7 @@ TEST_CASE("sampleDistance agrees with brute force at its nodes", "[shape]") {
     }
 }
 
-TEST_CASE("sampleDistance knows the parts of the mesh that lie outside its region", "[shape]") {
+TEST_CASE("sampleDistance accounts for parts of the mesh outside its region", "[shape]") {
   const TriangleMesh mesh = sample::tube(
       -10.0, 10.0, 41, 20, [](double x) { return Vec3(x, 2.0 * std::sin(x), 0.0); },
       [](double) { return 3.0; });
@@ -124,7 +124,7 @@ TEST_CASE("sampleDistance knows the parts of the mesh that lie outside its regio
   }
 }
 
-TEST_CASE("DistanceGrid interpolates a sphere, with its gradient, inside and outside the grid", "[shape]") {
+TEST_CASE("DistanceGrid interpolates a sphere and its gradient, inside and outside the grid", "[shape]") {
   const TriangleMesh mesh = sample::sphere(Vec3::Zero(), 3.0, 60, 80);
   const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(1.0), 0.1, 10.0);
   std::mt19937 random(1);
@@ -149,7 +149,7 @@ TEST_CASE("DistanceGrid interpolates a sphere, with its gradient, inside and out
   }
 }
 
-TEST_CASE("DistanceGrid errs less than its bound, for meshes with thin parts too", "[shape]") {
+TEST_CASE("DistanceGrid has an error below its bound, also for meshes with thin parts", "[shape]") {
   for (const TriangleMesh& mesh : {nested(), lShape(), blade()}) {
     const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(1.0), 0.25, 100.0);
     const ClosestPoint surface(mesh);
@@ -167,7 +167,7 @@ TEST_CASE("DistanceGrid errs less than its bound, for meshes with thin parts too
   }
 }
 
-TEST_CASE("sampleDistance refuses what does not fit", "[shape][messages]") {
+TEST_CASE("sampleDistance rejects what does not fit", "[shape][messages]") {
   const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3::Ones());
   REQUIRE_THROWS_WITH(sampleDistance(mesh, {Vec3::Zero(), Vec3::Constant(1e4)}, 0.1, 1.0),
                       Contains("at most 2 GB"));

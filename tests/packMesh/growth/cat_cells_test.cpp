@@ -118,7 +118,7 @@ TEST_CASE("CAT cells are closed surfaces around their objects", "[cat]") {
   }
 }
 
-TEST_CASE("CAT cells away from the wall do not meet themselves", "[cat]") {
+TEST_CASE("CAT cells away from the wall do not intersect themselves", "[cat]") {
   for (const CatScene& scene : {spheresAndCubes(), mixture()})
     for (TriangleMesh& cell : catCells(tetrahedralise(scene.input), WallFaces::midGap).cells)
       CHECK(repairClosed(cell, "cell").empty());
@@ -139,7 +139,8 @@ TEST_CASE("CAT cells fill the container", "[cat]") {
   }
 }
 
-TEST_CASE("CAT cells share their faces, and all of the container's surface is some cell's", "[cat]") {
+TEST_CASE("CAT cells share their faces, and every part of the container's surface belongs to a cell",
+          "[cat]") {
   for (const auto& [name, scene] : scenes()) {
     const Tetrahedra t = tetrahedralise(scene.input);
     for (const WallFaces wall : {WallFaces::atWall, WallFaces::midGap}) {
@@ -160,7 +161,7 @@ TEST_CASE("CAT cells share their faces, and all of the container's surface is so
   }
 }
 
-TEST_CASE("Every point of the container is in one CAT cell", "[cat]") {
+TEST_CASE("Every point of the container is in exactly one CAT cell", "[cat]") {
   std::mt19937 random(17);
   for (const auto& [name, scene] : scenes()) {
     const Tetrahedra t = tetrahedralise(scene.input);
@@ -181,7 +182,7 @@ TEST_CASE("Every point of the container is in one CAT cell", "[cat]") {
   }
 }
 
-TEST_CASE("Four cubes in a flat cuboid", "[cat]") {
+TEST_CASE("Four cubes in a flat cuboid have CAT cells of equal volume", "[cat]") {
   const CatScene scene = fourCubes();
   const CatCells cells = catCells(tetrahedralise(scene.input), WallFaces::atWall);
   const auto neighbors = neighborsOf(cells.cells);
@@ -190,7 +191,7 @@ TEST_CASE("Four cubes in a flat cuboid", "[cat]") {
   for (const TriangleMesh& cell : cells.cells) CHECK(signedVolume(cell) == Approx(4.0).epsilon(0.05));
 }
 
-TEST_CASE("Four spheres and two cubes in a sphere", "[cat]") {
+TEST_CASE("Four spheres and two cubes in a sphere have the expected neighbours", "[cat]") {
   const CatScene scene = spheresAndCubes();
   const CatCells cells = catCells(tetrahedralise(scene.input), WallFaces::atWall);
   const auto neighbors = neighborsOf(cells.cells);
@@ -244,7 +245,7 @@ TEST_CASE("CAT cells fill a periodic cylinder", "[cat]") {
   }
 }
 
-TEST_CASE("CAT cells are written by the names of their objects", "[cat]") {
+TEST_CASE("CAT cells are written with the names of their objects", "[cat]") {
   const CatScene scene = fourCubes();
   const auto file = std::filesystem::temp_directory_path() / "packMesh_cat_cells_test.obj";
   writeCatCells(file, catCells(tetrahedralise(scene.input), WallFaces::midGap), {"cube A"});
@@ -256,7 +257,7 @@ TEST_CASE("CAT cells are written by the names of their objects", "[cat]") {
   std::filesystem::remove(file);
 }
 
-TEST_CASE("Parts of a surface that touch are given vertices of their own", "[cat]") {
+TEST_CASE("Touching parts of a surface get separate vertices", "[cat]") {
   // Two tetrahedra with a common edge, on opposite sides of it.
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};

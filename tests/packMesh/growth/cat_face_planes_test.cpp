@@ -79,7 +79,7 @@ TEST_CASE("Every vertex is behind its planes, and cells that grow up to them do 
   }
 }
 
-TEST_CASE("Both kinds of planes leave a cell about the room of its CAT cell") {
+TEST_CASE("Both kinds of planes leave a cell approximately the room of its CAT cell") {
   const auto lumen = lumens()[1];
   const Shrunk packing(lumen, 0.30, 0.8);
   TetrahedraSums sums;
@@ -98,7 +98,7 @@ TEST_CASE("Both kinds of planes leave a cell about the room of its CAT cell") {
   CHECK(std::abs(sum) / static_cast<double>(chords.size()) < 0.09);
 }
 
-TEST_CASE("When TetGen gives up, planes are those of all cells that are near") {
+TEST_CASE("If TetGen fails, the planes are those of all nearby cells") {
   const Shrunk packing(test::periodicCube(13.0), 0.30, 0.8);
   TetrahedraSums sums;
   const PlaneConstraints planes = packing.planes(CatFacePlanes(packing.scene, sums, tetgenVariants), 0.5);

@@ -65,7 +65,7 @@ TEST_CASE("Every vertex is behind its planes") {
   }
 }
 
-TEST_CASE("Planes of two cells lie across the middle of the gap between them") {
+TEST_CASE("Planes of two cells lie in the middle of the gap between them") {
   // Two spheres on a line: all planes are tangent to a surface between them, the nearest one across the line.
   const auto sphere = test::sphereShape(1.0);
   Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);
@@ -96,7 +96,7 @@ TEST_CASE("Images are neighbours") {
   CHECK(planes[1][0].point.x() > 8.5);
 }
 
-TEST_CASE("Planes hold back steps: within them meshes stay apart") {
+TEST_CASE("Steps limited by planes keep meshes separate") {
   // Cells pushed as far as their planes allow, all at once, in random directions.
   for (const auto& [name, shape] : test::allShapes()) {
     CAPTURE(name);
@@ -131,7 +131,7 @@ TEST_CASE("Planes hold back steps: within them meshes stay apart") {
   }
 }
 
-TEST_CASE("Planes at walls: along edges and inward curves there are several") {
+TEST_CASE("Walls have several planes along edges and inward curves") {
   const auto sphere = test::sphereShape(1.0);
   Arrangement corner(sphere, cubeOf(10.0, false), 1, 0.5);
   corner.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.2, 1.2, 1.2)});
@@ -173,7 +173,7 @@ TEST_CASE("Clearance to the wall moves its planes inwards") {
   for (const PlaneConstraint& plane : planes[0]) CHECK(plane.point.x() == Approx(0.25));
 }
 
-TEST_CASE("Chords reach as far as asked for, and with fewer vertices for less detail") {
+TEST_CASE("Chords reach the requested distance, with fewer vertices at lower detail") {
   const auto cell = test::redCellShape();
   const Arrangement a(cell, cubeOf(25.0, true), 20, 0.5);
   const ChordPlanes chords(a.scene);
@@ -192,7 +192,7 @@ TEST_CASE("Chords reach as far as asked for, and with fewer vertices for less de
   CHECK(ratio < 5.0);
 }
 
-TEST_CASE("Frozen cells have no planes, and leave all of the gap to others") {
+TEST_CASE("Frozen cells have no planes and leave the whole gap to others") {
   const auto sphere = test::sphereShape(1.0);
   for (const double clearance : {0.0, 0.1}) {
     Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);

@@ -135,7 +135,7 @@ TEST_CASE("The four cases have 1, 1, 3 and 12 faces", "[cat]") {
   CHECK(seen[ChordalCase::allDifferent] == 24);
 }
 
-TEST_CASE("Faces part the corners on their sides", "[cat]") {
+TEST_CASE("Faces separate the corners on their sides", "[cat]") {
   std::mt19937 random(2);
   for (int kind = 0; kind < 4; ++kind)
     for (const std::array<int, 4>& labels : allLabels(0)) {
@@ -152,7 +152,7 @@ TEST_CASE("Faces part the corners on their sides", "[cat]") {
     }
 }
 
-TEST_CASE("Segments of a tetrahedron add up to its volume", "[cat]") {
+TEST_CASE("Segments of a tetrahedron have its total volume", "[cat]") {
   // Shares of the segments, from the definition: integrals over barycentric coordinates.
   const std::map<std::vector<int>, std::map<int, double>> shares = {
       {{3, 1}, {{3, 7.0 / 8.0}, {1, 1.0 / 8.0}}},
@@ -179,7 +179,7 @@ TEST_CASE("Segments of a tetrahedron add up to its volume", "[cat]") {
     }
 }
 
-TEST_CASE("A point is in the segment of the surface whose corners weigh most", "[cat]") {
+TEST_CASE("A point is in the segment of the surface with the largest sum of weights", "[cat]") {
   std::mt19937 random(4);
   std::exponential_distribution<double> exponential;
   for (const std::array<int, 4>& labels : allLabels(0)) {
@@ -210,7 +210,7 @@ TEST_CASE("A point is in the segment of the surface whose corners weigh most", "
   }
 }
 
-TEST_CASE("At the wall, all of the gap is the objects'", "[cat]") {
+TEST_CASE("At the wall the whole gap belongs to the objects", "[cat]") {
   std::mt19937 random(5);
   for (const std::array<int, 4>& labels : allLabels(wallLabel)) {
     if (countsOf(labels).size() == 1) continue;
@@ -252,7 +252,7 @@ TEST_CASE("Segments fill the free space of real tetrahedra", "[cat]") {
   }
 }
 
-TEST_CASE("Splitting again leaves no trace of the first time", "[cat]") {
+TEST_CASE("Splitting again leaves no trace of the first result", "[cat]") {
   const Tetrahedra large = tetrahedralise(spheresAndCubes().input), small = tetrahedralise(fourCubes().input);
   ChordalFaces fresh, used;
   splitChordally(small, WallFaces::atWall, fresh);
@@ -267,7 +267,7 @@ TEST_CASE("Splitting again leaves no trace of the first time", "[cat]") {
   }
 }
 
-TEST_CASE("Segments of neighbouring tetrahedra match on their common triangle", "[cat]") {
+TEST_CASE("Segments of adjacent tetrahedra match on their common triangle", "[cat]") {
   std::mt19937 random(6);
   std::exponential_distribution<double> exponential;
   // The surface whose segment holds a point, from the planes of one tetrahedron.

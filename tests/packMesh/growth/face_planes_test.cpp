@@ -80,7 +80,8 @@ TEST_CASE("Objects that stay behind the planes of their CAT faces do not meet", 
   }
 }
 
-TEST_CASE("Both sides of a CAT face know it, and every face but those of the container has two", "[cat]") {
+TEST_CASE("A CAT face belongs to the objects on both sides, and only faces of the container have one side",
+          "[cat]") {
   const CatScene scene = redCellsInSphere(6, 0.45);
   const Built built(scene);
   const PlaneConstraints planes = planesOfFaces(built.tetrahedra, built.split, scene.input.objects, 0.0);
@@ -101,7 +102,7 @@ TEST_CASE("Both sides of a CAT face know it, and every face but those of the con
   }
 }
 
-TEST_CASE("Faces of slivers are left out", "[cat]") {
+TEST_CASE("Faces of slivers are omitted", "[cat]") {
   // Two edges that cross at a small distance, and a tetrahedron with an ordinary gap.
   Tetrahedra t;
   t.points = {{-1, 0, 0}, {1, 0.0, 0}, {0, -1, 0.01}, {0, 1, 0.01},
@@ -128,7 +129,7 @@ TEST_CASE("Faces of slivers are left out", "[cat]") {
   CHECK(countOf(planesOfFaces(t, split, objects, 0.3)) == 4);
 }
 
-TEST_CASE("Planes further away than a cell may move are left out, no others", "[cat]") {
+TEST_CASE("Only planes further away than a cell can move are omitted", "[cat]") {
   const CatScene scene = redCellsInSphere(6, 0.45);
   const Built built(scene);
   const std::vector<double> reach = {0.3, 0.0, 0.6, 0.3, 1.0, 0.3};

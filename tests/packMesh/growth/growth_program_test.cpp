@@ -43,7 +43,7 @@ const TriangleMesh cube = sample::box(Vec3::Constant(-1.0), Vec3::Constant(1.0))
 
 }  // namespace
 
-TEST_CASE("A cube off the middle of a larger one moves there and fills it") {
+TEST_CASE("An off-centre cube in a larger one moves to the centre and fills it") {
   const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
   Pose pose{0.5, Quaternion::Identity(), Vec3(0.3, -0.2, 0.1)};
   const GrowthStep step = GrowthProgram().solve(pose, planes, wideBounds());
@@ -51,7 +51,7 @@ TEST_CASE("A cube off the middle of a larger one moves there and fills it") {
   CHECK((pose.position + step.translation).norm() < 1e-9);
 }
 
-TEST_CASE("A turned cube turns back and fills the box, step by step") {
+TEST_CASE("A rotated cube rotates back and fills the box step by step") {
   std::mt19937 random(3);
   for (int n = 0; n < 10; ++n) {
     const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
@@ -96,7 +96,7 @@ TEST_CASE("Growth stays within its bounds and its padding") {
   CHECK(atBound > 0);  // the bound of the rotation does hold cells back
 }
 
-TEST_CASE("Where the padding is missing already a cell may stay, but not come nearer") {
+TEST_CASE("A cell whose padding is violated can stay, but not move closer") {
   const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
   const Pose pose{0.9, Quaternion::Identity(), Vec3(0.09, 0.0, 0.0)};  // 0.01 from the plane at x = 1
   GrowthBounds bounds = wideBounds();
@@ -108,7 +108,7 @@ TEST_CASE("Where the padding is missing already a cell may stay, but not come ne
   CHECK(GrowthProgram().solve(pose, planes, bounds).scale > 0.92);
 }
 
-TEST_CASE("At the barrier a cell moves to the middle of its planes") {
+TEST_CASE("A cell at the barrier moves to the centre of its planes") {
   const auto planes = boxPlanes(cube, {Vec3::Constant(-1.0), Vec3::Constant(1.0)});
   const Pose pose{0.5, Quaternion::Identity(), Vec3(0.4, -0.3, 0.2)};
   GrowthBounds bounds = wideBounds();
@@ -126,7 +126,7 @@ TEST_CASE("At the barrier a cell moves to the middle of its planes") {
   CHECK(still.rotation.isZero(0.0));
 }
 
-TEST_CASE("Without planes a cell grows to the barrier where it is") {
+TEST_CASE("A cell without planes grows to the barrier in place") {
   GrowthBounds bounds = wideBounds();
   bounds.scale = 0.7;
   bounds.margin = 0.3;
@@ -135,7 +135,7 @@ TEST_CASE("Without planes a cell grows to the barrier where it is") {
   CHECK(step.translation.isZero(0.0));
 }
 
-TEST_CASE("Parts of a step") {
+TEST_CASE("Partial steps scale translation, rotation and growth") {
   std::mt19937 random(5);
   const Pose pose{0.4, Quaternion(test::randomRotation(random)), Vec3(1.0, 2.0, 3.0)};
   GrowthStep step;

@@ -25,7 +25,7 @@ std::string refusal(Change&& change) {
 
 }  // namespace
 
-TEST_CASE("Settings of growth: the defaults and the thesis' own are valid") {
+TEST_CASE("The default growth settings and those of the thesis are valid") {
   CHECK_NOTHROW(validate(GrowthSettings()));
   GrowthSettings thesis;
   thesis.barriers = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0};
@@ -40,7 +40,7 @@ TEST_CASE("Settings of growth: the defaults and the thesis' own are valid") {
   CHECK_NOTHROW(validate(thesis));
 }
 
-TEST_CASE("Settings of growth out of their ranges are named") {
+TEST_CASE("Growth settings out of range are named") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   using S = GrowthSettings;
   for (const double wrong : {0.0, -1.0, 1.5, nan}) {

@@ -71,7 +71,7 @@ std::shared_ptr<const Container> sphereFor(const Shape& shape, int count, double
 
 }  // namespace
 
-TEST_CASE("Red cells grow in a periodic box, every state valid") {
+TEST_CASE("Red cells grow in a periodic box through valid states") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});  // 0.40
   CHECK(run());
   CHECK(run.statistics.iterations > 5);
@@ -81,7 +81,7 @@ TEST_CASE("Red cells grow in a periodic box, every state valid") {
   for (const Body& cell : run.state) CHECK(cell.scale == 1.0);
 }
 
-TEST_CASE("Five red cells grow in a sphere, every state valid") {
+TEST_CASE("Five red cells grow in a sphere through valid states") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Run run({test::redCellShape()}, sphereFor(*test::redCellShape(), 5, 0.30), {5});
     run.scene.seed = seed;
@@ -120,7 +120,7 @@ TEST_CASE("Growth keeps clearances and orientations") {
   }
 }
 
-TEST_CASE("The same seed gives the same bits, another one another packing") {
+TEST_CASE("Growth gives the same bytes for the same seed and another packing for another seed") {
   const auto poses = [](std::uint64_t seed) {
     Run run({test::redCellShape()}, periodicCube(14.0), {12});
     run.scene.seed = seed;
@@ -135,7 +135,7 @@ TEST_CASE("The same seed gives the same bits, another one another packing") {
   }
 }
 
-TEST_CASE("Stalled growth is helped by a relaxation, and does without where that is not wanted") {
+TEST_CASE("A relaxation resolves stalled growth, and can be disabled") {
   Run helped({test::redCellShape()}, periodicCube(16.0), {26});  // 0.52
   CHECK(helped());
   CHECK(helped.statistics.relaxationsKept > 0);
@@ -146,7 +146,7 @@ TEST_CASE("Stalled growth is helped by a relaxation, and does without where that
   CHECK(alone.statistics.relaxations == 0);
 }
 
-TEST_CASE("What cannot fit ends, with every cell as large as it came") {
+TEST_CASE("Growth of cells that cannot fit ends with every cell as large as possible") {
   Run run({test::redCellShape()}, periodicCube(12.0), {16});  // 0.75
   run.settings.maxIterations = 10;
   run.settings.relaxationSweeps = 50;
@@ -157,7 +157,7 @@ TEST_CASE("What cannot fit ends, with every cell as large as it came") {
   CHECK(mean < 1.0);
 }
 
-TEST_CASE("Growth stops when asked to") {
+TEST_CASE("Growth stops when requested") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
   run.seed();
   ChordPlanes chords(run.scene);
@@ -167,7 +167,7 @@ TEST_CASE("Growth stops when asked to") {
   CHECK(run.statistics.iterations == 3);
 }
 
-TEST_CASE("Growth refuses a first state that is not valid, naming the cells") {
+TEST_CASE("Growth rejects an invalid initial state and names the cells") {
   Run run({test::redCellShape()}, periodicCube(16.0), {3});
   run.seed();
   ChordPlanes chords(run.scene);
@@ -184,7 +184,7 @@ TEST_CASE("Growth refuses a first state that is not valid, naming the cells") {
       Catch::Contains("cell 1 meets the wall"));
 }
 
-TEST_CASE("A relaxation at a scale either gives a valid state of that scale or changes nothing") {
+TEST_CASE("A relaxation at a scale gives a valid state of that scale or changes nothing") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
   run.seed();
   GrowingCells cells(run.scene, run.state, 1e9, 0);

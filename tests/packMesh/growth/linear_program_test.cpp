@@ -111,7 +111,7 @@ Vector smallIntegers(std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("A linear programme by hand") {
+TEST_CASE("A linear programme has the solution computed by hand") {
   Instance instance;
   instance.objective[0] = 1.0;
   instance.objective[1] = 2.0;
@@ -128,7 +128,7 @@ TEST_CASE("A linear programme by hand") {
   CHECK(solution.x[1] == Approx(3.0));
 }
 
-TEST_CASE("Linear programmes: random ones, feasible or not, agree with GLPK") {
+TEST_CASE("Random linear programmes, feasible or not, agree with GLPK") {
   std::mt19937 random(1);
   int seen[2] = {0, 0};
   for (int n = 0; n < 3000; ++n) {
@@ -145,7 +145,7 @@ TEST_CASE("Linear programmes: random ones, feasible or not, agree with GLPK") {
   CHECK(seen[1] > 500);
 }
 
-TEST_CASE("Linear programmes: degenerate ones agree with GLPK") {
+TEST_CASE("Degenerate linear programmes agree with GLPK") {
   std::mt19937 random(3);
   int seen[2] = {0, 0};
   for (int n = 0; n < 3000; ++n) {
@@ -171,7 +171,7 @@ TEST_CASE("Linear programmes: degenerate ones agree with GLPK") {
   CHECK(seen[1] > 200);
 }
 
-TEST_CASE("Linear programmes: what is nearly parallel agrees with GLPK") {
+TEST_CASE("Linear programmes with nearly parallel rows agree with GLPK") {
   std::mt19937 random(4);
   std::normal_distribution<double> normal;
   for (int n = 0; n < 1000; ++n) {
@@ -186,7 +186,7 @@ TEST_CASE("Linear programmes: what is nearly parallel agrees with GLPK") {
   }
 }
 
-TEST_CASE("Linear programmes: cycling example, empty programme, rows without coefficients") {
+TEST_CASE("Linear programmes that cycle, are empty or have empty rows are solved") {
   // Beale's example, on which the textbook rule cycles.
   Instance beale;
   beale.objective << 0.75, -150.0, 0.02, -6.0, 0.0, 0.0, 0.0;
@@ -215,7 +215,7 @@ TEST_CASE("Linear programmes: cycling example, empty programme, rows without coe
   CHECK(program.solve().status == Status::optimal);
 }
 
-TEST_CASE("Linear programmes: few pivots") {
+TEST_CASE("Linear programmes need few pivots") {
   std::mt19937 random(5);
   int pivots = 0;
   constexpr int programmes = 200;

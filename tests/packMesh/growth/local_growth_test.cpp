@@ -42,7 +42,7 @@ std::size_t changedCells(const std::vector<Body>& a, const std::vector<Body>& b)
 
 }  // namespace
 
-TEST_CASE("Local growth: a cell grows up to the surfaces of its neighbours, which stay") {
+TEST_CASE("Local growth enlarges a cell up to the surfaces of its fixed neighbours") {
   Packed packed(test::periodicCube(16.0), 0.35);
   for (const PlaneSource planeSource : {PlaneSource::chords, PlaneSource::catFaces}) {
     std::vector<Body> state = packed.state;

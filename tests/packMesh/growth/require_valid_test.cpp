@@ -24,7 +24,7 @@ CatScene threeCubes() {
 
 }  // namespace
 
-TEST_CASE("Objects that meet, or are where they should not be, are named", "[tetrahedra]") {
+TEST_CASE("Objects that meet or are misplaced are named", "[tetrahedra]") {
   CatScene scene = threeCubes();
   CHECK_NOTHROW(requireValid(scene.input));
   Placement& second = scene.input.objects[1].placement;
@@ -68,7 +68,7 @@ TEST_CASE("Objects that meet periodic images are named", "[tetrahedra]") {
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("object 0 and object 0, as an image"));
 }
 
-TEST_CASE("Meshes that bound no body are refused by name", "[tetrahedra]") {
+TEST_CASE("Meshes that do not bound a body are rejected by name", "[tetrahedra]") {
   CatScene scene = threeCubes();
   scene.input.names = {"good", "bad", "good too"};
   const auto refuse = [&](const TriangleMesh& mesh, const std::string& why) {
@@ -85,7 +85,7 @@ TEST_CASE("Meshes that bound no body are refused by name", "[tetrahedra]") {
 
   TriangleMesh crossing = icosphere(2);
   crossing.vertices[0] *= -3.0;
-  refuse(crossing, "meets itself");
+  refuse(crossing, "intersects itself");
 
   TriangleMesh flat = cube;
   for (Vec3& v : flat.vertices) v.z() = 0.0;
@@ -112,7 +112,7 @@ TEST_CASE("Meshes that bound no body are refused by name", "[tetrahedra]") {
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("the container") && Contains("not closed"));
 }
 
-TEST_CASE("A container whose ends do not match cannot be continued", "[tetrahedra]") {
+TEST_CASE("A container with different ends cannot be continued periodically", "[tetrahedra]") {
   CatScene scene = threeCubes();
   scene.input.bounds = {Vec3::Zero(), Vec3::Constant(10.0)};
   scene.input.period = {10.0, 0.0, 0.0};
@@ -140,7 +140,7 @@ TEST_CASE("A container whose ends do not match cannot be continued", "[tetrahedr
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("along x") && Contains("not flat"));
 }
 
-TEST_CASE("TetGen is tried in other ways before it counts as failed", "[tetrahedra]") {
+TEST_CASE("TetGen is retried with other settings before it counts as failed", "[tetrahedra]") {
   CatScene scene = redCellsInSphere(4, 0.45);
   const Tetrahedra first = tetrahedralise(scene.input);
   CHECK(first.attempts == 1);
@@ -161,7 +161,7 @@ TEST_CASE("TetGen is tried in other ways before it counts as failed", "[tetrahed
                     Contains("4 objects") && Contains("3 attempts") && Contains("no two of them"));
 }
 
-TEST_CASE("A failure of TetGen names the object it is about", "[tetrahedra]") {
+TEST_CASE("An error of TetGen names the object it concerns", "[tetrahedra]") {
   for (CatScene scene : {redCellsInSphere(4, 0.45), coarse(redCellsInPeriodicBox(13.0, 0.2), 1, 0.85)}) {
     scene.input.failingObject = 2;
     CHECK_THROWS_AS(tetrahedralise(scene.input), TetrahedraError);
@@ -173,7 +173,7 @@ TEST_CASE("A failure of TetGen names the object it is about", "[tetrahedra]") {
   }
 }
 
-TEST_CASE("A failure within TetGen is an exception, and the next run works", "[tetrahedra]") {
+TEST_CASE("An error in TetGen is an exception, and the next run works", "[tetrahedra]") {
   CatScene scene = threeCubes();
   const Placement good = scene.input.objects[1].placement;
   scene.input.objects[1].placement.translation = {3.5, 2.5, 2.1};
@@ -187,7 +187,7 @@ TEST_CASE("A failure within TetGen is an exception, and the next run works", "[t
   CHECK_NOTHROW(tetrahedralise(scene.input));
 }
 
-TEST_CASE("An assertion of TetGen's that fails is an error that names the objects", "[tetrahedra]") {
+TEST_CASE("A failed assertion in TetGen is an error that names the objects", "[tetrahedra]") {
   // Cubes around one point, of which TetGen 1.5 asserts something that does not hold.
   const auto cube = [](double half, bool insideOut) {
     TriangleMesh mesh;

@@ -39,7 +39,7 @@ bool subset(const TriangleMesh& coarse, const TriangleMesh& fine) {
 
 }  // namespace
 
-TEST_CASE("Resampling factor: from alpha to all") {
+TEST_CASE("The resampling factor increases from alpha to 1") {
   CHECK(resamplingFactor(1.0, 0.05, 0.1) == Approx(1.0));
   CHECK(resamplingFactor(0.0, 0.05, 0.1) == Approx(0.05).epsilon(1e-6));
   CHECK(resamplingFactor(1.0, 0.25, 0.5) == Approx(1.0));
@@ -82,7 +82,7 @@ TEST_CASE("HemoCell's red cell has nested levels") {
   for (int k = 1; k < 3; ++k) CHECK(subset(levels.mesh(k), fine));
 }
 
-TEST_CASE("Any closed mesh has levels that are closed and do not meet themselves") {
+TEST_CASE("Any closed mesh has levels that are closed and do not intersect themselves") {
   for (const TriangleMesh& mesh : {sample::torus(Vec3::Zero(), 3.0, 1.0, 48, 24), test::bumpyMesh(5),
                                    test::hookMesh(), sample::sphere(Vec3::Zero(), 2.0, 20, 30)}) {
     const LevelsOfDetail levels(mesh);

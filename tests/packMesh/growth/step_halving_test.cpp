@@ -51,7 +51,7 @@ bool sameBits(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-TEST_CASE("Steps that keep cells apart are taken whole") {
+TEST_CASE("Steps that keep cells apart are applied entirely") {
   Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.scene, {moveBy(Vec3(0.5, 0, 0)), moveBy(Vec3(-0.5, 0, 0))}, s.state, sums);
@@ -62,7 +62,7 @@ TEST_CASE("Steps that keep cells apart are taken whole") {
   CHECK(sums.violatingPairs == 0);
 }
 
-TEST_CASE("The steps of an offending pair are halved, others are not") {
+TEST_CASE("Only the steps of an offending pair are halved") {
   Spheres s(cubeOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
   StepHalvingSums sums;
   test::takeSteps(
@@ -74,7 +74,7 @@ TEST_CASE("The steps of an offending pair are halved, others are not") {
   CHECK(sums.stayed == 0);
 }
 
-TEST_CASE("A step that cannot be taken at all leaves the pose as it was, to the bit") {
+TEST_CASE("A step that cannot be applied at all leaves the pose unchanged to the bit") {
   Spheres s(cubeOf(10.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(4.01, 5.0, 5.0)});
   const std::vector<Body> before = s.state;
   GrowthStep turn = moveBy(Vec3(3.0, 0, 0));
@@ -87,7 +87,7 @@ TEST_CASE("A step that cannot be taken at all leaves the pose as it was, to the 
   CHECK(sums.stayed == 1);
 }
 
-TEST_CASE("Steps out of the lumen are taken back, so are steps nearer to the wall than the clearance") {
+TEST_CASE("Steps out of the lumen, or closer to the wall than the clearance, are reverted") {
   Spheres s(cubeOf(10.0, false), {Vec3(2.0, 5.0, 5.0)});
   StepHalvingSums sums;
   test::takeSteps(s.scene, {moveBy(Vec3(-1.5, 0, 0))}, s.state, sums);
@@ -98,7 +98,7 @@ TEST_CASE("Steps out of the lumen are taken back, so are steps nearer to the wal
   CHECK(s.state[0].position.x() == 1.25 - 0.2 / 4.0);
 }
 
-TEST_CASE("A required gap counts as part of the cells, and images are neighbours") {
+TEST_CASE("A required gap enlarges the cells, and images are neighbours") {
   Spheres s(cubeOf(10.0, true),
             {Vec3(1.5, 5.0, 5.0), Vec3(8.5, 5.0, 5.0)});  // 1 µm apart, across the boundary
   s.scene.clearance = 0.3;
@@ -110,7 +110,7 @@ TEST_CASE("A required gap counts as part of the cells, and images are neighbours
   CHECK(s.state[0].position.y() == Approx(2.0));  // wrapped into the period
 }
 
-TEST_CASE("Whatever is proposed, states stay valid and no cell shrinks") {
+TEST_CASE("States stay valid and no cell shrinks for any proposed step") {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto cell = test::redCellShape();

@@ -68,7 +68,7 @@ TEST_CASE("Tetrahedra fill the space between objects and container", "[tetrahedr
   }
 }
 
-TEST_CASE("Surfaces are unions of faces of tetrahedra, and Steiner points are labelled by theirs",
+TEST_CASE("Surfaces are unions of faces of tetrahedra, and Steiner points have the label of their surface",
           "[tetrahedra]") {
   for (const auto& [name, scene] : walledScenes()) {
     INFO(name);
@@ -127,7 +127,7 @@ TEST_CASE("Points are numbered by body and vertex", "[tetrahedra]") {
   CHECK(found == wall.size());
 }
 
-TEST_CASE("Growth is given just the tetrahedra that join surfaces", "[tetrahedra]") {
+TEST_CASE("Growth uses only the tetrahedra that join surfaces", "[tetrahedra]") {
   CatScene scene = mixture();
   const Tetrahedra all = tetrahedralise(scene.input);
   scene.input.kept = TetrahedraKept::joining;
@@ -146,7 +146,7 @@ TEST_CASE("Growth is given just the tetrahedra that join surfaces", "[tetrahedra
   CHECK(sorted(joining) == sorted(some.tetrahedra));
 }
 
-TEST_CASE("Without a container just what plain Delaunay tetrahedra break is constrained, and all holds",
+TEST_CASE("Without a container, only triangles missing from the Delaunay tetrahedra are constrained",
           "[tetrahedra]") {
   int broken = 0;
   for (CatScene scene : {mixture(), redCellsInSphere(6, 0.45), redCellsInPeriodicBox(12.0, 0.35),
@@ -180,7 +180,7 @@ TEST_CASE("Without a container just what plain Delaunay tetrahedra break is cons
   CHECK(broken > 0);  // not in vain
 }
 
-TEST_CASE("Triangles that are no faces are found", "[tetrahedra]") {
+TEST_CASE("Triangles that are not faces of tetrahedra are found", "[tetrahedra]") {
   // Two tetrahedra on either side of triangle 0 1 2.
   const std::vector<Tetrahedron> two = {{0, 1, 2, 3}, {0, 2, 1, 4}};
   const std::vector<Triangle> triangles = {{2, 1, 0}, {3, 4, 0}, {3, 0, 1}, {4, 1, 2}, {1, 3, 4}};
@@ -208,7 +208,7 @@ TEST_CASE("Tetrahedra do not depend on the order of the objects", "[tetrahedra]"
   }
 }
 
-TEST_CASE("With periodic images, tetrahedra fill the period", "[tetrahedra]") {
+TEST_CASE("Tetrahedra with periodic images fill the period", "[tetrahedra]") {
   const auto check = [](const CatScene& scene, double volume) {
     const Tetrahedra t = tetrahedralise(scene.input);
     // Each corner is a primary object's in just one of a tetrahedron's images.
@@ -227,7 +227,7 @@ TEST_CASE("With periodic images, tetrahedra fill the period", "[tetrahedra]") {
   check(coarse(redCellsInPeriodicBox(9.0, 0.12), 2, 0.9), std::pow(9.0, 3));
 }
 
-TEST_CASE("Plain Delaunay tetrahedra have empty circumspheres", "[tetrahedra]") {
+TEST_CASE("Unconstrained Delaunay tetrahedra have empty circumspheres", "[tetrahedra]") {
   CatScene scene = spheresAndCubes();
   scene.input.kind = TetrahedraKind::delaunay;
   const Tetrahedra t = tetrahedralise(scene.input);
@@ -247,7 +247,7 @@ TEST_CASE("Plain Delaunay tetrahedra have empty circumspheres", "[tetrahedra]") 
   }
 }
 
-TEST_CASE("TetGen gives the same tetrahedra in a child process, and is stopped there", "[tetrahedra]") {
+TEST_CASE("TetGen gives the same tetrahedra in a child process and can be stopped there", "[tetrahedra]") {
   CatScene scene = redCellsInSphere(8, 0.45);
   TetrahedraInput& input = scene.input;
   const Tetrahedra here = tetrahedralise(input);

@@ -34,7 +34,7 @@ std::string contentOf(const fs::path& file) {
 
 }  // namespace
 
-TEST_CASE("AtomicFiles puts all files in place at once, or none", "[io]") {
+TEST_CASE("AtomicFiles replaces all files or none", "[io]") {
   const Folder folder;
   const fs::path a = folder.path() / "RBC.pos", b = folder.path() / "PLT.pos";
   folder.write("old", "RBC.pos");
@@ -61,14 +61,14 @@ TEST_CASE("AtomicFiles puts all files in place at once, or none", "[io]") {
   CHECK((info.st_mode & 0777) == 0640);
 }
 
-TEST_CASE("AtomicFiles leaves everything as it was when a file cannot be written", "[io]") {
+TEST_CASE("AtomicFiles changes nothing if a file cannot be written", "[io]") {
   const Folder folder;
   const fs::path a = folder.write("old", "RBC.pos");
   SECTION("no such folder") {
     AtomicFiles files;
     files.add(a, "new");
     CHECK_THROWS_WITH(files.add(folder.path() / "none" / "PLT.pos", "x"),
-                      Contains("cannot write in the folder"));
+                      Contains("cannot write to the folder"));
   }
   SECTION("a folder in the way") {
     AtomicFiles files;

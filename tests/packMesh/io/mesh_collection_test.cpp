@@ -44,7 +44,7 @@ void checkMesh(const TriangleMesh& read) {
 
 }  // namespace
 
-TEST_CASE("Several meshes in an OBJ file are objects by name", "[io]") {
+TEST_CASE("Meshes in an OBJ file are named objects", "[io]") {
   const auto file = scratch("two.obj");
   writeMeshes(file, twoMeshes());
   const std::string text = contentOf(file);
@@ -52,7 +52,7 @@ TEST_CASE("Several meshes in an OBJ file are objects by name", "[io]") {
   checkMesh(readMesh(file));
 }
 
-TEST_CASE("Several meshes in a PLY file are parts by number", "[io]") {
+TEST_CASE("Meshes in a PLY file are numbered parts", "[io]") {
   const auto file = scratch("two.ply");
   writeMeshes(file, twoMeshes());
   const std::string text = contentOf(file);
@@ -68,7 +68,7 @@ TEST_CASE("Several meshes in a PLY file are parts by number", "[io]") {
   checkMesh(readMesh(file));
 }
 
-TEST_CASE("Several meshes in an HDF5 file are groups by number", "[io]") {
+TEST_CASE("Meshes in an HDF5 file are numbered groups", "[io]") {
   const auto file = scratch("two.h5");
   writeMeshes(file, twoMeshes());
   const hid_t in = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);

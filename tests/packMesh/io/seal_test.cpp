@@ -25,7 +25,7 @@ void write(const fs::path& file, const std::string& bytes) {
 
 }  // namespace
 
-TEST_CASE("A seal tells what a file is, and any change of it") {
+TEST_CASE("A seal identifies a file and detects any change of it") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "sealed";
   for (const std::size_t size :
@@ -38,8 +38,9 @@ TEST_CASE("A seal tells what a file is, and any change of it") {
     REQUIRE_NOTHROW(requireSealed(file, "thing", 3));
     REQUIRE_THROWS_WITH(
         requireSealed(file, "thing", 4),
-        Contains("sealed: is a thing of version 3; this packMesh reads version 4") && Contains("me"));
-    REQUIRE_THROWS_WITH(requireSealed(file, "something", 3), Contains("is not a something of packMesh"));
+        Contains("sealed: is a thing of version 3, written by me; this packMesh reads version 4") &&
+            Contains("me"));
+    REQUIRE_THROWS_WITH(requireSealed(file, "something", 3), Contains("is not a packMesh something"));
     for (const std::size_t at :
          {std::size_t{16}, std::size_t{40}, std::size_t{60}, sealSize - 1, sealed.size() - 1}) {
       std::string changed = sealed;

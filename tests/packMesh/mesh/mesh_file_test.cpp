@@ -123,7 +123,7 @@ TriangleMesh byFirstAppearance(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("writeMesh and readMesh give back the same numbers in every kind of file", "[io]") {
+TEST_CASE("writeMesh and readMesh preserve all numbers in every format", "[io]") {
   const Folder folder;
   TriangleMesh mesh = sample::sphere({1.0 / 3.0, 1e5, -2e-7}, 3.91, 7, 9);
   mesh.vertices[3].x() = std::numeric_limits<double>::denorm_min();
@@ -174,7 +174,7 @@ TEST_CASE("readMesh reads binary OFF as Geomview and as OpenMesh write it", "[io
   }
 }
 
-TEST_CASE("readMesh believes no count that the file cannot hold", "[io]") {
+TEST_CASE("readMesh rejects counts larger than the file", "[io]") {
   const Folder folder;
   const std::string ply = binaryPly(sample::box(Vec3::Zero(), Vec3::Ones()), false);
   for (const std::string element : {"vertex 8", "face 12"}) {
@@ -186,7 +186,7 @@ TEST_CASE("readMesh believes no count that the file cannot hold", "[io]") {
   }
 }
 
-TEST_CASE("readMesh loses no face, be it collapsed, repeated or not manifold", "[io]") {
+TEST_CASE("readMesh keeps collapsed, duplicate and non-manifold faces", "[io]") {
   const Folder folder;
   const TriangleMesh mesh = readMesh(folder.write(
       "a.off",
@@ -198,7 +198,7 @@ TEST_CASE("readMesh loses no face, be it collapsed, repeated or not manifold", "
   REQUIRE(readMesh(folder.path() / "b.stl").triangles.size() == 6);
 }
 
-TEST_CASE("readMesh merges equal vertices in the order of their first appearance", "[io]") {
+TEST_CASE("readMesh merges equal vertices in the order of their first occurrence", "[io]") {
   const Folder folder;
   const TriangleMesh mesh =
       readMesh(folder.write("a.off", "OFF\n5 2 0\n0 0 0\n1 0 0\n0 1 0\n-0.0 0 0\n5 5 5\n3 0 1 2\n3 3 2 4\n"));
@@ -206,7 +206,7 @@ TEST_CASE("readMesh merges equal vertices in the order of their first appearance
   REQUIRE(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
 }
 
-TEST_CASE("readMesh cuts polygons, understands OBJ indices and PLY properties", "[io]") {
+TEST_CASE("readMesh triangulates polygons and supports OBJ indices and PLY properties", "[io]") {
   const Folder folder;
   const TriangleMesh obj = readMesh(folder.write("a.obj",
                                                  "# comment\r\nmtllib none.mtl\r\no thing\r\nv 0 0 0\r\nv +1 "
@@ -290,7 +290,7 @@ TEST_CASE("OpenMesh's readers round coordinates, leave out faces and accept dama
   CHECK(read(folder.write("truncated.stl", stl.substr(0, 400))).n_faces() == 0);
 }
 
-TEST_CASE("readMesh reads text STL as programs write it", "[io]") {
+TEST_CASE("readMesh reads text STL as other programs write it", "[io]") {
   const Folder folder;
   const std::string facet =
       "FACET normal nan nan nan\n OUTER LOOP\n vertex 0 0 0\n vertex 1 0 0\n vertex 0 1 0\n "
@@ -300,7 +300,7 @@ TEST_CASE("readMesh reads text STL as programs write it", "[io]") {
               .triangles.size() == 2);
 }
 
-TEST_CASE("readMesh says what is wrong with a file", "[io][messages]") {
+TEST_CASE("readMesh explains errors in a file", "[io][messages]") {
   const Folder folder;
   std::filesystem::create_directories(folder.path() / "folder.stl");
   CHECK_THAT(messageOf(folder.path() / "none.stl"), Contains("no such file"));
@@ -377,7 +377,7 @@ TEST_CASE("readMesh says what is wrong with a file", "[io][messages]") {
              Contains("x, y and z"));
 }
 
-TEST_CASE("writeMesh says what is wrong", "[io][messages]") {
+TEST_CASE("writeMesh explains errors", "[io][messages]") {
   const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3::Ones());
   REQUIRE_THROWS_WITH(writeMesh("/nonexistent/folder/a.stl", mesh), Contains("cannot be written"));
   REQUIRE_THROWS_WITH(writeMesh("a.txt", mesh), Contains("expected a mesh file ending in"));

@@ -99,7 +99,7 @@ void compare(const MeshHierarchy& a, const Placement& pa, const MeshHierarchy& b
 
 }  // namespace
 
-TEST_CASE("Red cells at all distances and orientations: relate finds what brute force finds", "[exact]") {
+TEST_CASE("relate agrees with brute force for red cells at all distances and orientations", "[exact]") {
   const MeshHierarchy coarse(test::redCell(1)), fine(test::redCell(2));
   std::mt19937 random(1);
   std::uniform_real_distribution<double> distance(1.2, 7.8), scale(0.4, 1.1), coordinate(-100.0, 100.0);
@@ -116,7 +116,7 @@ TEST_CASE("Red cells at all distances and orientations: relate finds what brute 
   REQUIRE(counts.near > 30);
 }
 
-TEST_CASE("Nested and stacked red cells, down to gaps of 1e-12 µm", "[exact]") {
+TEST_CASE("relate is exact for nested and stacked red cells down to gaps of 1e-12 µm", "[exact]") {
   const MeshHierarchy cell(test::redCell(2));
   std::mt19937 random(2);
   std::uniform_real_distribution<double> tilt(-0.15, 0.15), exponent(-12.0, -1.0);
@@ -144,7 +144,8 @@ TEST_CASE("Nested and stacked red cells, down to gaps of 1e-12 µm", "[exact]") 
   REQUIRE(counts.meet >= 100);
 }
 
-TEST_CASE("Meshes of very different size, far from the origin, and general affine placements", "[exact]") {
+TEST_CASE("relate is exact for very different sizes, distant positions and general affine placements",
+          "[exact]") {
   const MeshHierarchy large(test::icosphere(2, 9.0)), small(sample::box({-1, -1, -1}, {1, 1, 1}));
   const MeshHierarchy ring(sample::torus(Vec3(1, 2, 3), 3.0, 0.5, 16, 8));
   std::mt19937 random(3);
@@ -166,7 +167,7 @@ TEST_CASE("Meshes of very different size, far from the origin, and general affin
   REQUIRE(counts.near > 20);
 }
 
-TEST_CASE("Boxes that share a face, an edge or a corner meet, one bit apart they do not", "[exact]") {
+TEST_CASE("Boxes that share a face, an edge or a corner meet, and one bit apart they do not", "[exact]") {
   const MeshHierarchy cube(sample::box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}));
   const auto relation = [&](const Vec3& at) {
     return relateEveryWay(cube, {}, cube, {Mat3::Identity(), at}, 0.1).relation;
@@ -186,7 +187,7 @@ TEST_CASE("Boxes that share a face, an edge or a corner meet, one bit apart they
   REQUIRE(relate(cube, {}, cube, {Mat3::Identity(), {1.25, 0.5, 0.0}}, 0.25).gap == infinite);
 }
 
-TEST_CASE("A mesh wholly inside another one", "[exact]") {
+TEST_CASE("relate recognises a mesh entirely inside another one", "[exact]") {
   const MeshHierarchy cell(test::redCell(2)), box(sample::box({-6, -6, -6}, {6, 6, 6}));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> offset(0.0, 2.0);
@@ -212,7 +213,7 @@ TEST_CASE("A mesh wholly inside another one", "[exact]") {
           MeshRelation::apart);
 }
 
-TEST_CASE("Meshes of several parts", "[exact]") {
+TEST_CASE("relate is exact for meshes of several parts", "[exact]") {
   TriangleMesh two = test::icosphere(1, 1.0), hollow = test::icosphere(1, 5.0),
                cavity = test::icosphere(1, 4.0);
   sample::append(two, placed(test::icosphere(1, 1.0), {Mat3::Identity(), Vec3(10, 0, 0)}));
@@ -227,7 +228,7 @@ TEST_CASE("Meshes of several parts", "[exact]") {
   REQUIRE(relateEveryWay(shell, at(0), ball, at(1), 0.0).relation == MeshRelation::meet);
 }
 
-TEST_CASE("isInside agrees with the solid angle everywhere but on the surface, where it is true", "[exact]") {
+TEST_CASE("isInside agrees with the solid angle, and is true on the surface", "[exact]") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> coordinate(-4.5, 4.5), weight(0.0, 1.0);
   for (const TriangleMesh& mesh : {test::redCell(2), sample::box({-2, -2, -2}, {2, 2, 2}),
@@ -247,7 +248,7 @@ TEST_CASE("isInside agrees with the solid angle everywhere but on the surface, w
   }
 }
 
-TEST_CASE("isInside of points in line with vertices, edges and faces", "[exact]") {
+TEST_CASE("isInside is exact for points in line with vertices, edges and faces", "[exact]") {
   const MeshHierarchy box(sample::box({0, 0, 0}, {4, 4, 4}));
   const double below = -1e-80, above = std::nextafter(4.0, 5.0);
   for (double x : {below, 0.0, 1.0, 2.0, 4.0, above})
@@ -258,7 +259,7 @@ TEST_CASE("isInside of points in line with vertices, edges and faces", "[exact]"
       }
 }
 
-TEST_CASE("The convex hull's support is that of all vertices", "[exact]") {
+TEST_CASE("The support of the convex hull is that of all vertices", "[exact]") {
   std::mt19937 random(6);
   TriangleMesh doubled = sample::box({0, 0, 0}, {1, 2, 3});
   sample::append(doubled, sample::box({0, 0, 0}, {1, 2, 3}));  // repeated and coplanar points
@@ -279,6 +280,6 @@ TEST_CASE("The convex hull's support is that of all vertices", "[exact]") {
   }
 }
 
-TEST_CASE("A mesh without triangles is refused", "[exact]") {
+TEST_CASE("A mesh without triangles is rejected", "[exact]") {
   REQUIRE_THROWS_AS(MeshHierarchy(TriangleMesh{}), MeshError);
 }

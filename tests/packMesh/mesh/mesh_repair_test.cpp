@@ -28,7 +28,7 @@ const Vec3 one = Vec3::Ones();
 
 }  // namespace
 
-TEST_CASE("repairClosed leaves sound meshes alone", "[geometry]") {
+TEST_CASE("repairClosed does not change valid meshes", "[geometry]") {
   for (const TriangleMesh& sound :
        {sample::box(-one, one), sample::sphere(one, 3.0, 12, 17), sample::torus(one, 3.0, 1.0, 30, 20),
         sample::straightTube(0.0, 10.0, 2.0, 11, 24)}) {
@@ -39,7 +39,7 @@ TEST_CASE("repairClosed leaves sound meshes alone", "[geometry]") {
   }
 }
 
-TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry]") {
+TEST_CASE("repairClosed repairs what can be repaired safely and reports it", "[geometry]") {
   const TriangleMesh sound = sample::torus(Vec3::Zero(), 3.0, 1.0, 30, 20);
   const double volume = signedVolume(sound);
   TriangleMesh mesh = sound;
@@ -75,12 +75,12 @@ TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry
     const std::vector<std::string> repairs = repairClosed(mesh, "x");
     REQUIRE(repairs.size() == 1);
     REQUIRE(repairs[0] ==
-            "x: turned round " + std::to_string(turned) + " triangles oriented against their neighbours");
+            "x: flipped " + std::to_string(turned) + " triangles oriented against their neighbours");
   }
   SECTION("inside out") {
     flip(mesh);
     const std::vector<std::string> repairs = repairClosed(mesh, "x");
-    REQUIRE(repairs == std::vector<std::string>{"x: turned 1 surface that was inside out"});
+    REQUIRE(repairs == std::vector<std::string>{"x: flipped 1 surface that was inside out"});
   }
   SECTION("cracks from rounding") {
     const int copy = static_cast<int>(mesh.vertices.size());
@@ -94,14 +94,14 @@ TEST_CASE("repairClosed mends what can be mended safely and says so", "[geometry
         }
     const std::vector<std::string> repairs = repairClosed(mesh, "x");
     REQUIRE(repairs ==
-            std::vector<std::string>{"x: closed cracks by joining 1 vertex that differed by rounding"});
+            std::vector<std::string>{"x: closed cracks by merging 1 vertex that differed by rounding"});
     REQUIRE(mesh.vertices.size() == 600);
   }
   REQUIRE(signedVolume(mesh) == Approx(volume));
   REQUIRE(repairClosed(mesh, "again").empty());
 }
 
-TEST_CASE("repairClosed makes enclosed surfaces holes, and what is in a hole solid", "[geometry]") {
+TEST_CASE("repairClosed orients enclosed surfaces as holes, and surfaces in holes as solid", "[geometry]") {
   for (int flips = 0; flips < 16; ++flips) {
     TriangleMesh mesh;
     const double edges[4] = {8.0, 6.0, 4.0, 2.0};
@@ -119,18 +119,18 @@ TEST_CASE("repairClosed makes enclosed surfaces holes, and what is in a hole sol
   }
 }
 
-TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages]") {
+TEST_CASE("repairClosed rejects what is not a closed surface", "[geometry][messages]") {
   const TriangleMesh cube = sample::box(Vec3::Zero(), one);
   CHECK_THAT(refusalOf({}), Contains("no triangles"));
-  CHECK_THAT(refusalOf({cube.vertices, {{0, 1, 99}}}), Contains("names vertex 99 of 8"));
+  CHECK_THAT(refusalOf({cube.vertices, {{0, 1, 99}}}), Contains("refers to vertex 99 of 8"));
   CHECK_THAT(refusalOf({cube.vertices, {{0, 0, 1}}}), Contains("all triangles of the mesh are collapsed"));
   TriangleMesh mesh = cube;
   mesh.vertices[2].y() = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THAT(refusalOf(mesh), Contains("vertex 2 has a coordinate that is no finite number"));
+  CHECK_THAT(refusalOf(mesh), Contains("vertex 2 has a coordinate that is not finite"));
   mesh = cube;
   mesh.triangles.pop_back();
   CHECK_THAT(refusalOf(mesh),
-             Contains("not closed, it has 3 open edges, the first from (1, 1, 0) to (1, 0, 1)"));
+             Contains("not closed: it has 3 open edges, the first from (1, 1, 0) to (1, 0, 1)"));
   mesh = cube;
   mesh.triangles.push_back(mesh.triangles[0]);
   CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 3 edges"));
@@ -139,7 +139,7 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   CHECK_THAT(refusalOf(mesh), Contains("more than two triangles meet at 1 edge"));
   mesh = cube;
   sample::append(mesh, sample::box(one, 2 * one));  // shares a vertex
-  CHECK_THAT(refusalOf(mesh), Contains("touch in the vertex at (1, 1, 1)"));
+  CHECK_THAT(refusalOf(mesh), Contains("touch at the vertex (1, 1, 1)"));
   mesh = cube;
   for (Vec3& v : mesh.vertices) v.z() *= 1e-12;
   CHECK_THAT(refusalOf(mesh), Contains("encloses no volume"));
@@ -151,7 +151,7 @@ TEST_CASE("repairClosed refuses what is no closed surface", "[geometry][messages
   CHECK_THAT(refusalOf(mesh), Contains("all triangles of the mesh are collapsed"));
 }
 
-TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messages]") {
+TEST_CASE("repairClosed finds surfaces that intersect themselves", "[geometry][messages]") {
   TriangleMesh mesh = sample::box(Vec3::Zero(), one);
   SECTION("two parts that cross") {
     sample::append(mesh, sample::box(0.5 * one, 1.5 * one));
@@ -168,7 +168,7 @@ TEST_CASE("repairClosed finds surfaces that meet themselves", "[geometry][messag
   SECTION("a torus that is too thick") {
     mesh = sample::torus(Vec3::Zero(), 1.0, 1.2, 40, 20);
   }
-  CHECK_THAT(refusalOf(mesh), Contains("meets itself, the triangles around ("));
+  CHECK_THAT(refusalOf(mesh), Contains("intersects itself: the triangles at ("));
 }
 
 namespace {
@@ -206,7 +206,7 @@ TriangleMesh boxWithSeam(int inner, bool fan) {
 
 }  // namespace
 
-TEST_CASE("repairClosed mends triangles without area and leaves the surface where it is", "[geometry]") {
+TEST_CASE("repairClosed removes triangles without area without moving the surface", "[geometry]") {
   for (const bool fan : {true, false})
     for (const bool insideOut : {false, true})
       for (const int inner : {1, 2, 3, 7, 30}) {
@@ -216,7 +216,7 @@ TEST_CASE("repairClosed mends triangles without area and leaves the surface wher
         const std::size_t triangles = mesh.triangles.size();
         const std::vector<std::string> repairs = repairClosed(mesh, "x");
         REQUIRE(repairs.size() == (insideOut ? 2 : 1));
-        CHECK(repairs[0] == "x: mended " + std::to_string(inner) +
+        CHECK(repairs[0] == "x: repaired " + std::to_string(inner) +
                                 (inner == 1 ? " triangle without area" : " triangles without area"));
         CHECK(mesh.vertices.size() == 8u + inner);
         CHECK(mesh.triangles.size() == triangles);
@@ -226,7 +226,7 @@ TEST_CASE("repairClosed mends triangles without area and leaves the surface wher
       }
 }
 
-TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[geometry][messages]") {
+TEST_CASE("repairClosed rejects a corrupt coordinate and names the vertex", "[geometry][messages]") {
   const TriangleMesh tube = sample::straightTube(0.0, 12.0, 5.0, 2, 12);
   TriangleMesh soup;
   for (const Triangle& t : tube.triangles) {
@@ -239,7 +239,7 @@ TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[ge
       TriangleMesh mesh = sound;
       mesh.vertices[4].x() = wrong;
       CHECK_THAT(refusalOf(mesh), Contains("the vertex at (" + std::string(wrong < 0 ? "-" : "") + "1e+0") &&
-                                      Contains("is a coordinate corrupt?"));
+                                      Contains("a coordinate may be corrupt"));
     }
   // Nearer, but not by rounding: open edges of the soup stay open, with and without vertices further away.
   for (const double wrong : {12.001, 13.0, 1e3}) {
@@ -250,7 +250,7 @@ TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[ge
   // Cracks of rounding are closed as ever.
   TriangleMesh mesh = soup;
   mesh.vertices[4].x() += 1e-6;
-  CHECK(repairClosed(mesh, "x").back() == "x: closed cracks by joining 1 vertex that differed by rounding");
+  CHECK(repairClosed(mesh, "x").back() == "x: closed cracks by merging 1 vertex that differed by rounding");
   CHECK(mesh.vertices.size() == tube.vertices.size());
   // A long cone, and a coarse body beside a fine one, have nothing corrupt.
   mesh = sample::box(Vec3::Zero(), Vec3::Constant(1e6));
@@ -261,7 +261,7 @@ TEST_CASE("repairClosed refuses a corrupt coordinate and names the vertex", "[ge
   CHECK(repairClosed(mesh, "x").empty());
 }
 
-TEST_CASE("findSelfIntersection agrees with touching and nearly touching parts", "[geometry]") {
+TEST_CASE("findSelfIntersection is exact for touching and nearly touching parts", "[geometry]") {
   TriangleMesh mesh = sample::sphere({0, 0, 0}, 1.0, 8, 12);
   TriangleMesh near = sample::sphere({0, 0, 2.0}, 1.0, 8, 12);
   TriangleMesh both = mesh;
@@ -273,7 +273,7 @@ TEST_CASE("findSelfIntersection agrees with touching and nearly touching parts",
   REQUIRE_FALSE(findSelfIntersection(both));
 }
 
-TEST_CASE("repairClosed of 200,000 triangles", "[geometry][.slow]") {
+TEST_CASE("repairClosed handles 200,000 triangles", "[geometry][.slow]") {
   TriangleMesh mesh = sample::torus(Vec3::Zero(), 50.0, 10.0, 500, 200);
   REQUIRE(repairClosed(mesh, "large").empty());
 }

@@ -35,7 +35,7 @@ std::vector<std::array<Vector2, 2>> segmentsOf(const Polygon& polygon) {
 
 }  // namespace
 
-TEST_CASE("Ears of polygons of any form add up to their area, and prisms over them are closed") {
+TEST_CASE("Triangulations of any polygon have its area, and prisms over them are closed") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed)
     for (const int corners : {3, 4, 7, 40}) {
       const Polygon polygon = star(seed, corners);
@@ -57,7 +57,7 @@ TEST_CASE("Ears of polygons of any form add up to their area, and prisms over th
     }
 }
 
-TEST_CASE("Points on straight lines are no trouble") {
+TEST_CASE("Triangulation handles collinear points") {
   const Polygon square = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {3, 1}, {3, 3}, {1.5, 3}, {0, 3}, {0, 1}};
   double sum = 0.0;
   for (const Triangle& t : triangulated(square)) sum += twiceArea({square[t[0]], square[t[1]], square[t[2]]});
@@ -80,8 +80,8 @@ TEST_CASE("Loops are found among segments in any order and direction") {
   CHECK(area == Approx(twiceArea(star(3, 12)) + twiceArea(star(4, 9))));
 }
 
-TEST_CASE("What is no simple polygon is refused") {
-  CHECK_THROWS_WITH(loopsOf({}), Contains("no cross-section"));
+TEST_CASE("Polygons that are not simple are rejected") {
+  CHECK_THROWS_WITH(loopsOf({}), Contains("cross-section is empty"));
   auto open = segmentsOf(star(1, 8));
   open.pop_back();
   CHECK_THROWS_WITH(loopsOf(open), Contains("not closed"));

@@ -50,18 +50,18 @@ void compareWithIntegers(unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("sideOfPlane is positive where an outward triangle looks", "[exact]") {
+TEST_CASE("sideOfPlane is positive on the outer side of a triangle", "[exact]") {
   REQUIRE(sideOfPlane({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, 1e-80}) == 1);
   REQUIRE(sideOfPlane({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2, 0.2, -1e-80}) == -1);
   REQUIRE(sideOfPlane({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {7, -3, 0}) == 0);
   REQUIRE(sideOfPlane({1, 1, 1}, {2, 2, 2}, {3, 3, 3}, {7, -3, 0}) == 0);
 }
 
-TEST_CASE("sideOfPlane agrees with integer arithmetic in and beside planes", "[exact]") {
+TEST_CASE("sideOfPlane agrees with integer arithmetic in and near planes", "[exact]") {
   compareWithIntegers(1);
 }
 
-TEST_CASE("sideOfPlane where the filter cannot tell: one unit beside a plane, at full precision", "[exact]") {
+TEST_CASE("sideOfPlane is exact one unit away from a plane, where the filter is inconclusive", "[exact]") {
   std::mt19937 random(4);
   std::uniform_int_distribution<long> small(-8, 8);
   int signs[3] = {0, 0, 0};
@@ -87,7 +87,7 @@ TEST_CASE("sideOfPlane where the filter cannot tell: one unit beside a plane, at
   for (int count : signs) REQUIRE(count > 1000);
 }
 
-TEST_CASE("A static filter left behind by a TetGen run changes nothing", "[exact]") {
+TEST_CASE("A static filter left behind by TetGen has no effect", "[exact]") {
   exactinit(0, 0, 0, 1e-30, 1e-30, 1e-30);
   compareWithIntegers(2);
   exactinit(0, 1, 0, 1e30, 1e30, 1e30);

@@ -49,7 +49,7 @@ std::array<std::vector<double>, 3> randomBlock(const Box& box, double spacing, s
 
 }  // namespace
 
-TEST_CASE("Distances of blocks are those of their points", "[geometry]") {
+TEST_CASE("Distances of blocks equal those of their points", "[geometry]") {
   std::mt19937 random(1);
   for (const Named& named : meshes()) {
     CAPTURE(named.name);
@@ -87,7 +87,7 @@ TEST_CASE("Distances of blocks are those of their points", "[geometry]") {
   }
 }
 
-TEST_CASE("All instruction sets measure triangles to the same bits", "[geometry][kernel]") {
+TEST_CASE("All instruction sets give the same distances to triangles, to the bit", "[geometry][kernel]") {
   std::mt19937 random(2);
   std::uniform_real_distribution<float> coordinate(-3.0f, 3.0f);
   TriangleFacts facts[20];

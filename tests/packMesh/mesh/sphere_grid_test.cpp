@@ -7,7 +7,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("SphereGrid finds exactly the pairs that brute force finds, for mixed sizes", "[geometry]") {
+TEST_CASE("SphereGrid finds the same pairs as brute force, for mixed sizes", "[geometry]") {
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> coordinate(-20.0, 20.0), exponent(-3.0, 3.0);
@@ -28,7 +28,7 @@ TEST_CASE("SphereGrid finds exactly the pairs that brute force finds, for mixed 
   }
 }
 
-TEST_CASE("SphereGrid copes with no spheres, one sphere and coinciding spheres", "[geometry]") {
+TEST_CASE("SphereGrid handles no spheres, one sphere and coinciding spheres", "[geometry]") {
   int visits = 0;
   SphereGrid({}).forEachNear({Vec3::Zero(), 1.0}, 0.0, [&](int) { ++visits; });
   REQUIRE(visits == 0);

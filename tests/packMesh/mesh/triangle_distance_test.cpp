@@ -68,7 +68,7 @@ TEST_CASE("triangleDistance agrees with the hull of differences", "[exact]") {
   REQUIRE(compared > 1500);
 }
 
-TEST_CASE("triangleDistance of degenerate and touching triangles", "[exact]") {
+TEST_CASE("triangleDistance is right for degenerate and touching triangles", "[exact]") {
   const RealTriangle face = {Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)};
   REQUIRE(distance(face, {Vec3(1, 1, 2), Vec3(1, 1, 2), Vec3(1, 1, 2)}) == 2.0);
   REQUIRE(distance(face, {Vec3(-3, -4, 0), Vec3(-3, -4, 0), Vec3(-3, -4, 0)}) == 5.0);

@@ -55,7 +55,7 @@ struct Case {
 
 }  // namespace
 
-TEST_CASE("Triangles on a tiny grid: every kind of contact and degeneracy", "[exact]") {
+TEST_CASE("Intersections are exact for every kind of contact and degeneracy on a small grid", "[exact]") {
   std::mt19937 random(1);
   for (int size : {2, 3, 5})
     for (int thickness : {1, 2, size}) {  // 1: all in one plane
@@ -70,7 +70,7 @@ TEST_CASE("Triangles on a tiny grid: every kind of contact and degeneracy", "[ex
     }
 }
 
-TEST_CASE("Contacts in oblique planes far away, exact and a unit in the last place beside", "[exact]") {
+TEST_CASE("Contacts in oblique distant planes are exact to one unit in the last place", "[exact]") {
   std::mt19937 random(2);
   std::uniform_int_distribution<long> entry(-(1L << 20), 1L << 20), far(-(1L << 25), 1L << 25);
   for (int perturbed : {0, 1})
@@ -93,7 +93,7 @@ TEST_CASE("Contacts in oblique planes far away, exact and a unit in the last pla
     });
 }
 
-TEST_CASE("Contacts broken by less than rounding errors of determinants", "[exact]") {
+TEST_CASE("Contacts broken by less than the rounding errors of determinants are not contacts", "[exact]") {
   // Small integers times 2^46, one coordinate moved by one: determinants far below what plain floating point
   // can tell from zero. Times 2^22, which the oracle can take, the verdicts are the same: determinants are
   // linear in a single coordinate, and coefficients are below 2^16.
@@ -128,7 +128,7 @@ TEST_CASE("Contacts broken by less than rounding errors of determinants", "[exac
   REQUIRE(verdicts[1] > 5000);
 }
 
-TEST_CASE("Triangles in general position", "[exact]") {
+TEST_CASE("Triangles in general position agree with integer arithmetic", "[exact]") {
   std::mt19937 random(3);
   std::uniform_int_distribution<long> coordinate(-(1L << 22), 1L << 22);
   compareWithIntegers(20000, [&] {
@@ -140,7 +140,7 @@ TEST_CASE("Triangles in general position", "[exact]") {
   });
 }
 
-TEST_CASE("A gap of one bit is a gap, a contact is a contact, anywhere", "[exact]") {
+TEST_CASE("A gap of one bit is a gap and a contact is a contact at any position", "[exact]") {
   const double up = std::numeric_limits<double>::infinity();
   for (double z : {1.0, 0.1, 12345.678, 99999.9}) {
     const RealTriangle floor = {Vec3(0, 0, z), Vec3(3, 0, z), Vec3(0, 3, z)};
@@ -160,7 +160,7 @@ TEST_CASE("A gap of one bit is a gap, a contact is a contact, anywhere", "[exact
   }
 }
 
-TEST_CASE("Degenerate triangles", "[exact]") {
+TEST_CASE("Degenerate triangles are handled exactly", "[exact]") {
   const RealTriangle face = {Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)};
   const auto point = [](const Vec3& p) { return RealTriangle{p, p, p}; };
   const auto segment = [](const Vec3& p, const Vec3& q) { return RealTriangle{p, q, (p + q) / 2}; };
@@ -180,7 +180,7 @@ TEST_CASE("Degenerate triangles", "[exact]") {
   REQUIRE(meetInAnyOrder(segment({0, 0, 0}, {2, 2, 2}), segment({2, 0, 0}, {0, 2, 2})));
 }
 
-TEST_CASE("A crossing segment is told from a touching one", "[exact]") {
+TEST_CASE("A crossing segment is distinguished from a touching one", "[exact]") {
   const Vec3 a(0, 0, 0), b(4, 0, 0), c(0, 4, 0);
   REQUIRE(segmentCrossesTriangle({1, 1, -1}, {1, 1, 1}, a, b, c));
   REQUIRE_FALSE(segmentCrossesTriangle({1, 0, -1}, {1, 0, 1}, a, b, c));

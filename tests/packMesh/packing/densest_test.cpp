@@ -51,7 +51,7 @@ PackingProblem withPlatelets(const std::shared_ptr<const Container>& lumen, doub
 
 }  // namespace
 
-TEST_CASE("Asking for more gives no less in the same time", "[densest]") {
+TEST_CASE("A larger request gives no less in the same time", "[densest]") {
   const auto lumen = periodicCube(20.0);
   const double seconds = GENERATE(5.0, 15.0, 30.0);
   CAPTURE(seconds);
@@ -67,7 +67,7 @@ TEST_CASE("Asking for more gives no less in the same time", "[densest]") {
   }
 }
 
-TEST_CASE("What is packed at once is packed as without a limit of time", "[densest]") {
+TEST_CASE("A problem packed at once gives the same result with and without a time limit", "[densest]") {
   const PackingProblem problem = redCellProblem(periodicCube(20.0), 0.56);
   const PackingResult free = pack(problem), limited = packedWith(problem, 100.0, 50.0);
   REQUIRE(free.outcome == Outcome::certified);
@@ -75,7 +75,7 @@ TEST_CASE("What is packed at once is packed as without a limit of time", "[dense
   REQUIRE(limited.statistics.sweeps == free.statistics.sweeps);
 }
 
-TEST_CASE("Cells that take long are packed as without a limit of time", "[densest]") {
+TEST_CASE("Cells that take long are packed as without a time limit", "[densest]") {
   const PackingProblem problem = redCellProblem(periodicCube(25.0), 0.6);
   const PackingResult free = pack(problem), limited = packedWith(problem, 100.0, 50.0);
   REQUIRE(free.outcome == Outcome::certified);
@@ -84,7 +84,7 @@ TEST_CASE("Cells that take long are packed as without a limit of time", "[denses
   REQUIRE(test::sameBits(limited, free));
 }
 
-TEST_CASE("Asking for more gives the same densest packing", "[densest]") {
+TEST_CASE("A larger request gives the same densest packing", "[densest]") {
   std::vector<PackingResult> results;
   for (const double fraction : {0.66, 0.72, 0.9}) {
     results.push_back(pack(redCellProblem(periodicCube(16.0), fraction)));
@@ -96,7 +96,7 @@ TEST_CASE("Asking for more gives the same densest packing", "[densest]") {
   REQUIRE(results.front().certificate.cellVolume > 0.54 * 16.0 * 16.0 * 16.0);
 }
 
-TEST_CASE("The densest packing beside a thick layer at the wall is found", "[densest]") {
+TEST_CASE("The densest packing beside a thick wall layer is found", "[densest]") {
   PackingProblem problem = redCellProblem(makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, true), 0.5);
   problem.species[0].freedom.extraWallClearance = 3.5;
   const PackingResult result = pack(problem);
@@ -133,7 +133,8 @@ TEST_CASE("An attempt gives all cells or none", "[densest]") {
   REQUIRE(none.statistics.sweeps == 300);  // jammed
 }
 
-TEST_CASE("Time ends attempt and search, whose result is then not called the densest", "[densest]") {
+TEST_CASE("A time limit ends attempt and search, and the result is not reported as the densest",
+          "[densest]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.62);
   SlowClock clock;
   problem.limits.clock = [&] { return clock(); };
@@ -147,7 +148,7 @@ TEST_CASE("Time ends attempt and search, whose result is then not called the den
   REQUIRE(clock.now < 2.0 * problem.limits.maxSeconds + 5.0);
 }
 
-TEST_CASE("When even certifying takes too long, the run ends with nothing", "[densest]") {
+TEST_CASE("A run without time to certify ends without cells", "[densest]") {
   PackingProblem problem = redCellProblem(periodicCube(60.0), 0.4);  // more cells than looks at the clock
   SlowClock clock;
   problem.limits.clock = [&] { return clock(); };

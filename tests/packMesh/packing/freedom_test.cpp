@@ -43,7 +43,7 @@ PackingResult certified(const PackingProblem& problem) {
 
 }  // namespace
 
-TEST_CASE("An axis is turned into its cone as little as possible") {
+TEST_CASE("An axis is rotated into its cone by the smallest angle") {
   AxisCone cone{Vec3(1, 2, -2) / 3.0, 20.0 * degree};
   for (std::uint64_t i = 0; i < 200; ++i) {
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
@@ -56,7 +56,7 @@ TEST_CASE("An axis is turned into its cone as little as possible") {
   }
 }
 
-TEST_CASE("Fixed cells stay to the bit, others make room") {
+TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
   const Method method = anyMethod();
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
@@ -77,7 +77,7 @@ TEST_CASE("Fixed cells stay to the bit, others make room") {
   }
 }
 
-TEST_CASE("What does not fit beside fixed cells is left out, not the fixed ones") {
+TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are not") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.40);
   const PackingResult first = certified(problem);
   Species fixed = problem.species[0], others = problem.species[0];
@@ -95,7 +95,7 @@ TEST_CASE("What does not fit beside fixed cells is left out, not the fixed ones"
   for (std::int64_t i = 0; i < fixed.count; ++i) CHECK(same(result.poses[i], fixed.start[i]));
 }
 
-TEST_CASE("Fixed cells that meet, or the wall, are refused") {
+TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.2);
   Species& species = problem.species[0];
   species.name = "WBC";
@@ -113,7 +113,7 @@ TEST_CASE("Fixed cells that meet, or the wall, are refused") {
   CHECK_THROWS_AS(pack(problem), InputError);
 }
 
-TEST_CASE("A packing that is given whole stays as it is, and cells of one that is not clean move") {
+TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one move") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
   const PackingResult first = certified(problem);
   problem.method = anyMethod();
@@ -137,7 +137,7 @@ TEST_CASE("A packing that is given whole stays as it is, and cells of one that i
   CHECK(2 * near > static_cast<int>(first.poses.size()));
 }
 
-TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall") {
+TEST_CASE("Axes stay in their cone, centres in their region, cells away from the wall") {
   const Method method = anyMethod();
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
@@ -178,7 +178,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells off the wall"
   }
 }
 
-TEST_CASE("Constraints that cannot be are refused") {
+TEST_CASE("Invalid constraints are rejected") {
   const auto refused = [](auto&& change) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.1);
     change(problem);

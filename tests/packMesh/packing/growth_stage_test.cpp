@@ -63,7 +63,7 @@ TEST_CASE("Method cat packs periodic boxes, cylinders and spheres") {
   }
 }
 
-TEST_CASE("Method cat packs vessels, periodic and closed") {
+TEST_CASE("Method cat packs periodic and closed vessels") {
   for (const bool periodic : {true, false}) {
     CAPTURE(periodic);
     VesselEnds ends;
@@ -91,7 +91,7 @@ TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
   for (const Pose& pose : still.poses) CHECK(pose.orientation.coeffs() == Quaternion::Identity().coeffs());
 }
 
-TEST_CASE("Method cat: same problem, same bits") {
+TEST_CASE("Method cat gives the same bits for the same problem") {
   const PackingProblem problem = grown(test::periodicCube(14.0), 0.35, 3);
   CHECK(test::sameBits(pack(problem), pack(problem)));
 }
@@ -112,7 +112,7 @@ TEST_CASE("Method cat packs with planes from tetrahedra") {
   }
 }
 
-TEST_CASE("Method cat judges cells as they will be written") {
+TEST_CASE("Method cat tests cells as they are written") {
   PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
   // Coarse files: positions in steps of 0.01 µm.
   problem.written = [](const Pose& pose) {
@@ -127,7 +127,7 @@ TEST_CASE("Method cat judges cells as they will be written") {
     CHECK(result.cells[i].placement.translation == problem.written(result.poses[i]).translation);
 }
 
-TEST_CASE("Method cat: single objects grow into thin copies of themselves") {
+TEST_CASE("Method cat grows single objects into thin copies of themselves") {
   for (const TriangleMesh& mesh :
        {test::cube(4.0), test::icosphere(2, 2.5), test::tetrahedron(), test::cone()}) {
     TriangleMesh around = mesh;

@@ -100,13 +100,13 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
   }
 }
 
-TEST_CASE("The densest packing of what does not fit is the same on any number of ranks", "[mpi]") {
+TEST_CASE("The densest packing of an infeasible request is the same on any number of ranks", "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.60, 7);
   problem.limits.maxSweeps = 40;
   requireSameOnAllRanks(problem);
 }
 
-TEST_CASE("When there is no time for a single sweep, what is left is certified against all ranks' cells",
+TEST_CASE("Without time for a sweep, the remaining cells are certified against the cells of all ranks",
           "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.4, 9);
   // The time is over at once, but never long over, however slow the machine.
@@ -115,7 +115,7 @@ TEST_CASE("When there is no time for a single sweep, what is left is certified a
   requireSameOnAllRanks(problem);
 }
 
-TEST_CASE("All ranks save the same state of cells that are repaired", "[mpi]") {
+TEST_CASE("All ranks save the same state of cells under repair", "[mpi]") {
   const Communicator world = Communicator::world();
   std::int64_t repairs = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -133,7 +133,7 @@ TEST_CASE("All ranks save the same state of cells that are repaired", "[mpi]") {
   REQUIRE(repairs > 0);
 }
 
-TEST_CASE("Method cat packs the same on any number of ranks", "[mpi]") {
+TEST_CASE("Method cat gives the same packing on any number of ranks", "[mpi]") {
   SECTION("planes from chords") {
     PackingProblem problem =
         mixtureIn(makeBox({Vec3::Zero(), Vec3(30, 25, 25)}, {true, true, true}), 0.3, 10);
@@ -174,7 +174,7 @@ TEST_CASE("Method cat packs the same on any number of ranks", "[mpi]") {
   }
 }
 
-TEST_CASE("An interruption of one rank ends all", "[mpi]") {
+TEST_CASE("An interruption of one rank ends all ranks", "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.5, 8);
   problem.communicator = Communicator::world();
   int asked = 0;

@@ -80,7 +80,7 @@ std::int64_t countOf(const PackingResult& result, int species) {
 
 }  // namespace
 
-TEST_CASE("Red cells are packed without overlap, whatever the seed", "[packing]") {
+TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
   for (const double fraction : {0.35, 0.45})
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
       CAPTURE(fraction, seed);
@@ -93,7 +93,7 @@ TEST_CASE("Red cells are packed without overlap, whatever the seed", "[packing]"
     }
 }
 
-TEST_CASE("The same problem gives the same bits, another seed another packing", "[packing]") {
+TEST_CASE("The packing has the same bits for the same problem and differs for another seed", "[packing]") {
   const PackingResult first = pack(redCellProblem(periodicCube(25.0), 0.45, 5));
   REQUIRE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 5)), first));
   REQUIRE_FALSE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 6)), first));
@@ -118,7 +118,7 @@ TEST_CASE("All instruction sets give the same packing", "[packing]") {
   }
 }
 
-TEST_CASE("Mixtures are packed, in the order of the species", "[packing]") {
+TEST_CASE("Mixtures are packed in the order of the species", "[packing]") {
   const auto platelet = test::hemocellShape("PLT"), white = test::hemocellShape("WBC");
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35, seed);
@@ -140,7 +140,7 @@ TEST_CASE("General meshes are packed", "[packing]") {
   checkPacking(problem, result);
 }
 
-TEST_CASE("Thin cells do not stay pierced by each other", "[packing]") {
+TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     PackingProblem problem;
@@ -154,7 +154,7 @@ TEST_CASE("Thin cells do not stay pierced by each other", "[packing]") {
   }
 }
 
-TEST_CASE("Walls hold the cells", "[packing]") {
+TEST_CASE("Walls confine the cells", "[packing]") {
   const TriangleMesh tube = sample::tube(
       0.0, 30.0, 31, 16, [](double x) { return Vec3(x, 2.0 * std::sin(2.0 * M_PI * x / 30.0), 0.0); },
       [](double) { return 9.0; });
@@ -193,7 +193,7 @@ TEST_CASE("Without rotation every orientation stays the identity", "[packing]") 
   for (const PlacedCell& cell : result.cells) REQUIRE(cell.placement.linear == Mat3::Identity());
 }
 
-TEST_CASE("The clearance asked for is kept", "[packing]") {
+TEST_CASE("The requested clearance is kept", "[packing]") {
   for (const double clearance : {0.1, 0.25}) {
     CAPTURE(clearance);
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35);
@@ -206,7 +206,7 @@ TEST_CASE("The clearance asked for is kept", "[packing]") {
   }
 }
 
-TEST_CASE("Cells may meet their own images", "[packing]") {
+TEST_CASE("Cells can meet their own images", "[packing]") {
   // The period is hardly more than the cell's diameter of 7.82 µm.
   PackingProblem problem = redCellProblem(periodicCube(8.0), 0.32);
   REQUIRE(problem.species[0].count == 2);
@@ -216,7 +216,7 @@ TEST_CASE("Cells may meet their own images", "[packing]") {
   checkPacking(problem, result);
 }
 
-TEST_CASE("What is out of reach ends with fewer cells and a clean certificate", "[packing]") {
+TEST_CASE("An infeasible request ends with fewer cells and a clean certificate", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(16.0), 0.75);
   problem.limits.maxSweeps = 600;
   const PackingResult result = pack(problem);
@@ -227,7 +227,7 @@ TEST_CASE("What is out of reach ends with fewer cells and a clean certificate", 
   REQUIRE(test::sameBits(pack(problem), result));
 }
 
-TEST_CASE("A time limit ends a run, with what was reached", "[packing]") {
+TEST_CASE("A time limit ends a run with the cells packed so far", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(16.0), 0.70);
   problem.limits.maxSeconds = 0.05;
   const PackingResult result = pack(problem);
@@ -236,7 +236,7 @@ TEST_CASE("A time limit ends a run, with what was reached", "[packing]") {
   checkPacking(problem, result);
 }
 
-TEST_CASE("Some cells are left however short the time is", "[packing]") {
+TEST_CASE("A short time limit still gives some cells", "[packing]") {
   for (const double clearance : {0.0, 0.3}) {
     PackingProblem problem = redCellProblem(periodicCube(30.0), 0.50);
     // The time is over at once, but never long over, however slow the machine.
@@ -250,7 +250,8 @@ TEST_CASE("Some cells are left however short the time is", "[packing]") {
   }
 }
 
-TEST_CASE("Cells that a wall's distances let too near to it are told to keep more", "[packing]") {
+TEST_CASE("Cells that approximate wall distances let too close to the wall get extra clearance",
+          "[packing]") {
   /// A wall that seems to be further away than it is.
   class Optimistic : public Wall {
    public:
@@ -295,7 +296,7 @@ TEST_CASE("An interrupted run gives no cells", "[packing]") {
   REQUIRE(result.statistics.sweeps < 10);
 }
 
-TEST_CASE("pack() tells how far it is", "[packing]") {
+TEST_CASE("pack() reports its progress", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   std::vector<Progress> told;
   problem.progress = [&](const Progress& p) { told.push_back(p); };
@@ -307,7 +308,7 @@ TEST_CASE("pack() tells how far it is", "[packing]") {
   REQUIRE(told.front().worstOverlap > told.back().worstOverlap);
 }
 
-TEST_CASE("What is certified is what will be written", "[packing]") {
+TEST_CASE("The certificate applies to the numbers that are written", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   problem.written = [](const Pose& pose) {  // coarse numbers
     Placement placement = pose.placement();
@@ -321,7 +322,7 @@ TEST_CASE("What is certified is what will be written", "[packing]") {
     REQUIRE(result.cells[i].placement.translation == problem.written(result.poses[i]).translation);
 }
 
-TEST_CASE("No cells, and one cell, are packings", "[packing]") {
+TEST_CASE("Empty and single-cell problems are packed", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.0);
   REQUIRE(pack(problem).outcome == Outcome::certified);
   problem.species.clear();

@@ -69,7 +69,7 @@ int of(const Seen& seen, Stage stage) {
 
 }  // namespace
 
-TEST_CASE("A run that goes on from any of its states ends as if it had not been interrupted") {
+TEST_CASE("A run continued from any of its states gives the same result as an uninterrupted one") {
   SECTION("repairs") {
     int relaxing = 0, repairing = 0;
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -113,7 +113,7 @@ TEST_CASE("A run that goes on from any of its states ends as if it had not been 
   }
 }
 
-TEST_CASE("An interrupted run leaves the state it was last kept in") {
+TEST_CASE("An interrupted run leaves the last saved state") {
   PackingProblem problem = mixtureIn(longBox(), 0.5, 2);
   const PackingResult whole = pack(problem);
   for (const int polls : {0, 8, 25, 200}) {
@@ -137,7 +137,7 @@ TEST_CASE("An interrupted run leaves the state it was last kept in") {
   }
 }
 
-TEST_CASE("A run that ended out of reach goes on with higher limits") {
+TEST_CASE("An infeasible run continues with higher limits") {
   PackingProblem problem = mixtureIn(longBox(), 0.5, 2);
   const PackingResult whole = pack(problem);
   REQUIRE(whole.outcome == Outcome::certified);
@@ -166,7 +166,7 @@ TEST_CASE("A run that ended out of reach goes on with higher limits") {
   }
 }
 
-TEST_CASE("Growth that ended out of reach goes on with higher limits") {
+TEST_CASE("Infeasible growth continues with higher limits") {
   PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.3, 3);
   problem.method = Method::cat;
   const PackingResult whole = pack(problem);
@@ -180,7 +180,7 @@ TEST_CASE("Growth that ended out of reach goes on with higher limits") {
   REQUIRE(test::sameBits(pack(problem), whole));
 }
 
-TEST_CASE("A run can be interrupted in any stage, and leaves a state of that stage") {
+TEST_CASE("A run can be interrupted in any stage and leaves a state of that stage") {
   // False when the run had no such stage.
   const auto interruptedIn = [](PackingProblem problem, Stage wanted) {
     PackingState last;
@@ -210,7 +210,7 @@ TEST_CASE("A run can be interrupted in any stage, and leaves a state of that sta
   CHECK(interruptedIn(grown, Stage::growth));
 }
 
-TEST_CASE("Problems are told apart by what decides the packing, and by nothing else") {
+TEST_CASE("Problems are distinguished by everything that determines the packing and by nothing else") {
   const auto sample = [] { return mixtureIn(longBox(), 0.3, 1); };
   const std::string digest = digestOf(sample());
   REQUIRE(digest.size() == 32);
@@ -236,7 +236,7 @@ TEST_CASE("Problems are told apart by what decides the packing, and by nothing e
   }));
 }
 
-TEST_CASE("Whatever a state says that can be read, the run that goes on from it ends with a certificate") {
+TEST_CASE("A run continued from any readable state ends with a certificate") {
   const bool growing = GENERATE(false, true);
   PackingProblem problem = mixtureIn(test::periodicCube(growing ? 14.0 : 20.0), growing ? 0.3 : 0.5, 3);
   if (growing) problem.method = Method::cat;

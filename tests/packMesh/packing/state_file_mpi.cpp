@@ -47,7 +47,8 @@ std::vector<double> numbersOf(const PackingResult& result, const Communicator& r
 
 }  // namespace
 
-TEST_CASE("State files have the same bytes on any number of ranks, and runs go on on any other", "[mpi]") {
+TEST_CASE("State files have the same bytes on any number of ranks, and any other number can continue them",
+          "[mpi]") {
   const Communicator ranks = Communicator::world();
   std::optional<test::TemporaryFolder> folder;
   if (ranks.rank() == 0) folder.emplace();
@@ -76,7 +77,7 @@ TEST_CASE("State files have the same bytes on any number of ranks, and runs go o
   }
 }
 
-TEST_CASE("What is wrong with a state file, or with writing it, all ranks are told", "[mpi]") {
+TEST_CASE("Errors of reading or writing a state file are reported on all ranks", "[mpi]") {
   const Communicator ranks = Communicator::world();
   PackingProblem problem = sampleProblem();
   problem.communicator = ranks;

@@ -45,7 +45,7 @@ void writeBytes(const fs::path& file, const std::string& bytes) {
 
 }  // namespace
 
-TEST_CASE("A state reads back as it was written, and its bytes are the same every time") {
+TEST_CASE("A state reads back unchanged, and its bytes are reproducible") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "state.h5", again = folder.path() / "again.h5";
   const PackingProblem problem = sampleProblem();
@@ -70,7 +70,7 @@ TEST_CASE("A state reads back as it was written, and its bytes are the same ever
   REQUIRE(std::distance(fs::directory_iterator(folder.path()), {}) == 2);
 }
 
-TEST_CASE("Files that are no state of this problem are refused by name") {
+TEST_CASE("Files that are not a state of this problem are rejected by name") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "state.h5";
   PackingProblem problem = sampleProblem();
@@ -93,15 +93,15 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
   }
   SECTION("empty, text, a folder, a pipe") {
     writeBytes(file, "");
-    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("not a packMesh state"));
     writeBytes(file, "12\n1 2 3\n");
-    REQUIRE_THAT(refusal(), Contains("not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("not a packMesh state"));
     fs::remove(file);
     fs::create_directory(file);
-    REQUIRE_THAT(refusal(), Contains("is a folder, expected a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is a folder, expected a packMesh state"));
     fs::remove(file);
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);  // nobody writes into it: no waiting
-    REQUIRE_THAT(refusal(), Contains("is a pipe, expected a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is a pipe, expected a packMesh state"));
   }
   SECTION("truncated") {
     for (const double share : {0.1, 0.5, 0.9, 0.9999}) {
@@ -111,7 +111,7 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
   }
   SECTION("another program's HDF5 file") {
     H5Fclose(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
-    REQUIRE_THAT(refusal(), Contains("is an HDF5 file, but not a state of packMesh"));
+    REQUIRE_THAT(refusal(), Contains("is an HDF5 file, but not a packMesh state"));
   }
   SECTION("another version") {
     std::string other = bytes;
@@ -146,7 +146,7 @@ TEST_CASE("Files that are no state of this problem are refused by name") {
   }
 }
 
-TEST_CASE("What cannot be written leaves the older state") {
+TEST_CASE("A failure to write keeps the previous state") {
   const test::TemporaryFolder folder;
   const PackingProblem problem = sampleProblem();
   const PackingState state = sampleState(problem);
@@ -164,7 +164,7 @@ TEST_CASE("What cannot be written leaves the older state") {
   REQUIRE_FALSE(fs::exists(temporaryName(folder.path() / "folder.h5", 0, "new")));
 }
 
-TEST_CASE("States with numbers that no run has are refused, whoever sealed them") {
+TEST_CASE("States with impossible numbers are rejected, even with a valid seal") {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "state.h5";
   const PackingProblem problem = sampleProblem();

@@ -14,7 +14,7 @@ using Catch::Contains;
 using test::periodicCube;
 using test::redCellProblem;
 
-TEST_CASE("Problems that cannot be posed are refused with a reason", "[packing]") {
+TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   REQUIRE_NOTHROW(validate(problem));
 
@@ -71,7 +71,7 @@ TEST_CASE("Problems that cannot be posed are refused with a reason", "[packing]"
   }
 }
 
-TEST_CASE("A cell that fits in no orientation is refused", "[packing]") {
+TEST_CASE("A cell that fits in no orientation is rejected", "[packing]") {
   const std::string wall = "would meet the wall", image = "would meet its own periodic image";
   const auto box = [](const Vec3& size, const std::array<bool, 3>& periodic) {
     return std::shared_ptr<const Container>(makeBox({Vec3::Zero(), size}, periodic));
@@ -104,7 +104,7 @@ TEST_CASE("A cell that fits in no orientation is refused", "[packing]") {
                         Contains("species 'RBC' (7.8") && Contains("in any orientation: it " + row.refusal));
 }
 
-TEST_CASE("The volume of all cells is counted", "[packing]") {
+TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   const auto sphere = test::sphereShape(1.0);
   problem.species.push_back({"sphere", sphere, 7, nullptr});

@@ -46,7 +46,7 @@ std::vector<std::pair<std::string, Item>> itemsOf(const tinyxml2::XMLElement& el
 
 }  // namespace
 
-TEST_CASE("The companion of a state names every table with its size, and no mesh twice") {
+TEST_CASE("The companion of a state names every table with its size, and each mesh once") {
   const test::TemporaryFolder folder;
   const fs::path state = folder.path() / "my state.h5", xdmf = folder.path() / "my state.xdmf";
   PackingProblem problem = test::mixtureIn(test::periodicCube(25.0), 0.4, 3);
@@ -77,7 +77,7 @@ TEST_CASE("The companion of a state names every table with its size, and no mesh
   REQUIRE(grids == std::set<std::string>{"cells", "RBC_mesh", "A < B & \"C\"_mesh"});
 }
 
-TEST_CASE("The last state of a run holds what was measured, and earlier ones say that nothing was") {
+TEST_CASE("The last state of a run contains measurements, and earlier ones state that there are none") {
   const test::TemporaryFolder folder;
   PackingProblem problem = test::mixtureIn(test::periodicCube(25.0), 0.4, 3);
   std::vector<PackingState> states;

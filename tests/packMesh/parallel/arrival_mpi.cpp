@@ -5,7 +5,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Ranks that have failed learn whether the others have, too", "[mpi]") {
+TEST_CASE("Failed ranks find out whether all others have failed, too", "[mpi]") {
   const Communicator ranks = Communicator::world();
   Arrival all(ranks), some(ranks);
   REQUIRE(all.ofAll(600.0));

@@ -37,7 +37,8 @@ Vec3 randomPoint(const Box& box, std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("Blocks are at least two ranges wide, one or even along periodic axes", "[distributed]") {
+TEST_CASE("Blocks are at least two ranges wide, and one or an even number along periodic axes",
+          "[distributed]") {
   std::mt19937 random(1);
   for (int n = 0; n < 300; ++n) {
     const Domain d = randomDomain(random);
@@ -56,7 +57,7 @@ TEST_CASE("Blocks are at least two ranges wide, one or even along periodic axes"
           std::array<int, 3>{4, 4, 5});
 }
 
-TEST_CASE("Blocks can be counted, however large the domain and however small the cells", "[distributed]") {
+TEST_CASE("The number of blocks is limited for any size of domain and cells", "[distributed]") {
   const Box metre{Vec3::Zero(), Vec3::Constant(1e6)};
   const BlockGrid many(metre, metre.size(), 1e-3, 0.0);
   REQUIRE(many.count() == 1000 * 1000 * 1000);
@@ -65,7 +66,8 @@ TEST_CASE("Blocks can be counted, however large the domain and however small the
   REQUIRE(BlockGrid(metre, Vec3::Zero(), 0.0, 0.0).count() == 1);
 }
 
-TEST_CASE("Every point has a block, points outside that of the nearest point inside", "[distributed]") {
+TEST_CASE("Every point has a block, and points outside have that of the nearest point inside",
+          "[distributed]") {
   std::mt19937 random(2);
   for (int n = 0; n < 100; ++n) {
     const Domain d = randomDomain(random);
@@ -113,7 +115,7 @@ TEST_CASE("Blocks that touch, also across a periodic face, differ in colour", "[
   }
 }
 
-TEST_CASE("What two blocks of one colour change never overlaps", "[distributed]") {
+TEST_CASE("Changes by two blocks of one colour never overlap", "[distributed]") {
   // Cells of a block, and cells within the range of them, against those of every other block of its colour.
   std::mt19937 random(4);
   for (int n = 0; n < 30; ++n) {
@@ -186,8 +188,7 @@ TEST_CASE("Blocks around a block are those that touch it", "[distributed]") {
   }
 }
 
-TEST_CASE("wrapped() moves points into one period, forEachImage finds all images that come near",
-          "[distributed]") {
+TEST_CASE("wrapped() moves points into one period, and forEachImage finds all near images", "[distributed]") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> reachOf(0.1, 30.0);
   for (int n = 0; n < 200; ++n) {

@@ -18,7 +18,7 @@ BlockGrid gridOf(int x, int y, int z, const Vec3& periodic) {
 
 }  // namespace
 
-TEST_CASE("Even work is shared out evenly, empty blocks cost nothing", "[distributed]") {
+TEST_CASE("Equal work is distributed equally, and empty blocks cost nothing", "[distributed]") {
   std::mt19937 random(1);
   for (const int ranks : {1, 2, 3, 7, 16}) {
     const BlockGrid grid = gridOf(12, 10, 8, Vec3::Ones());
@@ -38,7 +38,7 @@ TEST_CASE("Even work is shared out evenly, empty blocks cost nothing", "[distrib
   }
 }
 
-TEST_CASE("More ranks than blocks leaves ranks idle", "[distributed]") {
+TEST_CASE("Some ranks are idle if there are more ranks than blocks", "[distributed]") {
   const BlockGrid grid = gridOf(2, 1, 1, Vec3::Zero());
   const BlockOwners owners(grid, {5, 7}, 8);
   REQUIRE(owners.of(0) != owners.of(1));

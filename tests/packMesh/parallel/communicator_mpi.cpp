@@ -6,7 +6,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Reductions are over all ranks", "[mpi]") {
+TEST_CASE("Reductions include all ranks", "[mpi]") {
   const Communicator ranks = Communicator::world();
   const int n = ranks.size(), r = ranks.rank();
   REQUIRE(ranks.sum(std::int64_t(r + 1)) == n * (n + 1) / 2);
@@ -27,7 +27,7 @@ TEST_CASE("Reductions are over all ranks", "[mpi]") {
     REQUIRE(ranks.broadcast("rank " + std::to_string(r), root) == "rank " + std::to_string(root));
 }
 
-TEST_CASE("What is sent arrives, nothing included", "[mpi]") {
+TEST_CASE("exchange delivers all items, including empty messages", "[mpi]") {
   const Communicator ranks = Communicator::world();
   const int n = ranks.size(), r = ranks.rank();
   std::vector<std::vector<int>> to(n);
@@ -48,7 +48,7 @@ TEST_CASE("What is sent arrives, nothing included", "[mpi]") {
   REQUIRE(visited == (r == 0 ? expected : std::vector<int>()));
 }
 
-TEST_CASE("Peers get messages of any length up to the longest, again and again", "[mpi]") {
+TEST_CASE("Peers exchange messages of any length up to the longest, repeatedly", "[mpi]") {
   const Communicator ranks = Communicator::world();
   const std::int64_t before = ranks.traffic().bytes;
   std::vector<Communicator::Peer> peers;

@@ -37,7 +37,7 @@ PackingProblem inColumns(double edge, double fraction, std::uint64_t seed = 1) {
 
 }  // namespace
 
-TEST_CASE("Columns that have room do not meet, in boxes of any shape", "[placement]") {
+TEST_CASE("Columns with enough room do not meet in boxes of any shape", "[placement]") {
   const test::ShapePointer shape = test::redCellShape();
   constexpr double gap = 0.02;
   int roomy = 0;
@@ -59,7 +59,7 @@ TEST_CASE("Columns that have room do not meet, in boxes of any shape", "[placeme
   CHECK(roomy >= 12);
 }
 
-TEST_CASE("Cells of any shape stand in columns by the cylinder around them", "[placement]") {
+TEST_CASE("Cells of any shape are stacked in columns by their bounding cylinder", "[placement]") {
   const Box box{Vec3::Zero(), Vec3::Constant(60)};
   for (const test::NamedShape& one : test::allShapes()) {
     CAPTURE(one.name);
@@ -72,7 +72,7 @@ TEST_CASE("Cells of any shape stand in columns by the cylinder around them", "[p
   CHECK(Columns(*test::redCellShape(), 2200, box, 0.1, 3).room() < 1.0);
 }
 
-TEST_CASE("Columns depend on the seed, cells on nothing but it", "[placement]") {
+TEST_CASE("Columns depend on the seed, and poses depend on nothing else", "[placement]") {
   const Box box{Vec3::Zero(), Vec3::Constant(30)};
   const Columns first(*test::redCellShape(), 150, box, 0.02, 1),
       same(*test::redCellShape(), 150, box, 0.02, 1), other(*test::redCellShape(), 150, box, 0.02, 2);
@@ -97,13 +97,13 @@ TEST_CASE("Packings in columns are denser than random ones can be", "[packing]")
   }
 }
 
-TEST_CASE("Platelets find room among columns", "[packing]") {
+TEST_CASE("Platelets fit between columns", "[packing]") {
   PackingProblem problem = inColumns(40.0, 0.45);
   problem.species.push_back({"PLT", test::hemocellShape("PLT"), 30, nullptr});
   CHECK(pack(problem).outcome == Outcome::certified);
 }
 
-TEST_CASE("Columns are refused where they cannot be", "[packing]") {
+TEST_CASE("Columns are rejected where they are not possible", "[packing]") {
   PackingProblem problem = inColumns(40.0, 0.3);
   problem.container = makeCylinder(Vec3(20, 20, 20), 2, 15, 40, true);
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("periodic along all axes"));

@@ -16,7 +16,7 @@ bool same(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-TEST_CASE("Cells start uniformly over a periodic box", "[placement]") {
+TEST_CASE("Initial positions are uniform over a periodic box", "[placement]") {
   const auto shape = test::redCellShape();
   const Box bounds{{-5, 0, 10}, {15, 30, 20}};
   constexpr int count = 20000;
@@ -37,7 +37,7 @@ TEST_CASE("Cells start uniformly over a periodic box", "[placement]") {
   REQUIRE((axis / count).norm() < 0.05);
 }
 
-TEST_CASE("Cells start more evenly spread than independent points", "[placement]") {
+TEST_CASE("Initial positions are more evenly spread than independent points", "[placement]") {
   const auto shape = test::redCellShape();
   const Box bounds{{0, 0, 0}, {50, 50, 50}};
   constexpr int perEdge = 5, count = 1000;
@@ -70,7 +70,8 @@ TEST_CASE("A pose is a function of the seed and the cell's number alone", "[plac
   REQUIRE(placeRandomly({shape.get(), nullptr, 0, 0}, bounds, 3, true).empty());
 }
 
-TEST_CASE("Cells start inside the lumen, off the wall where there is room", "[placement]") {
+TEST_CASE("Initial positions are inside the lumen, and away from the wall where there is room",
+          "[placement]") {
   const auto shape = test::redCellShape();
   const auto sphere = makeSphere(Vec3(1, 2, 3), 10.0);
   const double thin = shape->bound().semiAxes.minCoeff();

@@ -124,7 +124,7 @@ SpeciesModel modelOf(const NamedShape& shape) {
 
 }  // namespace
 
-TEST_CASE("All instruction sets give the same bits", "[relaxation][kernel]") {
+TEST_CASE("Contact kernels of all instruction sets give the same bits", "[relaxation][kernel]") {
   std::vector<InstructionSet> others;
   if (available(InstructionSet::avx2)) others.push_back(InstructionSet::avx2);
   if (available(InstructionSet::avx512)) others.push_back(InstructionSet::avx512);
@@ -200,7 +200,7 @@ TEST_CASE("Contacts are the sums over all sample points, with or without culling
     }
 }
 
-TEST_CASE("Penetrations are those into the surface itself", "[relaxation][kernel]") {
+TEST_CASE("Penetrations are measured to the surface itself", "[relaxation][kernel]") {
   std::mt19937 random(3);
   for (const NamedShape& surface : test::allShapes()) {
     CAPTURE(surface.name);
@@ -249,7 +249,8 @@ TEST_CASE("Penetrations are those into the surface itself", "[relaxation][kernel
   }
 }
 
-TEST_CASE("Without a contact, no sample point is nearer than the kernel says", "[relaxation][kernel]") {
+TEST_CASE("Without a contact, no sample point is closer than the bound given by the kernel",
+          "[relaxation][kernel]") {
   std::mt19937 random(4);
   int checked = 0;
   for (const NamedShape& surface : test::allShapes()) {
@@ -276,7 +277,7 @@ TEST_CASE("Without a contact, no sample point is nearer than the kernel says", "
   REQUIRE(checked > 200);
 }
 
-TEST_CASE("Clusters outside the mask do not touch before the cells have moved by the margin",
+TEST_CASE("Clusters outside the mask have no contact before the cells have moved by the margin",
           "[relaxation][kernel]") {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -320,7 +321,7 @@ TEST_CASE("Clusters outside the mask do not touch before the cells have moved by
   REQUIRE(spared > 300);
 }
 
-TEST_CASE("What stands in the padding of clusters does not matter", "[relaxation][kernel]") {
+TEST_CASE("The padding of clusters has no effect", "[relaxation][kernel]") {
   std::mt19937 random(5);
   const NamedShape surface{"red cell", test::redCellShape()};
   const SpeciesModel b = modelOf(surface);

@@ -89,7 +89,7 @@ std::set<Key> bruteForce(const Scene& s) {
 
 }  // namespace
 
-TEST_CASE("Pairs are those of brute force over all images, each once", "[relaxation]") {
+TEST_CASE("Pairs agree with brute force over all images, without repetition", "[relaxation]") {
   std::size_t total = 0, ownImages = 0;
   for (unsigned seed = 0; seed < 48; ++seed) {
     CAPTURE(seed);
@@ -107,7 +107,7 @@ TEST_CASE("Pairs are those of brute force over all images, each once", "[relaxat
   REQUIRE(ownImages > 50);
 }
 
-TEST_CASE("Pairs stand with the block of the smaller id, in the order of ids and shifts", "[relaxation]") {
+TEST_CASE("Pairs are stored at the block of the smaller id, in order of ids and shifts", "[relaxation]") {
   for (unsigned seed = 0; seed < 16; ++seed) {
     const Scene s = randomScene(seed, 120, 1.5, 25.0);
     const PairList pairs = list(s);
@@ -129,7 +129,7 @@ TEST_CASE("Pairs stand with the block of the smaller id, in the order of ids and
   }
 }
 
-TEST_CASE("No bodies, no pairs, one body in a large period has none", "[relaxation]") {
+TEST_CASE("There are no pairs without cells or with one cell in a large period", "[relaxation]") {
   const Box bounds{{0, 0, 0}, {20, 20, 20}};
   const PairList none = listPairs({}, {1.0}, 0.1, bounds, bounds.size(), 4);
   REQUIRE(none.pairs.empty());

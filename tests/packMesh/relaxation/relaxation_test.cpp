@@ -57,7 +57,8 @@ bool sameState(const std::vector<Body>& a, const std::vector<Body>& b) {
 
 }  // namespace
 
-TEST_CASE("Two overlapping spheres part along the line of their centres, to the clearance", "[relaxation]") {
+TEST_CASE("Two overlapping spheres separate along the line of their centres, to the clearance",
+          "[relaxation]") {
   const auto sphere = test::sphereShape(1.0);
   for (const double clearance : {0.02, 0.25}) {
     RelaxationInput input = inputFor({sphere.get()}, cube(20.0), Vec3::Zero());
@@ -75,7 +76,7 @@ TEST_CASE("Two overlapping spheres part along the line of their centres, to the 
   }
 }
 
-TEST_CASE("Cells part across a periodic face as they do inside", "[relaxation]") {
+TEST_CASE("Cells separate across a periodic face as they do inside", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(30.0);
   const auto run = [&](const Vec3& at) {
@@ -106,7 +107,7 @@ TEST_CASE("The heavier cell moves less", "[relaxation]") {
   REQUIRE(heavyMoved > 0.0);
 }
 
-TEST_CASE("Same seed, same bits, whatever the order of the bodies, another seed differs", "[relaxation]") {
+TEST_CASE("Relaxation depends on the seed, not on the order of the cells", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(25.0);
   const auto run = [&](std::uint64_t seed, bool reversed) {
@@ -123,7 +124,7 @@ TEST_CASE("Same seed, same bits, whatever the order of the bodies, another seed 
   REQUIRE_FALSE(sameState(run(2, false), first));
 }
 
-TEST_CASE("Penetrations go down, and are gone at a fraction of 0.4", "[relaxation]") {
+TEST_CASE("Penetrations decrease, and vanish at a fraction of 0.4", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(25.0);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
@@ -179,7 +180,7 @@ TEST_CASE("Walls push cells into the lumen", "[relaxation]") {
   }
 }
 
-TEST_CASE("More clearance can be demanded of a pair and of a cell at the wall", "[relaxation]") {
+TEST_CASE("More clearance can be required of a pair and of a cell at the wall", "[relaxation]") {
   const auto sphere = test::sphereShape(1.0);
   const auto container = makeBox(cube(12.0), {false, false, false});
   RelaxationInput input = inputFor({sphere.get()}, cube(12.0), Vec3::Zero());
@@ -207,7 +208,7 @@ TEST_CASE("More clearance can be demanded of a pair and of a cell at the wall", 
   REQUIRE(relaxation.lastSweep().deepest < 1e-3);
 }
 
-TEST_CASE("Without rotation, orientations stay", "[relaxation]") {
+TEST_CASE("Without rotation, orientations do not change", "[relaxation]") {
   const auto shape = test::redCellShape();
   RelaxationInput input = inputFor({shape.get()}, cube(25.0), Vec3::Constant(25.0));
   input.rotate = false;
@@ -234,7 +235,7 @@ TEST_CASE("A few small cells in a large lumen cost little", "[relaxation]") {
   REQUIRE(empty.sweep(1.0).contacts == 0);
 }
 
-TEST_CASE("Schedules stop when they are told to", "[relaxation]") {
+TEST_CASE("Schedules stop when requested", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(20.0);
   // 0.75: out of reach
@@ -257,7 +258,7 @@ TEST_CASE("Schedules stop when they are told to", "[relaxation]") {
   REQUIRE(relaxation.sweeps() == 38);
 }
 
-TEST_CASE("Dense cells do not lock in each other, and those that have come loose again", "[relaxation]") {
+TEST_CASE("The relaxation schedule unlocks interlocked dense cells", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(30.0);
   const int count = static_cast<int>(0.62 * bounds.volume() / shape->volume());
@@ -293,7 +294,7 @@ TEST_CASE("Dense cells do not lock in each other, and those that have come loose
   }
 }
 
-TEST_CASE("Ellipsoids are resolved as soon whichever axis is the thin one", "[relaxation]") {
+TEST_CASE("Ellipsoids are resolved equally fast for any shortest axis", "[relaxation]") {
   const Box bounds = cube(32.0);
   for (const Vec3& axes : {Vec3(8.0, 3.0, 8.0), Vec3(8.0, 8.0, 3.0), Vec3(3.0, 8.0, 8.0),
                            Vec3(3.0, 10.0, 3.0), Vec3(9.8, 6.6, 3.5)}) {

@@ -105,7 +105,7 @@ double worstError(const NamedContainer& c, const WallField& field, bool deep, st
 
 }  // namespace
 
-TEST_CASE("All instruction sets see the same wall to the bit", "[relaxation][kernel][wall]") {
+TEST_CASE("Wall kernels of all instruction sets give the same bits", "[relaxation][kernel][wall]") {
   std::vector<InstructionSet> others;
   if (available(InstructionSet::avx2)) others.push_back(InstructionSet::avx2);
   if (available(InstructionSet::avx512)) others.push_back(InstructionSet::avx512);
@@ -137,7 +137,8 @@ TEST_CASE("All instruction sets see the same wall to the bit", "[relaxation][ker
   REQUIRE(apart > 300);
 }
 
-TEST_CASE("Sixteen points at once are as far from the wall as each by itself", "[relaxation][kernel][wall]") {
+TEST_CASE("Wall distances of sixteen points at once equal those of single points",
+          "[relaxation][kernel][wall]") {
   std::mt19937 random(2);
   for (const NamedContainer& c : test::allContainers()) {
     CAPTURE(c.name);
@@ -228,7 +229,7 @@ TEST_CASE("Contacts with the wall are the sums over all sample points", "[relaxa
   REQUIRE(several > 20);
 }
 
-TEST_CASE("Without a contact, no sample point is nearer to the wall than the kernel says",
+TEST_CASE("Without a contact, no sample point is closer to the wall than the bound given by the kernel",
           "[relaxation][kernel][wall]") {
   std::mt19937 random(4);
   int checked = 0;
@@ -262,7 +263,7 @@ TEST_CASE("Without a contact, no sample point is nearer to the wall than the ker
   REQUIRE(checked > 200);
 }
 
-TEST_CASE("Clusters outside the mask do not touch the wall before the cell has moved by the margin",
+TEST_CASE("Clusters outside the mask have no wall contact before the cell has moved by the margin",
           "[relaxation][kernel][wall]") {
   std::mt19937 random(5);
   int touching = 0, spared = 0;
@@ -298,7 +299,7 @@ TEST_CASE("Clusters outside the mask do not touch the wall before the cell has m
   REQUIRE(spared > 300);
 }
 
-TEST_CASE("A cell between two walls has a contact with either", "[relaxation][kernel][wall]") {
+TEST_CASE("A cell between two walls has a contact with each", "[relaxation][kernel][wall]") {
   const auto sphere = test::sphereShape(2.0);
   const SpeciesModel model = modelOf(*sphere);
   const auto slit = makeBox(Box{Vec3::Zero(), Vec3(20.0, 20.0, 3.8)}, {true, true, false});

@@ -59,7 +59,7 @@ void checkLayout(const SamplePoints& s) {
 
 }  // namespace
 
-TEST_CASE("Every vertex is a sample, every surface point is near one", "[shape]") {
+TEST_CASE("Every vertex is a sample, and every surface point is near one", "[shape]") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   std::vector<TriangleMesh> meshes = {sample::box({-1, -2, -3}, {1, 2, 3}), test::icosphere(0, 4.0)};
@@ -87,7 +87,7 @@ TEST_CASE("Every vertex is a sample, every surface point is near one", "[shape]"
     }
 }
 
-TEST_CASE("Samples lie on the surface, also where meshes are far from the origin", "[shape]") {
+TEST_CASE("Samples lie on the surface, also for meshes far from the origin", "[shape]") {
   TriangleMesh mesh = sample::box({100, 200, -300}, {104, 203, -299});
   const SamplePoints samples = sampleSurface(mesh, 0.5);
   checkLayout(samples);
@@ -98,7 +98,7 @@ TEST_CASE("Samples lie on the surface, also where meshes are far from the origin
   }
 }
 
-TEST_CASE("Coarse samples are a spread subset of the vertices", "[shape]") {
+TEST_CASE("Coarse samples are an evenly spread subset of the vertices", "[shape]") {
   for (const test::NamedShape& shape : test::allShapes()) {
     CAPTURE(shape.name);
     const TriangleMesh& mesh = shape.shape->mesh();

@@ -8,7 +8,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Distance, foot and bound of every kind of shape against the mesh") {
+TEST_CASE("Distance, nearest point and bound of every kind of shape agree with the mesh") {
   std::mt19937 random(21);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const auto& [name, shape] : test::allShapes()) {
@@ -38,7 +38,7 @@ TEST_CASE("Distance, foot and bound of every kind of shape against the mesh") {
   }
 }
 
-TEST_CASE("Far away, too, the foot is on the surface") {
+TEST_CASE("Far away, the nearest point is still on the surface") {
   std::mt19937 random(22);
   for (const auto& [name, shape] : test::allShapes()) {
     if (!std::holds_alternative<ProfileSurface>(shape->field())) continue;
@@ -57,7 +57,7 @@ TEST_CASE("Far away, too, the foot is on the surface") {
   }
 }
 
-TEST_CASE("Inside an ellipsoid the depth is the same whichever axis is called y, and never too much") {
+TEST_CASE("The depth inside an ellipsoid does not depend on the order of the axes and is never too large") {
   std::mt19937 random(23);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   const auto turned = [](const Vec3& v) { return Vec3(v.z(), v.x(), v.y()); };
@@ -84,7 +84,7 @@ TEST_CASE("Inside an ellipsoid the depth is the same whichever axis is called y,
   }
 }
 
-TEST_CASE("The thickness of a mesh does not depend on how it lies in its file") {
+TEST_CASE("The thickness of a mesh does not depend on its orientation in the file") {
   TriangleMesh mesh = test::redCellShape()->mesh();
   const double expected = test::redCellShape()->halfThickness();
   CHECK(expected == Approx(1.15).margin(0.01));
@@ -97,7 +97,7 @@ TEST_CASE("The thickness of a mesh does not depend on how it lies in its file") 
   }
 }
 
-TEST_CASE("A thin plate has a thickness, too") {
+TEST_CASE("A thin plate has the right thickness") {
   const Shape plate(sample::box({-4.0, -4.0, -0.02}, {4.0, 4.0, 0.02}));
   CHECK(plate.halfThickness() > 0.0);
   CHECK(plate.halfThickness() < 0.1);
