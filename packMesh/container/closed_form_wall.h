@@ -4,17 +4,14 @@
 
 #include <limits>
 
-#include "packMesh/core/vector.h"
+#include "packMesh/field/distance_source.h"
 
 namespace packmesh {
 
 /// Distance to the wall at one point: positive inside the lumen [µm], gradient pointing into the lumen.
 /// Precise where |distance| is below about a micrometre, of the right sign and a lower bound of the distance
 /// within `Wall::slack()` further away.
-struct WallDistance {
-  double distance;
-  Vec3 gradient;
-};
+using WallDistance = DistanceSample;
 
 /// A round wall, planes across the axes, or both: cylinders, spheres, boxes and what is periodic of them.
 struct ClosedFormWall {

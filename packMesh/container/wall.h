@@ -8,19 +8,11 @@
 
 #include "packMesh/container/closed_form_wall.h"
 #include "packMesh/core/sphere.h"
+#include "packMesh/field/distance_source.h"
 #include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
-
-/// Nodes of a grid: (i,j,k) is at origin + spacing * (i,j,k) [µm].
-struct NodeBlock {
-  Vec3 origin = Vec3::Zero();
-  double spacing = 1.0;
-  int nodes[3] = {0, 0, 0};
-
-  Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
-};
 
 /// What a wall says of a placed mesh.
 struct WallVerdict {
@@ -34,10 +26,8 @@ struct WallVerdict {
 };
 
 /// The wall as one species of cells meets it.
-class Wall {
+class Wall : public DistanceSource {
  public:
-  virtual ~Wall() = default;
-
   /// Distance and gradient at `p` [µm]; defined everywhere, also outside the lumen.
   virtual WallDistance distance(const Vec3& p) const = 0;
 
@@ -54,7 +44,7 @@ class Wall {
   /// Distances [µm] at the nodes of a block, x fastest: what distance() says there, to rounding or to within
   /// what interpolation at the samplingSpacing() errs by; several spacings inside the lumen it may be less,
   /// but not below three fifths of it. Overridden where that is cheaper than node by node.
-  virtual void sample(const NodeBlock& block, float* distances) const;
+  void sample(const NodeBlock& block, float* distances) const override;
 
   /// Whether it is certain, at little cost, that a mesh in this sphere violates nothing and is further than
   /// `gap` from the wall [µm].

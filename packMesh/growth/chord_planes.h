@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "packMesh/certificate/periodic_neighbors.h"
-#include "packMesh/container/sampled_wall.h"
+#include "packMesh/field/sampled_distance.h"
 #include "packMesh/growth/growth_state.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/resampling.h"
@@ -39,12 +39,12 @@ class ChordPlanes {
     const Shape* shape;
     SurfaceDistance field;
     const Wall* wall;
-    std::shared_ptr<const SampledWall> sampledWall;  ///< asked instead where the wall has no closed form
+    std::shared_ptr<const SampledDistance> sampledWall;  ///< asked instead where the wall has no closed form
     LevelsOfDetail levels;
     std::vector<SamplePoints> points;  ///< of each level
 
     WallDistance toWall(const Vec3& p) const {
-      return sampledWall ? sampledWall->distance(p) : wall->distance(p);
+      return sampledWall ? sampledWall->sample(p) : wall->distance(p);
     }
   };
   /// A cell with what all its chords need.
