@@ -38,7 +38,7 @@ std::optional<std::array<int, 3>> nodeOf(const Vec3& p, const Lattice& lattice) 
 /// Contacts are only searched for up to the clearance plus this distance from the wall [µm].
 constexpr double noContact = 0.3;
 
-/// Interpolates the distances at the nodes of a block from those at every second node.
+/// Distances at the nodes of a block from those at every other node: their means, which need no Trilinear.
 void refine(const std::vector<float>& coarse, const NodeBlock& block, float* distances) {
   const int row = (block.nodes[0] + 1) / 2, slab = row * ((block.nodes[1] + 1) / 2);
   for (int k = 0; k < block.nodes[2]; ++k)

@@ -8,13 +8,22 @@
 #include <cstring>
 #include <limits>
 
+#include "packMesh/field/grid_cell.h"
+
 namespace packmesh::hemocell {
 namespace {
 
-/// Number of nodes around a brick that can contain the nearest cube within farReach, and width of brick and
+/// Edge of a brick, whose cells are half as large [nodes].
+constexpr int brickNodes = BrickView::cells / 2;
+
+int bricksAlong(int nodes) {
+  return (nodes + brickNodes - 1) / brickNodes;
+}
+
+/// Nodes around a brick in which the nearest cube within farReach must lie, and the width of brick and
 /// margins.
-constexpr int margin = 3, window = 4 + 2 * margin;
-/// Limit of squared distances, in units of (dx/2)²: farReach.
+constexpr int margin = 3, window = brickNodes + 2 * margin;
+/// Squared distances are cut off here, in units of (dx/2)²: farReach.
 constexpr int codeLimit = 36;
 
 /// Coarse samples are `step` nodes apart. For a single point at least fineReach - nearError nodes away, their
@@ -143,49 +152,22 @@ struct Decoder {
 };
 const Decoder decoder;
 
-/// Trilinear interpolation between corner values c[z][y][x] at t in [0, 1]³; gradient per cell.
-double trilinear(const float (&c)[2][2][2], const double (&t)[3], Vec3& gradient) {
-  double value[2][2], along[2][2];
-  for (int z = 0; z < 2; ++z)
-    for (int y = 0; y < 2; ++y) {
-      along[z][y] = double(c[z][y][1]) - c[z][y][0];
-      value[z][y] = c[z][y][0] + t[0] * along[z][y];
-    }
-  const double low = value[0][0] + t[1] * (value[0][1] - value[0][0]);
-  const double high = value[1][0] + t[1] * (value[1][1] - value[1][0]);
-  const double alongLow = along[0][0] + t[1] * (along[0][1] - along[0][0]);
-  const double alongHigh = along[1][0] + t[1] * (along[1][1] - along[1][0]);
-  gradient = {alongLow + t[2] * (alongHigh - alongLow),
-              (1.0 - t[2]) * (value[0][1] - value[0][0]) + t[2] * (value[1][1] - value[1][0]), high - low};
-  return low + t[2] * (high - low);
-}
-
 }  // namespace
 
 VoxelDistance::VoxelDistance(const Lattice& inside)
     : dx_(inside.dx()),
       nodes_(inside.nodes()),
       inside_(inside),
-      step_(coarsenessOf(inside.nodes()).step),
-      farError_(coarsenessOf(inside.nodes()).error) {
-  for (int k = 0; k < 3; ++k) {
-    bricks_[k] = (nodes_[k] + brickNodes - 1) / brickNodes;
-    samples_[k] = bricks_[k] * brickNodes / step_ + 1;
-  }
-  brick_.resize(std::size_t(bricks_[0]) * bricks_[1] * bricks_[2]);
-  isMade_.resize(brick_.size());
+      bricks_({bricksAlong(nodes_[0]), bricksAlong(nodes_[1]), bricksAlong(nodes_[2])}),
+      farError_(coarsenessOf(inside.nodes()).error) {}
+
+const std::int8_t* VoxelDistance::brick(const std::array<int, 3>& at) const {
+  const int(&count)[3] = bricks_.count();
+  return bricks_.at(at[0] + count[0] * (at[1] + std::size_t(count[1]) * at[2]),
+                    [&](std::int8_t* codes) { return makeBrick(at, codes); });
 }
 
-const VoxelDistance::Brick* VoxelDistance::brick(const std::array<int, 3>& at) const {
-  const std::size_t index = at[0] + bricks_[0] * (at[1] + std::size_t(bricks_[1]) * at[2]);
-  if (!isMade_[index]) {
-    brick_[index] = makeBrick(at);
-    isMade_[index] = true;
-  }
-  return brick_[index].get();
-}
-
-std::unique_ptr<VoxelDistance::Brick> VoxelDistance::makeBrick(const std::array<int, 3>& at) const {
+bool VoxelDistance::makeBrick(const std::array<int, 3>& at, std::int8_t* codes) const {
   constexpr unsigned all = (1u << window) - 1;
   std::array<std::array<unsigned, window>, window> in, out;
   unsigned anyIn = 0, anyOut = 0;
@@ -197,20 +179,20 @@ std::unique_ptr<VoxelDistance::Brick> VoxelDistance::makeBrick(const std::array<
       anyIn |= in[k][j];
       anyOut |= out[k][j];
     }
-  if (anyIn == 0 || anyOut == 0) return nullptr;
+  if (anyIn == 0 || anyOut == 0) return false;
   const BrickCodes toIn = codesOf(in), toOut = codesOf(out);
-  auto brick = std::make_unique<Brick>();
-  for (int z = 0; z < brickSamples; ++z)
-    for (int y = 0; y < brickSamples; ++y) {
+  constexpr int samples = BrickView::row;
+  for (int z = 0; z < samples; ++z)
+    for (int y = 0; y < samples; ++y) {
       const Row::Bytes &in2 = toIn[z][y].code, &out2 = toOut[z][y].code;
       const Row::Bytes code = in2 > 0 ? -in2 : out2;
-      std::memcpy(&brick->code[brickSamples * (y + brickSamples * z)], &code, brickSamples);
+      std::memcpy(codes + samples * (y + samples * z), &code, samples);
     }
-  return brick;
+  return true;
 }
 
 void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int count, float* distances) const {
-  constexpr int edge = 2 * brickNodes;  // samples from brick to brick
+  constexpr int edge = BrickView::cells;  // samples from brick to brick
   constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
   constexpr int reach = static_cast<int>(4.0 * fineReach * fineReach);  // as a code
   std::array<int, 3> at;
@@ -220,23 +202,23 @@ void VoxelDistance::atSamples(const std::array<int, 3>& first, int step, int cou
       std::fill(distances, distances + count, unknown);
       return;
     }
-    at[k] = std::min(first[k] / edge, bricks_[k] - 1);
-    perRow *= brickSamples;
+    at[k] = std::min(first[k] / edge, bricks_.count()[k] - 1);
+    perRow *= BrickView::row;
     row += perRow * (first[k] - edge * at[k]);
   }
   at[0] = -1;
-  const Brick* stored = nullptr;
+  const std::int8_t* stored = nullptr;
   for (int i = 0; i < count; ++i) {
     const int sample = first[0] + step * i;
     distances[i] = unknown;
     if (sample < 0 || sample > 2 * nodes_[0]) continue;
-    if (const int brickHere = std::min(sample / edge, bricks_[0] - 1); brickHere != at[0]) {
+    if (const int brickHere = std::min(sample / edge, bricks_.count()[0] - 1); brickHere != at[0]) {
       at[0] = brickHere;
       stored = brick(at);
     }
     if (!stored) continue;
     // NOLINTNEXTLINE(bugprone-signed-char-misuse): codes have a sign
-    const int code = stored->code[row + sample - edge * at[0]];
+    const int code = stored[row + sample - edge * at[0]];
     if (std::abs(code) <= reach) distances[i] = static_cast<float>(dx_) * decoder.distance[codeLimit + code];
   }
 }
@@ -268,45 +250,27 @@ void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
 }
 
 WallDistance VoxelDistance::far(const Vec3& w) const {
-  if (transform_.empty()) transform_ = voxelTransform(inside_, step_, samples_);
-  int cell[3];
-  double t[3];
-  for (int k = 0; k < 3; ++k) {
-    const double x = w[k] / step_;
-    cell[k] = std::min(static_cast<int>(x), samples_[k] - 2);
-    t[k] = x - cell[k];
+  if (transform_.value.empty()) {
+    const int step = coarsenessOf(nodes_).step;
+    std::array<int, 3> samples;
+    for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k] = bricks_.count()[k] * brickNodes / step + 1;
+    transform_.spacing = step;
+    transform_.value = voxelTransform(inside_, step, samples);
   }
-  const std::size_t dy = samples_[0], dz = dy * samples_[1];
-  const float* at = &transform_[cell[0] + dy * cell[1] + dz * cell[2]];
-  const float corners[2][2][2] = {{{at[0], at[1]}, {at[dy], at[dy + 1]}},
-                                  {{at[dz], at[dz + 1]}, {at[dz + dy], at[dz + dy + 1]}}};
-  WallDistance result;
-  result.distance = trilinear(corners, t, result.gradient) - farError_;
-  result.gradient /= step_;
+  WallDistance result = transform_.sample(w);
+  result.distance -= farError_;
   return result;
 }
 
 WallDistance VoxelDistance::inLattice(const Vec3& w) const {
-  std::array<int, 3> at;
-  int cell[3];
-  double t[3];
-  for (int k = 0; k < 3; ++k) {
-    const int fine = std::min(static_cast<int>(2.0 * w[k]), 2 * nodes_[k] - 1);
-    at[k] = fine / (2 * brickNodes);
-    cell[k] = fine % (2 * brickNodes);
-    t[k] = 2.0 * w[k] - fine;
-  }
-  const Brick* stored = brick(at);
+  const GridCell cell(2.0 * w, {2 * nodes_[0], 2 * nodes_[1], 2 * nodes_[2]});
+  const auto brickAlong = [&](int k) { return cell.node[k] / BrickView::cells; };
+  const std::int8_t* stored = brick({brickAlong(0), brickAlong(1), brickAlong(2)});
   if (!stored) return far(w);
-  constexpr int dy = brickSamples, dz = brickSamples * brickSamples;
-  const std::int8_t* code = &stored->code[cell[0] + dy * cell[1] + dz * cell[2]];
-  const float* decode = decoder.distance + codeLimit;
-  const float corners[2][2][2] = {
-      {{decode[code[0]], decode[code[1]]}, {decode[code[dy]], decode[code[dy + 1]]}},
-      {{decode[code[dz]], decode[code[dz + 1]]}, {decode[code[dz + dy]], decode[code[dz + dy + 1]]}}};
-  WallDistance near;
-  near.distance = trilinear(corners, t, near.gradient);
-  near.gradient *= 2.0;
+  const std::int8_t* low = stored + BrickView::placeOf(cell.node);
+  const auto at = cell.interpolate(BrickView::row, BrickView::slab,
+                                   [&](std::size_t n) { return decoder.distance[codeLimit + low[n]]; });
+  const WallDistance near{at.value, 2.0 * Vec3(at.slope)};
   const double depth = std::abs(near.distance);
   if (depth <= fineReach) return near;
 

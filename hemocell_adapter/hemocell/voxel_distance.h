@@ -4,12 +4,13 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "hemocell_adapter/hemocell/lattice.h"
 #include "packMesh/container/container.h"
+#include "packMesh/field/bricks.h"
+#include "packMesh/field/distance_grid.h"
 
 namespace packmesh::hemocell {
 
@@ -56,30 +57,19 @@ class VoxelDistance {
   static constexpr double farReach = 3.0;   ///< from this distance on only coarse samples are used [nodes]
 
  private:
-  static constexpr int brickNodes = 4;    ///< edge of a brick of fine samples [nodes]
-  static constexpr int brickSamples = 9;  ///< fine samples along the edge, including those on the faces
-  /// Fine samples of one brick, x fastest, padded: sign · squared distance in units of (dx/2)², at most
-  /// farReach.
-  struct Brick {
-    std::int8_t code[brickSamples * brickSamples * brickSamples + 7];
-  };
-
-  /// The brick, computed when first needed; nullptr: entirely further than farReach from the boundary.
-  const Brick* brick(const std::array<int, 3>& at) const;
-  std::unique_ptr<Brick> makeBrick(const std::array<int, 3>& at) const;
+  /// Codes at the fine samples of a brick: sign · squared distance in units of (dx/2)², at most farReach;
+  /// nullptr: all of it is further than that from the boundary.
+  const std::int8_t* brick(const std::array<int, 3>& at) const;
+  bool makeBrick(const std::array<int, 3>& at, std::int8_t* codes) const;
   WallDistance far(const Vec3& w) const;
   WallDistance inLattice(const Vec3& w) const;
 
   double dx_;
-  std::array<int, 3> nodes_, bricks_;
+  std::array<int, 3> nodes_;
   const Lattice& inside_;
-  mutable std::vector<std::unique_ptr<Brick>> brick_;
-  mutable std::vector<bool> isMade_;  ///< per brick: already computed
-  int step_;                          ///< nodes between coarse samples
-  double farError_;             ///< largest excess of interpolated coarse samples beyond fineReach [nodes]
-  std::array<int, 3> samples_;  ///< number of coarse samples on each axis
-  mutable std::vector<float>
-      transform_;  ///< signed distance at the coarse samples [nodes]; empty: not yet needed
+  mutable Bricks<std::int8_t, std::int64_t> bricks_;  ///< of fine samples
+  double farError_;                 ///< largest excess of the coarse interpolation beyond fineReach [nodes]
+  mutable DistanceGrid transform_;  ///< signed distance at the coarse samples [nodes]; empty: not needed yet
 };
 
 /// Euclidean distance transform: signed distance [nodes] from the corners of cubes to the boundary of the

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "packMesh/field/grid_cell.h"
+
 namespace packmesh {
 namespace {
 
@@ -25,34 +27,21 @@ WallDepth::WallDepth(const Wall& wall, const Box& box)
   nodes_.assign(nodes, std::numeric_limits<double>::quiet_NaN());
 }
 
-double WallDepth::node(std::size_t index, int i, int j, int k) const {
+double WallDepth::node(std::size_t index) const {
   double& value = nodes_[index];
-  if (std::isnan(value)) value = wall_.distance(box_.lo + spacing_ * Vec3(i, j, k)).distance;
-  return value;
+  if (!std::isnan(value)) return value;
+  const std::size_t row = cells_[0] + 1, slab = row * (cells_[1] + 1);
+  const Vec3 at(double(index % row), double(index % slab / row), double(index / slab));
+  return value = wall_.distance(box_.lo + spacing_ * at).distance;
 }
 
 double WallDepth::operator()(const Vec3& p) const {
   if (exact_) return wall_.distance(p).distance;
-  int at[3];
-  double t[3];
-  for (int k = 0; k < 3; ++k) {
-    const double u = (p[k] - box_.lo[k]) / spacing_;
-    at[k] = std::clamp(static_cast<int>(std::floor(u)), 0, cells_[k] - 1);
-    t[k] = u - at[k];
-  }
-  double sum = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    double weight = 1.0;
-    int n[3];
-    for (int k = 0; k < 3; ++k) {
-      const int up = corner >> k & 1;
-      n[k] = at[k] + up;
-      weight *= up ? t[k] : 1.0 - t[k];
-    }
-    const std::size_t row = cells_[0] + 1, slab = row * (cells_[1] + 1);
-    sum += weight * node(n[0] + row * n[1] + slab * n[2], n[0], n[1], n[2]);
-  }
-  return std::abs(sum) > nearWall * spacing_ ? sum : wall_.distance(p).distance;
+  const GridCell cell((p - box_.lo) / spacing_, cells_);
+  const std::size_t row = cells_[0] + 1, slab = row * (cells_[1] + 1);
+  const std::size_t low = cell.node[0] + row * cell.node[1] + slab * cell.node[2];
+  const double depth = cell.interpolate(row, slab, [&](std::size_t n) { return node(low + n); }).value;
+  return std::abs(depth) > nearWall * spacing_ ? depth : wall_.distance(p).distance;
 }
 
 }  // namespace packmesh

@@ -2,6 +2,7 @@
 /// @file Distances to a wall at many points, for statistics.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "packMesh/container/container.h"
@@ -10,8 +11,8 @@ namespace packmesh {
 
 /// Distance to a wall: exact near the wall and if it has a closed form. Further than three node spacings from
 /// the wall, where the search for the nearest triangle is slow, it is interpolated linearly between exact
-/// distances at about 32,000 nodes in the box, which are computed when needed. Not thread-safe.
-/// threads.
+/// distances at about 32,000 nodes in the box, which are computed when needed, one by one: whole Bricks of them
+/// would need 1.5 to 2.4 times as many searches (in cylinders with a radius of 10 to 25 µm). Not thread-safe.
 class WallDepth {
  public:
   /// References `wall`, which must outlive this object. @param box contains all points
@@ -23,13 +24,13 @@ class WallDepth {
   double spacing() const { return spacing_; }  ///< of the nodes [µm]
 
  private:
-  double node(std::size_t index, int i, int j, int k) const;
+  double node(std::size_t index) const;
 
   const Wall& wall_;
   const Box box_;
   bool exact_;
   double spacing_ = 0.0;
-  int cells_[3] = {1, 1, 1};
+  std::array<int, 3> cells_ = {1, 1, 1};
   mutable std::vector<double> nodes_;  ///< [µm]; NaN: not yet computed
 };
 

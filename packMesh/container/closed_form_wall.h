@@ -4,18 +4,14 @@
 
 #include <limits>
 
-#include "packMesh/core/vector.h"
+#include "packMesh/field/distance_source.h"
 
 namespace packmesh {
 
-/// Distance to the wall at a point: positive inside the lumen [µm]; the gradient points into the lumen.
-/// Precise if
-/// distance| is below about a micrometre; further away it has the right sign and is a lower bound of the
-/// distance up to `Wall::slack()`.
-struct WallDistance {
-  double distance;
-  Vec3 gradient;
-};
+/// Distance to the wall at one point: positive inside the lumen [µm], gradient pointing into the lumen.
+/// Precise where |distance| is below about a micrometre, of the right sign and a lower bound of the distance
+/// within `Wall::slack()` further away.
+using WallDistance = DistanceSample;
 
 /// A round wall, planes perpendicular to the axes, or both: cylinders, spheres, boxes, also with periodic
 /// axes.

@@ -68,9 +68,9 @@ struct Body {
       const Vec3 nearest = p.cwiseMax(box.lo).cwiseMin(box.hi);
       return {toBox, (p - nearest) / toBox};
     }
-    Vec3 gradient = grid.gradient(p);
-    const double norm = gradient.norm();
-    return {grid.distance(p), norm > 0 ? Vec3(gradient / norm) : Vec3::UnitX()};
+    const DistanceSample at = grid.sample(p);
+    const double norm = at.gradient.norm();
+    return {at.distance, norm > 0 ? Vec3(at.gradient / norm) : Vec3::UnitX()};
   }
 
   std::string name;

@@ -8,19 +8,11 @@
 
 #include "packMesh/container/closed_form_wall.h"
 #include "packMesh/core/sphere.h"
+#include "packMesh/field/distance_source.h"
 #include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
 namespace packmesh {
-
-/// Nodes of a grid: node (i,j,k) is at origin + spacing * (i,j,k) [µm].
-struct NodeBlock {
-  Vec3 origin = Vec3::Zero();
-  double spacing = 1.0;
-  int nodes[3] = {0, 0, 0};
-
-  Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
-};
 
 /// Result of testing a placed mesh against a wall.
 struct WallVerdict {
@@ -33,10 +25,8 @@ struct WallVerdict {
 };
 
 /// The wall for one species of cells.
-class Wall {
+class Wall : public DistanceSource {
  public:
-  virtual ~Wall() = default;
-
   /// Distance and gradient at `p` [µm]; defined everywhere, including outside the lumen.
   virtual WallDistance distance(const Vec3& p) const = 0;
 
@@ -53,7 +43,7 @@ class Wall {
   /// Distances [µm] at the nodes of a block, x fastest: equal to distance() up to rounding or the
   /// interpolation error at samplingSpacing(). Several spacings inside the lumen they can be smaller, but not
   /// below three fifths. Overridden if there is a cheaper way than node by node.
-  virtual void sample(const NodeBlock& block, float* distances) const;
+  void sample(const NodeBlock& block, float* distances) const override;
 
   /// Cheap test: true if a mesh in this sphere certainly has no violation and is further than `gap` from the
   /// wall [µm].

@@ -37,7 +37,7 @@ class FreeSpace {
         if (period[k] > 0.0) offset[k] -= period[k] * std::round(offset[k] / period[k]);
       const Vec3 q = inverse_[i] * offset / pose.scale;
       if (pose.scale * field.lowerBound(q) > free) continue;
-      const SurfaceDistance::Sample sample = field.sample(q);
+      const DistanceSample sample = field.sample(q);
       const double distance = sample.distance > 0.0 ? (field.foot(q, sample) - q).norm() : sample.distance;
       free = std::min(free, pose.scale * std::min(distance, std::abs(sample.distance)));
       if (sample.distance <= 0.0) return 0.0;

@@ -40,7 +40,7 @@ ChordPlanes::ChordPlanes(const GrowthScene& scene) : scene_(scene) {
     Species species{&shape,  SurfaceDistance(shape),       scene.walls[s],
                     nullptr, LevelsOfDetail(shape.mesh()), {}};
     if (species.wall && !species.wall->closedForm())
-      species.sampledWall = std::make_shared<const SampledWall>(
+      species.sampledWall = std::make_shared<const SampledDistance>(
           *species.wall, scene.container->bounds().grownBy(beyondBounds), species.wall->samplingSpacing());
     for (int level = 0; level < species.levels.count(); ++level) {
       const TriangleMesh& mesh = species.levels.mesh(level);
@@ -127,7 +127,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
       if (repeated(points, i)) continue;
       const Vec3 vertex = pointOf(points, i);
       const Vec3 p = linear * vertex + offset;
-      const SurfaceDistance::Sample sample = field.sample(p);
+      const DistanceSample sample = field.sample(p);
       if (sample.distance > limit) continue;
       const Vec3 foot = field.foot(p, sample);
       const Vec3 chord = foot - p;

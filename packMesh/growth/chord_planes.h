@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "packMesh/container/sampled_wall.h"
+#include "packMesh/field/sampled_distance.h"
 #include "packMesh/growth/plane_function.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/resampling.h"
@@ -38,12 +38,12 @@ class ChordPlanes : public PlaneFunction {
     const Shape* shape;
     SurfaceDistance field;
     const Wall* wall;
-    std::shared_ptr<const SampledWall> sampledWall;  ///< asked instead where the wall has no closed form
+    std::shared_ptr<const SampledDistance> sampledWall;  ///< asked instead where the wall has no closed form
     LevelsOfDetail levels;
     std::vector<SamplePoints> points;  ///< of each level
 
     WallDistance toWall(const Vec3& p) const {
-      return sampledWall ? sampledWall->distance(p) : wall->distance(p);
+      return sampledWall ? sampledWall->sample(p) : wall->distance(p);
     }
   };
   /// A cell with what all its chords need.

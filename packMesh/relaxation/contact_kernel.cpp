@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/relaxation/contact_kernel.h"
+
+#include "packMesh/field/trilinear.h"
 #include "packMesh/simd/lanes.h"
 
 namespace packmesh {
@@ -93,16 +95,11 @@ inline Level sampled(const FieldView& field, const Point& q) {
   const Lanes t[3] = {load(fraction[0]), load(fraction[1]), load(fraction[2])};
   Lanes c[8];
   for (int k = 0; k < 8; ++k) c[k] = load(corner[k]);
-  const auto mix = [](const Lanes& a, const Lanes& b, const Lanes& w) { return a + (b - a) * w; };
-  const Lanes y00 = mix(c[0], c[1], t[0]), y10 = mix(c[2], c[3], t[0]);
-  const Lanes y01 = mix(c[4], c[5], t[0]), y11 = mix(c[6], c[7], t[0]);
-  const Lanes z0 = mix(y00, y10, t[1]), z1 = mix(y01, y11, t[1]);
+  const Trilinear<Lanes> interpolated(c, t);
   Level level;
-  level.f = mix(z0, z1, t[2]);
+  level.f = interpolated.value;
   level.f = select(splat(0.0f) < outside, larger(level.f, outside / splat(field.nodesPerLength)), level.f);
-  level.gradient.x = mix(mix(c[1] - c[0], c[3] - c[2], t[1]), mix(c[5] - c[4], c[7] - c[6], t[1]), t[2]);
-  level.gradient.y = mix(y10 - y00, y11 - y01, t[2]);
-  level.gradient.z = z1 - z0;
+  level.gradient = {interpolated.slope[0], interpolated.slope[1], interpolated.slope[2]};
   level.quarter = quarterOf(level.gradient);
   return level;
 }

@@ -14,7 +14,7 @@ constexpr double coarseSpacing = 1.0;
 /// (measured); to anything rounder by less.
 constexpr double interpolationExcess = 0.26;
 
-WallGrid gridOf(const SampledWall& wall, const Vec3& center, double reach) {
+WallGrid gridOf(const SampledDistance& wall, const Vec3& center, double reach) {
   WallGrid grid;
   grid.bricks = wall.view();
   const Vec3 at = wall.nodeOf(center);
@@ -59,7 +59,7 @@ WallField::WallField(const Wall& wall, const Box& region) : form_(wall.closedFor
 }
 
 double WallField::distance(const Vec3& p) const {
-  return form_ ? form_->distance(p).distance : sampled_->coarse.distance(p).distance;
+  return form_ ? form_->distance(p).distance : sampled_->coarse.sample(p).distance;
 }
 
 WallFrame WallField::frameOf(const Body& body, double reach, bool deep) const {

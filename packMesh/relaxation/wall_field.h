@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "packMesh/container/container.h"
-#include "packMesh/container/sampled_wall.h"
+#include "packMesh/field/sampled_distance.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/wall_kernel.h"
 
@@ -29,7 +29,7 @@ class WallField {
 
  private:
   struct Sampled {
-    SampledWall coarse, fine;
+    SampledDistance coarse, fine;
     Sampled(const Wall& wall, const Box& region, double spacing, double coarseSpacing)
         : coarse(wall, region, coarseSpacing), fine(wall, region, spacing) {}
   };

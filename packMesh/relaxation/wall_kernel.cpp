@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/relaxation/wall_kernel.h"
+
+#include "packMesh/field/trilinear.h"
 #include "packMesh/simd/lanes.h"
 
 namespace packmesh {
@@ -52,35 +54,28 @@ inline Look closedForm(const WallForm& wall, const Point& p) {
   return look;
 }
 
-inline Lanes mix(const Lanes& a, const Lanes& b, const Lanes& t) {
-  return a + (b - a) * t;
-}
-
-/// Trilinear interpolation; beyond the grid what holds at its nearest point, less the way there.
+/// Interpolates; beyond the grid what holds at its nearest point, less the way there.
 inline Look sampled(const WallGrid& grid, const Point& p) {
   const BrickView& bricks = grid.bricks;
-  constexpr int cells = BrickView::cells, shift = 3;
-  static_assert(cells == 1 << shift);
   const Lanes* along[3] = {&p.x, &p.y, &p.z};
   Lanes beyond[3], t[3];
-  Ints brick[3], cell[3];
+  Ints node[3];
   for (int k = 0; k < 3; ++k) {
     const Lanes u = bricks.nodesPerLength * *along[k] + grid.start[k];
     const Lanes inside = smaller(larger(u, splat(grid.first[k])), splat(grid.last[k]));
     beyond[k] = u - inside;
-    const Ints whole = truncated(inside), node = whole + grid.base[k];
+    const Ints whole = truncated(inside);
     t[k] = inside - toFloat(whole);
-    brick[k] = node >> shift;
-    cell[k] = node & (cells - 1);
+    node[k] = whole + grid.base[k];
   }
-  const Ints index = brick[0] + bricks.bricks[0] * (brick[1] + bricks.bricks[1] * brick[2]);
+  const Ints index = BrickView::brickOf(node, bricks.bricks);
   Ints begin = gather(bricks.begins, index);
   if (const unsigned unknown = bitsOf(begin < 0)) {
     for (int lane = 0; lane < width; ++lane)
-      if (unknown >> lane & 1u) bricks.evaluate(*bricks.wall, laneOf(index, lane));
+      if (unknown >> lane & 1u) bricks.evaluate(*bricks.sampled, laneOf(index, lane));
     begin = gather(bricks.begins, index);
   }
-  const Ints first = begin + cell[0] + BrickView::row * cell[1] + BrickView::slab * cell[2];
+  const Ints first = begin + BrickView::placeOf(node);
   const std::int16_t* values = *bricks.values;
   Lanes c[8];
   for (int k = 0; k < 4; ++k) {  // two neighbours along x at a time
@@ -88,21 +83,15 @@ inline Look sampled(const WallGrid& grid, const Point& p) {
     c[2 * k] = toFloat(both << 16 >> 16);
     c[2 * k + 1] = toFloat(both >> 16);
   }
-  const Lanes y00 = mix(c[0], c[1], t[0]), y10 = mix(c[2], c[3], t[0]);
-  const Lanes y01 = mix(c[4], c[5], t[0]), y11 = mix(c[6], c[7], t[0]);
-  const Lanes z0 = mix(y00, y10, t[1]), z1 = mix(y01, y11, t[1]);
+  const Trilinear<Lanes> at(c, t);
   constexpr float perStep = 1.0f / BrickView::stepsPerSpacing;
   Look look;
-  look.distance = perStep * mix(z0, z1, t[2]);
-  look.gradient.x = mix(mix(c[1] - c[0], c[3] - c[2], t[1]), mix(c[5] - c[4], c[7] - c[6], t[1]), t[2]);
-  look.gradient.y = mix(y10 - y00, y11 - y01, t[2]);
-  look.gradient.z = z1 - z0;
-  Lanes* slope[3] = {&look.gradient.x, &look.gradient.y, &look.gradient.z};
+  look.distance = perStep * at.value;
+  Lanes* gradient[3] = {&look.gradient.x, &look.gradient.y, &look.gradient.z};
   for (int k = 0; k < 3; ++k) {
     look.distance = look.distance - magnitude(beyond[k]);
-    *slope[k] = perStep * *slope[k];
-    *slope[k] = select(splat(0.0f) < beyond[k], splat(-1.0f), *slope[k]);
-    *slope[k] = select(beyond[k] < splat(0.0f), splat(1.0f), *slope[k]);
+    const Lanes inside = select(splat(0.0f) < beyond[k], splat(-1.0f), perStep * at.slope[k]);
+    *gradient[k] = select(beyond[k] < splat(0.0f), splat(1.0f), inside);
   }
   look.distance = look.distance / splat(bricks.nodesPerLength);
   return look;

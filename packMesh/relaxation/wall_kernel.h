@@ -4,7 +4,7 @@
 /// A kernel: see packMesh/simd/instruction_set.h.
 #pragma once
 
-#include "packMesh/container/brick_view.h"
+#include "packMesh/field/brick_view.h"
 #include "packMesh/relaxation/contact_kernel.h"
 
 namespace packmesh {

@@ -40,7 +40,7 @@ SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
   return {q.y() * q.y() - value, {-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z()}};
 }
 
-SurfaceDistance::Sample SurfaceDistance::closedForm(const Vec3& p) const {
+DistanceSample SurfaceDistance::closedForm(const Vec3& p) const {
   const Level l = level(p);
   const double steep = l.gradient.norm(), half = 0.5 * steep;
   const double curved = std::min(l.value, curvature_ * l.value);
@@ -48,8 +48,8 @@ SurfaceDistance::Sample SurfaceDistance::closedForm(const Vec3& p) const {
   return {l.value / std::max(denominator, flat), l.gradient / std::max(steep, flat)};
 }
 
-SurfaceDistance::Sample SurfaceDistance::interpolated(const Vec3& p) const {
-  const DistanceGrid::Sample s = grid_->sample(p);
+DistanceSample SurfaceDistance::interpolated(const Vec3& p) const {
+  const DistanceSample s = grid_->sample(p);
   return {s.distance, s.gradient / std::max(s.gradient.norm(), flat)};
 }
 
@@ -60,7 +60,7 @@ double SurfaceDistance::lowerBound(const Vec3& p) const {
   return std::max(rounded, boxed);
 }
 
-Vec3 SurfaceDistance::foot(const Vec3& p, const Sample& sample) const {
+Vec3 SurfaceDistance::foot(const Vec3& p, const DistanceSample& sample) const {
   const Vec3 first = p - sample.distance * sample.gradient;
   if (profile_) {
     const Level l = level(first);
@@ -74,7 +74,7 @@ Vec3 SurfaceDistance::foot(const Vec3& p, const Sample& sample) const {
     }
     return q;
   }
-  const Sample rest = interpolated(first);
+  const DistanceSample rest = interpolated(first);
   return first - rest.distance * rest.gradient;
 }
 

@@ -13,21 +13,17 @@ class SurfaceDistance {
   /// References `shape`, which must outlive this.
   explicit SurfaceDistance(const Shape& shape);
 
-  struct Sample {
-    double distance;  ///< positive outside [µm]
-    Vec3 gradient;    ///< unit, away from the surface
-  };
-
+  /// Distance, positive outside, and a unit vector away from the surface.
   /// Of a closed form: within 0.0006 µm near a red cell, up to twice the distance far away; inside an
   /// ellipsoid at most the depth, and half of it at least. Of a grid: see DistanceGrid.
-  Sample sample(const Vec3& p) const { return profile_ ? closedForm(p) : interpolated(p); }
+  DistanceSample sample(const Vec3& p) const { return profile_ ? closedForm(p) : interpolated(p); }
 
   /// The distance is at least this [µm].
   double lowerBound(const Vec3& p) const;
 
   /// A point of the surface near `p`, the nearest one up to the error of sample().
   /// @param sample that of `p`
-  Vec3 foot(const Vec3& p, const Sample& sample) const;
+  Vec3 foot(const Vec3& p, const DistanceSample& sample) const;
 
  private:
   /// F = y² - P(s) and its gradient.
@@ -36,8 +32,8 @@ class SurfaceDistance {
     Vec3 gradient;
   };
   Level level(const Vec3& p) const;
-  Sample closedForm(const Vec3& p) const;
-  Sample interpolated(const Vec3& p) const;
+  DistanceSample closedForm(const Vec3& p) const;
+  DistanceSample interpolated(const Vec3& p) const;
 
   const ProfileSurface* profile_;
   const DistanceGrid* grid_;

@@ -150,12 +150,11 @@ TEST_CASE("Wall distances of sixteen points at once equal those of single points
       continue;
     }
     const double spacing = c.wall().samplingSpacing();
-    const SampledWall fine(c.wall(), region, spacing), coarse(c.wall(), region, 1.0);
-    REQUIRE(worstError(c, field, false, random, [&](const Vec3& p) {
-              return std::optional<double>(fine.distance(p).distance);
-            }) < 2e-5);
+    const SampledDistance fine(c.wall(), region, spacing), coarse(c.wall(), region, 1.0);
+    REQUIRE(worstError(c, field, false, random,
+                       [&](const Vec3& p) { return std::optional<double>(fine.sample(p).distance); }) < 2e-5);
     REQUIRE(worstError(c, field, true, random, [&](const Vec3& p) {
-              return std::optional<double>(coarse.distance(p).distance);
+              return std::optional<double>(coarse.sample(p).distance);
             }) < 5e-5);
     // And that is the distance itself, where it matters: corners err by a quarter of the spacing.
     const auto near = [&](const Vec3& p) {
@@ -173,7 +172,7 @@ TEST_CASE("Wall distances of sixteen points at once equal those of single points
       const OneCluster all(points);
       double weight = 0.0;
       for (int k = 0; k < 16; ++k)
-        weight += everything - fine.distance(body.position + body.rotation * all.at(k)).distance;
+        weight += everything - fine.sample(body.position + body.rotation * all.at(k)).distance;
       const Looked found =
           look(chosenInstructionSet(), all.view(), field.frameOf(body, 4.0, false), everything);
       REQUIRE(weightOf(found.sums) == Approx(weight).margin(2e-3));

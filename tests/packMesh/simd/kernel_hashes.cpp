@@ -191,8 +191,8 @@ struct Bricks {
   const std::int16_t* data = values.data();
 
   /// The distance from a round wall around the middle of the box.
-  static void evaluate(const SampledWall& wall, int index) {
-    auto& self = const_cast<Bricks&>(reinterpret_cast<const Bricks&>(wall));
+  static void evaluate(const SampledDistance& sampled, int index) {
+    auto& self = const_cast<Bricks&>(reinterpret_cast<const Bricks&>(sampled));
     if (self.begins[index] >= 0) return;
     const int first[3] = {index % count * BrickView::cells, index / count % count * BrickView::cells,
                           index / count / count * BrickView::cells};
@@ -218,7 +218,7 @@ struct Bricks {
                    &data,
                    {count, count, count},
                    nodesPerLength,
-                   reinterpret_cast<const SampledWall*>(this),
+                   reinterpret_cast<const SampledDistance*>(this),
                    evaluate};
     for (int k = 0; k < 3; ++k) {
       const float at = 12.0f + nodesPerLength * center[k];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/container/sampled_wall.h"
+#include "packMesh/field/sampled_distance.h"
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -28,11 +28,11 @@ TEST_CASE("A sampled wall interpolates the distance and its gradient", "[contain
     CAPTURE(c.name);
     const Box region = c.container->bounds().grownBy(1.5);
     if (region.volume() > 1e5) continue;
-    const SampledWall sampled(c.wall(), region, 0.25);
+    const SampledDistance sampled(c.wall(), region, 0.25);
     double worst = 0.0;
     int off = 0, checked = 0;
     for (const Vec3& p : pointsIn(region, 3000, 1)) {
-      const WallDistance found = sampled.distance(p), expected = c.wall().distance(p);
+      const WallDistance found = sampled.sample(p), expected = c.wall().distance(p);
       if (std::abs(expected.distance) > 1.0) {
         // At most too large by an interpolation. Deep outside of the lumen nobody is; of obstacles further
         // away only the bounding box is seen.
@@ -50,26 +50,70 @@ TEST_CASE("A sampled wall interpolates the distance and its gradient", "[contain
   }
 }
 
+TEST_CASE("A linear distance is reproduced to the steps of its storage, across bricks too", "[field]") {
+  struct Plane : DistanceSource {
+    Vec3 normal = Vec3(0.48, -0.6, 0.64);
+    double distance(const Vec3& p) const { return normal.dot(p) - 0.3; }
+    void sample(const NodeBlock& block, float* distances) const override {
+      for (int k = 0; k < block.nodes[2]; ++k)
+        for (int j = 0; j < block.nodes[1]; ++j)
+          for (int i = 0; i < block.nodes[0]; ++i)
+            *distances++ = static_cast<float>(distance(block.position(i, j, k)));
+    }
+  } const plane;
+  constexpr double spacing = 0.25, brick = spacing * BrickView::cells;
+  const double step = spacing / BrickView::stepsPerSpacing;
+  const Box region{Vec3::Constant(-3.0), Vec3::Constant(3.0)};
+  const SampledDistance sampled(plane, region, spacing);
+  int n = 0;
+  for (Vec3 p : pointsIn(region, 2000, 4)) {
+    if (++n % 2 == 0) p[n % 3] = brick * std::round(p[n % 3] / brick);  // on a face between two bricks
+    const DistanceSample found = sampled.sample(p);
+    REQUIRE(std::abs(found.distance - plane.distance(p)) < 0.51 * step);
+    REQUIRE((found.gradient - plane.normal).cwiseAbs().maxCoeff() < 1.01 * step / spacing);
+  }
+}
+
+TEST_CASE("Gradients of a sampled wall are differences of its distances", "[container]") {
+  const auto sphere = makeSphere(Vec3::Zero(), 5.0);
+  const Box region = sphere->bounds().grownBy(1.0);
+  const SampledDistance sampled(*sphere->wall(), region, 0.25);
+  constexpr double step = 1e-6;
+  int compared = 0;
+  for (const Vec3& p : pointsIn(region, 1000, 5)) {
+    const Vec3 inCell = p / 0.25 - Vec3((p / 0.25).array().floor());
+    if (inCell.minCoeff() < 1e-3 || inCell.maxCoeff() > 1.0 - 1e-3) continue;  // differences within a cell
+    ++compared;
+    const Vec3 gradient = sampled.sample(p).gradient;
+    for (int k = 0; k < 3; ++k) {
+      const double ahead = sampled.sample(p + step * Vec3::Unit(k)).distance;
+      const double behind = sampled.sample(p - step * Vec3::Unit(k)).distance;
+      REQUIRE(gradient[k] == Approx((ahead - behind) / (2.0 * step)).margin(1e-7));
+    }
+  }
+  REQUIRE(compared > 900);
+}
+
 TEST_CASE("The distance to a sampled wall decreases further beyond its region", "[container]") {
   const auto sphere = makeSphere(Vec3::Zero(), 5.0);
-  const SampledWall sampled(*sphere->wall(), sphere->bounds(), 0.25);
+  const SampledDistance sampled(*sphere->wall(), sphere->bounds(), 0.25);
   // Bricks are whole: the region ends at 6 µm at the latest.
-  const double edge = sampled.distance(Vec3(6.0, 0.0, 0.0)).distance;
+  const double edge = sampled.sample(Vec3(6.0, 0.0, 0.0)).distance;
   REQUIRE(edge == Approx(-1.0).margin(0.02));
-  const WallDistance beyond = sampled.distance(Vec3(9.0, 0.0, 0.0));
+  const WallDistance beyond = sampled.sample(Vec3(9.0, 0.0, 0.0));
   REQUIRE(beyond.distance == Approx(edge - 3.0));
   REQUIRE(beyond.gradient.x() == -1.0);
-  REQUIRE(sampled.distance(Vec3(-9.0, 7.0, 0.0)).gradient.y() == -1.0);
+  REQUIRE(sampled.sample(Vec3(-9.0, 7.0, 0.0)).gradient.y() == -1.0);
 }
 
 TEST_CASE("A sampled wall rejects a region too large for its table", "[container]") {
   const auto sphere = makeSphere(Vec3::Zero(), 5.0);
   // 1.4 and 0.7 of the bricks there may be.
   const Box tooLarge{Vec3::Zero(), Vec3(1440.0, 1440.0, 1440.0)}, far{Vec3::Zero(), Vec3(3e6, 150.0, 3.0)};
-  CHECK_THROWS_WITH(SampledWall(*sphere->wall(), tooLarge, 0.25),
+  CHECK_THROWS_WITH(SampledDistance(*sphere->wall(), tooLarge, 0.25),
                     Catch::Contains("walls in 1.44e+03 x 1.44e+03 x 1.44e+03 µm are too much to sample"));
-  CHECK_THROWS_AS(SampledWall(*sphere->wall(), Box{Vec3::Zero(), Vec3::Constant(1e9)}, 0.25), InputError);
-  CHECK(SampledWall(*sphere->wall(), far, 0.25).distance(Vec3(0.0, 0.0, 1.0)).distance ==
+  CHECK_THROWS_AS(SampledDistance(*sphere->wall(), Box{Vec3::Zero(), Vec3::Constant(1e9)}, 0.25), InputError);
+  CHECK(SampledDistance(*sphere->wall(), far, 0.25).sample(Vec3(0.0, 0.0, 1.0)).distance ==
         Approx(4.0).margin(0.02));
 }
 
@@ -79,11 +123,11 @@ TEST_CASE("The distances of a sampled wall do not depend on the order of queries
     const Box region = c.container->bounds().grownBy(1.0);
     if (region.volume() > 1e5) continue;
     std::vector<Vec3> points = pointsIn(region, 500, 2);
-    const SampledWall one(c.wall(), region, 0.25), other(c.wall(), region, 0.25);
+    const SampledDistance one(c.wall(), region, 0.25), other(c.wall(), region, 0.25);
     std::vector<double> forwards, backwards;
-    for (const Vec3& p : points) forwards.push_back(one.distance(p).distance);
+    for (const Vec3& p : points) forwards.push_back(one.sample(p).distance);
     std::reverse(points.begin(), points.end());
-    for (const Vec3& p : points) backwards.push_back(other.distance(p).distance);
+    for (const Vec3& p : points) backwards.push_back(other.sample(p).distance);
     std::reverse(backwards.begin(), backwards.end());
     REQUIRE(forwards == backwards);
   }

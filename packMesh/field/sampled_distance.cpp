@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/field/sampled_distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "packMesh/core/error.h"
+#include "packMesh/core/vector_text.h"
+#include "packMesh/field/grid_cell.h"
+
+namespace packmesh {
+namespace {
+
+/// Their table takes 1 GB.
+constexpr double mostBricks = 1 << 28;
+
+Vec3 firstBrick(const Box& region, double brick) {
+  return (region.lo / brick).array().floor();
+}
+
+std::array<int, 3> bricksIn(const Box& region, double spacing) {
+  const double brick = BrickView::cells * spacing;
+  const Vec3 bricks = (region.hi / brick).array().floor() - firstBrick(region, brick).array() + 1.0;
+  if (!(bricks.prod() <= mostBricks)) {
+    const Vec3 size = region.size();
+    throw InputError("walls in " + toText(size.x(), 3) + " x " + toText(size.y(), 3) + " x " +
+                     toText(size.z(), 3) + " µm are too much to sample at a spacing of " +
+                     toText(spacing, 3) + " µm; at most " + toText(mostBricks * brick * brick * brick, 2) +
+                     " µm³ are possible");
+  }
+  return {static_cast<int>(bricks[0]), static_cast<int>(bricks[1]), static_cast<int>(bricks[2])};
+}
+
+}  // namespace
+
+SampledDistance::SampledDistance(const DistanceSource& source, const Box& region, double spacing)
+    : source_(source),
+      spacing_(spacing),
+      lo_(BrickView::cells * firstBrick(region, BrickView::cells * spacing)),
+      bricks_(bricksIn(region, spacing)) {}
+
+const std::int16_t* SampledDistance::brick(int index) const {
+  return bricks_.at(index, [&](std::int16_t* values) {
+    constexpr std::size_t most = std::numeric_limits<std::int32_t>::max() - BrickView::nodes;
+    if (bricks_.storedValues() > most)
+      throw InputError("the walls near cells need more than 4 GB at a spacing of " + toText(spacing_, 3) +
+                       " µm");
+    const int(&count)[3] = bricks_.count();
+    const int at[3] = {index % count[0], index / count[0] % count[1], index / count[0] / count[1]};
+    NodeBlock block;
+    block.spacing = spacing_;
+    for (int k = 0; k < 3; ++k) {
+      block.origin[k] = spacing_ * (lo_[k] + BrickView::cells * at[k]);
+      block.nodes[k] = BrickView::row;
+    }
+    std::array<float, BrickView::nodes> distances;
+    source_.sample(block, distances.data());
+    const float steps = static_cast<float>(BrickView::stepsPerSpacing / spacing_);
+    for (int n = 0; n < BrickView::nodes; ++n) {
+      constexpr float furthest = std::numeric_limits<std::int16_t>::max();
+      const float stored = std::clamp(steps * distances[n], -furthest, furthest);
+      values[n] = static_cast<std::int16_t>(stored + (stored < 0.0f ? -0.5f : 0.5f));
+    }
+    return true;
+  });
+}
+
+BrickView SampledDistance::view() const {
+  const int(&count)[3] = bricks_.count();
+  return {bricks_.begins(),
+          bricks_.values(),
+          {count[0], count[1], count[2]},
+          static_cast<float>(1.0 / spacing_),
+          this,
+          [](const SampledDistance& sampled, int index) { sampled.brick(index); }};
+}
+
+DistanceSample SampledDistance::sample(const Vec3& p) const {
+  const int(&count)[3] = bricks_.count();
+  const GridCell cell(
+      nodeOf(p), {BrickView::cells * count[0], BrickView::cells * count[1], BrickView::cells * count[2]});
+  const std::int16_t* low = brick(BrickView::brickOf(cell.node, count)) + BrickView::placeOf(cell.node);
+  const auto at = cell.interpolate(BrickView::row, BrickView::slab, [&](std::size_t n) { return low[n]; });
+  DistanceSample result;
+  result.distance = spacing_ / BrickView::stepsPerSpacing * at.value - spacing_ * cell.beyond.lpNorm<1>();
+  result.gradient = Vec3(at.slope) / BrickView::stepsPerSpacing;
+  for (int k = 0; k < 3; ++k)
+    if (cell.beyond[k] != 0.0) result.gradient[k] = cell.beyond[k] < 0.0 ? 1.0 : -1.0;
+  return result;
+}
+
+}  // namespace packmesh
