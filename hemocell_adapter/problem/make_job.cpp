@@ -13,6 +13,7 @@
 #include "hemocell_adapter/problem/job_source.h"
 #include "hemocell_adapter/problem/job_species.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
+#include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
@@ -49,8 +50,7 @@ void takeSettings(Job& job, const Settings& settings) {
   const std::filesystem::path folder = job.config ? job.config->folder : std::filesystem::path(".");
   static_cast<RunSettings&>(job) = settings;
   if (job.outputDirectory.empty()) job.outputDirectory = folder;
-  job.clearance = settings.clearance.value_or(0.0);
-  job.wallClearance = settings.wallClearance.value_or(0.0);
+  job.demanded = {settings.clearance.value_or(0.0), settings.wallClearance.value_or(0.0)};
   job.autoClearance = !settings.clearance && !job.largestClearance;
   job.autoWallClearance = !settings.wallClearance;
   if (!job.stateFile && (job.checkpointEvery > 0.0 || job.restart))
@@ -66,6 +66,46 @@ void chooseEnds(Job& job) {
 
 const char* nameOf(Method method) {
   return method == Method::cat ? "cat" : "relaxation";
+}
+
+/// What method cat does not support, a row each. (Settings that are for method cat alone say so in their
+/// own table: Setting::method.)
+struct NotWithCat {
+  const char* what;
+  bool (*asked)(const Job&);
+  const char* option;  ///< its Setting::name()
+};
+constexpr const char* notWithCat = ": method cat does not support it; the default method does";
+constexpr NotWithCat jobsNotWithCat[] = {
+    {"--tile", isTiled, "tile"},
+    {"columns (--order, <order>)", [](const Job& job) { return job.inColumns; }, "order"},
+    {"<region>", [](const Job& job) { return !job.regions.empty(); }, ""},
+};
+struct SpeciesNotWithCat {
+  const char* what;
+  bool (*asked)(const Job&, const CellSpecies&);
+};
+constexpr SpeciesNotWithCat speciesNotWithCat[] = {
+    {"existing cells", [](const Job&, const CellSpecies& s) { return !s.fixed.empty() || !s.start.empty(); }},
+    {"an axis", [](const Job&, const CellSpecies& s) { return s.cone.has_value(); }},
+    {"a clearance to the wall of its own",
+     [](const Job& job, const CellSpecies& s) { return s.ownWallClearance > job.demanded.wall; }},
+};
+
+void refuseWithCat(const Job& job, const Settings& options) {
+  for (const NotWithCat& row : jobsNotWithCat) {
+    if (!row.asked(job)) continue;
+    const std::string reason = row.what + std::string(notWithCat);
+    if (options.states(row.option)) throw UsageError(reason);
+    throw InputError(reason);
+  }
+}
+
+void refuseSpeciesWithCat(const Job& job) {
+  for (const CellSpecies& species : job.species)
+    for (const SpeciesNotWithCat& row : speciesNotWithCat)
+      if (row.asked(job, species))
+        throw InputError(fmt::format("cell '{}' has {}{}", species.name, row.what, notWithCat));
 }
 
 /// Settings that have no effect where they were given are refused, not ignored.
@@ -103,13 +143,9 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   }
   if (options.states("tile") && (!job.boxSize || job.container || !job.periodicEnds.value_or(false)))
     throw UsageError("option '--tile' is for periodic boxes: sX sY sZ --ends periodic");
-  if (options.states("tile") && job.method == Method::cat)
-    throw UsageError("option '--tile' is for the default method, not for --method cat");
   if (job.seed + std::uint64_t(job.realisations - 1) >
       std::uint64_t(std::numeric_limits<std::int64_t>::max()))
     throw UsageError("option '--realisations': the last of the seeds would be larger than a seed may be");
-  if (job.inColumns && job.method == Method::cat)
-    throw UsageError("columns (--order, <order>) are for the default method, not for --method cat");
   if (job.inColumns && job.boxSize && !ownBody && !job.periodicEnds.value_or(false))
     throw InputError(
         "columns (--order, <order>) take a box that is periodic along all axes: sX sY sZ --ends periodic");
@@ -140,22 +176,6 @@ void warnOfUnits(Job& job, const Settings& options) {
                     "read that file",
                     job.container->lumen->where, job.config->file.string(),
                     job.config->domain.geometry->filename().string()));
-}
-
-/// What growth does not know is refused before anything is built.
-void checkMethod(const Job& job) {
-  if (job.method != Method::cat) return;
-  const auto refuse = [](const std::string& what) {
-    throw InputError(what + ": method cat does not support it; the default method does");
-  };
-  if (!job.regions.empty()) refuse("<region>");
-  for (const JobSpecies& species : job.species) {
-    if (!species.fixed.empty() || !species.start.empty())
-      refuse(fmt::format("cell '{}' has existing cells", species.name));
-    if (species.cone) refuse(fmt::format("cell '{}' has an axis", species.name));
-    if (species.ownWallClearance > job.wallClearance)
-      refuse(fmt::format("cell '{}' has a clearance to the wall of its own", species.name));
-  }
 }
 
 /// A restart of one of several realisations goes on with those after it, in the folder that holds them all.
@@ -207,6 +227,8 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   if (job.config) job.dx = job.config->domain.dx;
   warnOfUnits(job, options);
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
+  const bool packsWithCat = job.method == Method::cat && job.command != Command::check;
+  if (packsWithCat) refuseWithCat(job, options);
   checkApplicability(job, settings, options);
   continueRealisations(job);
   choosePreInlet(job, settings);
@@ -219,8 +241,8 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);
-    checkMethod(job);
-    for (const JobSpecies& species : job.species) {
+    if (packsWithCat) refuseSpeciesWithCat(job);
+    for (const CellSpecies& species : job.species) {
       if (species.cone && !job.rotate)
         throw InputError(fmt::format(
             "cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",
