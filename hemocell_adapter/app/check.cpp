@@ -25,12 +25,12 @@ struct FoundCells {
   std::vector<std::int64_t> lineNumber;  ///< in its .pos file
 };
 
-FoundCells readCells(const Job& job, const Scene& scene) {
+FoundCells readCells(const Scene& scene) {
   FoundCells found;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     std::vector<std::string> warnings;
     const std::vector<PosLine> lines =
-        readPos(job.outputDirectory / (scene.species[s].job.name + ".pos"), &warnings);
+        readPos(scene.outputDirectory / (scene.species[s].name + ".pos"), &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       found.cells.push_back({int(s), placementOf(lines[i])});
@@ -61,18 +61,18 @@ class FaultList {
 
 class Report {
  public:
-  Report(const Job& job, const Scene& scene, const FoundCells& found)
-      : job_(job), scene_(scene), found_(found), violations_(found.cells.size()) {
+  Report(const Scene& scene, const FoundCells& found)
+      : scene_(scene), found_(found), violations_(found.cells.size()) {
     CertificateInput input;
     input.container = scene.lumen.container.get();
     input.cells = &found.cells;
-    for (const SceneSpecies& species : scene.species) {
+    for (const CellSpecies& species : scene.species) {
       input.shapes.push_back(species.shape.get());
       input.walls.push_back(scene.lumen.container->wall());
-      input.extraWallGap.push_back(wallClearanceOf(job, species.job) - job.wallClearance);
+      input.extraWallGap.push_back(species.extraWallClearance(scene.demanded.wall));
     }
-    input.requiredGap = job.clearance;
-    input.requiredWallGap = job.wallClearance;
+    input.requiredGap = scene.demanded.membranes;
+    input.requiredWallGap = scene.demanded.wall;
     input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(found.cells.size()));
     certificate_ = certify(input);
     for (std::size_t i = 0; i < found.cells.size(); ++i) {
@@ -102,7 +102,8 @@ class Report {
         droppedIsFault() || dropped == 0
             ? ""
             : fmt::format("; that HemoCell drops {} is no fault where cells may cross the faces", dropped),
-        job_.unchecked.empty() ? "" : fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "))));
+        scene_.unchecked.empty() ? ""
+                                 : fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "))));
     return clean();
   }
 
@@ -121,7 +122,8 @@ class Report {
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
     if (knowsAcceptance(scene_))
       text += fmt::format("; HemoCell keeps {} of {}", kept_.size(), found_.cells.size());
-    if (!job_.unchecked.empty()) text += fmt::format("; not examined: {}", fmt::join(job_.unchecked, ", "));
+    if (!scene_.unchecked.empty())
+      text += fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "));
     return text;
   }
 
@@ -130,25 +132,24 @@ class Report {
   }
 
  private:
-  bool droppedIsFault() const { return scene_.lumen.acceptedOnly && !job_.periodicEnds.value_or(false); }
+  bool droppedIsFault() const { return scene_.lumen.acceptedOnly && !scene_.periodicEnds.value_or(false); }
 
   std::string nameOf(std::int64_t cell) const {
-    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].job.name,
-                       found_.lineNumber[cell]);
+    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].name, found_.lineNumber[cell]);
   }
 
   void printHead() const {
     log::info(versionLine(1));
-    if (job_.config) log::info(fmt::format("Check of {}", job_.config->file.string()));
+    if (scene_.config) log::info(fmt::format("Check of {}", scene_.config->file.string()));
     for (const std::string& line : lumenLines(scene_)) log::info(line);
-    for (const SceneSpecies& species : scene_.species) {
+    for (const CellSpecies& species : scene_.species) {
       if (!species.acceptance) continue;
-      log::info(fmt::format("{}: {}", species.job.name, species.job.origin));
-      log::info(distanceLine(species.job));
+      log::info(fmt::format("{}: {}", species.name, species.origin));
+      log::info(distanceLine(species));
     }
     const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-      log::info(fmt::format("{}: {} cells", scene_.species[s].job.name, tally.counts[s]));
+      log::info(fmt::format("{}: {} cells", scene_.species[s].name, tally.counts[s]));
     }
   }
 
@@ -157,8 +158,9 @@ class Report {
     for (const OverlappingPair& pair : certificate_.overlapping) {
       amongKept += !violations_[pair.first] && !violations_[pair.second];
     }
-    const std::string nearer =
-        job_.clearance > 0.0 ? fmt::format(" or nearer than {:.6g} µm", job_.clearance) : "";
+    const std::string nearer = scene_.demanded.membranes > 0.0
+                                   ? fmt::format(" or nearer than {:.6g} µm", scene_.demanded.membranes)
+                                   : "";
     const bool more = certificate_.moreOverlaps;
     std::string text = fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "",
                                    certificate_.overlapping.size());
@@ -182,8 +184,9 @@ class Report {
 
   void printMisplaced() const {
     if (!scene_.lumen.container->wall()) return;
-    const bool layer = std::any_of(scene_.species.begin(), scene_.species.end(),
-                                   [&](const SceneSpecies& s) { return wallClearanceOf(job_, s.job) > 0.0; });
+    const bool layer = std::any_of(scene_.species.begin(), scene_.species.end(), [&](const CellSpecies& s) {
+      return s.wallClearance(scene_.demanded.wall) > 0.0;
+    });
     log::info(fmt::format("Cells not wholly inside the lumen{}: {}", layer ? ", or too near to the wall" : "",
                           certificate_.misplaced.size()));
     FaultList list;
@@ -201,7 +204,7 @@ class Report {
       auto same = std::find_if(factors.begin(), factors.end(),
                                [&](const auto& one) { return one.first.factor == found->factor; });
       if (same == factors.end()) same = factors.insert(same, {*found, {}});
-      same->second.push_back(scene_.species[s].job.name + ".pos");
+      same->second.push_back(scene_.species[s].name + ".pos");
     }
     if (factors.empty())
       if (const auto found = factorOf([](const PlacedCell&) { return true; }))
@@ -222,7 +225,7 @@ class Report {
       positions.push_back(cell.placement.translation);
       volumes += scene_.species[cell.species].shape->volume();
     }
-    return positionFactor(*scene_.lumen.container, positions, volumes, job_.dx);
+    return positionFactor(*scene_.lumen.container, positions, volumes, scene_.dx);
   }
 
   void printKept() const {
@@ -238,10 +241,10 @@ class Report {
           ++kept;
         }
       }
-      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].job.name);
+      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].name);
       for (const auto& [reason, count] : reasons.reasons)
         text += fmt::format("; drops {}: {}", count, reason);
-      if (scene_.lumen.keptBox && kept < total) text += fmt::format(" (nodes at dx {:.6g} µm)", job_.dx);
+      if (scene_.lumen.keptBox && kept < total) text += fmt::format(" (nodes at dx {:.6g} µm)", scene_.dx);
       log::info(text);
     }
     FaultList list;
@@ -253,11 +256,10 @@ class Report {
 
   void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
     const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells, chosen));
-    for (const std::string& line : hematocritLines(job_, scene_, tally))
+    for (const std::string& line : hematocritLines(scene_, tally))
       log::info(fmt::format("{}: {}", which, line));
   }
 
-  const Job& job_;
   const Scene& scene_;
   const FoundCells& found_;
   std::vector<std::optional<std::string>> violations_;  ///< HemoCell's, per cell
@@ -270,13 +272,10 @@ class Report {
 ExitCode runCheck(const Job& job) {
   for (const std::string& warning : job.warnings) log::warning(warning);
   const Scene scene = buildScene(job);
-  for (const auto* list : {&scene.warnings, &scene.lumen.notices}) {
-    for (const std::string& warning : *list) log::warning(warning);
-  }
-  const FoundCells found = readCells(job, scene);
-  for (const std::string& warning : limitWarnings(job, scene, countsOf(scene, found.cells)))
-    log::warning(warning);
-  return Report(job, scene, found).print() ? ExitCode::ok : ExitCode::faultsFound;
+  for (const std::string& notice : scene.notices) log::warning(notice);
+  const FoundCells found = readCells(scene);
+  for (const std::string& warning : limitWarnings(scene, countsOf(scene, found.cells))) log::warning(warning);
+  return Report(scene, found).print() ? ExitCode::ok : ExitCode::faultsFound;
 }
 
 ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf) {
@@ -289,11 +288,10 @@ ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::fi
     const Scene scene = buildScene(one);
     if (first) {
       log::info(versionLine(1));
-      for (const auto* list : {&scene.warnings, &scene.lumen.notices})
-        for (const std::string& warning : *list) log::warning(warning);
+      for (const std::string& notice : scene.notices) log::warning(notice);
     }
-    const FoundCells found = readCells(one, scene);
-    const Report report(one, scene, found);
+    const FoundCells found = readCells(scene);
+    const Report report(scene, found);
     log::info(fmt::format("{}: {}", folder.string(), report.line()));
     return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
   };

@@ -46,25 +46,24 @@ bool isPossible(const PackingProblem& problem) {
 
 }  // namespace
 
-PackingProblem PackingAttempts::problemWith(const Job& job) {
-  setClearances(job, scene_);
-  PackingProblem problem = problemOf(job, scene_, interrupted, [this](const Progress& p) { progress_(p); });
+PackingProblem PackingAttempts::problemWith(const Clearances& clearances) {
+  setClearances(scene_, clearances);
+  PackingProblem problem = problemOf(scene_, interrupted, [this](const Progress& p) { progress_(p); });
   problem.communicator = ranks_;
   return problem;
 }
 
 std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clearances,
                                                          const AttemptLimits& limits) {
-  const Job job = withClearances(job_, clearances);
-  PackingProblem problem = problemWith(job);
+  PackingProblem problem = problemWith(clearances);
   if (!begun_) requireSameOnAllRanks(problem);
   if (!limits.fewerCells && !isPossible(problem)) return {};
   problem.limits.maxSeconds = limits.maxSeconds;
   if (limits.maxSweeps > 0) problem.limits.maxSweeps = std::min(limits.maxSweeps, problem.limits.maxSweeps);
   problem.limits.fewerCells = limits.fewerCells;
-  StateFiles states(job, problem);
-  if (job.stateFile) problem.checkpoints = states.checkpoints();
-  if (job.restart && !begun_) problem.resume = stateToContinue(job, problem);
+  StateFiles states(scene_, problem);
+  if (scene_.stateFile) problem.checkpoints = states.checkpoints();
+  if (scene_.restart && !begun_) problem.resume = stateToContinue(scene_, problem);
   begun_ = true;
   PackingResult result = pack(problem);
   saved_ = states.saved();
@@ -78,12 +77,11 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
 }
 
 std::size_t PackingAttempts::firstLevel(const std::vector<Clearances>& levels) {
-  if (!job_.restart || levels.size() == 1) return 0;
+  if (!scene_.restart || levels.size() == 1) return 0;
   std::string digest;
-  together(ranks_, [&] { digest = readStateHead(*job_.restart).digest; });
+  together(ranks_, [&] { digest = readStateHead(*scene_.restart).digest; });
   std::size_t level = 0;
-  while (level + 1 < levels.size() && digestOf(problemWith(withClearances(job_, levels[level]))) != digest)
-    ++level;
+  while (level + 1 < levels.size() && digestOf(problemWith(levels[level])) != digest) ++level;
   return level;
 }
 

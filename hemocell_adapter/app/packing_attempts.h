@@ -14,8 +14,8 @@ namespace packmesh::hemocell {
 /// References what it is given. All ranks call everything together.
 class PackingAttempts {
  public:
-  PackingAttempts(const Job& job, Scene& scene, const Communicator& ranks)
-      : job_(job), scene_(scene), ranks_(ranks), progress_(job, scene, ranks.size()) {}
+  PackingAttempts(Scene& scene, const Communicator& ranks)
+      : scene_(scene), ranks_(ranks), progress_(scene, ranks.size()) {}
 
   /// Packs; the scene is left with these clearances. The first attempt goes on from the job's `restart`.
   /// @return nothing when the clearances are impossible and fewer cells are not wanted
@@ -29,9 +29,8 @@ class PackingAttempts {
   bool saved() const { return saved_; }
 
  private:
-  PackingProblem problemWith(const Job& job);
+  PackingProblem problemWith(const Clearances& clearances);
 
-  const Job& job_;
   Scene& scene_;
   const Communicator& ranks_;
   ProgressLog progress_;

@@ -21,11 +21,10 @@ double pauseNow() {
 
 }  // namespace
 
-ProgressLog::ProgressLog(const Job& job, const Scene& scene, int ranks)
-    : job_(job), scene_(scene), ranks_(ranks), hematocrit_(0.0) {
-  for (const SceneSpecies& species : scene.species)
-    if (species.job.redCell) hematocrit_ += double(species.count) * species.shape->volume();
-  hematocrit_ /= scene.referenceVolume(job);
+ProgressLog::ProgressLog(const Scene& scene, int ranks) : scene_(scene), ranks_(ranks), hematocrit_(0.0) {
+  for (const CellSpecies& species : scene.species)
+    if (species.redCell) hematocrit_ += double(species.count) * species.shape->volume();
+  hematocrit_ /= scene.referenceVolume();
 }
 
 void ProgressLog::operator()(const Progress& progress) {
@@ -39,8 +38,8 @@ void ProgressLog::operator()(const Progress& progress) {
 }
 
 std::optional<double> ProgressLog::expectedSeconds() {
-  if (job_.method != Method::relaxation) return {};
-  if (!forecast_) forecast_ = forecastOf(job_, scene_);
+  if (scene_.method != Method::relaxation) return {};
+  if (!forecast_) forecast_ = forecastOf(scene_);
   if (!forecast_->seconds) return {};
   return *forecast_->seconds / ranks_;
 }
@@ -56,7 +55,7 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
   line += "; " + durationText(std::floor(seconds));
   // The search for fewer cells may take as long again (Limits::maxSeconds).
-  if (const double limit = job_.maxSeconds; limit > 0.0)
+  if (const double limit = scene_.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
   if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)
     line += fmt::format(", about {} left", durationText(std::ceil(*expected - seconds)));

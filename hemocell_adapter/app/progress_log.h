@@ -13,10 +13,10 @@ namespace packmesh::hemocell {
 /// On a terminal a line that is kept up to date, otherwise (in files, under Slurm) a plain line now and then:
 /// stage, hematocrit of the cells at their present size, overlap that is left, time, and time left where the
 /// forecast knows it.
-/// References what it is made of.
+/// References the scene.
 class ProgressLog {
  public:
-  ProgressLog(const Job& job, const Scene& scene, int ranks);
+  ProgressLog(const Scene& scene, int ranks);
 
   void operator()(const Progress& progress);
 
@@ -27,7 +27,6 @@ class ProgressLog {
   /// By the forecast; made when it is asked for, since short packings have ended before. [s]
   std::optional<double> expectedSeconds();
 
-  const Job& job_;
   const Scene& scene_;
   int ranks_;
   double hematocrit_;  ///< of all cells at full size

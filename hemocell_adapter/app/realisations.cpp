@@ -35,7 +35,7 @@ void warnOfFilesBeside(const Job& job) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(job.outputDirectory, ignored)) {
     if (entry.path().extension() != ".pos") continue;
-    const auto isInput = [&](const JobSpecies& s) {
+    const auto isInput = [&](const CellSpecies& s) {
       return fs::equivalent(entry.path(), s.fixedFrom, ignored) ||
              fs::equivalent(entry.path(), s.startFrom, ignored);
     };

@@ -69,38 +69,38 @@ ExitCode endInterrupted(const Job& job, bool saved) {
 }
 
 /// What was reached when not everything could be.
-std::string reachedText(const Job& job, const Scene& scene, const PackingResult& result, const Tally& tally) {
+std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally) {
   std::string counts;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
-                          scene.species[s].job.name);
+                          scene.species[s].name);
   }
-  const std::string time = job.maxSeconds > 0 ? fmt::format(", {}", durationText(job.maxSeconds)) : "";
+  const std::string time = scene.maxSeconds > 0 ? fmt::format(", {}", durationText(scene.maxSeconds)) : "";
   const Statistics& done = result.statistics;
   const std::string limits =
       done.growth ? fmt::format("{} iterations of growth{}", done.growth->iterations, time)
                   : fmt::format("{} sweeps{}; {} done, those of the search for fewer cells included",
-                                job.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps);
+                                scene.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps);
   const std::string what =
       result.searched ? "the densest certified packing found"
                       : std::string(done.growth ? "" : "time ended the search for the densest packing; ") +
                             "a certified packing found";
   return fmt::format("out of reach within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
-                     what, tally.redMesh / scene.referenceVolume(job),
-                     job.fluidVolume ? "fluid nodes" : "lumen", counts);
+                     what, tally.redMesh / scene.referenceVolume(),
+                     scene.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
 /// Why nothing is written when not everything could be packed.
-std::string failureText(const Job& job, const Scene& scene, const PackingResult& result, const Tally& tally) {
+std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
   const Statistics& done = result.statistics;
   const bool begun = done.growth ? done.growth->iterations > 0 : done.sweeps > 0;
-  if (result.cellCount == 0 && !begun && job.maxSeconds > 0.0)
+  if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0)
     return fmt::format("the time limit of {} was reached before packing began; nothing was written",
-                       durationText(job.maxSeconds));
-  return reachedText(job, scene, result, tally) +
+                       durationText(scene.maxSeconds));
+  return reachedText(scene, result, tally) +
          (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
                                 : "; nothing was written (--best-effort writes that one)") +
-         (forecastOf(job, scene).effectiveFraction > Forecast::easy ? columnsInstead(job, scene) : "");
+         (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
 }
 
 /// Tells what packing took, in detail.
@@ -120,8 +120,7 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
 Scene builtScene(const Job& job, const Communicator& ranks) {
   std::optional<Scene> scene;
   together(ranks, [&] { scene = buildScene(job); });
-  for (const auto* list : {&scene->warnings, &scene->lumen.notices})
-    for (const std::string& warning : *list) log::warning(warning);
+  for (const std::string& notice : scene->notices) log::warning(notice);
   return std::move(*scene);
 }
 
@@ -140,31 +139,31 @@ RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, co
 }
 
 /// Of cells that cross periodic faces.
-void warnOfDropped(const Job& job, const Scene& scene, const Tally& tally, const Kept& kept) {
+void warnOfDropped(const Scene& scene, const Tally& tally, const Kept& kept) {
   const auto sum = [](const std::vector<std::int64_t>& counts) {
     return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
   };
   log::warning(fmt::format(
       "HEMOCELL WOULD KEEP {} OF {} CELLS, A HEMATOCRIT OF {:.4f}: it silently deletes cells that cross a "
       "periodic face when it loads them; {} packs cells that it keeps",
-      sum(kept.kept), sum(tally.counts), tallyOf(scene, kept.kept).redMesh / scene.referenceVolume(job),
-      job.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));
+      sum(kept.kept), sum(tally.counts), tallyOf(scene, kept.kept).redMesh / scene.referenceVolume(),
+      scene.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));
 }
 
 /// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
-RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const Timer& timer,
-               const Communicator& ranks, const Repeated* repeated = nullptr) {
+RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, const Communicator& ranks,
+               const Repeated* repeated = nullptr) {
   std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
   ranks.sum(countsOfParts);
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
   ranks.sum(counts);
   const Tally tally = tallyOf(scene, std::move(counts));
   if (result.outcome == Outcome::outOfReach) {
-    if (!job.bestEffort || result.cellCount == 0) {
-      log::error(failureText(job, scene, result, tally));
+    if (!scene.bestEffort || result.cellCount == 0) {
+      log::error(failureText(scene, result, tally));
       return {ExitCode::outOfReach, {}};
     }
-    log::warning(reachedText(job, scene, result, tally) + "; writing that one (--best-effort)");
+    log::warning(reachedText(scene, result, tally) + "; writing that one (--best-effort)");
   }
   const Kept kept = keptOf(scene, result.cells, ranks);
   const bool allKept = kept.reasons.empty();
@@ -181,36 +180,34 @@ RunEnd deliver(const Job& job, const Scene& scene, PackingResult& result, const 
     return {ExitCode::internal, {}};
   }
   const RunTimes times = {timer.cpu(), timer.wall()};
-  const std::vector<fs::path> files = writeCellFiles(job, scene, result, tally.counts, ranks);
-  for (const std::string& line : footLines(job, scene, tally, result.certificate, kept, times))
-    log::info(line);
-  for (const std::string& line : regionLines(job, scene, countsOfParts)) log::info(line);
-  if (!allKept) warnOfDropped(job, scene, tally, kept);
+  const std::vector<fs::path> files = writeCellFiles(scene, result, tally.counts, ranks);
+  for (const std::string& line : footLines(scene, tally, result.certificate, kept, times)) log::info(line);
+  for (const std::string& line : regionLines(scene, countsOfParts)) log::info(line);
+  if (!allKept) warnOfDropped(scene, tally, kept);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
-  warnOfStaleFiles(job, scene);
-  writeViews({job, scene, result, tally, kept, ranks, repeated}, times);
+  warnOfStaleFiles(scene);
+  writeViews({scene, result, tally, kept, ranks, repeated}, times);
   return {ExitCode::ok, figuresOf(scene, result, tally, times)};
 }
 
 /// The packing repeated in a larger box, proved anew.
-RunEnd deliverTiled(const Job& job, const Scene& scene, PackingResult& result, const Timer& timer,
+RunEnd deliverTiled(const Scene& scene, PackingResult& result, const Timer& timer,
                     const Communicator& ranks) {
-  if (result.outcome == Outcome::outOfReach && !(job.bestEffort && result.cellCount > 0))
-    return deliver(job, scene, result, timer, ranks);
+  if (result.outcome == Outcome::outOfReach && !(scene.bestEffort && result.cellCount > 0))
+    return deliver(scene, result, timer, ranks);
   namedBySpecies(scene, result);
-  const Job big = tiledJob(job, scene, result, ranks);
-  const Scene bigScene = builtScene(big, ranks);
-  log::info(fmt::format("Repeated {} x {} x {} times: {}", job.tiles[0], job.tiles[1], job.tiles[2],
-                        lumenLines(bigScene).front()));
-  PackingProblem problem = problemOf(big, bigScene, interrupted, {});
+  const Scene big = builtScene(tiledJob(scene, result, ranks), ranks);
+  log::info(fmt::format("Repeated {} x {} x {} times: {}", scene.tiles[0], scene.tiles[1], scene.tiles[2],
+                        lumenLines(big).front()));
+  PackingProblem problem = problemOf(big, interrupted, {});
   problem.communicator = ranks;
   PackingResult bigResult = pack(problem);
   if (bigResult.outcome == Outcome::interrupted) {
     log::error("interrupted: nothing was written");
     return {ExitCode::interrupted, {}};
   }
-  const Repeated repeated{job, result};
-  return deliver(big, bigScene, bigResult, timer, ranks, &repeated);
+  const Repeated repeated{scene, result};
+  return deliver(big, bigResult, timer, ranks, &repeated);
 }
 
 bool writes(const Job& job) {
@@ -243,16 +240,16 @@ void requireWritableFolders(const Job& job, const Communicator& ranks) {
   });
 }
 
-void tellForecast(const Job& job, const Scene& scene, const Communicator& ranks) {
-  for (const std::string& line : forecastLines(job, scene, ranks.size())) log::info(line);
+void tellForecast(const Scene& scene, const Communicator& ranks) {
+  for (const std::string& line : forecastLines(scene, ranks.size())) log::info(line);
   log::info("A dry run: nothing was packed or written");
-  if (const auto seconds = forecastOf(job, scene).seconds)
+  if (const auto seconds = forecastOf(scene).seconds)
     log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
 }
 
 std::int64_t mostCells(const Scene& scene) {
   std::int64_t cells = 0;
-  for (const SceneSpecies& species : scene.species) cells += species.mostCells();
+  for (const CellSpecies& species : scene.species) cells += species.mostCells();
   return cells;
 }
 
@@ -271,29 +268,28 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 }
 
 /// Packs what has been prepared, and delivers it.
-RunEnd packScene(const Job& job, Scene& scene, const Timer& timer, const Communicator& ranks) {
+RunEnd packScene(Scene& scene, const Timer& timer, const Communicator& ranks) {
   const std::int64_t cells = mostCells(scene);
   together(ranks, [&] { requireMemory(cells, ranks); });
   pollInterruption();
-  if (job.stateFile) SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
-  PackingAttempts attempts(job, scene, ranks);
-  const std::vector<Clearances> levels = clearanceLevels(job, scene);
+  if (scene.stateFile) SharedFiles(ranks).makeFolder(scene.stateFile->parent_path());
+  PackingAttempts attempts(scene, ranks);
+  const std::vector<Clearances> levels = clearanceLevels(scene);
   RoomyPacking packing = packWithRoom(
-      job, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(timer.wall()); },
+      scene, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(timer.wall()); },
       [&](const Clearances& clearances, const AttemptLimits& limits) {
         return attempts(clearances, limits);
       });
   PackingResult& result = packing.result;
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
-    return {endInterrupted(job, attempts.saved()), {}};
+    return {endInterrupted(scene, attempts.saved()), {}};
   tellEffort(result.statistics, ranks);
   warnOfNoRoom(levels, packing, scene);
-  const Job packed = withClearances(job, packing.clearances);
-  if (job.largestClearance) setClearances(packed, scene);  // the last attempt may have failed
-  RunEnd end = isTiled(job) ? deliverTiled(packed, scene, result, timer, ranks)
-                            : deliver(packed, scene, result, timer, ranks);
-  if (end.code != ExitCode::ok || !job.stateFile || attempts.saved()) return end;
-  log::error(fmt::format("{}: the state could not be saved", job.stateFile->string()));
+  if (scene.largestClearance) setClearances(scene, packing.clearances);  // the last attempt may have failed
+  RunEnd end =
+      isTiled(scene) ? deliverTiled(scene, result, timer, ranks) : deliver(scene, result, timer, ranks);
+  if (end.code != ExitCode::ok || !scene.stateFile || attempts.saved()) return end;
+  log::error(fmt::format("{}: the state could not be saved", scene.stateFile->string()));
   end.code = ExitCode::cannotWrite;
   return end;
 }
@@ -304,16 +300,16 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   const Locks locks = locksOf(job, ranks);
   for (const std::string& warning : job.warnings) log::warning(warning);
   Scene scene = builtScene(job, ranks);
-  if (isTiled(job)) together(ranks, [&] { requireTileable(job, scene); });
-  onFirstRank(ranks, [&] { requireWritableOutputs(job, scene); });
+  if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
+  onFirstRank(ranks, [&] { requireWritableOutputs(scene); });
   if (job.validate) {
     log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
     return {};
   }
-  for (const std::string& line : headLines(job, scene, ranks.size())) log::info(line);
+  for (const std::string& line : headLines(scene, ranks.size())) log::info(line);
   log::detail(fmt::format("Preparation: {:.3f} s CPU", timer.cpu()));
-  if (!job.dryRun) return packScene(job, scene, timer, ranks);
-  tellForecast(job, scene, ranks);
+  if (!job.dryRun) return packScene(scene, timer, ranks);
+  tellForecast(scene, ranks);
   return {};
 }
 

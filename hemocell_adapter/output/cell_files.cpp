@@ -26,14 +26,14 @@ struct File {
 
 class CellFiles {
  public:
-  CellFiles(const Job& job, const Scene& scene, const PackingResult& result,
-            const std::vector<std::int64_t>& counts, const Communicator& ranks)
-      : job_(job), scene_(scene), result_(result), counts_(counts), ranks_(ranks), shared_(ranks) {}
+  CellFiles(const Scene& scene, const PackingResult& result, const std::vector<std::int64_t>& counts,
+            const Communicator& ranks)
+      : scene_(scene), result_(result), counts_(counts), ranks_(ranks), shared_(ranks) {}
 
   std::vector<fs::path> operator()() {
-    shared_.makeFolder(job_.outputDirectory);
+    shared_.makeFolder(scene_.outputDirectory);
     addPosFiles();
-    for (const std::string& format : job_.exports) addExport(format);
+    for (const std::string& format : scene_.exports) addExport(format);
     for (const File& file : files_) write(file);
     shared_.commit();
     std::vector<fs::path> paths;
@@ -51,20 +51,14 @@ class CellFiles {
           if (result_.cells[i].species == int(s)) own.push_back(scene_.read.lineOf(result_.poses[i]));
         return formatPosLines(own);
       };
-      files_.push_back({job_.outputDirectory / (scene_.species[s].job.name + ".pos"),
-                        {{formatPosHead(counts_[s]), lines}}});
+      files_.push_back(
+          {scene_.outputDirectory / (scene_.species[s].name + ".pos"), {{formatPosHead(counts_[s]), lines}}});
     }
   }
 
   void addExport(const std::string& format) {
-    for (std::size_t s = 0; packing_.species.size() < scene_.species.size(); ++s) {
-      const SceneSpecies& species = scene_.species[s];
-      packing_.species.push_back(
-          {species.job.name, counts_[s], boundingBox(species.shape->mesh()).size(), species.shape->volume()});
-    }
-    packing_.bounds = scene_.lumen.container->bounds();
-    for (const ExportedFile& exported : exportedFiles(format, packing_)) {
-      File file{job_.outputDirectory / exported.name, {}};
+    for (const ExportedFile& exported : exportedFiles(format, scene_, counts_)) {
+      File file{scene_.outputDirectory / exported.name, {}};
       for (const ExportedSection& section : exported.sections)
         file.sections.push_back({section.head, [this, section] { return linesOf(section); }});
       files_.push_back(std::move(file));
@@ -76,7 +70,7 @@ class CellFiles {
     std::string text;
     for (std::size_t i = 0; i < result_.cells.size(); ++i, ++number)
       if (section.species < 0 || section.species == result_.cells[i].species)
-        text += section.line(packing_, {result_.cells[i].species, number, result_.poses[i]});
+        text += section.line({result_.cells[i].species, number, result_.poses[i]});
     return text;
   }
 
@@ -97,21 +91,19 @@ class CellFiles {
     shared_.end();
   }
 
-  const Job& job_;
   const Scene& scene_;
   const PackingResult& result_;
   const std::vector<std::int64_t>& counts_;
   const Communicator& ranks_;
-  ExportedPacking packing_;
   std::vector<File> files_;
   SharedFiles shared_;
 };
 
 }  // namespace
 
-std::vector<fs::path> writeCellFiles(const Job& job, const Scene& scene, const PackingResult& result,
+std::vector<fs::path> writeCellFiles(const Scene& scene, const PackingResult& result,
                                      const std::vector<std::int64_t>& counts, const Communicator& ranks) {
-  return CellFiles(job, scene, result, counts, ranks)();
+  return CellFiles(scene, result, counts, ranks)();
 }
 
 }  // namespace packmesh::hemocell

@@ -17,8 +17,7 @@ namespace packmesh::hemocell {
 /// @param counts of all ranks, per species
 /// @return the files
 /// @throws AgreedFailure when they cannot be written; then no file has changed
-std::vector<std::filesystem::path> writeCellFiles(const Job& job, const Scene& scene,
-                                                  const PackingResult& result,
+std::vector<std::filesystem::path> writeCellFiles(const Scene& scene, const PackingResult& result,
                                                   const std::vector<std::int64_t>& counts,
                                                   const Communicator& ranks);
 

@@ -76,54 +76,55 @@ Report growthOf(const GrowthSettings& growth) {
 }
 
 /// Files that hold cells which are there, per species that has one.
-Report filesOf(const Job& job, std::string JobSpecies::*file) {
+Report filesOf(const Job& job, std::string CellSpecies::*file) {
   Report files = Report::array();
-  for (const JobSpecies& species : job.species)
+  for (const CellSpecies& species : job.species)
     if (!(species.*file).empty()) files.push_back(species.*file);
   return files;
 }
 
 }  // namespace
 
-Report configurationOf(const Job& job) {
-  const bool cat = job.method == Method::cat;
-  const bool box = job.boxSize && !(job.container && job.container->lumen);
+Report configurationOf(const Scene& scene) {
+  const bool cat = scene.method == Method::cat;
+  const bool box = scene.boxSize && !(scene.container && scene.container->lumen);
   Report all;
   for (const Setting& setting : settingsTable())
-    if (!setting.tag.empty() && setting.get) all[setting.tag] = valueOf(setting.get(job));
-  all["config"] = job.config ? Report(job.config->file.string()) : Report(nullptr);
-  all["boxSize"] = job.boxSize ? vectorOf(*job.boxSize) : Report(nullptr);
-  all["container"] = containerOf(job);
+    if (!setting.tag.empty() && setting.get) all[setting.tag] = valueOf(setting.get(scene));
+  all["config"] = scene.config ? Report(scene.config->file.string()) : Report(nullptr);
+  all["boxSize"] = scene.boxSize ? vectorOf(*scene.boxSize) : Report(nullptr);
+  all["container"] = containerOf(scene);
   all["preInlet"] = nullptr;
   all["preInletSlice"] = nullptr;
   all["preInletRange"] = Report::array();
-  if (job.preInlet) {
-    all["preInlet"] = std::string(1, "XYZ"[job.preInlet->axis]) + (job.preInlet->atHighEnd ? "pos" : "neg");
-    if (job.preInlet->slice) all["preInletSlice"] = toString(*job.preInlet->slice);
-    for (const NodeRange& range : job.preInlet->ranges) all["preInletRange"].push_back(toString(range));
+  if (scene.preInlet) {
+    all["preInlet"] =
+        std::string(1, "XYZ"[scene.preInlet->axis]) + (scene.preInlet->atHighEnd ? "pos" : "neg");
+    if (scene.preInlet->slice) all["preInletSlice"] = toString(*scene.preInlet->slice);
+    for (const NodeRange& range : scene.preInlet->ranges) all["preInletRange"].push_back(toString(range));
   }
   all["regions"] = Report::array();
-  for (const RegionRequest& region : job.regions)
+  for (const RegionRequest& region : scene.regions)
     all["regions"].push_back({{"hematocrit", region.hematocrit}, {"body", solidOf(region.body)}});
-  all["fixed"] = filesOf(job, &JobSpecies::fixedFrom);
-  all["start"] = filesOf(job, &JobSpecies::startFrom);
-  all["dx"] = job.dx;
+  all["fixed"] = filesOf(scene, &CellSpecies::fixedFrom);
+  all["start"] = filesOf(scene, &CellSpecies::startFrom);
+  all["dx"] = scene.dx;
   all["walls"] = nullptr;
-  if (job.walls || box) all["walls"] = job.walls.value_or("").empty() ? "none" : *job.walls;
-  all["ends"] = job.periodicEnds.value_or(false) ? "periodic" : "closed";
-  all["keep-all"] = job.keepAll;
+  if (scene.walls || box) all["walls"] = scene.walls.value_or("").empty() ? "none" : *scene.walls;
+  all["ends"] = scene.periodicEnds.value_or(false) ? "periodic" : "closed";
+  all["keep-all"] = scene.keepAll;
   if (!cat) all["builder"] = nullptr;
-  all["growth"] = cat ? growthOf(job.growth) : Report(nullptr);
-  all["clearance"] = job.clearance;
-  all["clearanceAskedFor"] = job.largestClearance ? "max" : job.autoClearance ? "auto" : "stated";
-  all["wallClearance"] = job.wallClearance;
-  all["wallClearanceAskedFor"] = job.autoWallClearance ? "auto" : "stated";
-  all["maxTime"] = job.maxSeconds > 0.0 ? Report(job.maxSeconds) : Report(nullptr);
-  all["maxIterations"] = job.maxIterations.value_or(Limits().maxSweeps);
-  all["tile"] = job.tiles;
-  all["export"] = job.exports;
-  all["checkpointEvery"] = job.checkpointEvery > 0.0 ? Report(job.checkpointEvery) : Report(nullptr);
-  all["restart"] = fileOf(job.restart);
+  all["growth"] = cat ? growthOf(scene.growth) : Report(nullptr);
+  all["clearance"] = scene.clearances.membranes;
+  all["clearanceAskedFor"] = scene.largestClearance ? "max" : scene.autoClearance ? "auto" : "stated";
+  all["wallClearance"] = scene.clearances.wall;
+  all["wallClearanceAskedFor"] = scene.autoWallClearance ? "auto" : "stated";
+  all["maxTime"] = scene.maxSeconds > 0.0 ? Report(scene.maxSeconds) : Report(nullptr);
+  all["maxIterations"] = scene.maxIterations.value_or(Limits().maxSweeps);
+  all["tile"] = scene.tiles;
+  all["export"] = scene.exports;
+  all["checkpointEvery"] = scene.checkpointEvery > 0.0 ? Report(scene.checkpointEvery) : Report(nullptr);
+  all["restart"] = fileOf(scene.restart);
   return all;
 }
 

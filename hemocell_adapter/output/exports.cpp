@@ -19,64 +19,64 @@ std::string numbers(const Pose& pose, const char* separator) {
                      q.y(), q.z());
 }
 
-std::string csvLine(const ExportedPacking& packing, const ExportedCell& cell) {
-  return fmt::format("{},{},{}\n", cell.number, packing.species[cell.species].name, numbers(cell.pose, ","));
+using Counts = std::vector<std::int64_t>;
+
+std::vector<ExportedFile> csv(const Scene& scene, const Counts&) {
+  const auto line = [&scene](const ExportedCell& cell) {
+    return fmt::format("{},{},{}\n", cell.number, scene.species[cell.species].name, numbers(cell.pose, ","));
+  };
+  return {{"cells.csv", {{"id,species,x,y,z,qw,qx,qy,qz\n", line}}}};
 }
 
-std::vector<ExportedFile> csv(const ExportedPacking&) {
-  return {{"cells.csv", {{"id,species,x,y,z,qw,qx,qy,qz\n", csvLine, -1}}}};
-}
-
-std::string comLine(const ExportedPacking&, const ExportedCell& cell) {
-  return numbers(cell.pose, " ") + "\n";
-}
-
-std::vector<ExportedFile> mirheo(const ExportedPacking& packing) {
+std::vector<ExportedFile> mirheo(const Scene& scene, const Counts& counts) {
+  const auto line = [](const ExportedCell& cell) { return numbers(cell.pose, " ") + "\n"; };
   std::vector<ExportedFile> files;
-  for (std::size_t s = 0; s < packing.species.size(); ++s)
-    if (packing.species[s].count > 0)
-      files.push_back({packing.species[s].name + ".com_q.txt", {{"", comLine, int(s)}}});
+  for (std::size_t s = 0; s < scene.species.size(); ++s)
+    if (counts[s] > 0) files.push_back({scene.species[s].name + ".com_q.txt", {{"", line, int(s)}}});
   return files;
 }
 
-std::string atomLine(const ExportedPacking&, const ExportedCell& cell) {
+std::string atomLine(const ExportedCell& cell) {
   const Vec3& p = cell.pose.position;
   return fmt::format("{} {} 1 1 {} {} {}\n", cell.number, cell.species + 1, p.x(), p.y(), p.z());
 }
 
-std::string ellipsoidLine(const ExportedPacking& packing, const ExportedCell& cell) {
-  const Vec3& size = packing.species[cell.species].size;
-  const Quaternion& q = cell.pose.orientation;
-  return fmt::format("{} {} {} {} {} {} {} {}\n", cell.number, size.x(), size.y(), size.z(), q.w(), q.x(),
-                     q.y(), q.z());
-}
-
-std::vector<ExportedFile> lammps(const ExportedPacking& packing) {
+std::vector<ExportedFile> lammps(const Scene& scene, const Counts& counts) {
   std::int64_t cells = 0;
   std::string types;
-  for (const ExportedSpecies& species : packing.species) {
-    cells += species.count;
-    types += (types.empty() ? "" : ", ") + species.name;
+  std::vector<Vec3> sizes;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    cells += counts[s];
+    types += (types.empty() ? "" : ", ") + scene.species[s].name;
+    sizes.push_back(boundingBox(scene.species[s].shape->mesh()).size());
   }
   std::string head = fmt::format(
       "packMesh: {} (types in this order), lengths in µm\n\n{} atoms\n{} ellipsoids\n"
       "{} atom types\n\n",
-      types, cells, cells, packing.species.size());
+      types, cells, cells, scene.species.size());
+  const Box bounds = scene.lumen.container->bounds();
   for (int k = 0; k < 3; ++k)
-    head += fmt::format("{0} {1} {2}lo {2}hi\n", packing.bounds.lo[k], packing.bounds.hi[k], "xyz"[k]);
-  return {{"cells.lammps",
-           {{head + "\nAtoms # ellipsoid\n\n", atomLine, -1}, {"\nEllipsoids\n\n", ellipsoidLine, -1}}}};
+    head += fmt::format("{0} {1} {2}lo {2}hi\n", bounds.lo[k], bounds.hi[k], "xyz"[k]);
+  const auto ellipsoidLine = [sizes](const ExportedCell& cell) {
+    const Vec3& size = sizes[cell.species];
+    const Quaternion& q = cell.pose.orientation;
+    return fmt::format("{} {} {} {} {} {} {} {}\n", cell.number, size.x(), size.y(), size.z(), q.w(), q.x(),
+                       q.y(), q.z());
+  };
+  return {
+      {"cells.lammps", {{head + "\nAtoms # ellipsoid\n\n", atomLine}, {"\nEllipsoids\n\n", ellipsoidLine}}}};
 }
 
-using Export = std::vector<ExportedFile> (*)(const ExportedPacking&);
+using Export = std::vector<ExportedFile> (*)(const Scene&, const Counts&);
 constexpr Export exports[] = {csv, lammps, mirheo};  // in the order of exportFormats
 static_assert(std::size(exports) == std::size(exportFormats));
 
 }  // namespace
 
-std::vector<ExportedFile> exportedFiles(const std::string& format, const ExportedPacking& packing) {
+std::vector<ExportedFile> exportedFiles(const std::string& format, const Scene& scene,
+                                        const std::vector<std::int64_t>& counts) {
   for (std::size_t i = 0; i < std::size(exports); ++i)
-    if (format == exportFormats[i]) return exports[i](packing);
+    if (format == exportFormats[i]) return exports[i](scene, counts);
   throw InputError("'" + format + "' is no format of an export");
 }
 

@@ -3,28 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "packMesh/core/box.h"
-#include "packMesh/core/pose.h"
+#include "hemocell_adapter/problem/scene.h"
 
 namespace packmesh::hemocell {
-
-/// What an export may say of a kind of cell.
-struct ExportedSpecies {
-  std::string name;
-  std::int64_t count = 0;
-  Vec3 size = Vec3::Zero();  ///< of the mesh, along its axes [µm]
-  double volume = 0.0;       ///< of the mesh [µm³]
-};
-
-/// All there is to export, but for the cells.
-struct ExportedPacking {
-  std::vector<ExportedSpecies> species;
-  Box bounds;  ///< of the lumen [µm]
-};
 
 /// One cell.
 struct ExportedCell {
@@ -36,7 +21,7 @@ struct ExportedCell {
 /// A part of a text file: a head, and a line for each cell that has one.
 struct ExportedSection {
   std::string head;
-  std::string (*line)(const ExportedPacking&, const ExportedCell&) = nullptr;
+  std::function<std::string(const ExportedCell&)> line;
   int species = -1;  ///< cells of this species only; -1: all
 };
 
@@ -53,6 +38,9 @@ struct ExportedFile {
 /// - mirheo: `<Cell>.com_q.txt`, a line per cell: x y z qw qx qy qz, as Mirheo's initial conditions want it.
 ///
 /// Quaternions turn HemoCell's template (thin axis y, centred on its bounding box) into the cell.
-std::vector<ExportedFile> exportedFiles(const std::string& format, const ExportedPacking& packing);
+///
+/// References the scene. @param counts of its species, all ranks together
+std::vector<ExportedFile> exportedFiles(const std::string& format, const Scene& scene,
+                                        const std::vector<std::int64_t>& counts);
 
 }  // namespace packmesh::hemocell

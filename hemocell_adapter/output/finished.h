@@ -11,13 +11,12 @@ namespace packmesh::hemocell {
 
 /// A packing that was made and then repeated in a larger box.
 struct Repeated {
-  const Job& job;
+  const Scene& scene;
   const PackingResult& result;
 };
 
 /// A packing that is done, certified and counted. References what it is made of.
 struct Finished {
-  const Job& job;
   const Scene& scene;
   const PackingResult& result;
   const Tally& tally;

@@ -29,8 +29,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path positionsOf(const Job& job, const SceneSpecies& species) {
-  return job.outputDirectory / (species.job.name + ".pos");
+fs::path positionsOf(const Job& job, const CellSpecies& species) {
+  return job.outputDirectory / (species.name + ".pos");
 }
 
 /// The cells of all ranks as a picture shows them; on the first rank.
@@ -61,9 +61,9 @@ std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& mea
 void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, const fs::path& file) {
   std::vector<const Shape*> shapes;
   std::vector<std::string> names;
-  for (const SceneSpecies& species : done.scene.species) {
+  for (const CellSpecies& species : done.scene.species) {
     shapes.push_back(species.shape.get());
-    names.push_back(species.job.name);
+    names.push_back(species.name);
   }
   writePovScene(file, shapes, names, cells, *done.scene.lumen.container);
 }
@@ -71,9 +71,9 @@ void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, co
 /// What was packed, by the user's species: packing may have had several parts of each.
 AnalysisInput analysisInput(const Finished& done) {
   AnalysisInput input;
-  for (const SceneSpecies& species : done.scene.species) {
+  for (const CellSpecies& species : done.scene.species) {
     input.shapes.push_back(species.shape.get());
-    input.inHematocrit.push_back(species.job.redCell);
+    input.inHematocrit.push_back(species.redCell);
   }
   input.container = done.scene.lumen.container.get();
   input.communicator = done.ranks;
@@ -82,11 +82,11 @@ AnalysisInput analysisInput(const Finished& done) {
 
 void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
   AtomicFiles files;
-  const fs::path json = fs::path(*done.job.reportFile).replace_extension(".json");
+  const fs::path json = fs::path(*done.scene.reportFile).replace_extension(".json");
   files.add(json, jsonText(report));
-  if (json != *done.job.reportFile) {
+  if (json != *done.scene.reportFile) {
     const Picture picture = renderPicture([&](const fs::path& file) { writeScene(done, cells, file); });
-    files.add(*done.job.reportFile, htmlText(report, picture));
+    files.add(*done.scene.reportFile, htmlText(report, picture));
   }
   files.commit();
 }
@@ -116,19 +116,19 @@ void requireWritable(const fs::path& folder) {
   unlink(probe.c_str());
 }
 
-void requireWritableOutputs(const Job& job, const Scene& scene) {
-  std::vector<fs::path> files = viewFiles(job, scene);
-  for (const SceneSpecies& species : scene.species)
-    if (species.mostCells() > 0) files.push_back(positionsOf(job, species));
+void requireWritableOutputs(const Scene& scene) {
+  std::vector<fs::path> files = viewFiles(scene);
+  for (const CellSpecies& species : scene.species)
+    if (species.mostCells() > 0) files.push_back(positionsOf(scene, species));
   for (const fs::path& file : files) requireReplaceable(file);
-  ExportedPacking names;
-  for (const SceneSpecies& species : scene.species) names.species.push_back({species.job.name});
-  for (const std::string& format : job.exports)
-    for (const ExportedFile& exported : exportedFiles(format, names))
-      files.push_back(job.outputDirectory / exported.name);
-  if (job.stateFile) files.push_back(*job.stateFile);
-  if (job.stateFile && companionOf(*job.stateFile) != *job.stateFile)
-    files.push_back(companionOf(*job.stateFile));
+  std::vector<std::int64_t> counts;
+  for (const CellSpecies& species : scene.species) counts.push_back(species.mostCells());
+  for (const std::string& format : scene.exports)
+    for (const ExportedFile& exported : exportedFiles(format, scene, counts))
+      files.push_back(scene.outputDirectory / exported.name);
+  if (scene.stateFile) files.push_back(*scene.stateFile);
+  if (scene.stateFile && companionOf(*scene.stateFile) != *scene.stateFile)
+    files.push_back(companionOf(*scene.stateFile));
   std::set<fs::path> known;
   for (const fs::path& file : files) {
     std::error_code error;
@@ -140,13 +140,13 @@ void requireWritableOutputs(const Job& job, const Scene& scene) {
   }
 }
 
-void warnOfStaleFiles(const Job& job, const Scene& scene) {
+void warnOfStaleFiles(const Scene& scene) {
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(job.outputDirectory, ignored)) {
+  for (const auto& entry : fs::directory_iterator(scene.outputDirectory, ignored)) {
     if (entry.path().extension() != ".pos") continue;
     const std::string name = entry.path().stem().string();
     bool ours = false;
-    for (const SceneSpecies& s : scene.species) ours = ours || (s.job.name == name && s.mostCells() > 0);
+    for (const CellSpecies& s : scene.species) ours = ours || (s.name == name && s.mostCells() > 0);
     if (!ours) {
       log::warning(fmt::format(
           "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
@@ -156,32 +156,33 @@ void warnOfStaleFiles(const Job& job, const Scene& scene) {
   }
 }
 
-std::vector<fs::path> viewFiles(const Job& job, const Scene& scene) {
-  std::vector<fs::path> files = vtpFiles(job, scene);
-  if (job.povScene) files.push_back(job.outputDirectory / "cells.pov");
-  if (job.reportFile) {
-    files.push_back(*job.reportFile);
-    const fs::path json = fs::path(*job.reportFile).replace_extension(".json");
-    if (json != *job.reportFile) files.push_back(json);
+std::vector<fs::path> viewFiles(const Scene& scene) {
+  std::vector<fs::path> files = vtpFiles(scene);
+  if (scene.povScene) files.push_back(scene.outputDirectory / "cells.pov");
+  if (scene.reportFile) {
+    files.push_back(*scene.reportFile);
+    const fs::path json = fs::path(*scene.reportFile).replace_extension(".json");
+    if (json != *scene.reportFile) files.push_back(json);
   }
   return files;
 }
 
 void writeViews(const Finished& done, const RunTimes& times) {
-  const Job& job = done.job;
+  const Scene& scene = done.scene;
   const Communicator& ranks = done.ranks;
-  const std::vector<fs::path> views = viewFiles(job, done.scene);
+  const std::vector<fs::path> views = viewFiles(scene);
   if (views.empty()) return;
   const AnalysisInput analysis = analysisInput(done);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
   std::vector<PicturedCell> cells;
-  if (job.povScene || (job.reportFile && job.reportFile->extension() == ".html"))
+  if (scene.povScene || (scene.reportFile && scene.reportFile->extension() == ".html"))
     cells = allCells(done, measures);
-  if (job.povScene) onFirstRank(ranks, [&] { writeScene(done, cells, job.outputDirectory / "cells.pov"); });
-  if (job.vtp || job.vtpMeshes) writeVtp(done, measures);
-  if (job.reportFile) {
-    SharedFiles(ranks).makeFolder(job.reportFile->parent_path());
-    const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(job));
+  if (scene.povScene)
+    onFirstRank(ranks, [&] { writeScene(done, cells, scene.outputDirectory / "cells.pov"); });
+  if (scene.vtp || scene.vtpMeshes) writeVtp(done, measures);
+  if (scene.reportFile) {
+    SharedFiles(ranks).makeFolder(scene.reportFile->parent_path());
+    const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(scene));
     onFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
   }
   for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));

@@ -44,25 +44,25 @@ Report lumenOf(const Scene& scene) {
 Report speciesOf(const Finished& done) {
   Report all = Report::array();
   for (std::size_t s = 0; s < done.scene.species.size(); ++s) {
-    const SceneSpecies& species = done.scene.species[s];
+    const CellSpecies& species = done.scene.species[s];
     Report one;
-    one["name"] = species.job.name;
-    one["origin"] = species.job.origin;
-    one["redCell"] = species.job.redCell;
-    one["request"] = requestText(species.job);
+    one["name"] = species.name;
+    one["origin"] = species.origin;
+    one["redCell"] = species.redCell;
+    one["request"] = requestText(species);
     one["asked"] = species.count;
-    one["stock"] = species.job.stock;
+    one["stock"] = species.stock;
     one["placed"] = done.tally.counts[s];
     one["keptByHemoCell"] = knowsAcceptance(done.scene) ? Report(done.kept.kept[s]) : Report(nullptr);
     one["meshVolume"] = species.shape->volume();
     one["hemocellVolume"] =
-        species.job.model.hemocellVolume ? Report(*species.job.model.hemocellVolume) : Report(nullptr);
+        species.model.hemocellVolume ? Report(*species.model.hemocellVolume) : Report(nullptr);
     one["vertices"] = species.shape->mesh().vertices.size();
     one["triangles"] = species.shape->mesh().triangles.size();
     one["size"] = vectorOf(boundingBox(species.shape->mesh()).size());
     one["volumeFraction"] = done.tally.meshVolume[s] / done.scene.lumen.container->volume();
-    one["minimumDistanceFromSolid"] = species.job.minimumDistanceFromSolid;
-    one["file"] = species.mostCells() > 0 ? Report(species.job.name + ".pos") : Report(nullptr);
+    one["minimumDistanceFromSolid"] = species.minimumDistanceFromSolid;
+    one["file"] = species.mostCells() > 0 ? Report(species.name + ".pos") : Report(nullptr);
     all.push_back(std::move(one));
   }
   return all;
@@ -71,7 +71,7 @@ Report speciesOf(const Finished& done) {
 Report hematocritOf(const Finished& done) {
   const double lumen = done.scene.lumen.container->volume(), fluid = done.scene.lumen.fluidVolume();
   Report all = Report::array();
-  for (const HematocritConvention& one : hematocritConventions(done.job, done.tally))
+  for (const HematocritConvention& one : hematocritConventions(done.scene, done.tally))
     all.push_back(
         {{"convention", one.key},
          {"text", one.text},
@@ -103,13 +103,13 @@ Report keptOf(const Finished& done) {
   return all;
 }
 
-Report profileOf(const Profile& profile, const std::vector<SceneSpecies>& species) {
+Report profileOf(const Profile& profile, const std::vector<CellSpecies>& species) {
   Report all = {
       {"begin", profile.begin}, {"width", profile.width}, {"lumen", profile.lumen}, {"red", profile.red}};
   all["species"] = Report::array();
   for (std::size_t s = 0; s < species.size(); ++s)
     all["species"].push_back(
-        {{"name", species[s].job.name}, {"fraction", profile.fraction[s]}, {"error", profile.error[s]}});
+        {{"name", species[s].name}, {"fraction", profile.fraction[s]}, {"error", profile.error[s]}});
   return all;
 }
 
@@ -134,7 +134,7 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const GapHistogram& gaps = measures.gaps[s];
     const bool any = gaps.minimum != 0.0 || gaps.mean != 0.0;
-    all["gaps"].push_back({{"name", scene.species[s].job.name},
+    all["gaps"].push_back({{"name", scene.species[s].name},
                            {"width", gaps.width},
                            {"counts", gaps.counts},
                            {"beyond", gaps.beyond},
@@ -145,7 +145,7 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
     Report tensor = Report::array();
     for (int row = 0; row < 3; ++row) tensor.push_back(vectorOf(order.tensor.row(row)));
     const bool none = order.cells == 0;
-    all["orientation"].push_back({{"name", scene.species[s].job.name},
+    all["orientation"].push_back({{"name", scene.species[s].name},
                                   {"cells", order.cells},
                                   {"nematic", none ? Report(nullptr) : Report(order.nematic())},
                                   {"eigenvalues", none ? Report(nullptr) : vectorOf(order.eigenvalues)},
@@ -177,7 +177,7 @@ Report statisticsOf(const Statistics& s) {
 /// The packing that was repeated, if one was: what `statistics` tells of a packing that was not.
 Report repeatedOf(const Repeated* repeated) {
   if (!repeated) return nullptr;
-  const Job& job = repeated->job;
+  const Job& job = repeated->scene;
   return {{"times", job.tiles},
           {"boxSize", vectorOf(*job.boxSize)},
           {"cells", repeated->result.cellCount},
@@ -204,9 +204,9 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["schema"] = "packMesh-report";
   all["schemaVersion"] = reportVersion;
   all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
-  all["command"] = done.job.commandWords;
+  all["command"] = done.scene.commandWords;
   all["outcome"] = done.result.outcome == Outcome::certified ? "certified" : "bestEffort";
-  all["configuration"] = configurationOf(done.job);
+  all["configuration"] = configurationOf(done.scene);
   all["lumen"] = lumenOf(done.scene);
   all["species"] = speciesOf(done);
   all["hematocrit"] = hematocritOf(done);

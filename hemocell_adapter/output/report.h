@@ -24,7 +24,7 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
 std::string jsonText(const Report& report);
 
 /// Every setting as it was resolved, by its tag or, where there is none, its option.
-Report configurationOf(const Job& job);
+Report configurationOf(const Scene& scene);
 
 /// Axes along which the lumen of a job ends, but not at a wall.
 std::array<bool, 3> endAxes(const Job& job);

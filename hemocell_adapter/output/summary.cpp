@@ -25,15 +25,15 @@ const char* planeSourceText(PlaneSource planeSource) {
 
 }  // namespace
 
-std::string requestText(const JobSpecies& species) {
-  if (species.count) return fmt::format("{} asked for", *species.count);
+std::string requestText(const CellSpecies& species) {
+  if (species.statedCount) return fmt::format("{} asked for", *species.statedCount);
   if (species.ratio)
     return fmt::format("{:.15g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
                        species.redCell ? "s" : "");
   return "by hematocrit";
 }
 
-std::string distanceLine(const JobSpecies& species) {
+std::string distanceLine(const CellSpecies& species) {
   return fmt::format("{}: minimum distance from solid {} µm ({})", species.name,
                      species.minimumDistanceFromSolid, species.distanceFromSolidOrigin);
 }
@@ -66,15 +66,13 @@ std::vector<std::string> lumenLines(const Scene& scene) {
 namespace {
 
 /// What is there already, and where cells may be.
-std::vector<std::string> constraintLines(const Job& job, const SceneSpecies& species) {
-  const JobSpecies& s = species.job;
+std::vector<std::string> constraintLines(const CellSpecies& s, double wallClearance) {
   std::vector<std::string> lines;
   if (!s.fixedFrom.empty())
     lines.push_back(
         fmt::format("{}: {} of them stay where {} has them", s.name, s.fixed.size(), s.fixedFrom));
   if (!s.startFrom.empty()) {
-    const std::int64_t room = species.count - std::int64_t(s.fixed.size()),
-                       there = std::int64_t(s.start.size());
+    const std::int64_t room = s.count - std::int64_t(s.fixed.size()), there = std::int64_t(s.start.size());
     lines.push_back(fmt::format("{}: begins with {} of the {} cells of {}", s.name, std::min(room, there),
                                 there, s.startFrom));
   }
@@ -82,73 +80,73 @@ std::vector<std::string> constraintLines(const Job& job, const SceneSpecies& spe
     lines.push_back(fmt::format("{}: symmetry axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})",
                                 s.name, s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
                                 s.cone->axis.y(), s.cone->axis.z()));
-  if (s.ownWallClearance > job.wallClearance)
+  if (s.ownWallClearance > wallClearance)
     lines.push_back(fmt::format("{}: {:.15g} µm from the wall", s.name, s.ownWallClearance));
   return lines;
 }
 
 }  // namespace
 
-std::vector<std::string> regionLines(const Job& job, const Scene& scene,
-                                     const std::vector<std::int64_t>& counts) {
+std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts) {
   std::vector<std::string> lines;
-  const double reference = scene.referenceVolume(job);
-  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+  const double reference = scene.referenceVolume();
+  for (std::size_t r = 0; r < scene.lumen.regions.size(); ++r) {
     std::int64_t cells = 0;
     double volume = 0.0;
     for (std::size_t p = 0; p < scene.parts.size(); ++p) {
-      const SceneSpecies& species = scene.species[scene.parts[p].species];
-      if (!species.job.redCell) continue;
+      const CellSpecies& species = scene.species[scene.parts[p].species];
+      if (!species.redCell) continue;
       std::int64_t here = scene.parts[p].region == int(r) ? counts[p] : 0;
-      if (scene.parts[p].freedom.fixed)
-        for (const Pose& pose : scene.parts[p].start)
-          here += regionAt(scene.regions, pose.position) == int(r);
+      if (scene.parts[p].cells.freedom.fixed)
+        for (const Pose& pose : scene.parts[p].cells.start)
+          here += regionAt(scene.lumen.regions, pose.position) == int(r);
       cells += here;
       volume += double(here) * species.shape->volume();
     }
     lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
-                                scene.regions[r].name, volume / (reference * scene.regions[r].share), cells));
+                                scene.lumen.regions[r].name,
+                                volume / (reference * scene.lumen.regions[r].share), cells));
   }
   return lines;
 }
 
-std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks) {
+std::vector<std::string> headLines(const Scene& scene, int ranks) {
   std::vector<std::string> lines;
   lines.push_back(versionLine(ranks));
-  if (job.config) lines.push_back(fmt::format("Case: {}", job.config->file.string()));
+  if (scene.config) lines.push_back(fmt::format("Case: {}", scene.config->file.string()));
   for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
-  if (job.hematocrit) {
-    std::string convention = job.redCellVolume
-                                 ? fmt::format("red cells counted as {:.15g} µm³", *job.redCellVolume)
+  if (scene.hematocrit) {
+    std::string convention = scene.redCellVolume
+                                 ? fmt::format("red cells counted as {:.15g} µm³", *scene.redCellVolume)
                                  : std::string("by mesh volume");
-    lines.push_back(fmt::format("Hematocrit asked for: {:.15g} of the {}, {}", *job.hematocrit,
-                                job.fluidVolume ? "fluid nodes" : "lumen", convention));
+    lines.push_back(fmt::format("Hematocrit asked for: {:.15g} of the {}, {}", *scene.hematocrit,
+                                scene.fluidVolume ? "fluid nodes" : "lumen", convention));
   }
-  for (const SceneSpecies& species : scene.species) {
+  for (const CellSpecies& species : scene.species) {
     const Vec3 size = boundingBox(species.shape->mesh()).size();
     lines.push_back(fmt::format("{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³",
-                                species.job.name, species.count, requestText(species.job), species.job.origin,
+                                species.name, species.count, requestText(species), species.origin,
                                 species.shape->mesh().vertices.size(), size[0], size[1], size[2],
                                 species.shape->volume()));
-    if (species.acceptance) lines.push_back(distanceLine(species.job));
+    if (species.acceptance) lines.push_back(distanceLine(species));
   }
-  for (const SceneSpecies& species : scene.species)
-    for (const std::string& line : constraintLines(job, species)) lines.push_back(line);
-  for (const SceneRegion& region : scene.regions)
+  for (const CellSpecies& species : scene.species)
+    for (const std::string& line : constraintLines(species, scene.demanded.wall)) lines.push_back(line);
+  for (const LumenRegion& region : scene.lumen.regions)
     lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
                                 region.hematocrit, 100.0 * region.share));
-  if (job.inColumns) lines.push_back("Order: cells in columns, not at random");
-  if (job.method == Method::cat)
+  if (scene.inColumns) lines.push_back("Order: cells in columns, not at random");
+  if (scene.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
-                                planeSourceText(job.planeSource)));
-  const Clearances most = clearanceLevels(job, scene).front();
+                                planeSourceText(scene.planeSource)));
+  const Clearances most = clearanceLevels(scene).front();
   const auto asked = [](bool automatic, double least) {
     return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);
   };
-  lines.push_back(fmt::format("Clearance asked for: {} between membranes, {} to the wall; seed {}{}",
-                              job.largestClearance ? "the largest" : asked(job.autoClearance, most.membranes),
-                              asked(job.autoWallClearance, most.wall), job.seed,
-                              job.rotate ? "" : "; no rotation"));
+  lines.push_back(fmt::format(
+      "Clearance asked for: {} between membranes, {} to the wall; seed {}{}",
+      scene.largestClearance ? "the largest" : asked(scene.autoClearance, most.membranes),
+      asked(scene.autoWallClearance, most.wall), scene.seed, scene.rotate ? "" : "; no rotation"));
   return lines;
 }
 
@@ -163,10 +161,10 @@ std::vector<HematocritConvention> hematocritConventions(const Job& job, const Ta
   return all;
 }
 
-std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally) {
+std::vector<std::string> hematocritLines(const Scene& scene, const Tally& tally) {
   const double lumen = scene.lumen.container->volume(), fluid = scene.lumen.fluidVolume();
   std::vector<std::string> lines;
-  for (const HematocritConvention& one : hematocritConventions(job, tally))
+  for (const HematocritConvention& one : hematocritConventions(scene, tally))
     lines.push_back(fmt::format(
         "Hematocrit {:.4f} of the lumen{} by {}", one.volume / lumen,
         scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", one.volume / fluid) : "",
@@ -184,17 +182,17 @@ void countReason(Kept& kept, const std::string& reason, std::int64_t times) {
   kept.reasons.emplace_back(reason, times);
 }
 
-std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
-                                   const Certificate& certificate, const Kept& kept, const RunTimes& times) {
+std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const Certificate& certificate,
+                                   const Kept& kept, const RunTimes& times) {
   const double lumen = scene.lumen.container->volume();
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const SceneSpecies& species = scene.species[s];
-    const std::string stock = species.job.stock > 0 ? fmt::format(" and {} in stock", species.job.stock) : "";
-    lines.push_back(fmt::format("{}: {} of {}{} placed, volume fraction {:.5f}", species.job.name,
+    const CellSpecies& species = scene.species[s];
+    const std::string stock = species.stock > 0 ? fmt::format(" and {} in stock", species.stock) : "";
+    lines.push_back(fmt::format("{}: {} of {}{} placed, volume fraction {:.5f}", species.name,
                                 tally.counts[s], species.count, stock, tally.meshVolume[s] / lumen));
   }
-  for (std::string& line : hematocritLines(job, scene, tally)) lines.push_back(std::move(line));
+  for (std::string& line : hematocritLines(scene, tally)) lines.push_back(std::move(line));
   if (knowsAcceptance(scene)) {
     std::int64_t all = 0, keeps = 0;
     for (std::size_t s = 0; s < scene.species.size(); ++s) {
@@ -204,7 +202,7 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
     std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
     if (keeps < all) {
       for (const auto& [reason, count] : kept.reasons) text += fmt::format("; drops {}: {}", count, reason);
-      if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", job.dx);
+      if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", scene.dx);
     }
     lines.push_back(text);
   }
@@ -214,16 +212,16 @@ std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tal
                               certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
   const bool wall = scene.lumen.container->wall() != nullptr;
   if (wall) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
-  if (job.clearance > 0.0 || job.wallClearance > 0.0)
-    lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", job.clearance,
-                                wall ? fmt::format(", {:.6g} µm to the wall", job.wallClearance) : ""));
-  else if (triesMoreClearance(job))
+  if (scene.clearances.membranes > 0.0 || scene.clearances.wall > 0.0)
+    lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", scene.clearances.membranes,
+                                wall ? fmt::format(", {:.6g} µm to the wall", scene.clearances.wall) : ""));
+  else if (triesMoreClearance(scene))
     lines.push_back("Clearance kept: none beyond the minimum gaps above");
   constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall{}; seed {}; packMesh {} ({})", times.cpu,
                               times.wall,
                               times.wall > worthSaying ? fmt::format(" ({})", durationText(times.wall)) : "",
-                              job.seed, version(), gitHash()));
+                              scene.seed, version(), gitHash()));
   return lines;
 }
 

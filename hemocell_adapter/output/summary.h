@@ -11,7 +11,7 @@
 namespace packmesh::hemocell {
 
 /// Version, what was understood: lumen, species with the origin of their shapes, clearances, seed.
-std::vector<std::string> headLines(const Job& job, const Scene& scene, int ranks);
+std::vector<std::string> headLines(const Scene& scene, int ranks);
 
 /// Times of a run [s].
 struct RunTimes {
@@ -26,12 +26,11 @@ struct Kept {
 
 /// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
 /// @param tally of what was (or would be) written, with its certificate
-std::vector<std::string> footLines(const Job& job, const Scene& scene, const Tally& tally,
-                                   const Certificate& certificate, const Kept& kept, const RunTimes& times);
+std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const Certificate& certificate,
+                                   const Kept& kept, const RunTimes& times);
 
 /// Red cells and hematocrit of each region, by where their centres are. @param counts of the scene's parts
-std::vector<std::string> regionLines(const Job& job, const Scene& scene,
-                                     const std::vector<std::int64_t>& counts);
+std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts);
 
 /// What packing took: sweeps or iterations, repairs or steps taken back, CPU time of the stages.
 std::vector<std::string> effortLines(const Statistics& statistics);
@@ -45,13 +44,13 @@ struct HematocritConvention {
 std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally);
 
 /// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
-std::vector<std::string> hematocritLines(const Job& job, const Scene& scene, const Tally& tally);
+std::vector<std::string> hematocritLines(const Scene& scene, const Tally& tally);
 
 /// "by hematocrit", "12 asked for", "0.07 per red cell": how the number of cells was decided.
-std::string requestText(const JobSpecies& species);
+std::string requestText(const CellSpecies& species);
 
 /// "RBC: minimum distance from solid 1 µm (pipeflow.cpp:91)".
-std::string distanceLine(const JobSpecies& species);
+std::string distanceLine(const CellSpecies& species);
 
 /// "packMesh 0.1.0 (0123456789), 1 rank".
 std::string versionLine(int ranks);

@@ -34,7 +34,7 @@ class Writer {
   void operator()() {
     std::int64_t before = 0;
     for (std::size_t s = 0; s < done_.scene.species.size(); ++s) {
-      const SceneSpecies& species = done_.scene.species[s];
+      const CellSpecies& species = done_.scene.species[s];
       if (species.mostCells() == 0) continue;
       OwnCells own;
       for (std::size_t i = 0; i < done_.result.cells.size(); ++i)
@@ -44,15 +44,15 @@ class Writer {
         if (rank++ < ranks_.rank()) own.first += n;
       own.firstOfAll = before;
       before += done_.tally.counts[s];
-      const fs::path base = done_.job.outputDirectory / species.job.name;
-      if (done_.job.vtp) {
+      const fs::path base = done_.scene.outputDirectory / species.name;
+      if (done_.scene.vtp) {
         write(base.string() + ".vtp", centres(int(s), own),
               {done_.tally.counts[s], done_.tally.counts[s], 0});
         const TriangleMesh& mesh = species.shape->mesh();
         write(base.string() + "_mesh.vtp", templateMesh(mesh),
               {std::int64_t(mesh.vertices.size()), 0, std::int64_t(mesh.triangles.size())});
       }
-      if (done_.job.vtpMeshes) {
+      if (done_.scene.vtpMeshes) {
         const TriangleMesh& mesh = species.shape->mesh();
         write(base.string() + "_cells.vtp", membranes(int(s), own),
               {done_.tally.counts[s] * std::int64_t(mesh.vertices.size()), 0,
@@ -198,13 +198,13 @@ class Writer {
 
 }  // namespace
 
-std::vector<fs::path> vtpFiles(const Job& job, const Scene& scene) {
+std::vector<fs::path> vtpFiles(const Scene& scene) {
   std::vector<fs::path> files;
-  for (const SceneSpecies& species : scene.species) {
+  for (const CellSpecies& species : scene.species) {
     if (species.mostCells() == 0) continue;
-    const std::string base = (job.outputDirectory / species.job.name).string();
-    if (job.vtp) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
-    if (job.vtpMeshes) files.emplace_back(base + "_cells.vtp");
+    const std::string base = (scene.outputDirectory / species.name).string();
+    if (scene.vtp) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
+    if (scene.vtpMeshes) files.emplace_back(base + "_cells.vtp");
   }
   return files;
 }

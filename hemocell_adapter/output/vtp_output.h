@@ -10,7 +10,7 @@
 namespace packmesh::hemocell {
 
 /// The files that writeVtp() writes.
-std::vector<std::filesystem::path> vtpFiles(const Job& job, const Scene& scene);
+std::vector<std::filesystem::path> vtpFiles(const Scene& scene);
 
 /// With --vtp `<Cell>.vtp`, a vertex for each cell with what is measured of it, and `<Cell>_mesh.vtp`, the
 /// mesh to be put there; with --vtp-meshes `<Cell>_cells.vtp`, all membranes. All ranks call; the bytes do

@@ -13,19 +13,17 @@ namespace packmesh::hemocell {
 
 /// Builds shapes, lumen, walls and, for packing, counts.
 /// @throws InputError, MeshError
-Scene buildScene(const Job& job);
+Scene buildScene(Job job);
 
-/// Parts and walls of a scene that is to be packed with the clearances of `job`, which else is the one it was
-/// built for.
-void setClearances(const Job& job, Scene& scene);
+/// Parts and walls of a scene that is to be packed with these clearances, which at first are those demanded.
+void setClearances(Scene& scene, const Clearances& clearances);
 
 /// What HemoCell cannot do with so many cells of each species (see hemocell_limits.h).
-std::vector<std::string> limitWarnings(const Job& job, const Scene& scene,
-                                       const std::vector<std::int64_t>& counts);
+std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std::int64_t>& counts);
 
 /// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the
 /// numbers that formatPos writes.
-PackingProblem problemOf(const Job& job, const Scene& scene, std::function<bool()> interrupted,
+PackingProblem problemOf(const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress);
 
 }  // namespace packmesh::hemocell

@@ -35,8 +35,9 @@ constexpr double leastSeconds = 1e-9;
 
 /// Whether a packing that is there is only to be certified again: it stays as it is.
 bool givenWhole(const Scene& scene) {
-  return std::all_of(scene.parts.begin(), scene.parts.end(),
-                     [](const ScenePart& part) { return std::int64_t(part.start.size()) >= part.count; });
+  return std::all_of(scene.parts.begin(), scene.parts.end(), [](const ScenePart& part) {
+    return std::int64_t(part.cells.start.size()) >= part.cells.count;
+  });
 }
 
 /// Doubles the clearance between membranes while that succeeds, then halves the step.
@@ -68,29 +69,22 @@ bool triesMoreClearance(const Job& job) {
          (job.autoClearance || job.autoWallClearance || job.largestClearance);
 }
 
-std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene) {
-  const Clearances demanded = {job.clearance, job.wallClearance};
-  if (!triesMoreClearance(job) || givenWhole(scene)) return {demanded};
-  const bool membranes = job.autoClearance || job.largestClearance;
+std::vector<Clearances> clearanceLevels(const Scene& scene) {
+  const Clearances demanded = scene.demanded;
+  if (!triesMoreClearance(scene) || givenWhole(scene)) return {demanded};
+  const bool membranes = scene.autoClearance || scene.largestClearance;
   // Faces through which blood flows: the same gap to the cells beyond them.
   const double toWall = scene.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;
-  const bool wall = job.autoWallClearance && scene.lumen.container->wall();
+  const bool wall = scene.autoWallClearance && scene.lumen.container->wall();
   std::vector<Clearances> levels;
   for (const double share : shares) {
     Clearances level = demanded;
-    if (membranes) level.membranes = std::max(demanded.membranes, share * membraneRoom * job.dx);
-    if (wall) level.wall = std::max(demanded.wall, share * toWall * job.dx);
+    if (membranes) level.membranes = std::max(demanded.membranes, share * membraneRoom * scene.dx);
+    if (wall) level.wall = std::max(demanded.wall, share * toWall * scene.dx);
     levels.push_back(level);
     if (!membranes && !wall) break;
   }
   return levels;
-}
-
-Job withClearances(const Job& job, const Clearances& clearances) {
-  Job one = job;
-  one.clearance = clearances.membranes;
-  one.wallClearance = clearances.wall;
-  return one;
 }
 
 RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,

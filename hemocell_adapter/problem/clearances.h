@@ -15,20 +15,12 @@
 
 namespace packmesh::hemocell {
 
-/// Least gaps [µm].
-struct Clearances {
-  double membranes = 0.0, wall = 0.0;
-};
-
 /// What packing tries one after the other, the widest first; the last are those that are demanded, the only
 /// ones with escapes, each of which takes as long as a whole packing.
-std::vector<Clearances> clearanceLevels(const Job& job, const Scene& scene);
+std::vector<Clearances> clearanceLevels(const Scene& scene);
 
 /// Whether packing leaves more room than is demanded where that succeeds.
 bool triesMoreClearance(const Job& job);
-
-/// The job with these clearances.
-Job withClearances(const Job& job, const Clearances& clearances);
 
 /// What one attempt to pack with some clearances may use up.
 struct AttemptLimits {

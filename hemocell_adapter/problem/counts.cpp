@@ -22,20 +22,20 @@ std::int64_t rounded(double cells, const std::string& name) {
 
 /// The red cells of a request.
 struct RedCells {
-  const CountedSpecies* filler = nullptr;      ///< the hematocrit decides how many
+  const CellSpecies* filler = nullptr;         ///< the hematocrit decides how many
   double countedVolume = 0.0, counted = 0.0;   ///< of those with a count [µm³], cells
   double ratioVolume = 0.0, ratioShare = 0.0;  ///< of those with a ratio: per red cell of any species
 };
 
-RedCells redCellsOf(const std::vector<CountedSpecies>& species) {
+RedCells redCellsOf(const std::vector<CellSpecies>& species) {
   RedCells red;
-  for (const CountedSpecies& s : species) {
-    if (!s.redCell) continue;
-    if (s.count) {
-      red.countedVolume += double(*s.count) * s.volume;
-      red.counted += double(*s.count);
+  for (const CellSpecies& s : species) {
+    if (!s.sharesHematocrit) continue;
+    if (s.statedCount) {
+      red.countedVolume += double(*s.statedCount) * s.countedVolume;
+      red.counted += double(*s.statedCount);
     } else if (s.ratio) {
-      red.ratioVolume += *s.ratio * s.volume;
+      red.ratioVolume += *s.ratio * s.countedVolume;
       red.ratioShare += *s.ratio;
     } else if (red.filler) {
       throw InputError(
@@ -58,7 +58,7 @@ double redCellNumber(const RedCells& red, std::optional<double> hematocrit, doub
   const double others = 1.0 - red.ratioShare;
   if (!red.filler || !hematocrit) return red.counted / others;
   // T red cells in all: h V = counted + T · ratioVolume + (T · others - counted cells) · v, solved for T.
-  const double v = red.filler->volume;
+  const double v = red.filler->countedVolume;
   const double all =
       (*hematocrit * lumenVolume - red.countedVolume + red.counted * v) / (red.ratioVolume + others * v);
   if (all * others < red.counted)
@@ -71,28 +71,28 @@ double redCellNumber(const RedCells& red, std::optional<double> hematocrit, doub
 /// What decides the number of a species, in the order in which the numbers follow from each other.
 enum class By { count, ratioOfRedCells, hematocrit, ratioToRedCells };
 
-By decidedBy(const CountedSpecies& s) {
-  if (s.count) return By::count;
-  if (s.ratio) return s.redCell ? By::ratioOfRedCells : By::ratioToRedCells;
+By decidedBy(const CellSpecies& s) {
+  if (s.statedCount) return By::count;
+  if (s.ratio) return s.sharesHematocrit ? By::ratioOfRedCells : By::ratioToRedCells;
   return By::hematocrit;
 }
 
 }  // namespace
 
-std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
+std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
                                      std::optional<double> hematocrit, double lumenVolume) {
   const double expected = redCellNumber(redCellsOf(species), hematocrit, lumenVolume);
   double redVolume = 0.0;
   std::int64_t redCells = 0;
-  const auto numberOf = [&](const CountedSpecies& s, By by) -> std::int64_t {
+  const auto numberOf = [&](const CellSpecies& s, By by) -> std::int64_t {
     switch (by) {
       case By::count:
-        return *s.count;
+        return *s.statedCount;
       case By::ratioOfRedCells:
         return rounded(expected * *s.ratio, s.name);
       case By::hematocrit:
         if (!hematocrit) return 0;
-        return rounded(std::max(0.0, (*hematocrit * lumenVolume - redVolume) / s.volume), s.name);
+        return rounded(std::max(0.0, (*hematocrit * lumenVolume - redVolume) / s.countedVolume), s.name);
       case By::ratioToRedCells:
         return rounded(double(redCells) * *s.ratio, s.name);
     }
@@ -103,8 +103,8 @@ std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
     for (std::size_t i = 0; i < species.size(); ++i) {
       if (decidedBy(species[i]) != by) continue;
       counts[i] = numberOf(species[i], by);
-      if (!species[i].redCell) continue;
-      redVolume += double(counts[i]) * species[i].volume;
+      if (!species[i].sharesHematocrit) continue;
+      redVolume += double(counts[i]) * species[i].countedVolume;
       redCells += counts[i];
     }
   std::int64_t total = 0;

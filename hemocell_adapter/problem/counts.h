@@ -4,19 +4,11 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
-namespace packmesh::hemocell {
+#include "hemocell_adapter/problem/cell_species.h"
 
-/// One kind of cell as far as its number is concerned.
-struct CountedSpecies {
-  std::string name;
-  double volume = 0.0;  ///< by which it counts [µm³]
-  bool redCell = false;
-  std::optional<std::int64_t> count;
-  std::optional<double> ratio;  ///< per red cell, those of all species counted
-};
+namespace packmesh::hemocell {
 
 /// The number of cells of each kind.
 ///
@@ -24,10 +16,11 @@ struct CountedSpecies {
 /// is therefore the share of these cells among all red cells (a parasitaemia, say). With a hematocrit, the
 /// red species without count and ratio gets the number that brings the volume of all red cells nearest to
 /// hematocrit · lumenVolume.
+/// @param species with countedVolume
 /// @throws InputError when nothing is to be packed, several species wait for the hematocrit, the red cells
 /// with
 ///   counts exceed it, or the ratios of red species add up to 1 or more
-std::vector<std::int64_t> countCells(const std::vector<CountedSpecies>& species,
+std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
                                      std::optional<double> hematocrit, double lumenVolume);
 
 }  // namespace packmesh::hemocell

@@ -13,18 +13,18 @@ struct DensestKnown {
   const char* cells;
   double fraction;
   const char* source;
-  bool (*includes)(const JobSpecies&);
+  bool (*includes)(const CellSpecies&);
 };
 
-bool isModel(const JobSpecies& s, Construction construction) {
-  return s.kind == JobSpecies::Template::model && s.model.construction == construction;
+bool isModel(const CellSpecies& s, Construction construction) {
+  return s.kind == CellSpecies::Template::model && s.model.construction == construction;
 }
 
 constexpr DensestKnown known[] = {
     {"red cells", 0.74, "rigid ones reached 0.7155: Xu et al., Appl. Math. Mech. 40, 737 (2019)",
-     [](const JobSpecies& s) { return isModel(s, Construction::rbcFromSphere); }},
-    {"ellipsoids", 0.7707, "Donev et al., Phys. Rev. Lett. 92, 255506 (2004)", [](const JobSpecies& s) {
-       return s.kind == JobSpecies::Template::ellipsoid || isModel(s, Construction::ellipsoidFromSphere) ||
+     [](const CellSpecies& s) { return isModel(s, Construction::rbcFromSphere); }},
+    {"ellipsoids", 0.7707, "Donev et al., Phys. Rev. Lett. 92, 255506 (2004)", [](const CellSpecies& s) {
+       return s.kind == CellSpecies::Template::ellipsoid || isModel(s, Construction::ellipsoidFromSphere) ||
               isModel(s, Construction::wbcSphere);
      }}};
 
@@ -39,8 +39,8 @@ void refuseBeyondKnown(const Scene& scene) {
   for (const DensestKnown& kind : known) {
     double volume = 0.0;
     std::int64_t cells = 0;
-    for (const SceneSpecies& species : scene.species) {
-      if (!kind.includes(species.job)) continue;
+    for (const CellSpecies& species : scene.species) {
+      if (!kind.includes(species)) continue;
       volume += double(species.count) * species.shape->volume();
       cells += species.count;
     }

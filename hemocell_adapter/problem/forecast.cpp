@@ -10,6 +10,7 @@
 #include <map>
 
 #include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/random.h"
 #include "packMesh/packing/pack.h"
 
@@ -120,25 +121,22 @@ class LumenSample {
 };
 
 /// Whether a single cell of the species can be brought to lie in the lumen, from where there is most room.
-bool findsPlace(const Job& job, const Scene& scene, const SceneSpecies& species, const RoomSample& room) {
+bool findsPlace(const Scene& scene, const CellSpecies& species, const RoomSample& room) {
   constexpr std::int64_t sweeps = 300;
   PackingProblem problem;
-  Freedom freedom;
-  freedom.cone = species.job.cone;
-  freedom.extraWallClearance = wallClearanceOf(job, species.job) - job.wallClearance;
-  problem.species.push_back(
-      {species.job.name, species.shape, 1, species.wall, species.job.redCell, {Pose()}, freedom});
+  problem.species.push_back(freeCells(scene, species, 1));
+  problem.species.front().start = {Pose()};
   problem.container = scene.lumen.container;
-  problem.wallClearance = job.wallClearance;
-  problem.rotate = job.rotate;
+  problem.wallClearance = scene.clearances.wall;
+  problem.rotate = scene.rotate;
   problem.limits.maxSweeps = sweeps;
   problem.limits.fewerCells = false;
   for (std::size_t i = 0; i < room.deepest.size(); ++i) {
     Pose& start = problem.species.front().start.front();
     start.position = room.deepest[i];
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
-    if (job.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
-    if (species.job.cone) start.orientation = species.job.cone->nearest(start.orientation);
+    if (scene.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
+    if (species.cone) start.orientation = species.cone->nearest(start.orientation);
     if (pack(problem).outcome == Outcome::certified) return true;
   }
   return room.deepest.empty();
@@ -152,33 +150,33 @@ std::string about(double seconds) {
 }
 
 /// What makes a packing harder in a way that nothing is known about.
-std::string leftOut(const Job& job, const Scene& scene) {
+std::string leftOut(const Scene& scene) {
   std::int64_t fixed = 0;
-  bool cones = !job.rotate;
-  for (const SceneSpecies& species : scene.species) {
-    fixed += std::int64_t(species.job.fixed.size());
-    cones = cones || species.job.cone;
+  bool cones = !scene.rotate;
+  for (const CellSpecies& species : scene.species) {
+    fixed += std::int64_t(species.fixed.size());
+    cones = cones || species.cone;
   }
   std::vector<std::string> reasons;
   if (fixed > 0) reasons.push_back(fmt::format("that {} cell{} must stay", fixed, fixed == 1 ? "" : "s"));
   if (cones) reasons.push_back("that orientations are bound");
-  if (!job.regions.empty()) reasons.push_back("regions denser than the mean");
+  if (!scene.regions.empty()) reasons.push_back("regions denser than the mean");
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
-Forecast forecastOf(const Job& job, const Scene& scene, LumenSample& sample) {
+Forecast forecastOf(const Scene& scene, LumenSample& sample) {
   Forecast forecast;
   const double lumen = scene.lumen.container->volume();
   double volume = 0.0;
-  for (const SceneSpecies& species : scene.species) {
+  for (const CellSpecies& species : scene.species) {
     const double n = double(species.count), own = species.shape->volume();
     forecast.cells += species.count;
     volume += n * own;
     forecast.roomShares.push_back(1.0);
     if (species.count == 0) continue;
-    const RoomSample& room = sample.room(species.wall.get(), wallClearanceOf(job, species.job));
+    const RoomSample& room = sample.room(species.wall.get(), species.wallClearance(scene.demanded.wall));
     forecast.roomShares.back() = room.share;
-    const double grown = n * (own + 0.5 * job.clearance * surfaceArea(species.shape->mesh()));
+    const double grown = n * (own + 0.5 * scene.demanded.membranes * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
         room.effective > 0.0 ? grown / (lumen * room.effective) : std::numeric_limits<double>::infinity();
   }
@@ -186,7 +184,7 @@ Forecast forecastOf(const Job& job, const Scene& scene, LumenSample& sample) {
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
   if (forecast.effectiveFraction > Forecast::possible) return forecast;
   double milliseconds = 0.0;
-  for (const SceneSpecies& species : scene.species) {
+  for (const CellSpecies& species : scene.species) {
     constexpr double redCellVertices = 642.0, fixedShare = 0.3;
     const double vertices = double(species.shape->mesh().vertices.size()) / redCellVertices;
     milliseconds += double(species.count) * (fixedShare + (1.0 - fixedShare) * std::min(vertices, 3.0)) *
@@ -207,48 +205,48 @@ std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast)
       lines.push_back(
           fmt::format("{} may be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
                       "what HemoCell keeps leave no more",
-                      scene.species[s].job.name, forecast.roomShares[s], forecast.roomShares[s] * lumen));
+                      scene.species[s].name, forecast.roomShares[s], forecast.roomShares[s] * lumen));
   return lines;
 }
 
 /// Why the cells cannot be packed, whatever is tried; nothing when that is not known.
-std::optional<std::string> impossible(const Job& job, const Scene& scene, const Forecast& forecast,
-                                      LumenSample& sample) {
+std::optional<std::string> impossible(const Scene& scene, const Forecast& forecast, LumenSample& sample) {
   const double lumen = scene.lumen.container->volume();
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const SceneSpecies& species = scene.species[s];
-    if (species.count <= std::int64_t(species.job.fixed.size())) continue;
+    const CellSpecies& species = scene.species[s];
+    if (species.count <= std::int64_t(species.fixed.size())) continue;
     const double volume = double(species.count) * species.shape->volume();
     if (volume > forecast.roomShares[s] * lumen)
-      return fmt::format("{} {} have {:.4g} µm³, more than there is room for", species.count,
-                         species.job.name, volume);
-    if (!findsPlace(job, scene, species, sample.room(species.wall.get(), wallClearanceOf(job, species.job))))
-      return fmt::format("not even one {} finds a place in the lumen", species.job.name);
+      return fmt::format("{} {} have {:.4g} µm³, more than there is room for", species.count, species.name,
+                         volume);
+    if (!findsPlace(scene, species,
+                    sample.room(species.wall.get(), species.wallClearance(scene.demanded.wall))))
+      return fmt::format("not even one {} finds a place in the lumen", species.name);
   }
   return {};
 }
 
 }  // namespace
 
-Forecast forecastOf(const Job& job, const Scene& scene) {
+Forecast forecastOf(const Scene& scene) {
   LumenSample sample(*scene.lumen.container);
-  return forecastOf(job, scene, sample);
+  return forecastOf(scene, sample);
 }
 
-std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks) {
+std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
   LumenSample sample(*scene.lumen.container);
-  const Forecast f = forecastOf(job, scene, sample);
+  const Forecast f = forecastOf(scene, sample);
   std::vector<std::string> lines;
   std::string cells = fmt::format("{} cells with {:.4f} of the lumen's volume", f.cells, f.fraction);
   if (f.effectiveFraction < 1.0)
     cells += fmt::format(", as hard to pack as {:.3f} in a periodic box", f.effectiveFraction);
   lines.push_back(cells);
   for (std::string& line : roomLines(scene, f)) lines.push_back(std::move(line));
-  if (job.inColumns)
+  if (scene.inColumns)
     lines.push_back(
         "In columns: the box decides what there is room for, up to 0.65 at 50 µm, less in small ones. The "
         "figures below are those of random packings");
-  const std::optional<std::string> never = impossible(job, scene, f, sample);
+  const std::optional<std::string> never = impossible(scene, f, sample);
   if (never)
     lines.push_back(fmt::format("Out of reach: {}", *never));
   else if (f.effectiveFraction <= Forecast::easy)
@@ -258,7 +256,7 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
     lines.push_back(
         fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; "
                     "--max-time and --best-effort bound it{}",
-                    Forecast::easy, Forecast::possible, columnsInstead(job, scene)));
+                    Forecast::easy, Forecast::possible, columnsInstead(scene)));
   else
     lines.push_back(fmt::format(
         "Probably out of reach: {}, the densest that was reached; --max-time and --best-effort give the "
@@ -267,8 +265,8 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
         f.effectiveFraction < 1.0
             ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
             : fmt::format("far above {:.2f}", Forecast::possible),
-        columnsInstead(job, scene)));
-  if (job.method == Method::cat)
+        columnsInstead(scene)));
+  if (scene.method == Method::cat)
     lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
   else if (never || !f.seconds)
     lines.push_back("Time: cannot be told; --max-time bounds it");
@@ -279,19 +277,19 @@ std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int r
         ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
   lines.push_back(
       fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
-  const double tiles = double(job.tiles[0]) * job.tiles[1] * job.tiles[2];
+  const double tiles = double(scene.tiles[0]) * scene.tiles[1] * scene.tiles[2];
   if (tiles > 1.0)
     lines.push_back(
         fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
                     "of the larger "
                     "box comes on top of the time",
-                    job.tiles[0], job.tiles[1], job.tiles[2], tiles * double(f.cells),
+                    scene.tiles[0], scene.tiles[1], scene.tiles[2], tiles * double(f.cells),
                     ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
-  if (const std::string left = leftOut(job, scene); !left.empty())
+  if (const std::string left = leftOut(scene); !left.empty())
     lines.push_back(fmt::format("Not in these figures: {}; with them it is harder and takes longer", left));
-  if (job.realisations > 1)
+  if (scene.realisations > 1)
     lines.push_back(
-        fmt::format("{} realisations, one after the other: each takes this time", job.realisations));
+        fmt::format("{} realisations, one after the other: each takes this time", scene.realisations));
   return lines;
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/scene.h"
 
 namespace packmesh::hemocell {
@@ -29,9 +28,9 @@ struct Forecast {
 };
 
 /// Of the default method.
-Forecast forecastOf(const Job& job, const Scene& scene);
+Forecast forecastOf(const Scene& scene);
 
 /// What `--dry-run` says.
-std::vector<std::string> forecastLines(const Job& job, const Scene& scene, int ranks);
+std::vector<std::string> forecastLines(const Scene& scene, int ranks);
 
 }  // namespace packmesh::hemocell

@@ -9,41 +9,16 @@
 
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/case_source.h"
-#include "hemocell_adapter/hemocell/cell_model.h"
-#include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/pre_inlet.h"
+#include "hemocell_adapter/problem/cell_species.h"
 #include "hemocell_adapter/settings/command_line.h"
 
 namespace packmesh::hemocell {
 
-/// One kind of cell, resolved: what it is made of and how its number is decided.
-struct JobSpecies {
-  enum class Template { model, mesh, ellipsoid };
-  std::string name;
-  Template kind = Template::model;
-  CellModel model;                 ///< model
-  std::filesystem::path meshFile;  ///< mesh
-  double meshScale = 1.0;          ///< mesh: µm per unit of the file
-  MeshFrame meshFrame = MeshFrame::hemocell;
-  Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
-  std::string origin;                 ///< "RBC.xml, RBC_FROM_SPHERE", for people
-  bool redCell = false;
-  std::optional<std::int64_t> count;  ///< neither count nor ratio: the hematocrit decides
-  std::optional<double> ratio;
-  std::optional<double> statedDistanceFromSolid;  ///< by the configuration [µm]
-  int minimumDistanceFromSolid = 0;               ///< as HemoCell has it [µm]
-  std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
-  std::int64_t stock = 0;                         ///< so many more, when escaping
-  std::vector<PosLine> fixed, start;              ///< cells that are there: that stay, or may move
-  std::string fixedFrom, startFrom;               ///< files
-  double ownWallClearance = 0.0;                  ///< of this species, where more than that of all [µm]
-  std::optional<AxisCone> cone;
+/// Least gaps [µm].
+struct Clearances {
+  double membranes = 0.0, wall = 0.0;
 };
-
-struct Job;
-
-/// What cells of a species keep from the wall [µm].
-double wallClearanceOf(const Job& job, const JobSpecies& species);
 
 /// The settings with all that follows from them and from the case.
 struct Job : RunSettings {
@@ -52,11 +27,11 @@ struct Job : RunSettings {
   std::optional<CaseConfig> config;  ///< a case
   CaseSource source;                 ///< of a case: its C++ code
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
-  std::vector<JobSpecies> species;
+  std::vector<CellSpecies> species;
   std::optional<PreInletPlace> preInlet;
   std::optional<PreInletPlace> preInletInCode;  ///< what the code says, where another place is stated
 
-  double clearance = 0.0, wallClearance = 0.0;  ///< demanded [µm]
+  Clearances demanded;  ///< 0 where none is stated
   /// Not stated, so packing may keep more than is demanded (clearances.h).
   bool autoClearance = false, autoWallClearance = false;
   std::int64_t firstRealisation = 1;

@@ -80,7 +80,7 @@ void warnOfUnknownCalls(Job& job, const std::vector<std::string>& unstated) {
 void settleDistancesFromSolid(Job& job) {
   if (!job.config) return;
   std::vector<std::string> unstated;
-  for (const JobSpecies& species : job.species)
+  for (const CellSpecies& species : job.species)
     if (!species.statedDistanceFromSolid) unstated.push_back(species.name);
   if (!unstated.empty()) {
     for (const std::string& file : job.source.unread) job.warnings.push_back(file);
@@ -95,7 +95,7 @@ void settleDistancesFromSolid(Job& job) {
   const bool allRead = !job.source.files.empty() && job.source.unread.empty();
   const bool anyUnnamed = std::any_of(job.source.distances.begin(), job.source.distances.end(),
                                       [](const DistanceCall& call) { return !call.name; });
-  for (JobSpecies& species : job.species) {
+  for (CellSpecies& species : job.species) {
     const Found found = callsFor(species.name, job.source);
     const int inCode = found.largest ? truncated(*found.largest->distance) : 0;
     if (species.statedDistanceFromSolid) {

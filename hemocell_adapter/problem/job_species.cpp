@@ -12,7 +12,6 @@ namespace packmesh::hemocell {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double packCellsPlateletRatio = 0.07;
 
 bool isRedCell(const SpeciesRequest& request) {
   return request.redCell.value_or(request.name.find("RBC") != std::string::npos);
@@ -49,8 +48,8 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
   return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
 }
 
-/// Reads the cells that are there.
-void readPresent(const SpeciesRequest& request, JobSpecies& species, std::vector<std::string>& warnings) {
+/// Reads existing cells.
+void readPresent(const SpeciesRequest& request, CellSpecies& species, std::vector<std::string>& warnings) {
   std::error_code ignored;
   if (request.fixed && request.start && fs::equivalent(*request.fixed, *request.start, ignored))
     throw InputError(fmt::format("cell '{}': the cells of {} cannot both stay (fixed) and move (start)",
@@ -104,174 +103,225 @@ std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) 
                             red ? "" : " count=\"n\"");
 }
 
+/// How the number of cells is decided. Pre: the species has its existing cells.
+void resolveNumber(const Job& job, const SpeciesRequest& request, CellSpecies& species) {
+  species.statedCount = request.count;
+  species.ratio = request.ratio;
+  species.stock = request.stock.value_or(0);
+  if (!species.statedCount && !species.ratio && !(job.hematocrit && species.redCell))
+    species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
+  species.sharesHematocrit = species.redCell && !(job.asPackCells && species.statedCount);
+}
+
+void useMesh(const SpeciesRequest& request, CellSpecies& species) {
+  species.kind = CellSpecies::Template::mesh;
+  species.meshFile = *request.meshFile;
+  species.meshScale = request.meshScale.value_or(1.0);
+  species.meshFrame = request.meshFrame.value_or(MeshFrame::hemocell);
+  species.origin = fmt::format(
+      "{}, {}", request.meshFile->filename().string(),
+      species.meshFrame == MeshFrame::hemocell ? toString(Construction::meshFromStl) : "axes of the file");
+}
+
+void useEllipsoid(const Vec3& axes, const char* origin, CellSpecies& species) {
+  species.kind = CellSpecies::Template::ellipsoid;
+  species.ellipsoidAxes = axes;
+  species.origin = origin;
+}
+
+/// The model of the case's XML file.
+void useCase(const CaseConfig& config, const SpeciesRequest& request, CellSpecies& species) {
+  const fs::path xml = config.folder / (request.name + ".xml");
+  if (!isThere(xml))
+    throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'{}",
+                                 xml.string(), request.name, cellsInstead(config.folder, request)));
+  species.model = readCellXml(xml, request.name, request.construction);
+  species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
+}
+
+/// What HemoCell and packCells take cells of this name to be.
+void useDefault(CellSpecies& species) {
+  if (const auto model = defaultModel(species.name)) {
+    species.model = *model;
+    species.origin = fmt::format("HemoCell's defaults, {}", toString(species.model.construction));
+  } else if (const auto axes = defaultEllipsoid(species.name)) {
+    useEllipsoid(Vec3((*axes)[0], (*axes)[1], (*axes)[2]), "packCells' ellipsoid", species);
+  } else {
+    throw UsageError(
+        fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", species.name));
+  }
+}
+
+/// What the cells are made of.
+void resolveTemplate(const Job& job, const SpeciesRequest& request, CellSpecies& species) {
+  if (request.meshFile) return useMesh(request, species);
+  if (request.meshScale || request.meshFrame)
+    throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
+                                 request.meshScale ? "scale" : "frame"));
+  if (request.ellipsoidAxes) return useEllipsoid(*request.ellipsoidAxes, "ellipsoid", species);
+  if (job.config) return useCase(*job.config, request, species);
+  useDefault(species);
+}
+
 /// @param job receives warnings
-JobSpecies resolved(Job& job, const SpeciesRequest& request) {
-  JobSpecies species;
+CellSpecies resolved(Job& job, const SpeciesRequest& request) {
+  CellSpecies species;
   species.name = request.name;
   species.redCell = isRedCell(request);
-  species.count = request.count;
-  species.ratio = request.ratio;
   species.statedDistanceFromSolid = request.minimumDistanceFromSolid;
-  species.stock = request.stock.value_or(0);
   species.ownWallClearance =
       std::max(request.wallClearance.value_or(0.0), species.redCell ? job.cellFreeLayer : 0.0);
   species.cone = coneOf(request);
   readPresent(request, species, job.warnings);
-  if (!species.count && !species.ratio && !(job.hematocrit && species.redCell))
-    species.count = std::int64_t(species.fixed.size() + species.start.size());
-  if (request.meshFile) {
-    species.kind = JobSpecies::Template::mesh;
-    species.meshFile = *request.meshFile;
-    species.meshScale = request.meshScale.value_or(1.0);
-    species.meshFrame = request.meshFrame.value_or(MeshFrame::hemocell);
-    species.origin = fmt::format(
-        "{}, {}", request.meshFile->filename().string(),
-        species.meshFrame == MeshFrame::hemocell ? toString(Construction::meshFromStl) : "axes of the file");
-    return species;
-  }
-  if (request.meshScale || request.meshFrame) {
-    throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
-                                 request.meshScale ? "scale" : "frame"));
-  }
-  if (request.ellipsoidAxes) {
-    species.kind = JobSpecies::Template::ellipsoid;
-    species.ellipsoidAxes = *request.ellipsoidAxes;
-    species.origin = "ellipsoid";
-    return species;
-  }
-  if (job.config) {
-    const fs::path xml = job.config->folder / (request.name + ".xml");
-    if (!isThere(xml))
-      throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'{}",
-                                   xml.string(), request.name, cellsInstead(job.config->folder, request)));
-    species.model = readCellXml(xml, request.name, request.construction);
-    species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
-    return species;
-  }
-  if (const auto model = defaultModel(request.name)) {
-    species.model = *model;
-    species.origin = fmt::format("HemoCell's defaults, {}", toString(species.model.construction));
-    return species;
-  }
-  if (const auto axes = defaultEllipsoid(request.name)) {
-    species.kind = JobSpecies::Template::ellipsoid;
-    species.ellipsoidAxes = Vec3((*axes)[0], (*axes)[1], (*axes)[2]);
-    species.origin = "packCells' ellipsoid";
-    return species;
-  }
-  throw UsageError(
-      fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", request.name));
+  resolveNumber(job, request, species);
+  resolveTemplate(job, request, species);
+  return species;
 }
 
-/// More than one cell per red cell is hardly meant: blood has some 0.07 platelets per red cell.
+/// More than one cell per red cell is hardly meant.
 void warnOfLargeRatios(Job& job) {
-  for (const JobSpecies& species : job.species)
+  for (const CellSpecies& species : job.species)
     if (!species.redCell && species.ratio.value_or(0.0) > 1.0)
       job.warnings.push_back(fmt::format(
           "a ratio of {0:.15g} is {0:.15g} {1} for each red cell, not per cent; {2:.15g} may be meant",
           *species.ratio, species.name, *species.ratio / 100.0));
 }
 
-/// A hematocrit and red-cell counts contradict each other; the command line wins, a file alone is at fault.
-void settleHematocrit(Job& job, Settings& settings, const Settings& options) {
-  const auto countedOnCommandLine = [&](const SpeciesRequest& s) {
-    const SpeciesRequest* option = findSpecies(options, s.name);
-    return option && option->count;
-  };
-  if (!job.hematocrit || fillerOf(settings.species)) return;
-  std::vector<SpeciesRequest>& all = settings.species;
-  const bool anyRed = std::any_of(all.begin(), all.end(), isRedCell);
-  if (!options.hematocrit && std::any_of(all.begin(), all.end(), [&](const SpeciesRequest& s) {
-        return isRedCell(s) && countedOnCommandLine(s);
-      })) {
-    job.hematocrit.reset();
-  } else if (options.hematocrit && anyRed) {
-    for (SpeciesRequest& s : all) {
-      if (!isRedCell(s) || countedOnCommandLine(s)) continue;
-      s.count.reset();
-      s.ratio.reset();
-      return;
+/// The requests of cells to pack, completed step by step.
+class PackedSpecies {
+ public:
+  PackedSpecies(Job& job, Settings settings, const Settings& options)
+      : job_(job),
+        all_(std::move(settings.species)),
+        plateletRatio_(settings.plateletRatio),
+        options_(options),
+        listed_(job.config && !job.config->packing.species.empty()) {}
+
+  std::vector<SpeciesRequest> operator()() {
+    replaceRatios();
+    setDetailsAside();
+    settleHematocrit();
+    if (job_.hematocrit) {
+      addRedCells();
+      addPlatelets();
+    } else if (plateletRatio_) {
+      job_.warnings.push_back("--plt_ratio is ignored: it belongs to --hematocrit");
     }
-  } else if (!options.hematocrit && anyRed) {
-    throw InputError(fmt::format(
-        "{}: <hematocrit> and a count or ratio for every red cell; one of them decides", sourceOf(job)));
+    if (!details_.empty())
+      throw UsageError(
+          fmt::format("settings for '{}', but there are no such cells to pack", details_.front().name));
+    if (all_.empty())
+      throw UsageError(
+          "how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
+    requireNumbers();
+    return std::move(all_);
   }
-}
+
+ private:
+  static std::vector<SpeciesRequest>::iterator find(std::vector<SpeciesRequest>& in,
+                                                    const std::string& name) {
+    return std::find_if(in.begin(), in.end(), [&](const SpeciesRequest& s) { return s.name == name; });
+  }
+
+  bool countedOnCommandLine(const SpeciesRequest& request) const {
+    const SpeciesRequest* option = findSpecies(options_, request.name);
+    return option && option->count;
+  }
+
+  /// A count on the command line replaces a ratio in the file.
+  void replaceRatios() {
+    for (SpeciesRequest& request : all_)
+      if (countedOnCommandLine(request)) request.ratio.reset();
+  }
+
+  /// Details without cells: kept aside, to be applied to species that a hematocrit adds.
+  void setDetailsAside() {
+    const auto isCells = [&](const SpeciesRequest& request) {
+      return selects(request) || (listed_ && findSpecies(job_.config->packing, request.name));
+    };
+    const auto aside = std::stable_partition(all_.begin(), all_.end(), isCells);
+    details_.assign(aside, all_.end());
+    all_.erase(aside, all_.end());
+  }
+
+  /// A hematocrit and red-cell counts contradict each other; the command line wins, a file alone is invalid.
+  void settleHematocrit() {
+    if (!job_.hematocrit || fillerOf(all_) || std::none_of(all_.begin(), all_.end(), isRedCell)) return;
+    if (options_.hematocrit) {
+      const auto fromFile = std::find_if(all_.begin(), all_.end(), [&](const SpeciesRequest& s) {
+        return isRedCell(s) && !countedOnCommandLine(s);
+      });
+      if (fromFile == all_.end()) return;
+      fromFile->count.reset();
+      fromFile->ratio.reset();
+    } else if (std::any_of(all_.begin(), all_.end(), [&](const SpeciesRequest& s) {
+                 return isRedCell(s) && countedOnCommandLine(s);
+               })) {
+      job_.hematocrit.reset();
+    } else {
+      throw InputError(fmt::format(
+          "{}: <hematocrit> and a count or ratio for every red cell; one of them decides", sourceOf(job_)));
+    }
+  }
+
+  /// Adds cells, with the details that were set aside for them.
+  SpeciesRequest& add(const std::string& name, std::size_t at) {
+    SpeciesRequest request;
+    request.name = name;
+    if (const auto detail = find(details_, name); detail != details_.end()) {
+      request = *detail;
+      details_.erase(detail);
+    }
+    return *all_.insert(all_.begin() + std::ptrdiff_t(std::min(at, all_.size())), request);
+  }
+
+  /// Those whose number the hematocrit decides.
+  void addRedCells() {
+    if (fillerOf(all_)) return;
+    if (find(all_, "RBC") != all_.end())
+      throw InputError("the hematocrit decides how many 'RBC' there are, so they can have no count");
+    add("RBC", 0);
+  }
+
+  void addPlatelets() {
+    if (const auto platelets = find(all_, "PLT"); platelets == all_.end()) {
+      const bool wanted = plateletRatio_ ? *plateletRatio_ > 0 : !listed_;
+      if (wanted && knowsPlatelets()) add("PLT", 1).ratio = plateletRatio_.value_or(packCellsPlateletRatio);
+    } else if (plateletRatio_) {
+      platelets->ratio = plateletRatio_;
+      platelets->count.reset();
+    }
+  }
+
+  /// @throws InputError when they are asked for and the case does not have them
+  bool knowsPlatelets() const {
+    if (!job_.config || isThere(job_.config->folder / "PLT.xml")) return true;
+    if (plateletRatio_)
+      throw InputError(fmt::format("{}: no such file; --plt_ratio asks for platelets",
+                                   (job_.config->folder / "PLT.xml").string()));
+    return false;
+  }
+
+  void requireNumbers() const {
+    for (const SpeciesRequest& request : all_)
+      if (!request.count && !request.ratio && !request.fixed && !request.start &&
+          !(job_.hematocrit && isRedCell(request)))
+        throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(job_), request.name,
+                                     isRedCell(request) ? " or a hematocrit" : " or a ratio"));
+  }
+
+  Job& job_;
+  std::vector<SpeciesRequest> all_, details_;
+  std::optional<double> plateletRatio_;
+  const Settings& options_;
+  const bool listed_;  ///< the case lists its cells
+};
 
 }  // namespace
 
 void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
-  const bool listed = job.config && !job.config->packing.species.empty();
-  std::vector<SpeciesRequest>& all = settings.species;
-  for (SpeciesRequest& request : all) {  // a count on the command line replaces a ratio in the file
-    const SpeciesRequest* option = findSpecies(options, request.name);
-    if (option && option->count) request.ratio.reset();
-  }
-  // Details without cells: kept aside, to be applied to species that a hematocrit adds.
-  std::vector<SpeciesRequest> details;
-  for (auto it = all.begin(); it != all.end();) {
-    if (selects(*it) || (listed && findSpecies(job.config->packing, it->name))) {
-      ++it;
-    } else {
-      details.push_back(*it);
-      it = all.erase(it);
-    }
-  }
-  const auto add = [&](const std::string& name, std::size_t at) -> SpeciesRequest& {
-    SpeciesRequest request;
-    request.name = name;
-    for (auto it = details.begin(); it != details.end(); ++it) {
-      if (it->name != name) continue;
-      request = *it;
-      details.erase(it);
-      break;
-    }
-    return *all.insert(all.begin() + std::ptrdiff_t(std::min(at, all.size())), request);
-  };
-
-  settleHematocrit(job, settings, options);
-  if (job.hematocrit) {
-    if (!fillerOf(all)) {
-      if (std::any_of(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "RBC"; }))
-        throw InputError("the hematocrit decides how many 'RBC' there are, so they can have no count");
-      add("RBC", 0);
-    }
-    const auto platelet =
-        std::find_if(all.begin(), all.end(), [](const SpeciesRequest& s) { return s.name == "PLT"; });
-    const double ratio = settings.plateletRatio.value_or(packCellsPlateletRatio);
-    if (platelet != all.end()) {
-      if (settings.plateletRatio) {
-        platelet->ratio = ratio;
-        platelet->count.reset();
-      }
-    } else if (settings.plateletRatio ? ratio > 0 : !listed) {
-      const bool known = !job.config || isThere(job.config->folder / "PLT.xml");
-      if (known) {
-        add("PLT", 1).ratio = ratio;
-      } else if (settings.plateletRatio) {
-        throw InputError(fmt::format("{}: no such file; --plt_ratio asks for platelets",
-                                     (job.config->folder / "PLT.xml").string()));
-      }
-    }
-  } else if (settings.plateletRatio) {
-    job.warnings.push_back("--plt_ratio is ignored: it belongs to --hematocrit");
-  }
-  if (!details.empty()) {
-    throw UsageError(
-        fmt::format("settings for '{}', but there are no such cells to pack", details.front().name));
-  }
-  if (all.empty()) {
-    throw UsageError(
-        "how many cells? Give --hematocrit h or counts such as --rbc n, or the same in <packing>");
-  }
-  for (const SpeciesRequest& request : all) {
-    if (!request.count && !request.ratio && !request.fixed && !request.start &&
-        !(job.hematocrit && isRedCell(request))) {
-      throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(job), request.name,
-                                   isRedCell(request) ? " or a hematocrit" : " or a ratio"));
-    }
+  for (const SpeciesRequest& request : PackedSpecies(job, std::move(settings), options)())
     job.species.push_back(resolved(job, request));
-  }
   warnOfLargeRatios(job);
 }
 

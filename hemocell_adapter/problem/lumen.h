@@ -10,8 +10,17 @@
 #include "hemocell_adapter/hemocell/acceptance.h"
 #include "hemocell_adapter/problem/job.h"
 #include "packMesh/container/container.h"
+#include "packMesh/container/region.h"
 
 namespace packmesh::hemocell {
+
+/// A part of the lumen, with a hematocrit of its own.
+struct LumenRegion {
+  std::string name;  ///< "region 1 (config.xml:12: <sphere>)", "the rest"
+  std::shared_ptr<const Region> region;
+  double share = 0.0;       ///< of the lumen's volume
+  double hematocrit = 0.0;  ///< asked for
+};
 
 struct Lumen {
   std::shared_ptr<const Container> container;
@@ -21,6 +30,7 @@ struct Lumen {
   bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do
   bool acceptedOnly = false;         ///< packing keeps to HemoCell's acceptance rules
   bool solidWalls = true;            ///< false: what bounds it are faces through which blood flows
+  std::vector<LumenRegion> regions;  ///< empty: one hematocrit for all of it; else the last is the rest
   std::string note;                  ///< for people: what container->describe() does not know
   std::vector<std::string> notices;  ///< assumptions and repairs the user should know of
 

@@ -13,6 +13,7 @@
 #include "hemocell_adapter/problem/job_source.h"
 #include "hemocell_adapter/problem/job_species.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
+#include "hemocell_adapter/problem/tiling.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
@@ -49,8 +50,7 @@ void takeSettings(Job& job, const Settings& settings) {
   const std::filesystem::path folder = job.config ? job.config->folder : std::filesystem::path(".");
   static_cast<RunSettings&>(job) = settings;
   if (job.outputDirectory.empty()) job.outputDirectory = folder;
-  job.clearance = settings.clearance.value_or(0.0);
-  job.wallClearance = settings.wallClearance.value_or(0.0);
+  job.demanded = {settings.clearance.value_or(0.0), settings.wallClearance.value_or(0.0)};
   job.autoClearance = !settings.clearance && !job.largestClearance;
   job.autoWallClearance = !settings.wallClearance;
   if (!job.stateFile && (job.checkpointEvery > 0.0 || job.restart))
@@ -199,7 +199,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);
-      for (const JobSpecies& species : job.species) {
+    for (const CellSpecies& species : job.species) {
       if (species.cone && !job.rotate)
         throw InputError(fmt::format(
             "cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",

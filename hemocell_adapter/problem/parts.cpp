@@ -42,7 +42,7 @@ std::vector<Pose> posesOf(const std::vector<PosLine>& lines) {
 
 /// Where cells start, that are copies of each other: all but the first are moved a little, because there is
 /// no direction in which copies could be pushed apart.
-std::vector<Pose> startOf(const JobSpecies& species, std::uint64_t seed, std::uint32_t stream) {
+std::vector<Pose> startOf(const CellSpecies& species, std::uint64_t seed, std::uint32_t stream) {
   constexpr double little = 1e-3;  // [µm]; any length that is not lost in rounding will do
   std::vector<Pose> poses = posesOf(species.start);
   std::set<std::array<double, 3>> taken;
@@ -85,64 +85,53 @@ std::vector<std::int64_t> sharedOutBesides(std::int64_t total, std::vector<doubl
   return sharedOut(std::max<std::int64_t>(0, others), weights);
 }
 
-std::vector<std::int64_t> fixedInRegions(const Scene& scene, const SceneSpecies& species) {
-  std::vector<std::int64_t> fixed(scene.regions.size(), 0);
-  for (const PosLine& line : species.job.fixed) ++fixed[regionAt(scene.regions, line.position)];
+std::vector<std::int64_t> fixedInRegions(const Scene& scene, const CellSpecies& species) {
+  std::vector<std::int64_t> fixed(scene.lumen.regions.size(), 0);
+  for (const PosLine& line : species.fixed) ++fixed[regionAt(scene.lumen.regions, line.position)];
   return fixed;
-}
-
-/// Volume by which a cell counts in the hematocrit [µm³].
-double countedVolume(const Job& job, const SceneSpecies& species) {
-  return job.redCellVolume.value_or(species.shape->volume());
 }
 
 class Parting {
  public:
-  Parting(const Job& job, const Scene& scene) : job_(job), scene_(scene) {}
+  explicit Parting(const Scene& scene) : scene_(scene), regions_(scene.lumen.regions) {}
 
   std::vector<ScenePart> operator()() {
-    if (!scene_.regions.empty()) shareOutRedCells();
+    if (!regions_.empty()) shareOutRedCells();
     for (std::size_t s = 0; s < scene_.species.size(); ++s) divide(int(s));
     return std::move(parts_);
   }
 
  private:
-  Freedom freedomOf(const SceneSpecies& species) const {
-    Freedom freedom;
-    freedom.cone = species.job.cone;
-    freedom.extraWallClearance = wallClearanceOf(job_, species.job) - job_.wallClearance;
-    return freedom;
-  }
-
   void divide(int s) {
-    const SceneSpecies& species = scene_.species[s];
-    const auto fixed = posesOf(species.job.fixed);
-    if (std::int64_t(fixed.size()) > species.count)
+    const CellSpecies& species = scene_.species[s];
+    const auto fixed = std::int64_t(species.fixed.size());
+    if (fixed > species.count)
       throw InputError(fmt::format("{}: holds {} cells that are to stay, but only {} '{}' are asked for",
-                                   species.job.fixedFrom, fixed.size(), species.count, species.job.name));
-    if (!fixed.empty()) {
-      ScenePart part{s, species.job.name + ", fixed", std::int64_t(fixed.size()), fixed, {}, -1};
-      part.freedom.fixed = true;
-      part.freedom.extraWallClearance = wallClearanceOf(job_, species.job) - job_.wallClearance;
+                                   species.fixedFrom, fixed, species.count, species.name));
+    if (fixed > 0) {
+      ScenePart part{s, -1, freeCells(scene_, species, fixed)};
+      part.cells.name += ", fixed";
+      part.cells.start = posesOf(species.fixed);
+      part.cells.freedom.fixed = true;
+      part.cells.freedom.cone.reset();
       parts_.push_back(std::move(part));
     }
-    const std::int64_t toPlace = species.count - std::int64_t(fixed.size());
-    if (scene_.regions.empty() || !species.job.redCell)
-      free(s, -1, toPlace, startOf(species.job, job_.seed, std::uint32_t(s)));
+    if (regions_.empty() || !species.redCell)
+      free(s, -1, species.count - fixed, startOf(species, scene_.seed, std::uint32_t(s)));
     else
       freeInRegions(s);
   }
 
   void freeInRegions(int s) {
-    const SceneSpecies& species = scene_.species[s];
-    const std::size_t regions = scene_.regions.size();
+    const CellSpecies& species = scene_.species[s];
+    const std::size_t regions = regions_.size();
     std::vector<std::vector<Pose>> start(regions);
-    for (const Pose& pose : startOf(species.job, job_.seed, std::uint32_t(s)))
-      start[regionAt(scene_.regions, pose.position)].push_back(pose);
+    for (const Pose& pose : startOf(species, scene_.seed, std::uint32_t(s)))
+      start[regionAt(regions_, pose.position)].push_back(pose);
     for (std::size_t r = 0; r < regions; ++r) {
       if (toPlace_[s][r] < 0)
         throw InputError(fmt::format("{}: more of its cells are in {} than the hematocrit there allows",
-                                     species.job.fixedFrom, scene_.regions[r].name));
+                                     species.fixedFrom, regions_[r].name));
       free(s, int(r), toPlace_[s][r], std::move(start[r]));
     }
   }
@@ -151,17 +140,17 @@ class Parting {
   /// shared out, and then those that the hematocrit decides, so that all together come to it.
   void shareOutRedCells() {
     std::vector<double> left;  // of each region's red cells, over the reference volume
-    for (const SceneRegion& region : scene_.regions) left.push_back(region.share * region.hematocrit);
+    for (const LumenRegion& region : regions_) left.push_back(region.share * region.hematocrit);
     const std::vector<double> asked = left;
     toPlace_.resize(scene_.species.size());
     for (const bool byHematocrit : {false, true})
       for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-        const SceneSpecies& species = scene_.species[s];
-        if (!species.job.redCell || byHematocrit != (!species.job.count && !species.job.ratio)) continue;
+        const CellSpecies& species = scene_.species[s];
+        if (!species.redCell || byHematocrit != (!species.statedCount && !species.ratio)) continue;
         const std::vector<std::int64_t> fixed = fixedInRegions(scene_, species);
         toPlace_[s] =
             byHematocrit ? sharedOut(species.count, left) : sharedOutBesides(species.count, asked, fixed);
-        const double cell = countedVolume(job_, species) / scene_.referenceVolume(job_);
+        const double cell = species.countedVolume / scene_.referenceVolume();
         for (std::size_t r = 0; r < left.size(); ++r) {
           if (byHematocrit) toPlace_[s][r] -= fixed[r];
           left[r] = std::max(0.0, left[r] - cell * double(toPlace_[s][r] + fixed[r]));
@@ -172,29 +161,29 @@ class Parting {
   /// A part of cells that may move.
   void free(int s, int region, std::int64_t count, std::vector<Pose> start) {
     if (count == 0 && region >= 0) return;
-    const SceneSpecies& species = scene_.species[s];
-    ScenePart part{s, species.job.name, count, {}, freedomOf(species), region};
+    const CellSpecies& species = scene_.species[s];
+    ScenePart part{s, region, freeCells(scene_, species, count)};
     if (region >= 0) {
-      part.name +=
-          region + 1 < int(scene_.regions.size()) ? fmt::format(", region {}", region + 1) : ", rest";
-      part.freedom.region = scene_.regions[region].region;
+      part.cells.name +=
+          region + 1 < int(regions_.size()) ? fmt::format(", region {}", region + 1) : ", rest";
+      part.cells.freedom.region = regions_[region].region;
     }
-    part.start = drawn(std::move(start), count, job_.seed, parts_.size());
-    if (job_.rotate && part.freedom.cone)
-      for (Pose& pose : part.start) pose.orientation = part.freedom.cone->nearest(pose.orientation);
+    part.cells.start = drawn(std::move(start), count, scene_.seed, parts_.size());
+    if (const auto& cone = part.cells.freedom.cone; scene_.rotate && cone)
+      for (Pose& pose : part.cells.start) pose.orientation = cone->nearest(pose.orientation);
     parts_.push_back(std::move(part));
   }
 
-  const Job& job_;
   const Scene& scene_;
+  const std::vector<LumenRegion>& regions_;
   std::vector<ScenePart> parts_;
   std::vector<std::vector<std::int64_t>> toPlace_;  ///< red cells that may move, by species and region
 };
 
 }  // namespace
 
-std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen) {
-  std::vector<SceneRegion> regions;
+std::vector<LumenRegion> makeRegions(const Job& job, const Lumen& lumen) {
+  std::vector<LumenRegion> regions;
   if (job.regions.empty()) return regions;
   const Box bounds = lumen.container->bounds();
   const Vec3 period = lumen.container->period();
@@ -217,39 +206,46 @@ std::vector<SceneRegion> makeRegions(const Job& job, const Lumen& lumen) {
   return regions;
 }
 
-int regionAt(const std::vector<SceneRegion>& regions, const Vec3& point) {
+int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point) {
   for (std::size_t r = 0; r + 1 < regions.size(); ++r)
     if (regions[r].region->contains(point)) return int(r);
   return int(regions.size()) - 1;
 }
 
-std::vector<ScenePart> makeParts(const Job& job, const Scene& scene) {
-  return Parting(job, scene)();
+Species freeCells(const Scene& scene, const CellSpecies& species, std::int64_t count) {
+  Species cells{species.name, species.shape, count, species.wall, species.redCell};
+  cells.freedom.cone = species.cone;
+  cells.freedom.extraWallClearance = species.extraWallClearance(scene.clearances.wall);
+  return cells;
 }
 
-std::vector<std::string> examineRegions(const Job& job, const Scene& scene) {
+std::vector<ScenePart> makeParts(const Scene& scene) {
+  return Parting(scene)();
+}
+
+std::vector<std::string> examineRegions(const Scene& scene) {
   std::vector<std::string> warnings;
-  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
-    const SceneRegion& region = scene.regions[r];
+  for (std::size_t r = 0; r < scene.lumen.regions.size(); ++r) {
+    const LumenRegion& region = scene.lumen.regions[r];
     double volume = 0.0;
     std::int64_t cells = 0;
     for (const ScenePart& part : scene.parts) {
-      const SceneSpecies& species = scene.species[part.species];
-      if (!species.job.redCell) continue;
-      const std::int64_t here = part.freedom.fixed      ? fixedInRegions(scene, species)[r]
-                                : part.region == int(r) ? part.count
-                                                        : 0;
+      const CellSpecies& species = scene.species[part.species];
+      if (!species.redCell) continue;
+      const std::int64_t here = part.cells.freedom.fixed ? fixedInRegions(scene, species)[r]
+                                : part.region == int(r)  ? part.cells.count
+                                                         : 0;
       cells += here;
-      volume += double(here) * countedVolume(job, species);
+      volume += double(here) * species.countedVolume;
     }
-    const double size = region.share * scene.referenceVolume(job), asked = region.hematocrit * size;
-    const bool listed = r < job.regions.size();
+    const double size = region.share * scene.referenceVolume(), asked = region.hematocrit * size;
+    const bool listed = r < scene.regions.size();
     if (cells == 0 && asked > 0.0) {
       const std::string what = fmt::format(
           "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
       if (listed)
-        throw InputError(
-            fmt::format("{}: {}; make the region larger, or leave it out", job.regions[r].body.where, what));
+        throw InputError(fmt::format("{}: {}; make the region larger, or leave it out",
+                                     scene.regions[r].body.where, what));
       warnings.push_back(fmt::format("outside the regions there will be no red cell: {}", what));
     } else if (std::abs(volume - asked) > noticeable * asked) {
       warnings.push_back(

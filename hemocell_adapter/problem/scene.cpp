@@ -8,12 +8,12 @@
 
 namespace packmesh::hemocell {
 
-std::string columnsInstead(const Job& job, const Scene& scene) {
-  const bool bound = std::any_of(scene.species.begin(), scene.species.end(), [](const SceneSpecies& s) {
-    return s.job.cone || !s.job.fixed.empty() || !s.job.start.empty();
+std::string columnsInstead(const Scene& scene) {
+  const bool bound = std::any_of(scene.species.begin(), scene.species.end(), [](const CellSpecies& s) {
+    return s.cone || !s.fixed.empty() || !s.start.empty();
   });
-  const bool possible = !job.inColumns && scene.regions.empty() && job.method == Method::relaxation &&
-                        job.rotate && !bound && scene.lumen.container->period().minCoeff() > 0.0;
+  const bool possible = !scene.inColumns && scene.regions.empty() && scene.method == Method::relaxation &&
+                        scene.rotate && !bound && scene.lumen.container->period().minCoeff() > 0.0;
   return possible ? "; --order columns packs red cells up to 0.65, not at random" : "";
 }
 
@@ -31,7 +31,7 @@ bool knowsAcceptance(const Scene& scene) {
 }
 
 std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell) {
-  const SceneSpecies& species = scene.species[cell.species];
+  const CellSpecies& species = scene.species[cell.species];
   const std::vector<Vec3> vertices = placedVertices(species.shape->mesh(), cell.placement);
   if (species.acceptance) return species.acceptance->violation(vertices);
   if (scene.lumen.keptBox) {
@@ -60,14 +60,14 @@ Tally tallyOf(const Scene& scene, std::vector<std::int64_t> counts) {
   tally.counts = std::move(counts);
   tally.meshVolume.assign(scene.species.size(), 0.0);
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const SceneSpecies& species = scene.species[s];
+    const CellSpecies& species = scene.species[s];
     const double n = double(tally.counts[s]);
     tally.meshVolume[s] = n * species.shape->volume();
-    if (!species.job.redCell || n == 0) continue;
+    if (!species.redCell || n == 0) continue;
     tally.redCells += tally.counts[s];
     tally.redMesh += tally.meshVolume[s];
-    if (species.job.model.hemocellVolume) {
-      tally.redHemocell += n * *species.job.model.hemocellVolume;
+    if (species.model.hemocellVolume) {
+      tally.redHemocell += n * *species.model.hemocellVolume;
     } else {
       tally.hemocellKnown = false;
     }

@@ -1,47 +1,46 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Lumen and species of a job with everything that can be asked of them.
+/// @file A job with its lumen and species, and everything that can be asked of them.
 #pragma once
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hemocell_adapter/hemocell/read_lines.h"
 #include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/lumen.h"
-#include "hemocell_adapter/problem/scene_part.h"
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 
 namespace packmesh::hemocell {
 
-struct SceneSpecies {
-  JobSpecies job;
-  std::shared_ptr<const Shape> shape;
-  std::shared_ptr<const Wall> wall;              ///< where packing allows it; nullptr: the container's own
-  std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
-  std::int64_t count = 0;                        ///< requested
-
-  std::int64_t mostCells() const { return count + job.stock; }  ///< of a packing
+/// Cells of one species with the same freedom, which are a species of the problem that is packed.
+struct ScenePart {
+  int species = 0;
+  int region = -1;  ///< in Lumen::regions; -1: none
+  Species cells;    ///< "RBC", "RBC, fixed", "RBC, region 1"
 };
 
-struct Scene {
+/// A job with what it says built: lumen, species and the parts that are packed.
+struct Scene : Job {
+  /// Nothing is built yet: buildScene() does.
+  explicit Scene(Job job) : Job(std::move(job)), clearances(demanded) {}
+
   Lumen lumen;
-  std::vector<SceneSpecies> species;
-  std::vector<SceneRegion> regions;  ///< empty: one hematocrit for all of the lumen
+  Clearances clearances;             ///< that are packed with (setClearances()); at first those demanded
   std::vector<ScenePart> parts;      ///< what is packed
-  ReadLines read;                    ///< cells that were there
-  std::vector<std::string> warnings;
+  ReadLines read;                    ///< existing cells
+  std::vector<std::string> notices;  ///< what the user should know about how it was built
 
   /// The volume the hematocrit is a share of [µm³].
-  double referenceVolume(const Job& job) const {
-    return job.fluidVolume ? lumen.fluidVolume() : lumen.container->volume();
-  }
+  double referenceVolume() const { return fluidVolume ? lumen.fluidVolume() : lumen.container->volume(); }
 };
 
 /// What people may be told who ask for more than packs at random: "; --order columns ...", or nothing where
 /// columns (see Columns) are not for that scene.
-std::string columnsInstead(const Job& job, const Scene& scene);
+std::string columnsInstead(const Scene& scene);
 
 /// Makes the species of a result, which are parts of the scene, those of the scene.
 /// @return how many cells of each part there are on this rank

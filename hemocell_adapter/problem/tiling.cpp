@@ -8,15 +8,15 @@
 
 namespace packmesh::hemocell {
 
-void requireTileable(const Job& job, const Scene& scene) {
+void requireTileable(const Scene& scene) {
   double cells = 0.0, tiles = 1.0;
-  for (const SceneSpecies& species : scene.species) cells += double(species.count);
+  for (const CellSpecies& species : scene.species) cells += double(species.count);
   for (int k = 0; k < 3; ++k) {
-    tiles *= job.tiles[k];
-    if (job.tiles[k] > 1 && !(scene.lumen.container->period()[k] > 0.0))
+    tiles *= scene.tiles[k];
+    if (scene.tiles[k] > 1 && !(scene.lumen.container->period()[k] > 0.0))
       throw InputError(
           fmt::format("--tile: the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
-    if (job.tiles[k] * scene.lumen.container->bounds().size()[k] > specs::largestLength)
+    if (scene.tiles[k] * scene.lumen.container->bounds().size()[k] > specs::largestLength)
       throw InputError(fmt::format("--tile: the box would be more than {:.0f} µm long along {}",
                                    specs::largestLength, "xyz"[k]));
   }
@@ -25,7 +25,7 @@ void requireTileable(const Job& job, const Scene& scene) {
                                  cells * tiles, specs::largestCount));
 }
 
-Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, const Communicator& ranks) {
+Job tiledJob(const Scene& scene, const PackingResult& result, const Communicator& ranks) {
   struct Line {
     double number[6];
     int species;
@@ -38,12 +38,13 @@ Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, co
     plain.species = result.cells[i].species;
     own.push_back(plain);
   }
-  Job big = job;
+  Job big = static_cast<const Job&>(scene);
+  big.demanded = scene.clearances;
   big.tiles = {1, 1, 1};
   big.regions.clear();
   big.hematocrit.reset();
-  for (int k = 0; k < 3; ++k) (*big.boxSize)[k] *= job.tiles[k];
-  for (JobSpecies& species : big.species) {
+  for (int k = 0; k < 3; ++k) (*big.boxSize)[k] *= scene.tiles[k];
+  for (CellSpecies& species : big.species) {
     species.fixed.clear();
     species.start.clear();
     species.fixedFrom.clear();
@@ -52,14 +53,14 @@ Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, co
   }
   const std::vector<Line> all = ranks.gatherAll(own);
   for (const Line& line : all)
-    for (int x = 0; x < job.tiles[0]; ++x)
-      for (int y = 0; y < job.tiles[1]; ++y)
-        for (int z = 0; z < job.tiles[2]; ++z)
+    for (int x = 0; x < scene.tiles[0]; ++x)
+      for (int y = 0; y < scene.tiles[1]; ++y)
+        for (int z = 0; z < scene.tiles[2]; ++z)
           big.species[line.species].start.push_back(
-              {Vec3(line.number[0] + x * (*job.boxSize)[0], line.number[1] + y * (*job.boxSize)[1],
-                    line.number[2] + z * (*job.boxSize)[2]),
+              {Vec3(line.number[0] + x * (*scene.boxSize)[0], line.number[1] + y * (*scene.boxSize)[1],
+                    line.number[2] + z * (*scene.boxSize)[2]),
                Vec3(line.number[3], line.number[4], line.number[5])});
-  for (JobSpecies& species : big.species) species.count = std::int64_t(species.start.size());
+  for (CellSpecies& species : big.species) species.statedCount = std::int64_t(species.start.size());
   return big;
 }
 

@@ -17,9 +17,9 @@ inline bool isTiled(const Job& job) {
 /// images one after the other. All ranks call; each gets all cells.
 /// @throws InputError when the box is not periodic along an axis that it is repeated along, or there are too
 /// many cells
-Job tiledJob(const Job& job, const Scene& scene, const PackingResult& result, const Communicator& ranks);
+Job tiledJob(const Scene& scene, const PackingResult& result, const Communicator& ranks);
 
 /// @throws InputError as above, before anything has been packed
-void requireTileable(const Job& job, const Scene& scene);
+void requireTileable(const Scene& scene);
 
 }  // namespace packmesh::hemocell

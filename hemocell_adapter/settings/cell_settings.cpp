@@ -62,7 +62,7 @@ std::vector<Setting> cellSettings() {
           .alsoOfPackCells(),
       setting("plt_ratio", {ratio()}, "number of platelets per red cell of any species; with a hematocrit",
               [](Settings& s, const Values& v) { s.plateletRatio = real(v[0]); })
-          .byDefault("0.07")
+          .byDefault(toText(packCellsPlateletRatio))
           .alsoOfPackCells(),
       countOption("rbc", "RBC", "red blood cells"),
       countOption("plt", "PLT", "platelets"),

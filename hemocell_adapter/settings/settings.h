@@ -105,7 +105,7 @@ struct RunSettings {
 
 /// All settings.
 struct Settings : RunSettings {
-  std::optional<double> plateletRatio;
+  std::optional<double> plateletRatio;  ///< empty: packCellsPlateletRatio, where there may be platelets
   std::vector<SpeciesRequest> species;
   std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
   std::optional<NodePlane> preInletSlice;
@@ -117,6 +117,9 @@ struct Settings : RunSettings {
   std::set<std::string> stated;  ///< names (Setting::name()) of the settings given by the user
   bool states(const std::string& name) const { return stated.count(name) > 0; }
 };
+
+/// Platelets per red cell that packCells adds to a hematocrit.
+constexpr double packCellsPlateletRatio = 0.07;
 
 /// Names of the export formats.
 inline constexpr const char* exportFormats[] = {"csv", "lammps", "mirheo"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A folder for one test.
+/// @file A folder for one test, and its files.
 #pragma once
 
 #include <stdlib.h>
@@ -11,6 +11,12 @@
 #include <string>
 
 namespace packmesh::test {
+
+/// All of a file.
+inline std::string readText(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
 
 /// A new folder that disappears with the object. Its name has a blank and a letter beyond ASCII, as users'
 /// do.

@@ -20,12 +20,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-struct Folder : test::TemporaryFolder {
-  fs::path write(const std::string& text, const std::string& name = "RBC.xml") const {
-    return TemporaryFolder::write(name, text);
-  }
-};
-
 std::string material(const std::string& tags) {
   return "<?xml version=\"1.0\" ?>\n<hemocell>\n<MaterialModel>\n" + tags +
          "\n</MaterialModel>\n</hemocell>\n";
@@ -101,37 +95,40 @@ TEST_CASE("Constructions have names", "[cell]") {
 }
 
 TEST_CASE("A cell's XML is read as HemoCell reads it, blanks and comments included", "[cell]") {
-  const Folder folder;
-  const CellModel rbc =
-      readCellXml(folder.write(material(
-                      "<kBend> 80.0 </kBend><radius> 3.91e-6 <!-- [3.91] --> </radius>\n"
-                      "<minNumTriangles>\n 600 </minNumTriangles><Volume> 90 </Volume><InnerEdges><Edge> 1 2 "
-                      "</Edge></InnerEdges>")),
-                  "RBC");
+  const test::TemporaryFolder folder;
+  const CellModel rbc = readCellXml(
+      folder.write(
+          "RBC.xml",
+          material("<kBend> 80.0 </kBend><radius> 3.91e-6 <!-- [3.91] --> </radius>\n"
+                   "<minNumTriangles>\n 600 </minNumTriangles><Volume> 90 </Volume><InnerEdges><Edge> 1 2 "
+                   "</Edge></InnerEdges>")),
+      "RBC");
   CHECK(rbc.name == "RBC");
   CHECK(rbc.construction == Construction::rbcFromSphere);
   CHECK(rbc.radius == Approx(3.91).epsilon(1e-14));
   CHECK(rbc.minNumTriangles == 600);
   CHECK(rbc.hemocellVolume == 90.0);
 
-  const CellModel plt =
-      readCellXml(folder.write(material("<radius>+1.25E-6</radius><minNumTriangles>66</minNumTriangles>"
-                                        "<aspectRatio>0.434782608696</aspectRatio>")),
-                  "PLT");
+  const CellModel plt = readCellXml(
+      folder.write("RBC.xml", material("<radius>+1.25E-6</radius><minNumTriangles>66</minNumTriangles>"
+                                       "<aspectRatio>0.434782608696</aspectRatio>")),
+      "PLT");
   CHECK(plt.construction == Construction::ellipsoidFromSphere);
   CHECK(plt.aspectRatio == 0.434782608696);
   CHECK(!plt.hemocellVolume);
 
-  const fs::path stl = folder.write(material("<StlFile> cell.stl </StlFile><radius>5.4e-6</radius>"));
+  const fs::path stl =
+      folder.write("RBC.xml", material("<StlFile> cell.stl </StlFile><radius>5.4e-6</radius>"));
   CHECK(readCellXml(stl, "RBC").construction == Construction::meshFromStl);
   CHECK(readCellXml(stl, "vRBC").stlFile == folder.path() / "cell.stl");
-  CHECK(readCellXml(folder.write(material("<radius>4e-6</radius><minNumTriangles>600</minNumTriangles>")),
-                    "Tumour", Construction::wbcSphere)
+  CHECK(readCellXml(
+            folder.write("RBC.xml", material("<radius>4e-6</radius><minNumTriangles>600</minNumTriangles>")),
+            "Tumour", Construction::wbcSphere)
             .construction == Construction::wbcSphere);
 }
 
 TEST_CASE("Errors in a cell's XML are reported with file, line, tag, value and expectation", "[cell]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   const std::string radius = "<radius>3.91e-6</radius>", triangles = "<minNumTriangles>600</minNumTriangles>";
   struct Case {
     std::string text, expected;
@@ -166,10 +163,10 @@ TEST_CASE("Errors in a cell's XML are reported with file, line, tag, value and e
   };
   for (const Case& c : cases) {
     CAPTURE(c.text);
-    const fs::path file = folder.write(c.text);
+    const fs::path file = folder.write("RBC.xml", c.text);
     CHECK_THROWS_WITH(readCellXml(file, "RBC"), Contains(c.expected) && Contains(file.string()));
   }
-  const fs::path good = folder.write(material(radius + triangles));
+  const fs::path good = folder.write("RBC.xml", material(radius + triangles));
   CHECK_THROWS_WITH(readCellXml(good, "PLT"), Contains("has no <aspectRatio>"));
   CHECK_THROWS_WITH(readCellXml(good, "RBC", Construction::meshFromStl), Contains("has no <StlFile>"));
   CHECK_THROWS_WITH(readCellXml(good, "Sickle"),
@@ -246,12 +243,12 @@ TEST_CASE("Templates are centred, oriented outwards and as large as HemoCell's",
 }
 
 TEST_CASE("A template from an STL is scaled to its largest extent, rotated and inflated", "[cell]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   CellModel model;
   model.name = "box";
   model.construction = Construction::meshFromStl;
   model.radius = 3.0;
-  model.stlFile = folder.write(boxStl(1, 2, 4), "box.stl");
+  model.stlFile = folder.write("box.stl", boxStl(1, 2, 4));
   // (x, y, z) -> (-y, -z, x), times 6/4.
   const TriangleMesh mesh = buildTemplate(model, 0.0);
   REQUIRE(mesh.vertices.size() == 8);
@@ -264,7 +261,7 @@ TEST_CASE("A template from an STL is scaled to its largest extent, rotated and i
   std::vector<std::string> warnings;
   CHECK(makeShape(model, 0.0, &warnings)->volume() == Approx(27.0));
   CHECK(warnings.empty());
-  model.stlFile = folder.write(boxStl(1, 2, 4, true), "insideOut.stl");
+  model.stlFile = folder.write("insideOut.stl", boxStl(1, 2, 4, true));
   CHECK(makeShape(model, 0.0, &warnings)->volume() == Approx(27.0));
   CHECK(warnings.size() == 1);
   model.stlFile = folder.path() / "none.stl";
@@ -280,11 +277,11 @@ TEST_CASE("A template from an STL is scaled to its largest extent, rotated and i
 }
 
 TEST_CASE("A mesh file in HemoCell's frame gives the template of MESH_FROM_STL, vertex by vertex", "[cell]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   for (const bool insideOut : {false, true}) {
     CellModel model;
     model.construction = Construction::meshFromStl;
-    model.stlFile = folder.write(boxStl(1, 2, 4, insideOut), "box.stl");
+    model.stlFile = folder.write("box.stl", boxStl(1, 2, 4, insideOut));
     model.radius = 3.0;
     std::vector<std::string> warnings, others;
     const auto fromXml = makeShape(model, 0.5, &warnings);

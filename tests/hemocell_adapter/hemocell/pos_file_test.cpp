@@ -21,12 +21,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-struct Folder : test::TemporaryFolder {
-  fs::path write(const std::string& text, const std::string& name = "RBC.pos") const {
-    return TemporaryFolder::write(name, text);
-  }
-};
-
 Mat3 rotation(int axis, double degrees) {
   return Eigen::AngleAxisd(degrees * M_PI / 180.0, Vec3::Unit(axis)).toRotationMatrix();
 }
@@ -87,8 +81,8 @@ TEST_CASE("A .pos text is plain, reads back to the last bit and contains no -0",
     for (int k = 0; k < 3; ++k) line.position[k] = uniform(random), line.angles[k] = uniform(random);
   auto comma = std::make_unique<test::DecimalComma>();
   const std::string text = formatPosHead(1000) + formatPosLines(lines);
-  const Folder folder;
-  const std::vector<PosLine> back = readPos(folder.write(text));
+  const test::TemporaryFolder folder;
+  const std::vector<PosLine> back = readPos(folder.write("RBC.pos", text));
   comma.reset();
   REQUIRE(back.size() == lines.size());
   bool same = true;
@@ -110,7 +104,7 @@ TEST_CASE("A .pos text is plain, reads back to the last bit and contains no -0",
 }
 
 TEST_CASE("readPos rejects what HemoCell would silently misread, with the line", "[pos]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   const std::string good = "1 2 3 4 5 6\n";
   struct Case {
     std::string text, expected;
@@ -144,7 +138,7 @@ TEST_CASE("readPos rejects what HemoCell would silently misread, with the line",
   };
   for (const Case& c : cases) {
     CAPTURE(c.text);
-    const fs::path file = folder.write(c.text);
+    const fs::path file = folder.write("RBC.pos", c.text);
     CHECK_THROWS_WITH(readPos(file), Contains(c.expected) && Contains(file.string()));
   }
   CHECK_THROWS_WITH(readPos(folder.path() / "none.pos"), Contains("none.pos: no such file"));
@@ -153,39 +147,43 @@ TEST_CASE("readPos rejects what HemoCell would silently misread, with the line",
 }
 
 TEST_CASE("readPos accepts what HemoCell reads and warns of what other tools drop", "[pos]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   std::vector<std::string> warnings;
-  CHECK(readPos(folder.write("0\n"), &warnings).empty());
-  CHECK(readPos(folder.write("2\n1 2 3 4 5 6\n1 2 3 4 5 -6.5e-1"), &warnings)[1].angles.z() == -0.65);
-  CHECK(readPos(folder.write("1\n+1 .5 3. 4 5 6\n\n\n"), &warnings)[0].position == Vec3(1, 0.5, 3));
+  CHECK(readPos(folder.write("RBC.pos", "0\n"), &warnings).empty());
+  CHECK(readPos(folder.write("RBC.pos", "2\n1 2 3 4 5 6\n1 2 3 4 5 -6.5e-1"), &warnings)[1].angles.z() ==
+        -0.65);
+  CHECK(readPos(folder.write("RBC.pos", "1\n+1 .5 3. 4 5 6\n\n\n"), &warnings)[0].position ==
+        Vec3(1, 0.5, 3));
   CHECK(warnings.empty());
 
-  CHECK(readPos(folder.write("3\n1 2 3 4 5 6\n1\t2 3 4  5 6\n 1 2 3 4 5 6 \n"), &warnings).size() == 3);
+  CHECK(
+      readPos(folder.write("RBC.pos", "3\n1 2 3 4 5 6\n1\t2 3 4  5 6\n 1 2 3 4 5 6 \n"), &warnings).size() ==
+      3);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("RBC.pos:3:") && Contains("pos_to_vtk drops") && Contains("2 lines"));
 
   warnings.clear();
-  CHECK(readPos(folder.write("1\r\n1 2 3 4 5 6\r\n"), &warnings)[0].angles == Vec3(4, 5, 6));
+  CHECK(readPos(folder.write("RBC.pos", "1\r\n1 2 3 4 5 6\r\n"), &warnings)[0].angles == Vec3(4, 5, 6));
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("RBC.pos:1: Windows line ends"));
 
   warnings.clear();
-  CHECK(readPos(folder.write("2\n1 2 3 4 5 6\n\n1 2 3 4 5 6\n"), &warnings).size() == 2);
+  CHECK(readPos(folder.write("RBC.pos", "2\n1 2 3 4 5 6\n\n1 2 3 4 5 6\n"), &warnings).size() == 2);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("RBC.pos:3: a blank line"));
 }
 
 TEST_CASE("readPos reads the announced number of cells, like HemoCell, and warns of further lines", "[pos]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   std::vector<std::string> warnings;
   const std::string good = "1 2 3 4 5 6\n";
-  CHECK(readPos(folder.write("1\n" + good + "\n" + good + "not a cell\n"), &warnings).size() == 1);
+  CHECK(readPos(folder.write("RBC.pos", "1\n" + good + "\n" + good + "not a cell\n"), &warnings).size() == 1);
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
              Contains("RBC.pos:1: announces 1 cell, but 3 lines follow: HemoCell and packMesh read "
                       "only the first 1"));
   warnings.clear();
-  CHECK(readPos(folder.write("0\n" + good + good), &warnings).empty());
+  CHECK(readPos(folder.write("RBC.pos", "0\n" + good + good), &warnings).empty());
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0], Contains("announces 0 cells, but 2 lines follow: HemoCell and packMesh read none"));
 }

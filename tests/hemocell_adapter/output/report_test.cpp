@@ -81,9 +81,9 @@ TEST_CASE("A report describes the run in consistent numbers", "[executable]") {
 }
 
 TEST_CASE("The configuration in a report has every tag", "[report]") {
-  Job job;
-  job.boxSize = Vec3(20, 20, 20);
-  const Report all = configurationOf(job);
+  Scene scene{Job()};
+  scene.boxSize = Vec3(20, 20, 20);
+  const Report all = configurationOf(scene);
   for (const Setting& setting : settingsTable())
     if (!setting.tag.empty()) {
       INFO(setting.tag);
@@ -92,9 +92,9 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
   CHECK(all["walls"] == "none");
   CHECK(all["ends"] == "closed");
   for (const auto& parameter : growthParameters()) {
-    job.method = Method::cat;
+    scene.method = Method::cat;
     INFO(parameter.name);
-    CHECK(configurationOf(job)["growth"].contains(parameter.name));
+    CHECK(configurationOf(scene)["growth"].contains(parameter.name));
   }
 }
 

@@ -17,8 +17,7 @@ namespace {
 
 std::vector<Clearances> levelsOf(const std::vector<std::string>& words,
                                  const std::string& program = "packMesh") {
-  const Job job = makeJob(parseCommandLine(program, words));
-  return clearanceLevels(job, buildScene(job));
+  return clearanceLevels(buildScene(makeJob(parseCommandLine(program, words))));
 }
 
 /// Packs what a rule allows, and remembers what it was asked.

@@ -11,11 +11,11 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-CountedSpecies species(const std::string& name, double volume, bool red) {
-  CountedSpecies s;
+CellSpecies species(const std::string& name, double volume, bool red) {
+  CellSpecies s;
   s.name = name;
-  s.volume = volume;
-  s.redCell = red;
+  s.countedVolume = volume;
+  s.sharesHematocrit = red;
   return s;
 }
 
@@ -23,7 +23,7 @@ CountedSpecies species(const std::string& name, double volume, bool red) {
 
 TEST_CASE("A hematocrit is met to within half a cell", "[counts]") {
   for (const double hematocrit : {0.01, 0.3, 0.4, 0.45, 0.5}) {
-    CountedSpecies platelets = species("PLT", 3.25, false);
+    CellSpecies platelets = species("PLT", 3.25, false);
     platelets.ratio = 0.07;
     const auto n = countCells({species("RBC", 81.116, true), platelets}, hematocrit, 25000.0);
     CHECK(std::abs(double(n[0]) * 81.116 - hematocrit * 25000.0) <= 0.5 * 81.116 + 1e-9);
@@ -40,7 +40,7 @@ TEST_CASE("Cell numbers agree with packCells", "[counts]") {
                          {51 * 26 * 26, 0.3, 107, 7},
                          {125000, 0.45, 580, 41},
                          {27000, 0.2, 56, 4}}) {
-    CountedSpecies platelets = species("PLT", 3.25, false);
+    CellSpecies platelets = species("PLT", 3.25, false);
     platelets.ratio = 0.07;
     const auto n = countCells({species("RBC", 97, true), platelets}, row.hematocrit, row.volume);
     CHECK(n[0] == row.rbc);
@@ -49,10 +49,10 @@ TEST_CASE("Cell numbers agree with packCells", "[counts]") {
 }
 
 TEST_CASE("Several red species share the hematocrit", "[counts]") {
-  CountedSpecies stiff = species("RBC_stiff", 80, true);
+  CellSpecies stiff = species("RBC_stiff", 80, true);
   stiff.ratio = 0.25;
-  CountedSpecies fixed = species("vRBC", 120, true);
-  fixed.count = 10;
+  CellSpecies fixed = species("vRBC", 120, true);
+  fixed.statedCount = 10;
   const auto n = countCells({species("RBC", 80, true), stiff, fixed}, 0.4, 100000.0);
   CHECK(n[2] == 10);
   CHECK(n[1] == std::llround(0.25 * double(n[0] + n[1] + n[2])));
@@ -61,8 +61,8 @@ TEST_CASE("Several red species share the hematocrit", "[counts]") {
 }
 
 TEST_CASE("A ratio refers to all red cells, however their numbers are determined", "[counts]") {
-  CountedSpecies platelets = species("PLT", 3.25, false), stiff = species("RBC_stiff", 81.1, true),
-                 infected = species("iRBC", 81.1, true), normal = species("RBC", 81.1, true);
+  CellSpecies platelets = species("PLT", 3.25, false), stiff = species("RBC_stiff", 81.1, true),
+              infected = species("iRBC", 81.1, true), normal = species("RBC", 81.1, true);
   platelets.ratio = 0.07;
   stiff.ratio = 0.25;
   infected.ratio = 0.01;
@@ -70,7 +70,7 @@ TEST_CASE("A ratio refers to all red cells, however their numbers are determined
   auto n = countCells({platelets, normal, stiff, infected}, 0.4, 100000.0);
   CHECK(n == std::vector<std::int64_t>{35, 365, 123, 5});
   // Without a hematocrit 74 normal ones are the other 0.74.
-  normal.count = 74;
+  normal.statedCount = 74;
   n = countCells({platelets, stiff, normal, infected}, {}, 100000.0);
   CHECK(n == std::vector<std::int64_t>{7, 25, 74, 1});
   stiff.ratio = 0.995;
@@ -80,13 +80,13 @@ TEST_CASE("A ratio refers to all red cells, however their numbers are determined
 
 TEST_CASE("Requests without meaning are rejected", "[counts]") {
   CHECK_THROWS_WITH(countCells({species("RBC", 81, true)}, 0.001, 1000.0), Contains("nothing to pack"));
-  CountedSpecies none = species("RBC", 81, true);
-  none.count = 0;
+  CellSpecies none = species("RBC", 81, true);
+  none.statedCount = 0;
   CHECK_THROWS_WITH(countCells({none}, {}, 1000.0), Contains("every count is 0"));
   CHECK_THROWS_WITH(countCells({species("RBC", 81, true), species("vRBC", 81, true)}, 0.3, 1000.0),
                     Contains("cannot decide both 'RBC' and 'vRBC'"));
-  CountedSpecies many = species("vRBC", 120, true);
-  many.count = 100;
+  CellSpecies many = species("vRBC", 120, true);
+  many.statedCount = 100;
   CHECK_THROWS_WITH(countCells({species("RBC", 81, true), many}, 0.3, 1000.0),
                     Contains("exceed the hematocrit"));
   CHECK_THROWS_WITH(countCells({species("RBC", 1e-3, true)}, 0.5, 1e12), Contains("too many"));

@@ -17,21 +17,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Planned {
-  Job job;
-  Scene scene;
-};
-
-Planned planned(std::vector<std::string> words) {
-  Planned p;
-  p.job = makeJob(parseCommandLine("packMesh", words));
-  p.scene = buildScene(p.job);
-  return p;
+Scene planned(const std::vector<std::string>& words) {
+  return buildScene(makeJob(parseCommandLine("packMesh", words)));
 }
 
 Forecast forecast(const std::vector<std::string>& words) {
-  const Planned p = planned(words);
-  return forecastOf(p.job, p.scene);
+  return forecastOf(planned(words));
 }
 
 }  // namespace
@@ -71,9 +62,8 @@ TEST_CASE("The forecast time increases with the number of cells", "[forecast]") 
 
 TEST_CASE("A dry run reports whether the request is feasible", "[forecast]") {
   const auto said = [](const std::vector<std::string>& words, int ranks = 1) {
-    const Planned p = planned(words);
     std::string all;
-    for (const std::string& line : forecastLines(p.job, p.scene, ranks)) all += line + "\n";
+    for (const std::string& line : forecastLines(planned(words), ranks)) all += line + "\n";
     return all;
   };
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.45"}),
@@ -108,13 +98,13 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
     words.insert(words.end(), more.begin(), more.end());
     return planned(words);
   };
-  const auto said = [](const Planned& p) {
+  const auto said = [](const Scene& scene) {
     std::string all;
-    for (const std::string& line : forecastLines(p.job, p.scene, 1)) all += line + "\n";
+    for (const std::string& line : forecastLines(scene, 1)) all += line + "\n";
     return all;
   };
-  const Planned layered = inPipe("0.3", {"--cell-free-layer", "2"});
-  const Forecast f = forecastOf(layered.job, layered.scene);
+  const Scene layered = inPipe("0.3", {"--cell-free-layer", "2"});
+  const Forecast f = forecastOf(layered);
   REQUIRE(f.roomShares.size() == 2);
   CHECK(f.roomShares[0] == Approx(10.5 * 10.5 / (12.5 * 12.5)).margin(0.01));
   CHECK(f.roomShares[1] == 1.0);
@@ -142,9 +132,9 @@ TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid 
 
 TEST_CASE("A forecast gives no time for infeasible requests and rejects those beyond any known packing",
           "[forecast]") {
-  Planned p = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95", "--best-effort",
-                       "--max-time", "5400"});
-  ProgressLog log(p.job, p.scene, 1);
+  const Scene scene = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95",
+                               "--best-effort", "--max-time", "5400"});
+  ProgressLog log(scene, 1);
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
              Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.75"}),
@@ -158,17 +148,17 @@ TEST_CASE("A forecast gives no time for infeasible requests and rejects those be
 }
 
 TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time", "[forecast]") {
-  Planned p =
+  Scene scene =
       planned({"200", "200", "200", "--ends", "periodic", "--hematocrit", "0.55", "--max-time", "90"});
-  ProgressLog log(p.job, p.scene, 1);
+  ProgressLog log(scene, 1);
   const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
   CHECK_THAT(relaxing,
              Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
                       "90 s at most, about "));
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 1e6), !Contains("left"));
-  p.job.method = Method::cat;
+  scene.method = Method::cat;
   CHECK_THAT(
-      ProgressLog(p.job, p.scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
+      ProgressLog(scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
       Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
 }
 

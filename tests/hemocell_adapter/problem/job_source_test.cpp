@@ -41,7 +41,7 @@ Job jobOf(const std::string& cpp, const std::string& packing = "",
 /// "RBC 1 case.cpp:3, PLT 0 assumed".
 std::string distancesOf(const Job& job) {
   std::string text;
-  for (const JobSpecies& species : job.species)
+  for (const CellSpecies& species : job.species)
     text += (text.empty() ? "" : ", ") + species.name + " " +
             std::to_string(species.minimumDistanceFromSolid) + " " + species.distanceFromSolidOrigin;
   return text;

@@ -9,7 +9,6 @@
 #include <csignal>
 #include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "packMesh/core/error.h"
 #include "tests/support/temporary_folder.h"
@@ -18,43 +17,27 @@ using namespace packmesh;
 namespace fs = std::filesystem;
 using Catch::Matchers::Contains;
 
-namespace {
-
-struct Folder : test::TemporaryFolder {
-  fs::path write(const std::string& text, const std::string& name = "RBC.pos") const {
-    return TemporaryFolder::write(name, text);
-  }
-};
-
-std::string contentOf(const fs::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-}  // namespace
-
 TEST_CASE("AtomicFiles replaces all files or none", "[io]") {
-  const Folder folder;
+  const test::TemporaryFolder folder;
   const fs::path a = folder.path() / "RBC.pos", b = folder.path() / "PLT.pos";
-  folder.write("old", "RBC.pos");
+  folder.write("RBC.pos", "old");
   ::chmod(a.c_str(), 0640);
   {
     AtomicFiles files;
     files.add(a, "new a");
     files.add(b, "new b");
-    CHECK(contentOf(a) == "old");
+    CHECK(test::readText(a) == "old");
     CHECK(!fs::exists(b));
   }  // not committed
-  CHECK(contentOf(a) == "old");
+  CHECK(test::readText(a) == "old");
   CHECK(folder.files() == 1);
 
   AtomicFiles files;
   files.add(a, "new a");
   files.add(b, std::string(200000, 'b'));
   files.commit();
-  CHECK(contentOf(a) == "new a");
-  CHECK(contentOf(b) == std::string(200000, 'b'));
+  CHECK(test::readText(a) == "new a");
+  CHECK(test::readText(b) == std::string(200000, 'b'));
   CHECK(folder.files() == 2);
   struct stat info;
   REQUIRE(::stat(a.c_str(), &info) == 0);
@@ -62,8 +45,8 @@ TEST_CASE("AtomicFiles replaces all files or none", "[io]") {
 }
 
 TEST_CASE("AtomicFiles changes nothing if a file cannot be written", "[io]") {
-  const Folder folder;
-  const fs::path a = folder.write("old", "RBC.pos");
+  const test::TemporaryFolder folder;
+  const fs::path a = folder.write("RBC.pos", "old");
   SECTION("no such folder") {
     AtomicFiles files;
     files.add(a, "new");
@@ -109,17 +92,17 @@ TEST_CASE("AtomicFiles changes nothing if a file cannot be written", "[io]") {
     CHECK_THROWS_AS(files.commit(), OutputError);
     fs::remove(folder.path() / "WBC.pos");
   }
-  CHECK(contentOf(a) == "old");
+  CHECK(test::readText(a) == "old");
   CHECK(folder.files() == 1);
 }
 
 TEST_CASE("AtomicFiles writes through a symbolic link", "[io]") {
-  const Folder folder;
-  const fs::path real = folder.write("old", "real.pos"), link = folder.path() / "RBC.pos";
+  const test::TemporaryFolder folder;
+  const fs::path real = folder.write("real.pos", "old"), link = folder.path() / "RBC.pos";
   fs::create_symlink("real.pos", link);
   AtomicFiles files;
   files.add(link, "new");
   files.commit();
   CHECK(fs::is_symlink(link));
-  CHECK(contentOf(real) == "new");
+  CHECK(test::readText(real) == "new");
 }

@@ -4,13 +4,13 @@
 #include <hdf5.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <sstream>
 
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
 using Catch::Contains;
@@ -28,12 +28,6 @@ std::filesystem::path scratch(const std::string& name) {
   return folder / name;
 }
 
-std::string contentOf(const std::filesystem::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
 /// Both meshes, one after the other.
 void checkMesh(const TriangleMesh& read) {
   TriangleMesh both;
@@ -47,7 +41,7 @@ void checkMesh(const TriangleMesh& read) {
 TEST_CASE("Meshes in an OBJ file are named objects", "[io]") {
   const auto file = scratch("two.obj");
   writeMeshes(file, twoMeshes());
-  const std::string text = contentOf(file);
+  const std::string text = test::readText(file);
   CHECK_THAT(text, Contains("\no RBC 1\n") && Contains("\no a box with a line break\n"));
   checkMesh(readMesh(file));
 }
@@ -55,7 +49,7 @@ TEST_CASE("Meshes in an OBJ file are named objects", "[io]") {
 TEST_CASE("Meshes in a PLY file are numbered parts", "[io]") {
   const auto file = scratch("two.ply");
   writeMeshes(file, twoMeshes());
-  const std::string text = contentOf(file);
+  const std::string text = test::readText(file);
   CHECK_THAT(text,
              Contains("comment part 0 RBC 1\n") && Contains("comment part 1 a box with a line break\n"));
   std::istringstream lines(text.substr(text.find("end_header\n") + 11));

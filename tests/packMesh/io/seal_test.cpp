@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <sstream>
 
 #include "packMesh/core/error.h"
 #include "tests/support/temporary_folder.h"
@@ -14,11 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string bytesOf(const fs::path& file) {
-  std::ostringstream out;
-  out << std::ifstream(file, std::ios::binary).rdbuf();
-  return out.str();
-}
 void write(const fs::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
@@ -32,7 +26,7 @@ TEST_CASE("A seal identifies a file and detects any change of it") {
        {std::size_t{0}, std::size_t{1}, std::size_t{1} << 20, (std::size_t{3} << 20) + 7}) {
     write(file, std::string(sealSize, '?') + std::string(size, 'x'));
     REQUIRE(seal(file, {"thing", 3, "me"}).empty());
-    const std::string sealed = bytesOf(file);
+    const std::string sealed = test::readText(file);
     REQUIRE(sealed.size() == sealSize + size);
     REQUIRE_THAT(sealed, Catch::Matchers::StartsWith("packMesh thing, version 3\nwritten by me\nXXH3 "));
     REQUIRE_NOTHROW(requireSealed(file, "thing", 3));
