@@ -136,7 +136,7 @@ TEST_CASE("Errors in a cell's XML are reported with file, line, tag, value and e
   const Case cases[] = {
       {"", "is empty or not text"},
       {"<hemocell><MaterialModel></hemocell>", ":1: is not well-formed XML"},
-      {"<?xml version=\"1.0\" ?>\n<Hemocell></Hemocell>", ":2: root <Hemocell>, expected <hemocell>"},
+      {"<?xml version=\"1.0\" ?>\n<Hemocell></Hemocell>", ":2: root is <Hemocell>, expected <hemocell>"},
       {"<hemocell>\n</hemocell>", ":1: expected <MaterialModel>"},
       {material(triangles),
        ":3: <MaterialModel> has no <radius>, expected the radius in metres, e.g. 3.91e-6"},
@@ -170,7 +170,7 @@ TEST_CASE("Errors in a cell's XML are reported with file, line, tag, value and e
   CHECK_THROWS_WITH(readCellXml(good, "PLT"), Contains("has no <aspectRatio>"));
   CHECK_THROWS_WITH(readCellXml(good, "RBC", Construction::meshFromStl), Contains("has no <StlFile>"));
   CHECK_THROWS_WITH(readCellXml(good, "Sickle"),
-                    Contains("how HemoCell builds Sickle") && Contains("WBC_SPHERE"));
+                    Contains("the construction of Sickle") && Contains("WBC_SPHERE"));
   CHECK_THROWS_WITH(readCellXml(folder.path() / "none.xml", "RBC"), Contains("none.xml: no such file"));
   CHECK_THROWS_WITH(readCellXml(folder.path(), "RBC"), Contains("is a folder"));
   CHECK_THROWS_AS(readCellXml(folder.path(), "RBC"), InputError);

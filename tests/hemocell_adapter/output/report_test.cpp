@@ -207,7 +207,7 @@ TEST_CASE("Errors of an output are reported before packing", "[executable]") {
   for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "cells.pov"}) {
     fs::create_directory(folder.path() / taken);
     CHECK_THAT(refused(box + "--report report.html --vtp --vtp-meshes --pov", 5),
-               Contains(std::string(taken) + ": is not a file"));
+               Contains(std::string(taken) + ": is not a regular file"));
     fs::remove(folder.path() / taken);
   }
   writeText(folder.path() / "config.xml",

@@ -95,7 +95,7 @@ TEST_CASE("Invalid obstacles are rejected", "[obstacles]") {
   CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(30, 0, 0), Vec3(40, 1, 1))}),
                     Contains("outside the lumen"));
   CHECK_THROWS_WITH(subtractObstacles(room(), {cubeObstacle(Vec3(-1, -1, -1), Vec3(21, 21, 21))}),
-                    Contains("no lumen"));
+                    Contains("fill the whole lumen"));
   const auto pipe = std::shared_ptr<const Container>(makeCylinder(Vec3(10, 10, 10), 0, 8, 20, false));
   CHECK_THROWS_WITH(subtractObstacles(pipe, {cubeObstacle(Vec3(1, 2.1, 2.1), Vec3(5, 3, 3))}),
                     Contains("outside the lumen"));

@@ -60,7 +60,7 @@ TEST_CASE("AtomicFiles changes nothing if a file cannot be written", "[io]") {
   SECTION("twice the same") {
     AtomicFiles files;
     files.add(a, "new");
-    CHECK_THROWS_WITH(files.add(a, "newer"), Contains("twice"));
+    CHECK_THROWS_WITH(files.add(a, "newer"), Contains("two outputs"));
   }
   SECTION("a full disk, imitated by a limit on the size of files") {
     struct rlimit before;
