@@ -89,7 +89,7 @@ Field closedForm(const FieldView& f, const Vec3& q) {
 }
 
 Field onGrid(const DistanceGrid& grid, const Vec3& q) {
-  const Vec3 gradient = grid.gradient(q);
+  const Vec3 gradient = grid.sample(q).gradient;
   return {grid.distance(q), gradient.normalized(), grid.spacing * gradient.norm()};
 }
 

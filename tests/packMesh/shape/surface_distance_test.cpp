@@ -26,7 +26,7 @@ TEST_CASE("Distance, nearest point and bound of every kind of shape agree with t
       const Vec3 p = a + u * (b - a) + v * (c - a) +
                      0.1 * shape->radius() * unit(random) * test::randomDirection(random);
       const double truth = mesh.signedDistance(p);
-      const SurfaceDistance::Sample sample = field.sample(p);
+      const DistanceSample sample = field.sample(p);
       CHECK(sample.distance == Approx(truth).margin(facets));
       CHECK(sample.gradient.norm() == Approx(1.0));
       CHECK(field.lowerBound(p) <= truth + 1e-9);
@@ -47,7 +47,7 @@ TEST_CASE("Far away, the nearest point is still on the surface") {
     const ClosestPoint mesh(shape->mesh());
     for (int n = 0; n < 200; ++n) {
       const Vec3 p = 1.5 * shape->radius() * test::randomDirection(random);
-      const SurfaceDistance::Sample sample = field.sample(p);
+      const DistanceSample sample = field.sample(p);
       const double truth = mesh.signedDistance(p);
       CHECK(sample.distance > 0.0);
       CHECK(sample.distance < 2.1 * truth);
