@@ -24,6 +24,10 @@ constexpr double sliverCosine = 0.3;
 /// As many cells as are worth the cells around them, which take part in the runs of several blocks.
 constexpr std::int64_t cellsOfBlock = 100;
 
+/// TetGen takes nearly all of the time. Between two runs, the corners of its tetrahedra move with the cells:
+/// for so few iterations, their faces remain nearly those of new tetrahedra.
+constexpr std::int64_t iterationsPerRun = 4;
+
 }  // namespace
 
 CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts)
@@ -56,18 +60,29 @@ double CatFacePlanes::margin(double largestRadius, std::int64_t count) const {
   return largestRadius + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(count));
 }
 
+std::int64_t CatFacePlanes::lifetime() const {
+  return iterationsPerRun;
+}
+
 PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   if (request.wanted.empty()) return {};
-  if (!tetrahedraOf(request)) return chords_(request);
+  if (around_.size() <= request.batch) around_.resize(request.batch + 1);
+  Around& around = around_[request.batch];
+  if (request.anew)
+    tetrahedralise(request, around);
+  else
+    follow(request, around);
+  if (around.failed) return chords_(request);
   const Timer watch(sums_.faceSeconds);
-  splitChordally(tetrahedra_, WallFaces::atWall, split_);
+  splitChordally(around.tetrahedra, WallFaces::atWall, split_);
   std::vector<double> reach;
-  for (const std::int64_t cell : members_) reach.push_back(request.surroundings.reach(cell));
+  for (const std::int64_t cell : around.members) reach.push_back(request.surroundings.reach(cell));
   PlaneConstraints planes = chords_.atWalls(request);
-  const PlaneConstraints found = planesOfFaces(tetrahedra_, split_, input_.objects, sliverCosine, reach);
+  const PlaneConstraints found = planesOfFaces(around.tetrahedra, split_, around.objects, sliverCosine, reach);
   for (std::size_t object = 0; object < found.size(); ++object) {
-    const auto at = std::lower_bound(request.wanted.begin(), request.wanted.end(), members_[object]);
-    if (at == request.wanted.end() || *at != members_[object]) continue;
+    const std::int64_t cell = around.members[object];
+    const auto at = std::lower_bound(request.wanted.begin(), request.wanted.end(), cell);
+    if (at == request.wanted.end() || *at != cell) continue;
     std::vector<PlaneConstraint>& of = planes[at - request.wanted.begin()];
     of.insert(of.end(), found[object].begin(), found[object].end());
   }
@@ -75,12 +90,12 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
 }
 
 /// Takes the wanted cells and those of which an image is within the margin of them.
-void CatFacePlanes::chooseMembers(const PlaneRequest& request) {
+void CatFacePlanes::chooseMembers(const PlaneRequest& request, Around& around) {
   const std::vector<Body>& cells = request.surroundings.cells();
-  members_.clear();
+  around.members.clear();
   input_.primary.clear();
   if (static_cast<std::int64_t>(request.wanted.size()) == request.count) {
-    members_ = request.wanted;
+    around.members = request.wanted;
     return;
   }
   const Vec3& first = cells[request.wanted.front()].position;
@@ -96,38 +111,40 @@ void CatFacePlanes::chooseMembers(const PlaneRequest& request) {
       near = near || input_.region.squaredDistance(image) < reach * reach;
     });
     if (!near) continue;
-    members_.push_back(cell);
+    around.members.push_back(cell);
     input_.primary.push_back(wanted);
   }
 }
 
-/// @return whether tetrahedra_ are those around the wanted cells; otherwise TetGen failed
-bool CatFacePlanes::tetrahedraOf(const PlaneRequest& request) {
+void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) {
   const Timer watch(sums_.tetrahedraSeconds);
   const std::vector<Body>& cells = request.surroundings.cells();
-  tetrahedra_ = Tetrahedra();
+  around.tetrahedra = Tetrahedra();
+  around.failed = false;
   input_.margin = margin(request.largestRadius, request.count);
-  chooseMembers(request);
-  if (members_.size() < 2 && input_.period.isZero()) return true;
+  chooseMembers(request, around);
+  if (around.members.size() < 2 && input_.period.isZero()) {
+    around.members.clear();
+    return;
+  }
   ++sums_.runs;
   int coarsest = 0;
   for (std::size_t s = 0; s < levels_.size(); ++s)
     coarsest = std::max(coarsest, chords_.levels(static_cast<int>(s)).indexOf(request.detail));
   for (int level = coarsest; level >= 0; --level) {
-    // The cells themselves are known not to meet.
-    input_.valid = level == 0;
+    input_.valid = level == 0;  // the cells themselves are known not to meet
     input_.objects.clear();
-    for (const std::int64_t member : members_) {
+    for (const std::int64_t member : around.members) {
       const Body& cell = cells[member];
-      const auto& levels = levels_[cell.species];
       const int index = std::min(level, chords_.levels(cell.species).indexOf(request.detail));
-      input_.objects.push_back({levels[index].get(), scene_.placement(cell.pose())});
+      input_.objects.push_back({levels_[cell.species][index].get(), scene_.placement(cell.pose())});
     }
+    around.objects = input_.objects;
     try {
       input_.stop = scene_.stop;
-      tetrahedra_ = tetrahedralise(input_);
-      sums_.attempts += tetrahedra_.attempts;
-      return true;
+      around.tetrahedra = packmesh::tetrahedralise(input_);
+      sums_.attempts += around.tetrahedra.attempts;
+      return;
     } catch (const TetrahedraError& error) {
       sums_.attempts += error.attempts();
       sums_.lastFailure = error.what();
@@ -137,7 +154,38 @@ bool CatFacePlanes::tetrahedraOf(const PlaneRequest& request) {
     }
   }
   ++sums_.failures;
-  return false;
+  around.failed = true;
+}
+
+/// The points of the tetrahedra follow the cells that they are on.
+void CatFacePlanes::follow(const PlaneRequest& request, Around& around) const {
+  Tetrahedra& t = around.tetrahedra;
+  std::vector<Placement> before;
+  std::vector<Vec3> wrap;  // by which periods each object was wrapped since
+  for (std::size_t object = 0; object < around.members.size(); ++object) {
+    Placement& placement = around.objects[object].placement;
+    before.push_back(placement);
+    placement = scene_.placement(request.surroundings.cells()[around.members[object]].pose());
+    Vec3 periods = Vec3::Zero();
+    for (int k = 0; k < 3; ++k)
+      if (input_.period[k] > 0.0)
+        periods[k] = input_.period[k] *
+                     std::round((placement.translation[k] - before.back().translation[k]) / input_.period[k]);
+    wrap.push_back(periods);
+  }
+  std::vector<Mat3> inverse;
+  for (const Placement& placement : before) inverse.push_back(placement.linear.inverse());
+  for (std::size_t p = 0; p < t.points.size(); ++p) {
+    if (t.labels[p] == wallLabel) continue;
+    const TetrahedraBody& body = t.bodies[t.labels[p]];
+    const PlacedMesh& object = around.objects[body.object];
+    const Vec3 vertex = t.vertices[p] >= 0
+                            ? object.mesh->mesh().vertices[t.vertices[p]]
+                            : Vec3(inverse[body.object] *
+                                   (t.points[p] - body.shift - before[body.object].translation));
+    t.points[p] = object.placement(vertex) + body.shift - wrap[body.object];
+  }
+  for (TetrahedraBody& body : t.bodies) body.shift -= wrap[body.object];
 }
 
 }  // namespace packmesh

@@ -38,18 +38,27 @@ class CatFacePlanes : public PlaneFunction {
   PlaneConstraints operator()(const PlaneRequest& request) override;
   double range(std::int64_t count) const override;
   std::int64_t cellsAtOnce() const override;
+  std::int64_t lifetime() const override;
 
  private:
-  bool tetrahedraOf(const PlaneRequest& request);
-  void chooseMembers(const PlaneRequest& request);
+  /// The tetrahedra around one group of cells.
+  struct Around {
+    std::vector<std::int64_t> members;  ///< the cells that take part
+    std::vector<PlacedMesh> objects;    ///< these, where they were when the points were last moved
+    Tetrahedra tetrahedra;
+    bool failed = false;
+  };
+
+  void tetrahedralise(const PlaneRequest& request, Around& around);
+  void chooseMembers(const PlaneRequest& request, Around& around);
+  void follow(const PlaneRequest& request, Around& around) const;
   double margin(double largestRadius, std::int64_t count) const;
 
   const GrowthScene& scene_;
   ChordPlanes chords_;
   std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
   TetrahedraInput input_;
-  std::vector<std::int64_t> members_;  ///< the cells that input_'s objects are
-  Tetrahedra tetrahedra_;
+  std::vector<Around> around_;  ///< per batch
   ChordalFaces split_;
   TetrahedraSums& sums_;
 };

@@ -23,7 +23,8 @@ constexpr double expectedShare = 0.4;
 /// need no padding for their size.
 constexpr double largestFacet = 0.1;
 
-/// The state is offered for keeping every so many iterations.
+/// The state is offered for keeping every so many iterations at a barrier: a multiple of any
+/// PlaneFunction::lifetime().
 constexpr std::int64_t iterationsPerCheckpoint = 4;
 
 /// Each relaxation that failed at a barrier is followed by one of so many times as many sweeps.
@@ -70,8 +71,8 @@ double Growth::range(std::int64_t count) const {
   double reach = 0.0;
   for (std::size_t s = 0; s < lengths_.size(); ++s) {
     const Sphere sphere = boundingSphere(scene_.shapes[s]->hierarchy(), Placement());
-    reach = std::max(reach, sphere.center.norm() + sphere.radius + farthest(1.0, lengths_[s]) +
-                                paddingAt(1.0, lengths_[s]));
+    const double moved = static_cast<double>(planeFunction_.lifetime()) * farthest(1.0, lengths_[s]);
+    reach = std::max(reach, sphere.center.norm() + sphere.radius + moved + paddingAt(1.0, lengths_[s]));
   }
   return std::max(2.0 * reach + scene_.clearance, planeFunction_.range(count));
 }
@@ -126,8 +127,7 @@ bool Growth::growTo(double barrier, std::int64_t iterations) {
   }
   while (at_.iteration < settings_.maxIterations) {
     if (stopped(iterations)) return false;
-    if (callbacks_.checkpoint && statistics_.iterations % iterationsPerCheckpoint == 0)
-      callbacks_.checkpoint();
+    if (callbacks_.checkpoint && at_.iteration % iterationsPerCheckpoint == 0) callbacks_.checkpoint();
     iterate(barrier);
     ++at_.iteration;
     const Missing lacks = missing(barrier);
@@ -148,9 +148,13 @@ bool Growth::growTo(double barrier, std::int64_t iterations) {
 }
 
 void Growth::iterate(double barrier) {
-  cells_.distribute();
+  const bool anew = at_.iteration % planeFunction_.lifetime() == 0;
+  if (anew) {
+    cells_.distribute();
+    batches_ = cells_.batches(planeFunction_.cellsAtOnce() > 0 ? 0 : cellsPerBatch);
+  }
   std::vector<GrowthStep> steps(cells_.all().size());
-  propose(barrier, steps);
+  propose(barrier, anew, steps);
   {
     const Timer watch(statistics_.stepHalvingSeconds);
     StepHalvingSums own;
@@ -167,16 +171,32 @@ void Growth::iterate(double barrier) {
   if (callbacks_.accepted) callbacks_.accepted(cells_.own());
 }
 
+/// Where few cells are still below the barrier, the others stay, but for those that could make room.
+std::vector<char> Growth::awakeCells(double barrier, const CellSurroundings& surroundings) const {
+  const std::vector<Body>& cells = cells_.all();
+  std::vector<std::int64_t> growing;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (!scene_.isFixed(cells[i]) && cells[i].scale < barrier) growing.push_back(static_cast<std::int64_t>(i));
+  std::vector<char> awake(cells.size(), 0);
+  for (const std::int64_t i : growing) awake[i] = 1;
+  for (const NearPair& pair : surroundings.pairsOf(growing)) awake[pair.first] = awake[pair.second] = 1;
+  return awake;
+}
+
 /// The step of each cell of this rank in its planes.
-void Growth::propose(double barrier, std::vector<GrowthStep>& steps) {
+void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) {
+  const std::vector<Body>& cells = cells_.all();
   std::vector<double> reach;
-  for (const Body& cell : cells_.all()) reach.push_back(reachOf(cell, barrier));
-  const CellSurroundings surroundings(scene_, cells_.all(), std::move(reach));
-  PlaneRequest request{surroundings, {}, detailAt(barrier), cells_.count(), largestRadius()};
+  for (const Body& cell : cells) reach.push_back(reachOf(cell, barrier));
+  const CellSurroundings surroundings(scene_, cells, std::move(reach));
+  const std::vector<char> awake = awakeCells(barrier, surroundings);
+  PlaneRequest request{surroundings, {}, detailAt(barrier), cells_.count(), largestRadius(), 0, anew};
   std::vector<std::int64_t> sums = {0, -program_.pivots()};
-  const std::size_t most = planeFunction_.cellsAtOnce() > 0 ? 0 : cellsPerBatch;
-  for (std::vector<std::int64_t>& batch : cells_.batches(most)) {
-    request.wanted = std::move(batch);
+  for (std::size_t i = 0; i < cells.size(); ++i) steps[i].scale = cells[i].scale;
+  for (request.batch = 0; request.batch < batches_.size(); ++request.batch) {
+    request.wanted.clear();
+    for (const std::int64_t i : batches_[request.batch])
+      if (planeFunction_.cellsAtOnce() > 0 || (awake[i] && !scene_.isFixed(cells[i]))) request.wanted.push_back(i);
     PlaneConstraints planes;
     {
       const Timer watch(statistics_.planeSeconds);
@@ -185,9 +205,8 @@ void Growth::propose(double barrier, std::vector<GrowthStep>& steps) {
     const Timer watch(statistics_.programSeconds);
     for (std::size_t k = 0; k < request.wanted.size(); ++k) {
       const std::int64_t i = request.wanted[k];
-      const Body& cell = cells_.all()[i];
-      steps[i] = scene_.isFixed(cell) ? GrowthStep{cell.scale}
-                                      : program_.solve(cell.pose(), planes[k], boundsOf(cell, barrier));
+      if (!awake[i] || scene_.isFixed(cells[i])) continue;
+      steps[i] = program_.solve(cells[i].pose(), planes[k], boundsOf(cells[i], barrier));
       cells_.addWork(i, 1 + static_cast<std::int64_t>(planes[k].size()));
       sums[0] += static_cast<std::int64_t>(planes[k].size());
     }

@@ -92,7 +92,8 @@ class Growth {
   Missing missing(double scale) const;
   bool growTo(double barrier, std::int64_t iterations);
   void iterate(double barrier);
-  void propose(double barrier, std::vector<GrowthStep>& steps);
+  void propose(double barrier, bool anew, std::vector<GrowthStep>& steps);
+  std::vector<char> awakeCells(double barrier, const CellSurroundings& surroundings) const;
   double largestRadius() const;
   double detailAt(double barrier) const;
   double paddingAt(double barrier, const SpeciesLengths& lengths) const;
@@ -111,6 +112,7 @@ class Growth {
   std::vector<SpeciesLengths> lengths_;
   GrowingCells cells_;
   bool anyFrozen_;
+  std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since they were distributed
   StepHalving stepHalving_;
   GrowthProgram program_;
 };

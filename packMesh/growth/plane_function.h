@@ -39,6 +39,10 @@ struct PlaneRequest {
   double detail = 1.0;               ///< fraction of the vertices to be used (eq. 3.4)
   std::int64_t count = 0;            ///< cells on all ranks
   double largestRadius = 0.0;        ///< of their bounding spheres at their present scales [µm]
+  /// Number of this group of cells on this rank. Unless `anew`, the surroundings have the same cells in the
+  /// same order, and the groups the same members, as when they were last asked for.
+  std::size_t batch = 0;
+  bool anew = true;
 };
 
 /// From a state free of overlap to the planes each cell has to stay behind. Between two cells that both move,
@@ -54,6 +58,9 @@ class PlaneFunction {
 
   /// How far from a wanted cell's centre other cells matter [µm], with so many cells on all ranks.
   virtual double range(std::int64_t /*count*/) const { return 0.0; }
+
+  /// Iterations for which what is found out of the surroundings anew can be used.
+  virtual std::int64_t lifetime() const { return 1; }
 
   /// Cells that are to be asked for together, always the same ones, because the planes depend on it; 0: any.
   virtual std::int64_t cellsAtOnce() const { return 0; }
