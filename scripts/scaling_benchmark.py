@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Measures the times of whole packings for several numbers of ranks and sizes, and predicts those of larger ones by a model.
 
-scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model ...]
+scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model|growth ...]
 
   sizes   cost per cell at 0.45 from 1,000 to 1,000,000 cells on one rank
   ranks   100,000 cells at 0.45 on 1, 2, 4 and 8 ranks, runs interleaved, medians
   model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, compares them with the model, and prints
           predictions for up to 1,024 ranks and 10^9 cells (docs/explanation/scaling.md)
+  growth  --method cat, planes from chords, at 0.40: 1,000, 10,000 and 100,000 cells on 1 and 2 ranks
 
 Without a name: ranks and model. Tables are Markdown.
 """
@@ -21,7 +22,7 @@ import sys
 import tempfile
 import time
 
-HEMATOCRIT, CELL_VOLUME = 0.45, 81.1163  # [1], [µm³]
+HEMATOCRIT, GROWTH_HEMATOCRIT, CELL_VOLUME = 0.45, 0.40, 81.1163  # [1], [1], [µm³]
 CORES = os.cpu_count() or 1
 LARGE = 10 ** 6  # cells of packings that are made only once
 # The network that predictions are for: what 64 ranks of a node have of 200 Gbit/s InfiniBand.
@@ -35,26 +36,36 @@ REDUCTIONS = 2  # per sweep, over all ranks
 class Run:
     """One packing: wall time as the user sees it, and what --verbose says."""
 
-    def __init__(self, program, cells, ranks, seed=1):
-        edge = (cells * CELL_VOLUME / HEMATOCRIT) ** (1 / 3)
+    def __init__(self, program, cells, ranks, seed=1, growth=False):
+        edge = (cells * CELL_VOLUME / (GROWTH_HEMATOCRIT if growth else HEMATOCRIT)) ** (1 / 3)
         command = [program] + [f"{edge:.3f}"] * 3 + ["--ends", "periodic", "--clearance", "0", "--rbc", str(cells), "--seed", str(seed), "--verbose"]
+        if growth:
+            command += ["--method", "cat"]
         if ranks > 1:
             command = ["mpirun", "-n", str(ranks)] + command
         environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1",
                            OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         with tempfile.TemporaryDirectory() as folder:
             start = time.monotonic()
-            done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-            self.wall = time.monotonic() - start
-        if done.returncode != 0:
-            sys.exit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
+            with open(os.path.join(folder, "log"), "w+") as log:
+                child = subprocess.Popen(command, cwd=folder, env=environment, stdout=log, stderr=subprocess.STDOUT)
+                _, status, usage = os.wait4(child.pid, 0)
+                child.returncode = os.waitstatus_to_exitcode(status)
+                self.wall = time.monotonic() - start
+                log.seek(0)
+                output = log.read()
+        if child.returncode != 0:
+            sys.exit(f"{' '.join(command)} failed:\n{output}")
+        self.memory = 1024 * usage.ru_maxrss  # of the largest process [byte]
         self.cells, self.ranks = cells, ranks
 
         def number(pattern):
-            found = re.search(pattern, done.stdout)
+            found = re.search(pattern, output)
             return float(found.group(1)) if found else 0.0
 
         self.sweeps = number(r"Packing: (\d+) sweeps")
+        self.iterations = number(r"Growth: (\d+) iterations")
+        self.growth = number(r"growth ([\d.]+) s, certificate")
         self.relaxation = number(r"relaxation ([\d.]+) s")
         self.certificate = number(r"certificate ([\d.]+) s")
         self.cpu = number(r"Time: ([\d.]+) s CPU")
@@ -111,6 +122,26 @@ def ranks(program, repeats):
     slower = statistics.median(slowdown(program, share) for _ in range(repeats))
     print(f"{CORES} packings of {share:,} cells at the same time, that have nothing to do with each other, take "
           f"{slower:.2f} times as long as one alone: no program has more than {1 / slower:.2f} here.\n")
+
+
+def growth(program, repeats):
+    few = {n: [Run(program, 1, n, growth=True) for _ in range(repeats)] for n in (1, 2)}
+    start = max(0.0, median(few[2], "wall") - median(few[1], "wall"))  # of mpirun
+    print("| cells | ranks | iterations | CPU of all ranks, per cell [ms] | wall [s] | efficiency | memory per rank [MB] | per cell [kB] |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    for cells in (1000, 10000, 100000):
+        runs = {n: [] for n in (1, 2)}
+        for _ in range(repeats if cells < 100000 else 1):
+            for n in runs:
+                runs[n].append(Run(program, cells, n, growth=True))
+        one = median(runs[1], "wall")
+        for n, of in runs.items():
+            wall = median(of, "wall") - (start if n > 1 else 0.0)
+            memory = median(of, "memory")
+            print(f"| {cells:,} | {n} | {median(of, 'iterations'):.0f} | {1e3 * n * wall / cells:.2f} | {median(of, 'wall'):.1f} "
+                  f"| {one / (n * wall):.2f} | {memory / 1e6:.0f} | {(memory - median(few[n], 'memory')) * n / cells / 1e3:.2f} |", flush=True)
+    print(f"\nEfficiency and times of all ranks without mpirun's start, {start:.2f} s. Memory per cell: beyond that of a "
+          "packing of one cell, over all ranks.\n")
 
 
 class Model:
@@ -202,10 +233,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--packMesh", default=os.path.join(here, "..", "build", "bin", "packMesh"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("tables", nargs="*", choices=["sizes", "ranks", "model", []], default=["ranks", "model"])
+    parser.add_argument("tables", nargs="*", choices=["sizes", "ranks", "model", "growth", []], default=["ranks", "model"])
     options = parser.parse_args()
     for table in options.tables:
-        {"sizes": sizes, "ranks": ranks, "model": model}[table](os.path.abspath(options.packMesh), options.repeats)
+        {"sizes": sizes, "ranks": ranks, "model": model, "growth": growth}[table](os.path.abspath(options.packMesh), options.repeats)
 
 
 if __name__ == "__main__":

@@ -121,7 +121,9 @@ Growth::Missing Growth::missing(double scale) const {
 /// @return whether growth is done with this barrier; false: it is to be gone on with
 bool Growth::growTo(double barrier, std::int64_t iterations) {
   if (at_.iteration == 0) {
-    at_.reference = missing(barrier).scale;
+    const Missing lacks = missing(barrier);
+    if (lacks.cells == 0) return true;
+    at_.reference = lacks.scale;
     at_.since = at_.failures = 0;
     at_.sweeps = settings_.relaxationSweeps;
   }

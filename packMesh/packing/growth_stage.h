@@ -35,7 +35,7 @@ class GrowthStage {
   /// Whether more iterations could change anything.
   bool ended() const { return ended_; }
   /// Whether there are cells.
-  bool hasBegun() const { return growth_ != nullptr || !best_.empty(); }
+  bool hasBegun() const { return growth_ != nullptr || bestFull_ >= 0; }
   std::int64_t iterations() const { return statistics_.growth->iterations; }
 
   /// This rank's cells of full size in the best state so far. After an escape they are numbered anew.
@@ -73,7 +73,7 @@ class GrowthStage {
   std::unique_ptr<Growth> growth_;
   std::int64_t attempt_ = 0;
   std::vector<Body> best_;  ///< of the attempts so far
-  std::int64_t bestFull_ = -1;
+  std::int64_t bestFull_ = -1;  ///< cells of full size in it, on all ranks
   bool ended_ = false;
 };
 

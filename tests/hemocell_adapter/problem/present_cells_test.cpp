@@ -67,9 +67,6 @@ TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[e
   ran = run(folder.path(), "config.xml --fixed none.pos --rbc 3");
   CHECK(ran.exitCode == 2);
   CHECK_THAT(ran.err, Contains("none.pos: no such file"));
-  ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3 --method cat");
-  CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("method cat does not support it"));
 }
 
 TEST_CASE("Cells beyond the number that a file announces are ignored, as by HemoCell", "[executable]") {

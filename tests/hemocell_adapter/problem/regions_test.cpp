@@ -111,9 +111,6 @@ TEST_CASE("Invalid constraints are rejected", "[executable]") {
   CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
                      "center=\"99 8 8\"/></region>"),
              Contains("outside the lumen"));
-  CHECK_THAT(
-      refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\">" + ball + "</region>", "--method cat"),
-      Contains("method cat does not support it"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is no direction"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
@@ -148,12 +145,8 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
         Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot both stay (fixed) and move (start)"},
         Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
         Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
-        Row{"--walls none --ends periodic --tile 2 1 1 --method cat", 1,
-            "--tile: method cat does not support it"},
         Row{"--order columns", 2, "periodic along all axes"},
         Row{"--order rows", 1, "random or columns"},
-        Row{"--order columns --walls none --method cat", 1,
-            "columns (--order, <order>): method cat does not support it"},
         Row{"--order columns --walls none --ends periodic --noRotate", 2, "no cell is to be turned"},
         Row{"--pre-inlet Xpos", 2, "lengthN"},
         Row{"--tile 2 2", 1, "the nz is missing"}}) {

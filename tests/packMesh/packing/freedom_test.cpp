@@ -178,7 +178,7 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
   }
 }
 
-TEST_CASE("Invalid constraints are rejected") {
+TEST_CASE("pack rejects invalid constraints of species") {
   const auto refused = [](auto&& change) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.1);
     change(problem);

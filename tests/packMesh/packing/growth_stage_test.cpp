@@ -156,6 +156,7 @@ TEST_CASE("Method cat gives the densest certified packing of full-size cells whe
 TEST_CASE("Method cat keeps limits and can be interrupted") {
   PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
   problem.limits.maxSweeps = 4;
+  problem.limits.fewerCells = false;
   const PackingResult limited = pack(problem);
   CHECK(limited.outcome == Outcome::outOfReach);
   CHECK(limited.statistics.growth->iterations == 4);
@@ -174,7 +175,7 @@ TEST_CASE("Method cat keeps limits and can be interrupted") {
 }
 
 TEST_CASE("Method cat does not succeed where cells overlap even at the initial scale") {
-  PackingProblem problem = grown(test::periodicCube(14.0), 0.50);
+  PackingProblem problem = grown(test::periodicCube(12.0), 0.70);
   problem.growth.initialScale = 0.99;
   problem.limits.fewerCells = false;
   const PackingResult result = pack(problem);

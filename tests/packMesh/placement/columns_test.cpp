@@ -111,9 +111,6 @@ TEST_CASE("Columns are rejected where they are not possible", "[packing]") {
   problem.rotate = false;
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("no cell is to be turned"));
   problem = inColumns(40.0, 0.3);
-  problem.method = Method::cat;
-  CHECK_THROWS_WITH(pack(problem), Catch::Contains("growth"));
-  problem = inColumns(40.0, 0.3);
   problem.species.push_back(problem.species[0]);
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("another one does, too"));
   problem = inColumns(40.0, 0.3);
