@@ -154,7 +154,7 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
         Row{"--order rows", 1, "random or columns"},
         Row{"--order columns --walls none --method cat", 1,
             "columns (--order, <order>): method cat does not support it"},
-        Row{"--order columns --walls none --ends periodic --noRotate", 2, "no cell is to be turned"},
+        Row{"--order columns --walls none --ends periodic --noRotate", 2, "rotations are disabled"},
         Row{"--pre-inlet Xpos", 2, "lengthN"},
         Row{"--tile 2 2", 1, "the nz is missing"}}) {
     CAPTURE(row.options);
