@@ -88,8 +88,7 @@ class Attempt {
   std::optional<GrowthStage> growth_;     ///< Method::cat
   std::optional<Relaxation> relaxation_;  ///< empty until cells are placed, or grown
   RunPosition at_;
-  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t>
-      failures_;                                   ///< number of times that a pair failed the exact test
+  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
   std::map<std::int64_t, double> demandedOfWall_;  ///< of misplaced cells (ids) [µm]
   WrittenCells written_;
   PackingState kept_;
