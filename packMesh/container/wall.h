@@ -16,8 +16,8 @@ namespace packmesh {
 
 /// Result of testing a placed mesh against a wall.
 struct WallVerdict {
-  /// Empty if the mesh is entirely inside the lumen and meets no wall (exact), otherwise a description of the
-  /// violation ("meets the wall", "is outside the lumen", ...).
+  /// Empty if the mesh is entirely inside the lumen and does not intersect the wall (exact), otherwise a
+  /// description of the violation ("meets the wall", "is outside the lumen", ...).
   std::optional<std::string> violation;
   /// Distance between mesh and wall [µm] if there is no violation and it is below the gap of interest,
   /// otherwise infinity. Exceeds the true distance at most by a rounding error.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Sparse storage of what is sampled at the nodes of a grid.
+/// @file Sparse storage of values sampled at the nodes of a grid.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace packmesh {
 
-/// Bricks of nodes (BrickView), filled when they are first needed, so that time and memory go with the part
-/// of the grid that is looked at. For one thread at a time.
-/// @tparam Offset signed; holds the number of values
+/// Bricks of nodes (BrickView), computed when they are first needed, so that time and memory depend on the
+/// part of the grid that is used. Not thread-safe.
+/// @tparam Offset signed; large enough for the number of values
 template <class Value, class Offset>
 class Bricks {
  public:
-  /// @param count of bricks along each axis
+  /// @param count number of bricks along each axis
   explicit Bricks(const std::array<int, 3>& count)
       : count_{count[0], count[1], count[2]}, begins_(std::size_t(count[0]) * count[1] * count[2], unknown) {}
 
@@ -28,9 +28,9 @@ class Bricks {
   const Offset* begins() const { return begins_.data(); }  ///< see BrickView
   const Value* const* values() const { return &where_; }   ///< see BrickView
 
-  /// The values at the nodes of a brick, x fastest; valid until the next brick is made.
-  /// @param fill bool(Value*), called when the brick is first asked for: nothing is stored if it returns
-  /// false, and the answer is nullptr, now and later
+  /// The values at the nodes of a brick, x fastest; valid until the next brick is computed.
+  /// @param fill bool(Value*), called at the first request for the brick: if it returns false, nothing is
+  ///   stored, and the result is nullptr, now and later
   template <class Fill>
   const Value* at(std::size_t index, Fill fill) {
     if (begins_[index] == unknown) make(index, fill);

@@ -34,9 +34,10 @@ DistanceGrid emptyGrid(const Box& region, double spacing) {
   return grid;
 }
 
-/// Fills a grid: nodes beside the surface look at every triangle near them, then nearest triangles spread
-/// from node to node in sweeps (after P.-E. Danielsson, "Euclidean distance mapping", Computer Graphics and
-/// Image Processing 14, 1980, with triangles in place of pixels), then the band is searched exactly.
+/// Fills a grid: for nodes next to the surface, every triangle near them is tested; nearest triangles are
+/// then propagated from node to node in sweeps (after P.-E. Danielsson, "Euclidean distance mapping",
+/// Computer Graphics and Image Processing 14, 1980, with triangles instead of pixels); finally the band is
+/// searched exactly.
 class Sampler {
  public:
   Sampler(const TriangleMesh& mesh, DistanceGrid& grid) : mesh_(mesh), surface_(mesh), grid_(grid) {
@@ -60,7 +61,7 @@ class Sampler {
 
  private:
   Vec3 position(int i, int j, int k) const { return grid_.origin + grid_.spacing * Vec3(i, j, k); }
-  /// Gives triangle t to node (i,j,k) if it is nearer than what the node has.
+  /// Assigns triangle t to node (i,j,k) if it is nearer than the current one.
   void offer(std::size_t node, int i, int j, int k, int t) {
     if (t == nearest_[node]) return;
     const float distance = static_cast<float>(surface_.onTriangle(t, position(i, j, k)).distance);
@@ -70,8 +71,8 @@ class Sampler {
     }
   }
 
-  /// Whether to search the nearest triangle for every node of the band, or to offer every triangle to all
-  /// nodes that near: the latter costs less when triangles are large.
+  /// Whether to search the nearest triangle for every node of the band, or to test every triangle at all
+  /// nodes near it: the latter is faster if triangles are large.
   bool searchIsCheaper(double exact) const {
     constexpr double searchPerOffer = 100.0;  // measured: 0.6 to 5 µs against 15 ns
     double offers = 0.0;
@@ -83,7 +84,7 @@ class Sampler {
     return offers > searchPerOffer * 2.0 * exact * surfaceArea(mesh_);
   }
 
-  /// Offers triangle t to the nodes less than `reach` off its plane and its bounding box, at least.
+  /// Tests triangle t at least at the nodes nearer than `reach` to both its plane and its bounding box.
   void seed(int t, double reach) {
     Box box;
     for (int c = 0; c < 3; ++c) box.add(mesh_.corner(t, c));
@@ -116,8 +117,8 @@ class Sampler {
       }
   }
 
-  /// Searches the nearest triangle for the nodes on the faces of the grid that the mesh passes, and for one
-  /// node at least: what lies outside the grid is known there, and spreads from there.
+  /// Searches the nearest triangle for the nodes on those faces of the grid that the mesh crosses, and for at
+  /// least one node: from there, triangles outside the grid are propagated.
   void seedFaces() {
     const Box mesh = boundingBox(mesh_), box = grid_.box();
     const auto search = [&](int i, int j, int k) {
@@ -135,8 +136,7 @@ class Sampler {
       }
   }
 
-  /// Lets the layers across `axis` learn from the layer before, in the given direction, and then within
-  /// themselves.
+  /// Propagates triangles across the layers along `axis` in the given direction, and then within each layer.
   void sweep(int axis, int direction, int j = 0, int k = 0) {
     const int n = grid_.nodes[axis];
     for (int at = direction > 0 ? 0 : n - 1; at >= 0 && at < n; at += direction) {
@@ -157,12 +157,12 @@ class Sampler {
   void learn(int i, int j, int k, std::ptrdiff_t from) {
     const std::size_t node = i + step_[1] * j + step_[2] * k;
     const int t = nearest_[node + from];
-    // A triangle gets nearer by at most the step.
+    // The distance to a triangle decreases by at most the step.
     if (t >= 0 && grid_.value[node + from] - grid_.spacing < grid_.value[node]) offer(node, i, j, k, t);
   }
 
-  /// Searches the band exactly and gives every node its sign: beyond a spacing from the surface it is that of
-  /// the node beside it; nearer, it is looked up.
+  /// Searches the band exactly and determines the sign at every node: beyond a spacing from the surface it is
+  /// that of the adjacent node; nearer, it is computed.
   void finish(double exact) {
     std::size_t node = 0;
     for (int k = 0; k < grid_.nodes[2]; ++k)
@@ -171,7 +171,7 @@ class Sampler {
           float& value = grid_.value[node];
           const std::ptrdiff_t before = i > 0 ? step_[0] : j > 0 ? step_[1] : step_[2];
           bool negative = node > 0 && std::signbit(grid_.value[node - before]);
-          // What spread may miss the nearest triangle by a little: hence more than `exact` is searched.
+          // Propagation may miss the nearest triangle by a small amount: hence more than `exact` is searched.
           const bool search = value <= 1.05 * exact || node == 0;
           if (search || value < 1.5 * grid_.spacing) {
             const Vec3 p = position(i, j, k);

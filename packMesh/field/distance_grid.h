@@ -14,8 +14,8 @@
 namespace packmesh {
 
 /// Signed distance (positive outside, µm) to a closed mesh at the nodes of a uniform grid; node (i,j,k) is at
-/// origin + spacing*(i,j,k) and has index i + nodes[0]*(j + nodes[1]*k). All nodes are filled at once, the
-/// surface is near most of them, and kernels read one array: therefore no Bricks.
+/// origin + spacing*(i,j,k) and has index i + nodes[0]*(j + nodes[1]*k). Dense storage instead of Bricks,
+/// because the surface is near most nodes and kernels read one array.
 struct DistanceGrid {
   Vec3 origin = Vec3::Zero();
   double spacing = 1.0;      ///< [µm]
@@ -25,11 +25,11 @@ struct DistanceGrid {
   /// Trilinear interpolation; outside the grid the value at the nearest point of it plus the distance to it.
   ///
   /// A distance changes by at most as much as the point moves; therefore, with exact values at the nodes, the
-  /// interpolant errs nowhere in the grid by more than interpolationError(), and by about spacing² times the
-  /// mean curvature divided by 4 where the surface is smooth.
+  /// error of the interpolant within the grid is nowhere larger than interpolationError(), and about spacing²
+  /// times the mean curvature divided by 4 where the surface is smooth.
   double distance(const Vec3& p) const { return sample(p).distance; }
 
-  /// distance() and its gradient (not normalised) in one go.
+  /// distance() and its gradient (not normalised) at once.
   DistanceSample sample(const Vec3& p) const {
     const GridCell cell((p - origin) / spacing, {nodes[0] - 1, nodes[1] - 1, nodes[2] - 1});
     const std::size_t row = nodes[0], slab = row * nodes[1];
@@ -53,12 +53,12 @@ struct DistanceGrid {
   Box box() const { return {origin, origin + spacing * Vec3(nodes[0] - 1, nodes[1] - 1, nodes[2] - 1)}; }
 };
 
-/// Samples the signed distance to `mesh` on a grid of the given spacing that covers `region`.
-/// Distances are exact (to rounding to float) at nodes within `band` of the surface, and always within two
-/// spacings; further away they are at least the distance to the surface, at most 2 % more, and of the right
-/// sign. (The band costs about 1 µs for each of its nodes, the rest a tenth of that.) Pre: mesh closed and
-/// oriented outwards (components may be nested, see repairClosed). Throws InputError when the grid would need
-/// more than 2 GB.
+/// Samples the signed distance to `mesh` on a grid of the given spacing that covers `region`. Distances are
+/// exact (up to rounding to float) at nodes within `band` of the surface, and always within two spacings;
+/// further away they are at least the distance to the surface, at most 2 % more, and of the right sign. (The
+/// band costs about 1 µs for each of its nodes, the rest a tenth of that.)
+/// Pre: mesh closed and oriented outwards (components may be nested, see repairClosed).
+/// @throws InputError if the grid would need more than 2 GB
 DistanceGrid sampleDistance(const TriangleMesh& mesh, const Box& region, double spacing, double band);
 
 }  // namespace packmesh

@@ -20,7 +20,7 @@ struct NodeBlock {
   Vec3 position(int i, int j, int k) const { return origin + spacing * Vec3(i, j, k); }
 };
 
-/// What a SampledDistance is filled from.
+/// Source of the values of a SampledDistance.
 class DistanceSource {
  public:
   virtual ~DistanceSource() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Where in a grid a point is.
+/// @file Location of a point in a grid.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,14 @@
 
 namespace packmesh {
 
-/// The cell of a grid that a point is in, or that its nearest point of the grid is in.
+/// The grid cell that contains a point, or the nearest point of the grid to it.
 struct GridCell {
   int node[3];    ///< its low corner
-  double t[3];    ///< where in the cell, 0 to 1 along each axis
+  double t[3];    ///< position in the cell, 0 to 1 along each axis
   Vec3 beyond;    ///< from the nearest point of the grid to the point [cells]
   bool isBeyond;  ///< outside the grid
 
-  /// @param u the point, seen from the first node [cells]
+  /// @param u the point, relative to the first node [cells]
   /// @param cells of the grid along each axis, at least 1
   GridCell(const Vec3& u, const std::array<int, 3>& cells) : isBeyond(false) {
     for (int k = 0; k < 3; ++k) {
@@ -30,8 +30,8 @@ struct GridCell {
     }
   }
 
-  /// Interpolates between values that are `row` apart along y and `slab` along z.
-  /// @param valueAt gives the value so far behind that of the low corner
+  /// Interpolates between values with strides `row` along y and `slab` along z.
+  /// @param valueAt returns the value at this offset from that of the low corner
   template <class ValueAt>
   Trilinear<double> interpolate(std::size_t row, std::size_t slab, ValueAt valueAt) const {
     double corner[8];

@@ -13,7 +13,7 @@
 namespace packmesh {
 namespace {
 
-/// Their table takes 1 GB.
+/// The table of bricks then takes 1 GB.
 constexpr double mostBricks = 1 << 28;
 
 Vec3 firstBrick(const Box& region, double brick) {
@@ -25,10 +25,9 @@ std::array<int, 3> bricksIn(const Box& region, double spacing) {
   const Vec3 bricks = (region.hi / brick).array().floor() - firstBrick(region, brick).array() + 1.0;
   if (!(bricks.prod() <= mostBricks)) {
     const Vec3 size = region.size();
-    throw InputError("walls in " + toText(size.x(), 3) + " x " + toText(size.y(), 3) + " x " +
-                     toText(size.z(), 3) + " µm are too much to sample at a spacing of " +
-                     toText(spacing, 3) + " µm; at most " + toText(mostBricks * brick * brick * brick, 2) +
-                     " µm³ are possible");
+    throw InputError("distances in " + toText(size.x(), 3) + " x " + toText(size.y(), 3) + " x " +
+                     toText(size.z(), 3) + " µm cannot be sampled at a spacing of " + toText(spacing, 3) +
+                     " µm; at most " + toText(mostBricks * brick * brick * brick, 2) + " µm³ are supported");
   }
   return {static_cast<int>(bricks[0]), static_cast<int>(bricks[1]), static_cast<int>(bricks[2])};
 }
@@ -45,8 +44,8 @@ const std::int16_t* SampledDistance::brick(int index) const {
   return bricks_.at(index, [&](std::int16_t* values) {
     constexpr std::size_t most = std::numeric_limits<std::int32_t>::max() - BrickView::nodes;
     if (bricks_.storedValues() > most)
-      throw InputError("the walls near cells need more than 4 GB at a spacing of " + toText(spacing_, 3) +
-                       " µm");
+      throw InputError("the distances to the walls near cells need more than 4 GB at a spacing of " +
+                       toText(spacing_, 3) + " µm");
     const int(&count)[3] = bricks_.count();
     const int at[3] = {index % count[0], index / count[0] % count[1], index / count[0] / count[1]};
     NodeBlock block;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A signed distance remembered on a sparse grid.
+/// @file A signed distance sampled on a sparse grid.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 
 namespace packmesh {
 
-/// Interpolates a distance between nodes at whole multiples of a spacing, in bricks that are filled when they
-/// are first needed: time and memory go with the wall's area near cells, not with the lumen's volume. The
-/// result does not depend on the order of questions.
+/// Interpolates a distance between nodes at integer multiples of a spacing, in bricks that are computed when
+/// they are first needed: time and memory depend on the wall's area near cells, not on the lumen's volume.
+/// The result does not depend on the order of evaluations.
 ///
-/// For one thread at a time.
+/// Not thread-safe.
 class SampledDistance {
  public:
   /// @param source must outlive this
-  /// @param region where questions are expected; outside of it the distance is taken to be that at the
-  ///   nearest point of the region, less the way there
+  /// @param region expected range of points; outside of it, the result is the distance at the nearest point
+  ///   of the region minus the distance to that point
   /// @param spacing of the nodes [µm]
-  /// @throws InputError when the region has more than 2^28 bricks of nodes
+  /// @throws InputError if the region has more than 2^28 bricks of nodes
   SampledDistance(const DistanceSource& source, const Box& region, double spacing);
 
   SampledDistance(const SampledDistance&) = delete;
@@ -30,7 +30,7 @@ class SampledDistance {
   DistanceSample sample(const Vec3& p) const;
 
   double spacing() const { return spacing_; }
-  /// Coordinates in the grid: bricks begin at whole multiples of BrickView::cells.
+  /// Grid coordinates: bricks begin at integer multiples of BrickView::cells.
   Vec3 nodeOf(const Vec3& p) const { return p / spacing_ - lo_; }
   BrickView view() const;
 

@@ -6,7 +6,7 @@
 
 namespace packmesh {
 
-/// What the values at the corners of a cell of a grid make of a point in it.
+/// Value and derivatives at a point in a grid cell, from the values at its corners.
 /// @tparam Real double, or lanes of floats: the same operations in the same order
 template <class Real>
 struct Trilinear {
@@ -14,7 +14,7 @@ struct Trilinear {
   Real slope[3];  ///< derivatives of the value along the axes [per cell]
 
   /// @param c corner i + 2j + 4k is at (i,j,k)
-  /// @param t where in the cell the point is, 0 to 1 along each axis
+  /// @param t position of the point in the cell, 0 to 1 along each axis
   __attribute__((always_inline)) Trilinear(const Real (&c)[8], const Real (&t)[3]) {
     const Real y0z0 = mix(c[0], c[1], t[0]), y1z0 = mix(c[2], c[3], t[0]);
     const Real y0z1 = mix(c[4], c[5], t[0]), y1z1 = mix(c[6], c[7], t[0]);

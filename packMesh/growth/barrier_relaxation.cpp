@@ -11,7 +11,7 @@
 namespace packmesh {
 namespace {
 
-/// Rounds of repair, and sweeps in each.
+/// Number of repair rounds, and sweeps in each.
 constexpr int repairRounds = 8;
 constexpr std::int64_t repairSweeps = 100;
 
@@ -28,7 +28,7 @@ RelaxationInput inputOf(const GrowthScene& scene) {
   return input;
 }
 
-/// The cell without what relaxation has found out about its surroundings.
+/// The cell without what relaxation has cached about its surroundings.
 Body bare(const Body& body) {
   Body out = makeBody(body.id, body.species, body.pose());
   out.stepTaken = body.stepTaken;
@@ -40,9 +40,9 @@ std::vector<Body> bare(std::vector<Body> bodies) {
   return bodies;
 }
 
-/// What is wrong with the cells as they are now, by id.
+/// Violations of the cells in their current state, by id.
 Certificate faultsOf(Relaxation& relaxation, const GrowthScene& scene) {
-  relaxation.dropLists();  // every rank then knows the cells around its own
+  relaxation.dropLists();  // afterwards every rank has the cells around its own
   std::vector<PlacedCell> cells;
   std::vector<bool> own;
   std::vector<std::int64_t> ids;

@@ -8,10 +8,10 @@
 
 namespace packmesh {
 
-/// Relaxes cells at least as large as `scale` as rigid bodies for at most so many sweeps: the contact
-/// relaxation of the default method, with all constraints of the scene. If the exact test finds the result
-/// free of overlap, repaired where needed, it replaces the cells. All ranks call.
-/// @return whether it does; otherwise the cells are as before
+/// Relaxes cells, enlarged to at least `scale`, as rigid bodies for at most the given number of sweeps: the
+/// contact relaxation of the default method, with all constraints of the scene. If the exact test finds the
+/// result free of overlap, repaired where needed, it replaces the cells. All ranks call.
+/// @return whether the cells were replaced; if not, they are unchanged
 bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
                   GrowingCells& cells);
 

@@ -10,18 +10,18 @@
 
 namespace packmesh {
 
-/// "object 3", or its name.
+/// "object 3", or its name if it has one.
 std::string nameOf(const TetrahedraInput& input, int object);
 
-/// Objects moved by whole periods into the bounds, and their images up to `margin` outside, sorted by where
-/// they are. Their points are not numbered yet.
+/// Objects translated by whole periods into the bounds, and their images up to `margin` outside, sorted by
+/// position. Their points are not numbered yet.
 std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin);
 
-/// Where a body is.
+/// Placement of a body.
 Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body);
 
-/// Surface of the container as far as bodies up to `margin` outside of the bounds may reach; nothing without
-/// a container.
+/// Surface of the container as far as bodies up to `margin` outside of the bounds can extend; empty without a
+/// container.
 std::optional<MeshHierarchy> containerAround(const TetrahedraInput& input, double margin);
 
 /// Largest radius of the objects' bounding spheres [µm].

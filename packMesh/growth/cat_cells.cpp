@@ -10,7 +10,7 @@
 namespace packmesh {
 namespace {
 
-/// A vertex of a cell: the middle of up to four points, by their numbers in ascending order, -1 for none.
+/// A vertex of a cell: the mean of up to four points, given by their indices in ascending order, -1 for none.
 using Middle = std::array<int, 4>;
 
 /// A triangle of the cell of one label.
@@ -22,13 +22,13 @@ struct Facet {
 /// Tetrahedra with three or four corners on the container.
 struct WallTetrahedron {
   int index;
-  int owner;  ///< label of the fourth corner, or the cell it was given to
+  int owner;  ///< label of the fourth corner, or of the cell it was assigned to
 };
 
 /// A face with all corners on the container.
 struct WallFace {
   std::array<int, 3> points;  ///< ascending
-  int tetrahedron;            ///< among the WallTetrahedra
+  int tetrahedron;            ///< index among the WallTetrahedra
   int opposite;               ///< its corner that is not in the face
 };
 
@@ -75,17 +75,17 @@ class CellBuilder {
     std::copy(points.begin(), points.end(), m.begin());
     std::sort(m.begin(), m.begin() + points.size());
     if (!atWall_) return m;
-    // Split points are drawn to the container's corner; two of them are never asked for.
+    // Split points are moved to the container's corner; two of them are never requested.
     const auto onWall = std::find_if(points.begin(), points.end(), [&](int p) { return isWall(p); });
     return onWall == points.end() ? m : Middle{*onWall, -1, -1, -1};
   }
 
-  /// Triangles of a face, a convex polygon that is counter-clockwise seen from the second side.
+  /// Triangles of a face, a convex polygon that is counter-clockwise as seen from the second side.
   void add(int first, int second, const std::vector<Middle>& polygon) {
     if (atWall_ && (first == wallLabel || second == wallLabel)) return;
     for (std::size_t k = 1; k + 1 < polygon.size(); ++k) {
       const Middle &a = polygon[0], &b = polygon[k], &c = polygon[k + 1];
-      if (a == b || b == c || c == a) continue;  // drawn together at the wall
+      if (a == b || b == c || c == a) continue;  // merged at the wall
       addFacet(first, {a, b, c});
       addFacet(second, {a, c, b});
     }
@@ -103,7 +103,8 @@ class CellBuilder {
       p[k] = t[pattern.order[k]];
       for (int j = 0; j < k; ++j) inversions += pattern.order[j] > pattern.order[k];
     }
-    // Make a, b, c, d of positive volume: exchange two corners with one label, or, where all differ, any two.
+    // Make the volume of a, b, c, d positive: exchange two corners with the same label or, if all differ, any
+    // two.
     int a = p[0], b = p[1], c = p[2], d = p[3];
     if (inversions % 2 == 1) {
       if (pattern.kind == ChordalCase::allDifferent)
@@ -161,7 +162,7 @@ class CellBuilder {
     });
   }
 
-  /// The other tetrahedron at a face, -1: none.
+  /// The other tetrahedron at a face; -1: none.
   int beyond(std::size_t face) const {
     if (face > 0 && sameFace(wallFaces_[face - 1], wallFaces_[face])) return wallFaces_[face - 1].tetrahedron;
     if (face + 1 < wallFaces_.size() && sameFace(wallFaces_[face + 1], wallFaces_[face]))
@@ -169,7 +170,7 @@ class CellBuilder {
     return -1;
   }
 
-  /// Tetrahedra with all corners on the container go to neighbouring cells, round by round inwards.
+  /// Tetrahedra with all corners on the container are assigned to neighbouring cells, layer by layer inwards.
   void giveAway() {
     struct Offer {
       double area = 0.0;
@@ -195,8 +196,8 @@ class CellBuilder {
     }
   }
 
-  /// Faces on the container are part of a cell's surface at the wall where something else is beyond them, and
-  /// of the wall's own layer where it ends.
+  /// Faces on the container belong to the surface of a cell at the wall if something else is beyond them, and
+  /// to that of the wall layer where it ends.
   void addWallFaces() {
     for (std::size_t f = 0; f < wallFaces_.size(); ++f) {
       const WallTetrahedron& here = wallTetrahedra_[wallFaces_[f].tetrahedron];
@@ -204,8 +205,8 @@ class CellBuilder {
       const int owner = atWall_ ? here.owner : wallLabel;
       const int other = there < 0 ? outside : atWall_ ? wallTetrahedra_[there].owner : wallLabel;
       if (owner == other || (atWall_ && owner == wallLabel)) continue;
-      // Corner k of a tetrahedron of positive volume sees the others counter-clockwise from outside in this
-      // order.
+      // Seen from corner k of a tetrahedron of positive volume, the other corners in this order are
+      // counter-clockwise from outside.
       static constexpr int facing[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
       const Tetrahedron& t = t_.tetrahedra[here.index];
       std::array<Middle, 3> corners;
@@ -245,7 +246,7 @@ class CellBuilder {
 
   const Tetrahedra& t_;
   bool atWall_;
-  bool layer_;  ///< whether the wall's own layer is asked for
+  bool layer_;  ///< whether the wall layer is requested
   std::vector<Facet> facets_;
   std::vector<WallTetrahedron> wallTetrahedra_;
   std::vector<WallFace> wallFaces_;

@@ -10,9 +10,9 @@
 
 namespace packmesh {
 
-/// Writes every cell, by the name of its object, and the layer along the wall, if there is one, as "wall
+/// Writes every cell under the name of its object and, if there is one, the layer along the wall as "wall
 /// layer".
-/// @param names per object; those without are called "cell 0", "cell 1" ...
+/// @param names per object; objects without a name are called "cell 0", "cell 1" ...
 /// @throws InputError see writeMeshes(): .obj, .ply, .h5
 void writeCatCells(const std::filesystem::path& file, const CatCells& cells,
                    const std::vector<std::string>& names = {});

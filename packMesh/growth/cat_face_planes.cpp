@@ -14,14 +14,16 @@
 namespace packmesh {
 namespace {
 
-/// Images of cells take part up to this far outside the bounds, in mean spacings of cells and largest radii:
-/// who is further away does not matter to growth.
+/// Distance outside the bounds up to which images of cells are included, in mean spacings of cells and
+/// largest radii: cells further away do not affect growth.
 constexpr double marginSpacings = 1.0;
 
-/// Faces whose normal has less to do with the gap than this are those of slivers (see planesOfFaces()).
+/// Limit of the cosine between the normal of a face and the gap, below which a face belongs to a sliver (see
+/// planesOfFaces()).
 constexpr double sliverCosine = 0.3;
 
-/// As many cells as are worth the cells around them, which take part in the runs of several blocks.
+/// Cells per block: the surrounding cells, which are included in the runs of several blocks, should not
+/// outnumber them by much.
 constexpr std::int64_t cellsOfBlock = 100;
 
 /// TetGen takes nearly all of the time. Between two runs, the corners of its tetrahedra move with the cells:
@@ -55,7 +57,7 @@ double CatFacePlanes::range(std::int64_t count) const {
   return margin(largest, count) + 2.0 * largest;
 }
 
-/// Up to here around the bodies, images and cells of other blocks take part [µm].
+/// Distance from the bodies within which images and cells of other blocks are included [µm].
 double CatFacePlanes::margin(double largestRadius, std::int64_t count) const {
   return largestRadius + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(count));
 }
@@ -78,7 +80,8 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   std::vector<double> reach;
   for (const std::int64_t cell : around.members) reach.push_back(request.surroundings.reach(cell));
   PlaneConstraints planes = chords_.atWalls(request);
-  const PlaneConstraints found = planesOfFaces(around.tetrahedra, split_, around.objects, sliverCosine, reach);
+  const PlaneConstraints found =
+      planesOfFaces(around.tetrahedra, split_, around.objects, sliverCosine, reach);
   for (std::size_t object = 0; object < found.size(); ++object) {
     const std::int64_t cell = around.members[object];
     const auto at = std::lower_bound(request.wanted.begin(), request.wanted.end(), cell);
@@ -89,7 +92,7 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   return planes;
 }
 
-/// Takes the wanted cells and those of which an image is within the margin of them.
+/// Collects the requested cells and those of which an image is within the margin of them.
 void CatFacePlanes::chooseMembers(const PlaneRequest& request, Around& around) {
   const std::vector<Body>& cells = request.surroundings.cells();
   around.members.clear();
@@ -132,7 +135,7 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
   for (std::size_t s = 0; s < levels_.size(); ++s)
     coarsest = std::max(coarsest, chords_.levels(static_cast<int>(s)).indexOf(request.detail));
   for (int level = coarsest; level >= 0; --level) {
-    input_.valid = level == 0;  // the cells themselves are known not to meet
+    input_.valid = level == 0;  // the cells themselves are known not to overlap
     input_.objects.clear();
     for (const std::int64_t member : around.members) {
       const Body& cell = cells[member];
@@ -149,7 +152,7 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
       sums_.attempts += error.attempts();
       sums_.lastFailure = error.what();
       break;
-    } catch (const InputError&) {  // coarse levels meet
+    } catch (const InputError&) {  // coarse levels overlap
       ++sums_.finer;
     }
   }
@@ -157,11 +160,11 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
   around.failed = true;
 }
 
-/// The points of the tetrahedra follow the cells that they are on.
+/// Moves the points of the tetrahedra with their cells.
 void CatFacePlanes::follow(const PlaneRequest& request, Around& around) const {
   Tetrahedra& t = around.tetrahedra;
   std::vector<Placement> before;
-  std::vector<Vec3> wrap;  // by which periods each object was wrapped since
+  std::vector<Vec3> wrap;  // periods by which each object has been wrapped since
   for (std::size_t object = 0; object < around.members.size(); ++object) {
     Placement& placement = around.objects[object].placement;
     before.push_back(placement);
@@ -179,10 +182,10 @@ void CatFacePlanes::follow(const PlaneRequest& request, Around& around) const {
     if (t.labels[p] == wallLabel) continue;
     const TetrahedraBody& body = t.bodies[t.labels[p]];
     const PlacedMesh& object = around.objects[body.object];
-    const Vec3 vertex = t.vertices[p] >= 0
-                            ? object.mesh->mesh().vertices[t.vertices[p]]
-                            : Vec3(inverse[body.object] *
-                                   (t.points[p] - body.shift - before[body.object].translation));
+    const Vec3 vertex =
+        t.vertices[p] >= 0
+            ? object.mesh->mesh().vertices[t.vertices[p]]
+            : Vec3(inverse[body.object] * (t.points[p] - body.shift - before[body.object].translation));
     t.points[p] = object.placement(vertex) + body.shift - wrap[body.object];
   }
   for (TetrahedraBody& body : t.bodies) body.shift -= wrap[body.object];

@@ -13,26 +13,26 @@
 
 namespace packmesh {
 
-/// What tetrahedra took, on one rank.
+/// Statistics of tetrahedralisation on one rank.
 struct TetrahedraSums {
   std::int64_t runs = 0;      ///< tetrahedralisations
-  std::int64_t attempts = 0;  ///< of TetGen; more than runs when it had to be called in other ways
-  std::int64_t finer = 0;     ///< a coarse level met another cell's, so that a finer one was taken
-  std::int64_t failures = 0;  ///< TetGen gave up: planes were those of all cells that are near
-  std::string lastFailure;    ///< why
+  std::int64_t attempts = 0;  ///< of TetGen; more than runs if it had to be repeated in other modes
+  std::int64_t finer = 0;     ///< runs repeated on a finer level because the coarse ones overlapped
+  std::int64_t failures = 0;  ///< TetGen failed: planes were those of ChordPlanes
+  std::string lastFailure;    ///< description
   double tetrahedraSeconds = 0.0, faceSeconds = 0.0;  ///< CPU [s]
 };
 
-/// Planes from CAT faces, but for those of slivers: TetGen cuts up the space between the cells. Planes at
-/// walls are those of ChordPlanes: the wall's distance is exact, its triangles are not.
+/// Planes from CAT faces, except for those of slivers: TetGen divides the space between the cells. Planes at
+/// walls are those of ChordPlanes: the distance to the wall is exact, a triangulation of it is not.
 ///
-/// Cells asked for together are tetrahedralised together with those around them, on whichever rank asks. When
-/// TetGen fails, their planes are those of ChordPlanes.
+/// Cells that are requested together are tetrahedralised together with those around them, independently of
+/// the rank. If TetGen fails, their planes are those of ChordPlanes.
 class CatFacePlanes : public PlaneFunction {
  public:
   /// References the scene and the sums, which must outlive this.
-  /// @param sums what it takes is added here
-  /// @param failingAttempts for tests: so many attempts of every run are taken to have failed
+  /// @param sums statistics are added to this
+  /// @param failingAttempts for tests: the number of attempts of every run that are treated as failed
   CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts = 0);
 
   PlaneConstraints operator()(const PlaneRequest& request) override;
@@ -43,8 +43,8 @@ class CatFacePlanes : public PlaneFunction {
  private:
   /// The tetrahedra around one group of cells.
   struct Around {
-    std::vector<std::int64_t> members;  ///< the cells that take part
-    std::vector<PlacedMesh> objects;    ///< these, where they were when the points were last moved
+    std::vector<std::int64_t> members;  ///< the cells included
+    std::vector<PlacedMesh> objects;    ///< these, at their positions when the points were last moved
     Tetrahedra tetrahedra;
     bool failed = false;
   };

@@ -10,16 +10,18 @@
 namespace packmesh {
 namespace {
 
-/// Chords shorter than this take their direction from the distance field's gradient [µm].
+/// Chords shorter than this take their direction from the gradient of the distance field [µm].
 constexpr double shortChord = 1e-4;
 
-/// A wall closes in where it is nearer to points aside by more than this fraction of how far aside they are.
+/// A wall is concave or has edges where its distance to lateral points is smaller by more than this fraction
+/// of their offset.
 constexpr double closingIn = 0.01;
 
-/// Shorter gradients of the wall's distance, as in the middle of a sphere, lead nowhere.
+/// Below this length the gradient of the distance to the wall, as in the centre of a sphere, gives no
+/// direction.
 constexpr double noDirection = 1e-6;
 
-/// How far outside of the bounds walls are sampled [µm].
+/// Distance outside of the bounds up to which walls are sampled [µm].
 constexpr double beyondBounds = 1.0;
 
 /// Samples are padded to full clusters by repeating the last point.
@@ -57,9 +59,14 @@ ChordPlanes::Cell ChordPlanes::cellOf(std::int64_t index, const PlaneRequest& re
   const Body& cell = request.surroundings.cells()[index];
   const Species& species = species_[cell.species];
   const bool fixed = scene_.isFixed(cell);
-  return {cell.species, cell.rotation, cell.position, cell.scale,
+  return {cell.species,
+          cell.rotation,
+          cell.position,
+          cell.scale,
           fixed ? 0.0 : request.surroundings.reach(index),
-          &species.points[species.levels.indexOf(request.detail)], fixed, nullptr};
+          &species.points[species.levels.indexOf(request.detail)],
+          fixed,
+          nullptr};
 }
 
 PlaneConstraints ChordPlanes::operator()(const PlaneRequest& request) {
@@ -112,7 +119,7 @@ void ChordPlanes::joinPair(const NearPair& pair, const Cell& a, const Cell& b) c
   dropChords(b, a, -pair.shift);
 }
 
-/// Chords from the samples of one cell to the surface of another, seen from the body frame of the other.
+/// Chords from the samples of one cell to the surface of another, in the body frame of the other.
 void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift) const {
   const SurfaceDistance& field = species_[b.species].field;
   const Mat3 toBody = b.rotation.transpose() / b.scale;
@@ -134,7 +141,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
       const double length = chord.norm();
       const bool longEnough = sample.distance > 0.0 && b.scale * length > shortChord;
       const Vec3 normal = b.rotation * (longEnough ? Vec3(chord / length) : Vec3(-sample.gradient));
-      const double share = a.fixed ? 0.0 : b.fixed ? 1.0 : 0.5;  // of the gap that is the first cell's
+      const double share = a.fixed ? 0.0 : b.fixed ? 1.0 : 0.5;  // of the gap, for the first cell
       const Vec3 meeting = b.position + b.scale * (b.rotation * (p + share * chord)) +
                            (0.5 - share) * scene_.clearance * normal;
       if (a.planes) a.planes->push_back({vertex, meeting + ontoShift, normal});
@@ -145,7 +152,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
 
 void ChordPlanes::meetWall(const Cell& a) const {
   const Species& species = species_[a.species];
-  const double margin = scene_.wallClearanceOf(a.species);  // near the wall its distance is precise, no slack
+  const double margin = scene_.wallClearanceOf(a.species);  // no slack: the distance is precise near the wall
   const double limit = a.reach + margin + species.wall->slack();
   const auto near = [&](const Vec3& p, double radius) {
     return species.toWall(p).distance <= limit + radius;
@@ -162,7 +169,8 @@ void ChordPlanes::meetWall(const Cell& a) const {
       if (here.distance > limit || here.gradient.norm() < noDirection) continue;
       const Vec3 inward = here.gradient.normalized();
       a.planes->push_back({vertex, p - (here.distance - margin) * inward, -inward});
-      // The plane says nothing of a wall that curves inwards or has edges: where could the point run into it?
+      // The plane does not represent a wall that curves inwards or has edges: add planes for the parts that
+      // the point could reach.
       const Vec3 u = inward.unitOrthogonal(), v = inward.cross(u);
       for (const Vec3& aside : {u, Vec3(-u), v, Vec3(-v)}) {
         const Vec3 q = p + a.reach * aside;
@@ -176,7 +184,7 @@ void ChordPlanes::meetWall(const Cell& a) const {
   }
 }
 
-/// The centre stays in the region of its species.
+/// Keeps the centre in the region of its species.
 void ChordPlanes::meetRegion(const Cell& cell) const {
   const Freedom* freedom = scene_.freedomOf(cell.species);
   if (!freedom || !freedom->region) return;

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "packMesh/field/sampled_distance.h"
-#include "packMesh/growth/plane_function.h"
 #include "packMesh/growth/levels_of_detail.h"
+#include "packMesh/growth/plane_function.h"
 #include "packMesh/growth/resampling.h"
 #include "packMesh/shape/surface_distance.h"
 
@@ -15,20 +15,21 @@ namespace packmesh {
 
 /// Planes from distance fields.
 ///
-/// A chord joins a sample point of one cell to the foot of its perpendicular on a neighbour (or periodic
-/// image). The plane across the middle of the chord separates its ends; both cells get it, each for its own
-/// end. That is what the faces of CAT cells are made from too (thesis 3.1.2), with chords that tetrahedra
-/// pick instead of the nearest ones. At walls, which do not move, the plane lies at the foot, and
-/// neighbouring parts of the wall that run in another direction (edges, corners) add planes of their own.
+/// A chord joins a sample point of one cell to the nearest point on a neighbour (or periodic image). The
+/// perpendicular plane through the middle of the chord separates its ends; both cells receive it, each for
+/// its own end. The faces of CAT cells are constructed in the same way (thesis 3.1.2), from the chords that
+/// tetrahedra select instead of the shortest ones. At walls, which do not move, the plane passes through the
+/// nearest point, and neighbouring parts of the wall with another direction (edges, corners) add planes of
+/// their own.
 class ChordPlanes : public PlaneFunction {
  public:
   /// References the scene, which must outlive this.
   explicit ChordPlanes(const GrowthScene& scene);
 
-  /// Planes for chords that are short enough to matter in the request.
+  /// Planes for chords that are short enough to be relevant in the request.
   PlaneConstraints operator()(const PlaneRequest& request) override;
 
-  /// Only the planes at walls and borders of regions.
+  /// Only the planes at walls and at the boundaries of regions.
   PlaneConstraints atWalls(const PlaneRequest& request) const;
 
   const LevelsOfDetail& levels(int species) const { return species_[species].levels; }
@@ -38,7 +39,7 @@ class ChordPlanes : public PlaneFunction {
     const Shape* shape;
     SurfaceDistance field;
     const Wall* wall;
-    std::shared_ptr<const SampledDistance> sampledWall;  ///< asked instead where the wall has no closed form
+    std::shared_ptr<const SampledDistance> sampledWall;  ///< used instead if the wall has no closed form
     LevelsOfDetail levels;
     std::vector<SamplePoints> points;  ///< of each level
 
@@ -46,7 +47,7 @@ class ChordPlanes : public PlaneFunction {
       return sampledWall ? sampledWall->sample(p) : wall->distance(p);
     }
   };
-  /// A cell with what all its chords need.
+  /// A cell with everything that its chords require.
   struct Cell {
     int species;
     Mat3 rotation;
@@ -54,7 +55,7 @@ class ChordPlanes : public PlaneFunction {
     double scale, reach;
     const SamplePoints* points;
     bool fixed;
-    PlaneConstraints::pointer planes;  ///< where its planes go; nullptr: they are not wanted
+    PlaneConstraints::pointer planes;  ///< receives its planes; nullptr: they are not requested
   };
 
   Cell cellOf(std::int64_t index, const PlaneRequest& request) const;

@@ -6,13 +6,13 @@
 namespace packmesh {
 namespace {
 
-/// Which corners have equal labels, a bit for each pair of corners.
+/// Which corners have equal labels: one bit for each pair of corners.
 int equalities(int a, int b, int c, int d) {
   return (a == b) | (a == c) << 1 | (a == d) << 2 | (b == c) << 3 | (b == d) << 4 | (c == d) << 5;
 }
 
 ChordalPattern patternOf(const std::array<int, 4>& label) {
-  // Corners sorted by how often their label occurs, those of one label together.
+  // Corners sorted by the frequency of their label, those with the same label together.
   ChordalPattern pattern;
   std::array<int, 4> count{}, firstWith{};
   for (int k = 0; k < 4; ++k)
@@ -36,7 +36,7 @@ ChordalPattern patternOf(const std::array<int, 4>& label) {
   return pattern;
 }
 
-/// By equalities(); codes that no labels have stay empty.
+/// Indexed by equalities(); combinations that cannot occur stay empty.
 using PatternTable = std::array<ChordalPattern, 64>;
 
 PatternTable makeTable() {
@@ -51,13 +51,13 @@ PatternTable makeTable() {
 
 const PatternTable patterns = makeTable();
 
-/// How many faces each corner of a tetrahedron has to stay behind.
+/// Number of faces that constrain each corner of a tetrahedron.
 constexpr int usesPerCorner[5] = {0, 1, 1, 2, 6};
 
-/// Cuts one tetrahedron after the other.
+/// Splits one tetrahedron after the other.
 class Splitter {
  public:
-  /// @param out with room for everything; firstUse counts up while uses are filled in
+  /// @param out of sufficient size; firstUse is incremented as uses are filled in
   Splitter(const Tetrahedra& tetrahedra, WallFaces wall, ChordalFaces& out)
       : points_(tetrahedra.points.data()),
         labels_(tetrahedra.labels.data()),
@@ -109,7 +109,8 @@ class Splitter {
     return static_cast<std::uint8_t>(bits);
   }
 
-  /// A face between the corners of two masks, in the pattern's order; it cuts edges between them in half.
+  /// A face between the corners of two masks, in the order of the pattern; it cuts the edges between them in
+  /// half.
   template <int first, int second>
   void add(const Vec3& normal) {
     constexpr int i = lowest(first), j = lowest(second);
@@ -124,7 +125,7 @@ class Splitter {
     finish<first, second>();
   }
 
-  /// The two faces at the middle of edge ij, in the plane that holds the other corners p and q as well.
+  /// The two faces at the midpoint of edge ij, in the plane through the other corners p and q.
   template <int i, int j>
   void addTwice(const Vec3& p, const Vec3& q) {
     const Vec3 middle = 0.5 * (at(i) + at(j));
@@ -170,7 +171,7 @@ void splitChordally(const Tetrahedra& tetrahedra, WallFaces wall, ChordalFaces& 
   const auto patternAt = [&](const Tetrahedron& t) -> const ChordalPattern& {
     return patterns[equalities(labels[t[0]], labels[t[1]], labels[t[2]], labels[t[3]])];
   };
-  // Count, so that memory is taken once and what belongs to a point is in one place.
+  // Count first, so that memory is allocated once and the uses of a point are contiguous.
   out.firstUse.assign(points + 1, 0);
   out.tetrahedra.fill(0);
   for (const Tetrahedron& t : tetrahedra.tetrahedra) {
@@ -191,7 +192,7 @@ void splitChordally(const Tetrahedra& tetrahedra, WallFaces wall, ChordalFaces& 
     const ChordalPattern& pattern = patternAt(t);
     if (pattern.kind != ChordalCase::none) splitter.split(static_cast<int>(i), t, pattern);
   }
-  // What was counted up points to the end of each point's uses, that is to the beginning of the next one's.
+  // Each entry now points to the end of its point's uses, which is the beginning of those of the next point.
   for (std::size_t p = points; p > 0; --p) out.firstUse[p] = out.firstUse[p - 1];
   out.firstUse[0] = 0;
 }

@@ -8,7 +8,7 @@
 namespace packmesh {
 namespace {
 
-/// The faces of a tetrahedron with four labels are pairs in one plane, one after the other.
+/// The faces of a tetrahedron with four labels are successive pairs, each in a common plane.
 bool repeatsPlane(const std::vector<ChordalFace>& faces, std::size_t f) {
   return f > 0 && faces[f - 1].tetrahedron == faces[f].tetrahedron && faces[f - 1].first == faces[f].first &&
          faces[f - 1].second == faces[f].second;

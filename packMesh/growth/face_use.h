@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file That a point lies on one side of a face.
+/// @file Reference from a point to a face that constrains it.
 #pragma once
 
 namespace packmesh {
 
-/// That a point lies on one side of a face.
+/// Reference from a point to a face, with the side that the point is on.
 class FaceUse {
  public:
   FaceUse() = default;
@@ -12,7 +12,7 @@ class FaceUse {
   int face() const { return code_ < 0 ? ~code_ : code_; }
   double sign() const {
     return code_ < 0 ? -1.0 : 1.0;
-  }  ///< times the face's normal leads away from the point
+  }  ///< times the face's normal points away from the point
 
  private:
   int code_;

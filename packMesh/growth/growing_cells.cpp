@@ -10,16 +10,15 @@
 namespace packmesh {
 namespace {
 
-/// So many blocks share out evenly among many ranks, and lists of all of them stay short.
+/// Number of blocks that still gives equal shares to many ranks, while lists of all blocks stay short.
 constexpr double mostBlocks = 32768.0;
 
-/// Blocks are shared out anew when a rank has so much more than its even share to do.
+/// Blocks are redistributed if the load of a rank exceeds the mean by this factor.
 constexpr double tolerableImbalance = 1.05;
 
 double blockEdge(const Box& bounds, std::int64_t cells, std::int64_t cellsPerBlock) {
   const double perCell = bounds.volume() / static_cast<double>(std::max<std::int64_t>(1, cells));
-  return std::cbrt(
-      std::max(bounds.volume() / mostBlocks, perCell * static_cast<double>(cellsPerBlock)));
+  return std::cbrt(std::max(bounds.volume() / mostBlocks, perCell * static_cast<double>(cellsPerBlock)));
 }
 
 }  // namespace
@@ -28,7 +27,7 @@ GrowingCells::GrowingCells(const GrowthScene& scene, std::vector<Body> own, doub
                            std::int64_t cellsPerBlock)
     : scene_(scene),
       range_(range),
-      // Nothing is worked on by colours: edges of one range are enough, of which the grid makes two.
+      // No colours are used: an edge of one range suffices; the grid doubles it.
       blocks_(scene.container->bounds(), scene.container->period(), 0.5 * range,
               blockEdge(scene.container->bounds(),
                         scene.communicator.sum(static_cast<std::int64_t>(own.size())), cellsPerBlock)),

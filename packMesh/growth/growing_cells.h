@@ -12,22 +12,22 @@
 namespace packmesh {
 
 /// Every cell belongs to the rank that owns its block; each rank has copies (ghosts) of the cells within a
-/// range of its own. Nothing a rank keeps grows with the number of all cells, but for one number per block,
-/// of which there are at most some 30 000.
+/// range of its own. The memory of a rank does not grow with the total number of cells, except for one number
+/// per block, of which there are at most some 30 000.
 ///
 /// All ranks call distribute(), replace() and updateGhosts() together.
 class GrowingCells {
  public:
-  /// @param own each cell on one rank, whichever
-  /// @param range up to which cells matter to each other [µm]
-  /// @param cellsPerBlock wanted; 0: blocks are as small as the range allows
+  /// @param own each cell on exactly one rank, no matter which
+  /// @param range distance within which cells affect each other [µm]
+  /// @param cellsPerBlock target; 0: blocks are as small as the range allows
   GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range, std::int64_t cellsPerBlock);
 
-  /// Brings every cell to the owner of its block, and ghosts up to date. Sorts by block, then by id.
+  /// Moves every cell to the owner of its block, and updates the ghosts. Sorts by block, then by id.
   void distribute();
-  /// Other cells (or the same ones elsewhere) take the place of these. @param own each on one rank
+  /// Replaces the cells by others (or the same ones at other positions). @param own each on one rank
   void replace(std::vector<Body> own);
-  /// Ghosts take over what their owners changed (Body::changed); those are then marked as `touched`.
+  /// Ghosts receive the changes made by their owners (Body::changed); they are then marked as `touched`.
   void updateGhosts();
 
   /// This rank's cells and ghosts.
@@ -37,14 +37,14 @@ class GrowingCells {
   const std::vector<bool>& ownFlags() const { return own_; }
   std::int64_t count() const { return count_; }  ///< on all ranks
 
-  /// This rank's cells, in the order of their ids.
+  /// This rank's cells, sorted by id.
   std::vector<Body> own() const;
 
-  /// This rank's cells (indices, ascending) in groups of cells near each other: of blocks together up to about
-  /// `most` cells, or, if `most` is 0, of one block each.
+  /// This rank's cells (indices, ascending) in groups of neighbouring cells: those of several blocks, up to
+  /// about `most` cells in total, or of one block each if `most` is 0.
   std::vector<std::vector<std::int64_t>> batches(std::size_t most) const;
 
-  /// What a cell cost in the last iteration, in any unit: for even shares of work.
+  /// Adds the cost of a cell in the last iteration, in any unit, for load balancing.
   void addWork(std::int64_t cell, std::int64_t work) { work_[bodies_[cell].block] += work; }
 
  private:
@@ -57,7 +57,7 @@ class GrowingCells {
   std::int64_t count_;
   std::vector<Body> bodies_;
   std::vector<bool> own_;
-  std::vector<std::int64_t> work_;  ///< per block, since the blocks were shared out
+  std::vector<std::int64_t> work_;  ///< per block, since the last distribution of the blocks
 };
 
 }  // namespace packmesh

@@ -14,26 +14,26 @@
 namespace packmesh {
 namespace {
 
-/// Steps seldom use all their bounds at once. Planes are asked for within this share of what they could
-/// reach; more of them bring nothing (25³ at 0.45: 1344, 581, 354, 253 planes per cell and 1, 0, 0, 12
-/// violating pairs for 1, 0.6, 0.4, 0.3).
+/// Steps rarely use all their bounds at once. Planes are only requested within this fraction of the maximum
+/// displacement; more planes have no benefit (25³ at 0.45: 1344, 581, 354, 253 planes per cell and 1, 0, 0,
+/// 12 violating pairs for 1, 0.6, 0.4, 0.3).
 constexpr double expectedShare = 0.4;
 
-/// Triangles larger than this [fraction of the cube root of the volume] are large because they are flat, and
-/// need no padding for their size.
+/// Triangles larger than this [fraction of the cube root of the volume] are large because the surface is flat
+/// there, and need no padding for their size.
 constexpr double largestFacet = 0.1;
 
-/// The state is offered for keeping every so many iterations at a barrier: a multiple of any
+/// The state can be saved at this interval of iterations within a barrier: a multiple of any
 /// PlaneFunction::lifetime().
 constexpr std::int64_t iterationsPerCheckpoint = 4;
 
-/// Each relaxation that failed at a barrier is followed by one of so many times as many sweeps.
+/// Factor by which the number of sweeps increases after each failed relaxation at a barrier.
 constexpr double moreSweeps = 1.5;
 
-/// Planes are made for so many cells at a time: all of them would take some 30 kB per cell.
+/// Planes are constructed for this many cells at a time: all of them would take some 30 kB per cell.
 constexpr std::size_t cellsPerBatch = 512;
 
-/// Scales are added up in this unit, so that the sum does not depend on the order.
+/// Unit in which scales are summed as integers, so that the sum does not depend on the order.
 constexpr double unitsOfScale = 0x1p24;
 
 }  // namespace
@@ -65,7 +65,7 @@ std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const GrowthScene& scene) 
   return lengths;
 }
 
-/// How near cells must be to matter to each other in one iteration [µm]: for planes, and after any step for
+/// Distance within which cells affect each other in one iteration [µm]: for planes and, after any step, for
 /// the exact test.
 double Growth::range(std::int64_t count) const {
   double reach = 0.0;
@@ -118,7 +118,7 @@ Growth::Missing Growth::missing(double scale) const {
   return {sums[0], sums[1]};
 }
 
-/// @return whether growth is done with this barrier; false: it is to be gone on with
+/// @return whether growth is done with this barrier; if false, it has to continue
 bool Growth::growTo(double barrier, std::int64_t iterations) {
   if (at_.iteration == 0) {
     const Missing lacks = missing(barrier);
@@ -173,19 +173,20 @@ void Growth::iterate(double barrier) {
   if (callbacks_.accepted) callbacks_.accepted(cells_.own());
 }
 
-/// Where few cells are still below the barrier, the others stay, but for those that could make room.
+/// If few cells are still below the barrier, the others stay, except for those that could make space.
 std::vector<char> Growth::awakeCells(double barrier, const CellSurroundings& surroundings) const {
   const std::vector<Body>& cells = cells_.all();
   std::vector<std::int64_t> growing;
   for (std::size_t i = 0; i < cells.size(); ++i)
-    if (!scene_.isFixed(cells[i]) && cells[i].scale < barrier) growing.push_back(static_cast<std::int64_t>(i));
+    if (!scene_.isFixed(cells[i]) && cells[i].scale < barrier)
+      growing.push_back(static_cast<std::int64_t>(i));
   std::vector<char> awake(cells.size(), 0);
   for (const std::int64_t i : growing) awake[i] = 1;
   for (const NearPair& pair : surroundings.pairsOf(growing)) awake[pair.first] = awake[pair.second] = 1;
   return awake;
 }
 
-/// The step of each cell of this rank in its planes.
+/// The step of each cell of this rank within its planes.
 void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) {
   const std::vector<Body>& cells = cells_.all();
   std::vector<double> reach;
@@ -198,7 +199,8 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
   for (request.batch = 0; request.batch < batches_.size(); ++request.batch) {
     request.wanted.clear();
     for (const std::int64_t i : batches_[request.batch])
-      if (planeFunction_.cellsAtOnce() > 0 || (awake[i] && !scene_.isFixed(cells[i]))) request.wanted.push_back(i);
+      if (planeFunction_.cellsAtOnce() > 0 || (awake[i] && !scene_.isFixed(cells[i])))
+        request.wanted.push_back(i);
     PlaneConstraints planes;
     {
       const Timer watch(statistics_.planeSeconds);
@@ -221,7 +223,8 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
 
 double Growth::largestRadius() const {
   double largest = 0.0;
-  for (const Body& cell : cells_.all()) largest = std::max(largest, cell.scale * lengths_[cell.species].radius);
+  for (const Body& cell : cells_.all())
+    largest = std::max(largest, cell.scale * lengths_[cell.species].radius);
   return scene_.communicator.max(largest);
 }
 
@@ -235,13 +238,13 @@ double Growth::paddingAt(double barrier, const SpeciesLengths& lengths) const {
   return settings_.padding * barrier * lengths.facet / std::sqrt(detailAt(barrier));
 }
 
-/// How far any point of a cell can move in one iteration without growing [µm].
+/// Upper bound of the displacement of any point of a cell in one iteration without growth [µm].
 double Growth::farthest(double barrier, const SpeciesLengths& lengths) const {
   return std::sqrt(3.0) *
          (settings_.translationBound * lengths.size + rotationBound() * barrier * lengths.radius);
 }
 
-/// How far points of a cell are expected to move in one iteration, and how far planes are padded [µm].
+/// Expected displacement of the points of a cell in one iteration, by which planes are padded [µm].
 double Growth::reachOf(const Body& cell, double barrier) const {
   const SpeciesLengths& l = lengths_[cell.species];
   return expectedShare * farthest(barrier, l) + std::max(0.0, barrier - cell.scale) * l.radius +
@@ -251,7 +254,7 @@ double Growth::reachOf(const Body& cell, double barrier) const {
 GrowthBounds Growth::boundsOf(const Body& cell, double barrier) const {
   const SpeciesLengths& l = lengths_[cell.species];
   GrowthBounds bounds;
-  // Who ran into something first makes room: otherwise the same step would be proposed again.
+  // A cell whose step was shortened moves away first: otherwise the same step would be proposed again.
   bounds.scale = cell.stepTaken < 1.0 ? cell.scale : std::max(barrier, cell.scale);
   bounds.rotation = rotationBound();
   bounds.translation = settings_.translationBound * l.size;
@@ -260,7 +263,8 @@ GrowthBounds Growth::boundsOf(const Body& cell, double barrier) const {
   if (settings_.centring) bounds.margin = bounds.translation;
   const Freedom* freedom = scene_.freedomOf(cell.species);
   if (freedom && scene_.rotate) bounds.cone = freedom->cone;
-  // Pushes compare with the growth that they could cost: per µm for translations, per turn for rotations.
+  // Random pushes are scaled by the growth that they could cost: per µm for translations, per rad for
+  // rotations.
   const auto id = static_cast<std::uint64_t>(cell.id);
   const auto iteration = static_cast<std::uint32_t>(statistics_.iterations);
   const auto u = uniform4(scene_.seed, RandomStream::turn, id, iteration);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Growth: small cells grow, each within its own planes, barrier by barrier.
+/// @file Growth: small cells grow, each within its own planes, from barrier to barrier.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace packmesh {
 
-/// How growth went: sums over all ranks, CPU times of this rank.
+/// Statistics of growth: sums over all ranks, CPU times of this rank.
 struct GrowthStatistics {
   std::int64_t iterations = 0;
   std::int64_t relaxations = 0, relaxationsKept = 0;  ///< at a barrier; whose result was free of overlap
@@ -23,64 +23,64 @@ struct GrowthStatistics {
          relaxationSeconds = 0.0;  ///< CPU [s]
 };
 
-/// How far growth has come; with the cells and the number of iterations all that its future depends on.
+/// Progress of growth; with the cells and the number of iterations, everything that its future depends on.
 struct GrowthProgress {
-  std::int64_t barrier = 0;                             ///< which
-  std::int64_t iteration = 0, since = 0, failures = 0;  ///< at this barrier: done; since it was asked whether
-                                                        ///< growth stalled; relaxations in vain
+  std::int64_t barrier = 0;                             ///< index
+  std::int64_t iteration = 0, since = 0, failures = 0;  ///< at this barrier: iterations done; since the last
+                                                        ///< test for a stall; failed relaxations
   double sweeps = 0.0;                                  ///< of the next relaxation
-  std::int64_t reference = 0;  ///< what was missing when that was asked last [2^-24 of full size]
+  std::int64_t reference = 0;  ///< total deficit at the last test for a stall [2^-24 of full size]
   bool gaveUp = false;
 };
 
-/// When growth stops, and whom it tells. The functions are called on all ranks together.
+/// When growth stops, and its callbacks. The functions are called on all ranks together.
 struct GrowthCallbacks {
   std::function<bool()> stop;  ///< polled before every iteration; the same on all ranks
   /// Called after every iteration with the barrier and the number of cells below it.
   std::function<void(double barrier, std::int64_t below, const GrowthStatistics&)> progress;
-  /// Called with this rank's cells of every state that is accepted, in the order of their ids.
+  /// Called with this rank's cells of every state that is accepted, sorted by id.
   std::function<void(const std::vector<Body>&)> accepted;
-  /// Called before every few iterations: growth can go on from there.
+  /// Called every few iterations, before the next one: growth can be resumed from there.
   std::function<void()> checkpoint;
 };
 
 /// Algorithm 1 of the thesis.
 ///
-/// For each barrier: planes are built from the state, every cell grows in its own as far as the barrier,
-/// steps are taken as far as no meshes meet (StepHalving), until all cells are at the barrier or the
-/// iterations are used up. Every state is free of overlap by the exact test; no cell ever shrinks. When
-/// growth stalls, all cells take the barrier's scale, are relaxed as rigid bodies, and if the exact test
-/// finds them free of overlap this is the next state.
+/// For each barrier: planes are constructed from the state, every cell grows within its own up to the
+/// barrier, and steps are taken as far as no meshes overlap (StepHalving), until all cells are at the barrier
+/// or the maximum number of iterations is reached. Every state is free of overlap by the exact test; no cell
+/// ever shrinks. When growth stalls, all cells are set to the barrier's scale and relaxed as rigid bodies; if
+/// the exact test finds them free of overlap, this becomes the next state.
 ///
 /// All ranks call its functions together. States do not depend on the number of ranks.
 class Growth {
  public:
   /// References all but `own` and `from`, which must outlive it.
-  /// @param own this rank's cells, whichever; all together free of overlap, no scale above 1
-  /// @param statistics is added to; the iterations so far decide on random numbers
-  /// @param from where to go on
-  /// @throws InputError naming the cell when the first state is not valid
+  /// @param own this rank's cells, in any distribution; all together free of overlap, no scale above 1
+  /// @param statistics is added to; its number of iterations determines the random numbers
+  /// @param from where to continue
+  /// @throws InputError naming the cell if the first state is not valid
   Growth(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
          const GrowthCallbacks& callbacks, std::vector<Body> own, GrowthStatistics& statistics,
          const GrowthProgress& from = {});
 
-  /// Grows until all cells are full, growth has ended, it is stopped, or the statistics have so many
-  /// iterations; called again, it goes on as if it had not stopped. @return whether all cells are full
+  /// Grows until all cells are full, growth has ended, it is stopped, or the statistics contain this many
+  /// iterations; if called again, it continues as if it had not stopped. @return whether all cells are full
   bool run(std::int64_t iterations);
 
-  /// Whether more iterations could change anything.
+  /// Whether growth has ended, so that more iterations change nothing.
   bool ended() const;
 
   const GrowthProgress& progress() const { return at_; }
-  /// This rank's cells, in the order of their ids.
+  /// This rank's cells, sorted by id.
   std::vector<Body> cells() const { return cells_.own(); }
 
  private:
-  /// Lengths that scale with a species' mesh [µm].
+  /// Lengths that scale with the mesh of a species [µm].
   struct SpeciesLengths {
-    double radius, size, facet;  ///< bounding radius, cube root of the volume, root of the mean triangle's area
+    double radius, size, facet;  ///< bounding radius, cube root of the volume, root of the mean facet area
   };
-  /// What is missing to a scale, over all ranks.
+  /// Deficit with respect to a scale, over all ranks.
   struct Missing {
     std::int64_t cells = 0, scale = 0;  ///< scale: the sum [2^-24]
   };
@@ -112,12 +112,12 @@ class Growth {
   std::vector<SpeciesLengths> lengths_;
   GrowingCells cells_;
   bool anyFrozen_;
-  std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since they were distributed
+  std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since the last distribution
   StepHalving stepHalving_;
   GrowthProgram program_;
 };
 
-/// Growth of cells from the beginning to its end. All ranks call. @return whether all cells reached scale 1
+/// Complete growth of cells. All ranks call. @return whether all cells reached scale 1
 bool grow(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
           const GrowthCallbacks& callbacks, std::vector<Body>& own, GrowthStatistics& statistics);
 

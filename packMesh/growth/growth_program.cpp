@@ -8,7 +8,8 @@
 namespace packmesh {
 namespace {
 
-/// Rotations move vertices by more than to first order by less than this factor, for θ_max up to π/12.
+/// Factor by which the displacement of vertices can exceed its first-order approximation, for θ_max up to
+/// π/12.
 constexpr double secondOrder = 1.3;
 
 /// Rotation by `r` as in GrowthStep.
@@ -35,7 +36,7 @@ Pose stepped(const Pose& pose, const GrowthStep& step, double fraction, const Ax
   return out;
 }
 
-/// The planes that any step within the bounds could come up to.
+/// The planes that a step within the bounds could reach.
 void GrowthProgram::takeRows(const Pose& pose, const std::vector<PlaneConstraint>& planes,
                              const GrowthBounds& bounds) {
   rows_.clear();
@@ -53,7 +54,7 @@ void GrowthProgram::takeRows(const Pose& pose, const std::vector<PlaneConstraint
   }
 }
 
-/// Least distance of any vertex from its limit when the cell only grows [µm].
+/// Least distance of any vertex from its limit if the cell only grows [µm].
 double GrowthProgram::roomAt(double scale) const {
   double room = std::numeric_limits<double>::infinity();
   for (const Row& row : rows_) room = std::min(room, row.limit - scale * row.normal.dot(row.arm));
@@ -61,7 +62,7 @@ double GrowthProgram::roomAt(double scale) const {
 }
 
 /// Solves the programme linearised around `step`. The variables are the scale (at the barrier: the margin),
-/// the turn on top of the step's and the translation. false: there is no solution.
+/// the rotation relative to that of the step, and the translation. false: there is no solution.
 bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthStep& step) {
   const Quaternion turned = quaternionOf(step.rotation);
   const Mat3 rotation = turned.toRotationMatrix();
@@ -90,9 +91,9 @@ bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthSt
   return true;
 }
 
-/// Rotations r that keep the axis a, turned so far by `rotation`, in the cone around c, to first order:
-/// (a + r x a) · c >= cos(spread). In a narrow cone that says nothing where a = c: there neither component of
-/// r across the axis may be more than twice the spread.
+/// Rotations r that keep the axis a, rotated so far by `rotation`, in the cone around c, to first order: (a +
+/// r x a) · c >= cos(spread). In a narrow cone this is no constraint where a = c: there neither component of
+/// r perpendicular to the axis may exceed twice the spread.
 void GrowthProgram::addCone(const AxisCone& cone, const Mat3& rotation) {
   const Vec3 a = rotation * axis_;
   const Vec3 c = a.dot(cone.axis) < 0.0 ? Vec3(-cone.axis) : cone.axis;
@@ -118,7 +119,7 @@ GrowthStep GrowthProgram::solve(const Pose& pose, const std::vector<PlaneConstra
     if (!improve(bounds, false, step)) break;
     atBarrier = k == 0 && step.scale >= bounds.scale;
   }
-  step.scale = std::max(step.scale, pose.scale);  // what linearising anew and rounding took
+  step.scale = std::max(step.scale, pose.scale);  // compensates for linearisation and rounding
   if (!atBarrier || bounds.margin <= 0.0) return step;
   GrowthStep centred;
   centred.scale = bounds.scale;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One cell grows within its planes (thesis eqs. 3.1-3.3, 3.9, 3.10).
+/// @file Growth of one cell within its planes (thesis eqs. 3.1-3.3, 3.9, 3.10).
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 namespace packmesh {
 
 /// Change of a pose. The rotation is the axis times twice the tangent of half the angle, so that poses need
-/// no trigonometry; for small angles it is the rotation vector [rad].
+/// no trigonometric functions; for small angles it is the rotation vector [rad].
 struct GrowthStep {
   double scale = 1.0;  ///< at the end of the step
   Vec3 rotation = Vec3::Zero();
@@ -21,10 +21,10 @@ struct GrowthStep {
 };
 
 /// `pose` after a fraction of a step; exactly `pose` for 0.
-/// @param cone that the cell's axis stays in; nullptr: any direction
+/// @param cone constraint on the cell's axis; nullptr: none
 Pose stepped(const Pose& pose, const GrowthStep& step, double fraction = 1.0, const AxisCone* cone = nullptr);
 
-/// Within what a step is looked for (eq. 3.3), and how.
+/// Bounds of a step (eq. 3.3), and parameters of its optimisation.
 struct GrowthBounds {
   double scale = 1.0;        ///< the barrier: largest scale; not less than the pose's
   double rotation = 0.0;     ///< θ_max about each axis [rad]
@@ -34,20 +34,20 @@ struct GrowthBounds {
   /// Cells that can reach the barrier are moved until their planes are at least this much further away than
   /// the padding, or as far as possible [µm]; 0: they stay where they can reach it.
   double margin = 0.0;
-  /// Directions that the cell's axis may have; the pose's is one of them. Empty: any.
+  /// Allowed directions of the cell's axis, including that of the pose. Empty: all.
   std::optional<AxisCone> cone;
-  /// Objective of the rotation and translation, small against 1, the objective of the scale: chooses among
-  /// equally good steps.
+  /// Objective of the rotation and translation, small compared to 1, the coefficient of the scale: selects
+  /// one of several equally good steps.
   Vec3 turn = Vec3::Zero(), push = Vec3::Zero();
 };
 
 /// Sequential linear programming: the rotation is linearised, the programme of seven variables solved, and
-/// again around its solution. A plane that is nearer than the padding keeps its distance, so that staying is
-/// always allowed.
+/// again around its solution. A plane that is nearer than the padding keeps its distance, so that the zero
+/// step is always feasible.
 class GrowthProgram {
  public:
-  /// Largest scale in the planes, never less than the pose's; at the barrier, largest distance from them.
-  /// Without planes the cell grows to the barrier where it is.
+  /// Largest scale within the planes, never less than the pose's; at the barrier, largest distance from them.
+  /// Without planes the cell grows to the barrier at its position.
   GrowthStep solve(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
 
   int pivots() const { return pivots_; }  ///< of all programmes so far
@@ -55,9 +55,9 @@ class GrowthProgram {
  private:
   /// A plane and its vertex, relative to the centre of the cell.
   struct Row {
-    Vec3 arm;  ///< vertex, turned by the pose at the beginning, at scale 1 [µm]
+    Vec3 arm;  ///< vertex, rotated by the initial pose, at scale 1 [µm]
     Vec3 normal;
-    double limit;  ///< normal · (vertex - centre at the beginning) may be so large [µm]
+    double limit;  ///< upper bound of normal · (vertex - initial centre) [µm]
   };
   void takeRows(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
   double roomAt(double scale) const;
@@ -65,7 +65,7 @@ class GrowthProgram {
   void addCone(const AxisCone& cone, const Mat3& rotation);
 
   std::vector<Row> rows_;
-  Vec3 axis_ = Vec3::UnitY();  ///< of the cell, at the beginning
+  Vec3 axis_ = Vec3::UnitY();  ///< of the cell, initially
   LinearProgram program_;
   int pivots_ = 0;
 };

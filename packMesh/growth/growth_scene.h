@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What grows, and into what: plain data shared by the parts of growth.
+/// @file The input of growth: plain data shared by its parts.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace packmesh {
 
-/// Where cells grow, and under which constraints. References, copies nothing.
+/// Shapes, lumen and constraints. References everything, copies nothing.
 struct GrowthScene {
   std::vector<const Shape*> shapes;  ///< per species
   std::vector<const Wall*> walls;    ///< per species; nullptr: none
@@ -45,7 +45,7 @@ struct GrowthScene {
     return wallClearance + (freedoms.empty() ? 0.0 : freedoms[species].extraWallClearance);
   }
 
-  /// To certify cells of this scene; cells and owners are for the caller to add.
+  /// Input for certifying cells of this scene; the caller adds cells and owners.
   CertificateInput certificateInput() const {
     CertificateInput input;
     input.shapes = shapes;

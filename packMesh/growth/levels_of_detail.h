@@ -11,11 +11,11 @@ namespace packmesh {
 /// One mesh in several levels of detail.
 class LevelsOfDetail {
  public:
-  /// Levels with a quarter of the vertices each, as unrefined() finds them, else by decimated(); the coarsest
-  /// one has at least 40 vertices, and none meets itself.
+  /// Each level has a quarter of the vertices of the previous one, from unrefined() if possible, otherwise
+  /// from decimated(); the coarsest one has at least 40 vertices, and none intersects itself.
   explicit LevelsOfDetail(const TriangleMesh& mesh);
 
-  /// The level whose share of the vertices is nearest to `share`, as a ratio.
+  /// The level whose fraction of the vertices is nearest to `share`, as a ratio.
   const TriangleMesh& level(double share) const { return meshes_[indexOf(share)]; }
   int indexOf(double share) const;
   int count() const { return static_cast<int>(meshes_.size()); }

@@ -15,10 +15,10 @@ constexpr int size = LinearProgram::size;
 using Vector = LinearProgram::Vector;
 using Matrix = Eigen::Matrix<double, size, size>;
 
-/// Pivots after which the inverse is computed anew.
+/// Number of pivots after which the inverse is recomputed.
 constexpr int pivotsPerInverse = 30;
 
-/// Pivots without progress after which Bland's rule takes over.
+/// Number of pivots without progress after which Bland's rule is used.
 constexpr int patience = 3 * size;
 
 }  // namespace
@@ -41,7 +41,7 @@ class DualSimplex {
     while (solution.pivots < most) {
       const int entering = findViolated(sinceProgress > patience);
       if (entering < 0) {
-        if (sinceInverse > 0) {  // the verdict is not to rest on accumulated rounding
+        if (sinceInverse > 0) {  // accumulated rounding errors must not decide
           invert();
           sinceInverse = 0;
           continue;
@@ -112,7 +112,8 @@ class DualSimplex {
              a6[i] * x_[6] - b[i];
   }
 
-  /// The most violated constraint, or with `first` the first one; -1: none. Its violation is in `excess_`.
+  /// The most violated constraint, or with `first` the first one; -1: none. The violation is stored in
+  /// `excess_`.
   int findViolated(bool first) {
     findViolationsOfRows();
     excess_ = tolerance::linearProgram * (1.0 + x_.cwiseAbs().maxCoeff());
@@ -135,7 +136,7 @@ class DualSimplex {
     return found;
   }
 
-  /// The constraint of the basis that gives way, so that all prices stay positive; -1: none can.
+  /// The constraint that leaves the basis, so that all prices stay positive; -1: none.
   int findLeaving(const Vector& alpha, bool bland) const {
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < size; ++i)
@@ -166,9 +167,9 @@ class DualSimplex {
   const LinearProgram& p_;
   int rows_;
   int basis_[size];
-  Matrix columns_;                 ///< of the inverse: where x goes when a constraint of the basis is relaxed
-  Vector x_;                       ///< the basic solution
-  Vector price_;                   ///< of the constraints of the basis, >= 0
+  Matrix columns_;  ///< of the inverse: direction in which x moves when a constraint of the basis is relaxed
+  Vector x_;        ///< the basic solution
+  Vector price_;    ///< of the constraints of the basis, >= 0
   double excess_ = 0.0;            ///< of the constraint that findViolated() found
   std::vector<double> violation_;  ///< of rows
 };

@@ -8,13 +8,13 @@
 
 namespace packmesh {
 
-/// maximise objective · x subject to a_i · x <= b_i and lower <= x <= upper, in seven variables: scale,
+/// Maximises objective · x subject to a_i · x <= b_i and lower <= x <= upper, in seven variables: scale,
 /// rotation and translation of one cell. Variables that are not needed are fixed by equal bounds.
 ///
 /// Method: the dual simplex algorithm with explicit inverse of the 7 x 7 basis. It starts where the bounds
-/// are best for the objective; each pivot takes the most violated inequality in (after normalisation), so a
-/// programme of hundreds of rows takes some 10-25 pivots, each one pass over the rows. When pivots
-/// bring no progress Bland's rule takes over, so degenerate programmes end too.
+/// are best for the objective; in each pivot the most violated inequality (after normalisation) enters, so
+/// that a programme of hundreds of rows takes some 10-25 pivots, each one pass over the rows. If pivots make
+/// no progress, Bland's rule is used, so that degenerate programmes terminate too.
 class LinearProgram {
  public:
   static constexpr int size = 7;  ///< variables
@@ -23,7 +23,7 @@ class LinearProgram {
   enum class Status {
     optimal,
     infeasible,
-    unsolved,  ///< rounding won: some inequality is violated by more than the tolerance
+    unsolved,  ///< rounding errors: some inequality is violated by more than the tolerance
   };
   struct Solution {
     Status status = Status::unsolved;
@@ -33,7 +33,7 @@ class LinearProgram {
 
   Vector objective = Vector::Zero(), lower = Vector::Zero(), upper = Vector::Zero();
 
-  /// Takes all rows out.
+  /// Removes all rows.
   void clear();
   /// a · x <= b. Pre: finite
   void addRow(const Vector& a, double b);
@@ -46,7 +46,7 @@ class LinearProgram {
   friend class DualSimplex;
   std::array<std::vector<double>, size> column_;  ///< rows of unit length, one array per variable
   std::vector<double> rhs_;
-  bool contradiction_ = false;  ///< a row without coefficients that cannot hold
+  bool contradiction_ = false;  ///< a row without coefficients that is infeasible
 };
 
 }  // namespace packmesh

@@ -10,7 +10,7 @@
 namespace packmesh {
 namespace {
 
-/// How far cells may be expected to go in one local growth, in steps of the largest length.
+/// Expected displacement of cells in one local growth, in steps of the largest length.
 constexpr double expectedSteps = 8.0;
 
 std::vector<std::int64_t> joined(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b) {
@@ -33,8 +33,7 @@ LocalGrowth::LocalGrowth(const GrowthScene& scene, const GrowthSettings& setting
 std::vector<std::int64_t> LocalGrowth::neighboursOf(const std::vector<std::int64_t>& cells,
                                                     const std::vector<Body>& state, double margin) const {
   std::vector<Sphere> spheres;
-  for (const Body& cell : state)
-    spheres.push_back({cell.position, scene_.shapes[cell.species]->radius()});
+  for (const Body& cell : state) spheres.push_back({cell.position, scene_.shapes[cell.species]->radius()});
   const PeriodicNeighbors neighbors(std::move(spheres), scene_.container->period());
   std::vector<char> near(state.size(), 0);
   for (const std::int64_t cell : cells)
@@ -66,14 +65,13 @@ bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::func
 
   const std::vector<Body> before = state;
   for (std::size_t k = 0; k < members.size(); ++k) state[members[k]].setPose(part[k].pose());
-  // Some cell may have gone further than its neighbours were looked for.
+  // Some cell may have moved beyond the range in which neighbours were searched.
   StepHalving judge(scene_);
   if (!judge.examine(state, growing).clean()) {
     state = before;
     return false;
   }
-  return std::all_of(growing.begin(), growing.end(),
-                     [&](std::int64_t i) { return state[i].scale == 1.0; });
+  return std::all_of(growing.begin(), growing.end(), [&](std::int64_t i) { return state[i].scale == 1.0; });
 }
 
 }  // namespace packmesh

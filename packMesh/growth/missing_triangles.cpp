@@ -18,13 +18,13 @@ Triangle sorted(int a, int b, int c) {
   return {a, b, c};
 }
 
-/// Points are looked at up to this many radii of a triangle's circle from its centre.
+/// Points are examined up to this many circumradii of a triangle from its circumcentre.
 constexpr double looked = 3.0;
 
-/// Whether no point of the grid is within some sphere through the corners of a triangle.
+/// Whether some sphere through the corners of a triangle contains no point of the grid.
 ///
-/// Centres of such spheres are o + s n, where o is the centre of the triangle's circle, R its radius and n
-/// its normal; a point p is inside when q < 2 s h, with h = n·(p - o) and q = |p - o|² - R². So each point
+/// Centres of such spheres are o + s n, where o is the circumcentre of the triangle, R its circumradius and n
+/// its normal; a point p is inside if q < 2 s h, with h = n·(p - o) and q = |p - o|² - R². So each point
 /// bounds s from one side.
 bool hasEmptySphere(const Triangle& corners, const std::vector<Vec3>& points, const SphereGrid& grid) {
   const Vec3 &a = points[corners[0]], u = points[corners[1]] - a, v = points[corners[2]] - a;
@@ -67,7 +67,7 @@ std::vector<int> likelyMissing(const std::vector<Triangle>& triangles, const std
 
 std::vector<int> missingTriangles(const std::vector<Triangle>& triangles,
                                   const std::vector<Tetrahedron>& tetrahedra, std::size_t points) {
-  // By their lowest point; a point is the lowest one of two triangles on average.
+  // Indexed by their lowest point; on average, a point is the lowest one of two triangles.
   std::vector<int> first(points + 1, 0);
   for (const Triangle& t : triangles) ++first[std::min({t[0], t[1], t[2]}) + 1];
   for (std::size_t p = 0; p < points; ++p) first[p + 1] += first[p];

@@ -4,7 +4,8 @@
 #include <vector>
 #include "packMesh/core/vector.h"
 namespace packmesh {
-/// A vertex of an object has to stay behind a plane: normal · (T(vertex) - point) <= 0 (THESIS eq. 3.2).
+/// The constraint that a vertex of an object stays behind a plane: normal · (T(vertex) - point) <= 0 (thesis
+/// eq. 3.2).
 struct PlaneConstraint {
   Vec3 vertex;  ///< body frame [µm]
   Vec3 point;   ///< on the plane, world frame, nearest image [µm]

@@ -31,7 +31,7 @@ std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>&
   for (const std::int64_t cell : wanted)
     neighbors_.forEachNear(cell, clearance_, false, [&](const NearPair& pair) {
       const std::int64_t other = pair.first == cell ? pair.second : pair.first;
-      if (other < cell && std::binary_search(wanted.begin(), wanted.end(), other)) return;  // was its turn
+      if (other < cell && std::binary_search(wanted.begin(), wanted.end(), other)) return;  // already visited
       pairs.push_back(pair);
     });
   std::sort(pairs.begin(), pairs.end(), [](const NearPair& a, const NearPair& b) {

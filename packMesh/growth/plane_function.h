@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The interface of what divides the space between cells.
+/// @file Interface of the constructions that divide the space between cells.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace packmesh {
 
-/// Cells of one rank, its ghosts included, and how far each may move in the step that planes are wanted for.
-/// Sorted so that any two cells are in the same order on every rank that knows both.
+/// Cells of one rank, including ghosts, and how far each may move in the step for which planes are requested.
+/// Sorted so that any two cells are in the same order on every rank that has both.
 class CellSurroundings {
  public:
   /// References `cells`, which must outlive it.
-  /// @param reach how far any point of each cell may move [µm]
+  /// @param reach upper bound of the displacement of any point of each cell [µm]
   CellSurroundings(const GrowthScene& scene, const std::vector<Body>& cells, std::vector<double> reach);
 
   const std::vector<Body>& cells() const { return cells_; }
   double reach(std::int64_t cell) const { return reach_[cell]; }
-  /// Pairs of cells (or periodic images) with at least one of `wanted` (ascending) that can come within the
-  /// clearance of each other; each once, in an order that does not depend on the rank.
+  /// Pairs of cells (or periodic images), at least one of them in `wanted` (ascending), that can come within
+  /// the clearance of each other; each once, in an order that does not depend on the rank.
   std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted) const;
 
  private:
@@ -32,37 +32,38 @@ class CellSurroundings {
   PeriodicNeighbors neighbors_;
 };
 
-/// What is asked of a plane function.
+/// Request to a plane function.
 struct PlaneRequest {
   const CellSurroundings& surroundings;
-  std::vector<std::int64_t> wanted;  ///< cells whose planes are wanted, ascending
+  std::vector<std::int64_t> wanted;  ///< cells whose planes are requested, ascending
   double detail = 1.0;               ///< fraction of the vertices to be used (eq. 3.4)
-  std::int64_t count = 0;            ///< cells on all ranks
-  double largestRadius = 0.0;        ///< of their bounding spheres at their present scales [µm]
-  /// Number of this group of cells on this rank. Unless `anew`, the surroundings have the same cells in the
-  /// same order, and the groups the same members, as when they were last asked for.
+  std::int64_t count = 0;            ///< total number of cells on all ranks
+  double largestRadius = 0.0;        ///< of the bounding spheres at the current scales [µm]
+  /// Index of this group of cells on this rank. Unless `anew`, the surroundings have the same cells in the
+  /// same order, and the groups the same members, as in the previous request.
   std::size_t batch = 0;
   bool anew = true;
 };
 
-/// From a state free of overlap to the planes each cell has to stay behind. Between two cells that both move,
-/// planes lie at half the gap, so that both may come up to them at the same time; fixed cells are approached
-/// up to their surface.
+/// Constructs, from a state free of overlap, the planes that constrain each cell. Between two cells that both
+/// move, planes are at half the gap, so that both may grow up to them simultaneously; fixed cells are
+/// approached up to their surface.
 class PlaneFunction {
  public:
   virtual ~PlaneFunction() = default;
 
-  /// @return the planes of each wanted cell, in that order
+  /// @return the planes of each requested cell, in that order
   /// Pre: no two cells overlap. Ranks call it independently of each other.
   virtual PlaneConstraints operator()(const PlaneRequest& request) = 0;
 
-  /// How far from a wanted cell's centre other cells matter [µm], with so many cells on all ranks.
+  /// Distance from the centre of a requested cell within which other cells matter [µm], for this total number
+  /// of cells.
   virtual double range(std::int64_t /*count*/) const { return 0.0; }
 
-  /// Iterations for which what is found out of the surroundings anew can be used.
+  /// Number of iterations for which data about the surroundings can be reused.
   virtual std::int64_t lifetime() const { return 1; }
 
-  /// Cells that are to be asked for together, always the same ones, because the planes depend on it; 0: any.
+  /// Number of cells per request, always the same cells together because the planes depend on it; 0: any.
   virtual std::int64_t cellsAtOnce() const { return 0; }
 };
 

@@ -42,7 +42,7 @@ TriangleMesh repeatedAlong(const TriangleMesh& surface, int axis, double lo, dou
   try {
     repairClosed(mesh, name);
   } catch (const MeshError& error) {
-    throw InputError(std::string(error.what()) + "; the vertices of its two ends have to match");
+    throw InputError(std::string(error.what()) + "; the vertices of its two ends must match");
   }
   return mesh;
 }

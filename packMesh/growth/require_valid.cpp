@@ -14,14 +14,14 @@
 namespace packmesh {
 namespace {
 
-/// Further out, squares of lengths overflow in the search for pairs of triangles [µm].
+/// Beyond this, squares of lengths overflow in the search for pairs of triangles [µm].
 constexpr double farthest = 1e12;
 
-/// Whether a mesh bounds a body. @throws MeshError
+/// Refuses a mesh that does not bound a body. @throws MeshError
 void requireSound(const TriangleMesh& mesh, const std::string& name) {
   TriangleMesh copy = mesh;
   const std::vector<std::string> repairs = repairClosed(copy, name);
-  if (!repairs.empty()) throw MeshError(repairs.front() + ": the mesh has to be repaired first");
+  if (!repairs.empty()) throw MeshError(repairs.front() + ": the mesh must be repaired first");
 }
 
 void requireApart(const TetrahedraInput& input) {

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What TetGen can be given.
+/// @file Validity of input for TetGen.
 #pragma once
 
 #include "packMesh/growth/tetrahedra.h"
 
 namespace packmesh {
 
-/// Whether TetGen can be given this: TetGen 1.5 dies of surfaces that meet.
-/// @throws MeshError naming the object whose mesh is open, meets itself, is flat ... (see repairClosed)
-/// @throws InputError naming the objects that meet or contain each other (exact, periodic images included),
-/// or
-///   the one that is not inside the container
+/// Refuses input that TetGen cannot process: TetGen 1.5 crashes on surfaces that intersect.
+/// @throws MeshError naming the object whose mesh is open, intersects itself, is flat ... (see repairClosed)
+/// @throws InputError naming the objects that overlap or contain each other (exact, periodic images
+///   included), or the one that is not inside the container
 void requireValid(const TetrahedraInput& input);
 
 }  // namespace packmesh

@@ -45,7 +45,7 @@ TriangleMesh fromHalfedges(const HalfedgeMesh& mesh) {
   return out;
 }
 
-/// The neighbours of each vertex in their order around it; empty when the mesh is not closed there.
+/// The neighbours of each vertex in cyclic order; empty if the mesh is not closed there.
 std::vector<std::vector<int>> ringsOf(const TriangleMesh& mesh) {
   std::vector<std::map<int, int>> next(mesh.vertices.size());
   for (const Triangle& t : mesh.triangles)
@@ -73,8 +73,8 @@ double resamplingFactor(double progress, double alpha, double beta) {
 }
 
 std::optional<TriangleMesh> unrefined(const TriangleMesh& mesh) {
-  // Refining leaves a vertex of every degree but six where it was, and puts vertices of degree six in the
-  // middles of edges: two steps straight on from an old vertex is another old one.
+  // Refinement keeps the degree of old vertices, which may differ from six, and adds vertices of degree six
+  // at the midpoints of edges: two steps straight ahead from an old vertex lead to another old one.
   const std::vector<std::vector<int>> rings = ringsOf(mesh);
   std::vector<int> number(mesh.vertices.size(), -1), queue;
   TriangleMesh coarse;
@@ -84,7 +84,7 @@ std::optional<TriangleMesh> unrefined(const TriangleMesh& mesh) {
     coarse.vertices.push_back(mesh.vertices[v]);
     queue.push_back(v);
   };
-  std::map<int, std::pair<int, int>> ends;  // of the old edge, by the vertex in its middle
+  std::map<int, std::pair<int, int>> ends;  // ends of the old edge, by the vertex at its midpoint
   for (std::size_t v = 0; v < rings.size(); ++v) {
     if (rings[v].empty()) return {};
     if (rings[v].size() != 6) keep(static_cast<int>(v));
@@ -105,11 +105,11 @@ std::optional<TriangleMesh> unrefined(const TriangleMesh& mesh) {
     int old = 0;
     for (const int v : t) {
       old += number[v] >= 0;
-      if ((number[v] >= 0) == (ends.count(v) > 0)) return {};  // both old and a middle, or neither
+      if ((number[v] >= 0) == (ends.count(v) > 0)) return {};  // both old and a midpoint, or neither
     }
     if (old > 1) return {};
     if (old == 1) continue;  // at a corner of an old triangle
-    // The one in its middle: each old vertex is shared by two of the three old edges.
+    // The central one: each old vertex is shared by two of the three old edges.
     Triangle triangle;
     for (int k = 0; k < 3; ++k) {
       const std::pair<int, int>&before = ends[t[(k + 2) % 3]], &after = ends[t[k]];

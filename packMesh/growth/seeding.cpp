@@ -10,7 +10,7 @@
 namespace packmesh {
 namespace {
 
-/// More than enough for cells that fill a thousandth of the lumen.
+/// More than sufficient for cells that fill a thousandth of the lumen.
 constexpr int relaxationSweeps = 1000;
 
 double rangeOf(const GrowthScene& scene) {
@@ -22,8 +22,8 @@ double rangeOf(const GrowthScene& scene) {
   return 2.0 * reach + scene.clearance;
 }
 
-/// Halves cells that violate something only because they are as large as they are.
-/// @return whether any were, on any rank
+/// Halves cells that violate constraints only because of their size.
+/// @return whether any were halved, on any rank
 bool shrinkViolating(const GrowthScene& scene, double smallest, GrowingCells& cells) {
   std::vector<Body>& bodies = cells.all();
   const auto large = [&](const Body& body) { return body.scale > smallest; };
@@ -52,8 +52,8 @@ bool seed(const GrowthScene& scene, double smallest, const std::function<bool()>
   while (shrinkViolating(scene, smallest, cells)) {
     if (stop && stop()) return false;
   }
-  const bool valid =
-      StepHalving(scene).examine(cells).clean() || relaxAtScale(scene, smallest, relaxationSweeps, stop, cells);
+  const bool valid = StepHalving(scene).examine(cells).clean() ||
+                     relaxAtScale(scene, smallest, relaxationSweeps, stop, cells);
   own = cells.own();
   return valid;
 }

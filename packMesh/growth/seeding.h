@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Where growth begins.
+/// @file Initial state of growth.
 #pragma once
 
 #include <functional>
@@ -9,12 +9,12 @@
 
 namespace packmesh {
 
-/// Makes placed cells a valid first state: cells larger than `smallest` that meet each other, a fixed cell or
-/// the wall are halved until they do not, and what is left is resolved by relaxation at those scales. All
-/// ranks call; the result does not depend on their number.
-/// @param own this rank's cells: fixed ones at scale 1, those that exist at scale 1 or less, all others at
+/// Turns placed cells into a valid initial state: cells larger than `smallest` that overlap each other, a
+/// fixed cell or the wall are halved until they do not, and the remaining overlaps are resolved by relaxation
+/// at those scales. All ranks call; the result does not depend on their number.
+/// @param own this rank's cells: fixed ones at scale 1, existing ones at scale 1 or less, all others at
 ///   `smallest`
-/// @return whether the cells are valid now; false: even so small they do not fit, or it was stopped
+/// @return whether the cells are valid now; false: they do not fit even at this scale, or it was stopped
 bool seed(const GrowthScene& scene, double smallest, const std::function<bool()>& stop,
           std::vector<Body>& own);
 

@@ -11,7 +11,7 @@
 namespace packmesh {
 namespace {
 
-/// Shorter parts of a step than this are not tried.
+/// Smaller fractions of a step are not tried.
 constexpr double shortestPart = 1.0 / 8.0;
 
 bool moves(const Body& body, const GrowthStep& step) {
@@ -22,7 +22,7 @@ bool moves(const Body& body, const GrowthStep& step) {
 
 std::optional<std::string> StepHalving::misplacement(const Body& body, const PlacedCell& cell) const {
   const Freedom* freedom = scene_.freedomOf(cell.species);
-  // Relaxation, from which cells come, is content when the centre is this near to its region.
+  // Relaxation, from which cells come, tolerates centres this far outside their region.
   if (freedom && freedom->region && !freedom->fixed &&
       freedom->region->distance(body.position).distance < -tolerance::relaxationTolerance)
     return "leaves its region";
@@ -57,9 +57,8 @@ Certificate StepHalving::examineOwn(const GrowingCells& cells) const {
 Certificate StepHalving::examine(const GrowingCells& cells) const {
   Certificate faults = examineOwn(cells);
   const auto ofOthers = [&](const OverlappingPair& pair) { return !cells.isOwn(pair.first); };
-  faults.overlapping.erase(
-      std::remove_if(faults.overlapping.begin(), faults.overlapping.end(), ofOthers),
-      faults.overlapping.end());
+  faults.overlapping.erase(std::remove_if(faults.overlapping.begin(), faults.overlapping.end(), ofOthers),
+                           faults.overlapping.end());
   std::vector<std::int64_t> ids;
   for (const Body& body : cells.all()) ids.push_back(body.id);
   return ofAllRanks(faults, ids, scene_.communicator);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Proposed steps are taken as far as no meshes meet.
+/// @file Taking proposed steps as far as no meshes overlap.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,33 @@
 
 namespace packmesh {
 
-/// What step halving took; on this rank.
+/// Statistics of step halving on this rank.
 struct StepHalvingSums {
   std::int64_t steps = 0;           ///< proposed
-  std::int64_t violatingPairs = 0;  ///< that met after the full steps
+  std::int64_t violatingPairs = 0;  ///< pairs that overlapped after the full steps
   std::int64_t misplaced = 0;       ///< cells not inside the lumen after the full step
   std::int64_t stayed = 0;          ///< cells whose step was halved to nothing
 };
 
-/// Keeps a state free of overlap by the exact test. A step that breaks it is halved, for both cells of an
-/// offending pair, and below 1/8 not taken: as the state before was valid this ends, and nothing ever
-/// shrinks.
+/// Keeps a state free of overlap by the exact test. A step that violates this is halved, for both cells of a
+/// violating pair, and rejected below 1/8: since the previous state was valid this terminates, and nothing
+/// ever shrinks.
 class StepHalving {
  public:
   /// References the scene, which must outlive this.
   explicit StepHalving(const GrowthScene& scene) : scene_(scene) {}
 
-  /// What is wrong with this rank's cells and pairs with them, by index.
+  /// Violations of this rank's cells and of pairs with them, by index.
   Certificate examineOwn(const GrowingCells& cells) const;
-  /// What is wrong with all cells, by id; the same on all ranks, which all call.
+  /// Violations of all cells, by id; the same on all ranks, which all call.
   Certificate examine(const GrowingCells& cells) const;
 
-  /// What is wrong with some cells (indices), and pairs with them, of a state that this rank knows wholly.
+  /// Violations of some cells (indices), and of pairs with them, of a state that this rank has completely.
   Certificate examine(const std::vector<Body>& cells, const std::vector<std::int64_t>& which) const;
 
-  /// Takes the steps, as far as possible; Body::stepTaken then says how far, 1 for cells that had nothing to
-  /// do. All ranks call. Pre: the state is valid; one step for each of cells.all(), of which those of ghosts
-  /// do not matter
+  /// Takes the steps as far as possible; Body::stepTaken is then the fraction taken, 1 for cells without a
+  /// step. All ranks call. Pre: the state is valid; one step for each of cells.all(), those of ghosts are
+  /// ignored.
   void take(const std::vector<GrowthStep>& steps, GrowingCells& cells, StepHalvingSums& sums) const;
 
  private:

@@ -12,15 +12,15 @@ thread_local bool inTetgen = false;
 
 }  // namespace
 
-/// TetGen 1.5 calls this where it gives up. Its own version, a weak symbol of the shared library, frees the
-/// mesh and throws an int, whereupon the mesh's destructor frees it again and the process dies. This one
-/// takes its place and leaves the freeing to the destructor.
+/// TetGen 1.5 calls this when it gives up. Its own version, a weak symbol of the shared library, frees the
+/// mesh and throws an int, whereupon the mesh's destructor frees it again and the process crashes. This
+/// replacement leaves the freeing to the destructor.
 void terminatetetgen(tetgenmesh*, int code) {
   throw packmesh::TetgenGaveUp{code};
 }
 
-/// What the C library's assert() calls. Distributions compile TetGen with its assertions, some of which fail
-/// on input that is valid but has symmetries, such as concentric objects: there this gives up like
+/// Called by the C library's assert(). Distributions compile TetGen with its assertions, some of which fail
+/// on input that is valid but has symmetries, such as concentric objects: in TetGen this gives up like
 /// terminatetetgen(); everywhere else it does what the C library does.
 // NOLINTNEXTLINE(bugprone-reserved-identifier,readability-identifier-naming): the name is the C library's
 extern "C" [[noreturn]] void __assert_fail(const char* assertion, const char* file, unsigned line,

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How TetGen says that it gives up. Internal to packMesh/growth.
+/// @file Handling of failures within TetGen. Internal to packMesh/growth.
 #pragma once
 
 namespace packmesh {
 
-/// Thrown through TetGen.
+/// Exception thrown through TetGen.
 struct TetgenGaveUp {
   static constexpr int assertion = 11;  ///< one of its assertions failed
   int code;
 };
 
-/// While one lives, TetGen's way to give up is ours. (What refers to it makes linkers take our way into a
-/// program.)
+/// While an instance exists, failures within TetGen are handled by packMesh. (A reference to it makes linkers
+/// include the handlers.)
 class TetgenCall {
  public:
   TetgenCall();

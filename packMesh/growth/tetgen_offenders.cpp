@@ -11,7 +11,7 @@
 namespace packmesh {
 namespace {
 
-/// Objects whose bounding spheres are further apart than this fraction of the largest radius hardly matter to
+/// Objects whose bounding spheres are further apart than this fraction of the largest radius hardly affect
 /// each other.
 constexpr double nearFraction = 0.25;
 
@@ -60,7 +60,7 @@ std::string offendersText(const TetrahedraInput& input) {
           if (text.empty() && failsOn(input, {{a, Vec3::Zero()}, {b, pair.shift}}))
             text = "it fails on " + nameOf(input, a) + " and " + nameOf(input, b) + " together";
         });
-  return text.empty() ? "it fails on no two of them, only on all together" : text;
+  return text.empty() ? "it fails on no single object or pair, only on all together" : text;
 }
 
 }  // namespace packmesh

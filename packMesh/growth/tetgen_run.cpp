@@ -16,19 +16,19 @@
 namespace packmesh {
 namespace {
 
-/// O0: no flips afterwards, so that tetrahedra are the Delaunay ones; T: relative tolerance of coplanarity,
-/// which may be rounding alone for surfaces that are known not to meet. Then a looser tolerance, then (Y) no
-/// new points on surfaces, but within the volume.
+/// O0: no flips afterwards, so that tetrahedra are Delaunay; T: relative tolerance of coplanarity, which may
+/// be as small as rounding errors for surfaces that are known not to intersect. Then a looser tolerance, then
+/// (Y) no new points on surfaces, but within the volume.
 constexpr const char* variants[tetgenVariants] = {"O0T1e-14", "O0T1e-10", "YO0T1e-14"};
 
-/// tetgenio deletes what it points to; here it looks at arrays that are ours.
+/// tetgenio deletes its arrays; here it references arrays that belong to others.
 struct BorrowedInput : tetgenio {
   std::vector<polygon> polygons;
   std::vector<facet> facets;
 
   explicit BorrowedInput(const TetgenInput& input)
       : polygons(input.triangles.size()), facets(polygons.size()) {
-    // TetGen does not write to its input, but was written before const.
+    // TetGen does not modify its input, but predates const.
     const auto borrow = [](const auto* data) { return const_cast<std::decay_t<decltype(*data)>*>(data); };
     pointlist = borrow(input.points.data()->data());
     numberofpoints = static_cast<int>(input.points.size());
@@ -49,7 +49,7 @@ struct BorrowedInput : tetgenio {
   BorrowedInput& operator=(const BorrowedInput&) = delete;
 };
 
-/// While this lives, what TetGen prints goes to a text instead.
+/// While an instance exists, the output of TetGen is captured.
 class Listener {
  public:
   Listener() : stream_(open_memstream(&text_, &size_)) {
@@ -63,7 +63,7 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
 
-  /// On one line.
+  /// As one line.
   std::string heard() {
     if (!stream_) return {};
     std::fflush(stream_);
@@ -88,19 +88,19 @@ std::string meaningOf(int code) {
     case 1:
       return "it ran out of memory";
     case 3:
-      return "it found surfaces that meet";
+      return "it found surfaces that intersect";
     case 4:
       return "it found edges or angles too small for it";
     case 5:
       return "it found surfaces too close to each other";
     case TetgenFailure::badInput:
-      return "it could not use its input";
+      return "it rejected its input";
     case TetgenFailure::stopped:
-      return "the time was over";
+      return "it was stopped";
     case TetgenGaveUp::assertion:
       return "one of its assertions failed";
     default:
-      return "an error within it";
+      return "internal error of TetGen";
   }
 }
 
@@ -119,7 +119,7 @@ TetgenOutput resultOf(const tetgenio& out, const TetgenInput& input) {
   std::copy_n(out.tetrahedronlist, 4 * result.tetrahedra.size(),
               result.tetrahedra.empty() ? nullptr : result.tetrahedra[0].data());
   if (out.numberoftetrahedronattributes > 0) {
-    // TetGen counts from 1 on; what lies outside all surfaces is -1.
+    // TetGen counts from 1; the region outside of all surfaces is -1.
     result.regions.assign(out.tetrahedronattributelist,
                           out.tetrahedronattributelist + out.numberoftetrahedra);
     for (int& region : result.regions) region = std::max(region, 0);
@@ -134,7 +134,7 @@ TetgenOutput resultOf(const tetgenio& out, const TetgenInput& input) {
 }
 
 TetgenOutput runHere(const TetgenInput& input, int variant, TetgenFailure& failure) {
-  // Q: quiet; J: points keep their numbers; p: respects triangles; M: does not merge them; c: keeps the
+  // Q: quiet; J: points keep their indices; p: respects triangles; M: does not merge them; c: keeps the
   // convex hull; A: numbers regions; F: no list of faces.
   std::string switches = "QJ";
   if (input.triangles.empty())
@@ -168,7 +168,7 @@ TetgenOutput runHere(const TetgenInput& input, int variant, TetgenFailure& failu
   return {};
 }
 
-/// Visits all that a run gives.
+/// Visits all members of a run's output.
 template <class Output, class Failure, class Visit>
 void forEachTable(Output& output, Failure& failure, Visit&& visit) {
   visit(output.points);
@@ -210,7 +210,7 @@ TetgenOutput outputOf(const std::string& bytes, TetgenFailure& failure) {
 }  // namespace
 
 std::string TetgenFailure::text() const {
-  return meaningOf(code) + (words.empty() ? "" : " (in its own words: " + words + ")");
+  return meaningOf(code) + (words.empty() ? "" : " (TetGen's message: " + words + ")");
 }
 
 TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure,

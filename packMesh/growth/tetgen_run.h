@@ -21,34 +21,33 @@ struct TetgenInput {
   std::vector<Triangle> triangles;  ///< to be respected; empty: Delaunay tetrahedra of the points
   std::vector<int> triangleLabels;  ///< per triangle, positive
   bool keepHull = false;  ///< keep what lies outside all closed surfaces, too, up to the convex hull
-  bool regions = false;   ///< number the regions that the triangles bound
-  bool subfaces = false;  ///< list the triangles as they were cut up
+  bool regions = false;   ///< number the regions bounded by the triangles
+  bool subfaces = false;  ///< list the triangles as subdivided
 };
 
 struct TetgenOutput {
-  std::vector<Vec3> points;             ///< those given, as they are, then Steiner points
+  std::vector<Vec3> points;             ///< those given, unchanged, then Steiner points
   std::vector<int> steinerLabels;       ///< of the triangle each Steiner point lies on, 0: on none
   std::vector<Tetrahedron> tetrahedra;  ///< of positive volume: (b-a)x(c-a)·(d-a) > 0
-  std::vector<int> regions;             ///< per tetrahedron, if asked for; 0: outside all surfaces
-  std::vector<Triangle> subfaces;       ///< if asked for; turned either way
+  std::vector<int> regions;             ///< per tetrahedron, if requested; 0: outside all surfaces
+  std::vector<Triangle> subfaces;       ///< if requested; in either orientation
   std::vector<int> subfaceLabels;
 };
 
-/// Nothing, or what TetGen gave up with.
+/// Describes why TetGen gave up, if it did.
 struct TetgenFailure {
   static constexpr int unknown = 2, badInput = 10, stopped = 12;
-  int code = 0;       ///< 0: it did not
+  int code = 0;       ///< 0: no failure
   std::string words;  ///< what TetGen printed
   std::string text() const;
 };
 
-/// @param variant ways to cope with difficult input: 0 the fastest, up to tetgenVariants - 1
-/// @param failure set when TetGen gives up, the output is then empty
-/// @param stop polled while TetGen works, which it then does in a child process that can be ended; true gives
-/// up.
-///   Empty: TetGen works in this process
-/// Pre: triangles meet in common vertices and edges only. TetGen 1.5 cannot be trusted with others: it may
-/// throw, abort or never return.
+/// @param variant ways to process difficult input: 0 the fastest, up to tetgenVariants - 1
+/// @param failure set if TetGen gives up; the output is then empty
+/// @param stop polled while TetGen runs, which is then done in a child process that can be ended; true ends
+///   it. Empty: TetGen runs in this process
+/// Pre: triangles intersect in common vertices and edges only. On other input TetGen 1.5 may throw, abort or
+/// never return.
 TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure,
                        const std::function<bool()>& stop = {});
 

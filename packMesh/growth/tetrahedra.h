@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Tetrahedra between objects (thesis 3.1.2.1): the space that CAT cells are made of.
+/// @file Tetrahedra between objects (thesis 3.1.2.1), of which CAT cells are composed.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace packmesh {
 
-/// TetGen gave up on input that passed every check.
+/// TetGen failed on input that passed every check.
 class TetrahedraError : public std::runtime_error {
  public:
   explicit TetrahedraError(const std::string& what, int attempts = 1)
@@ -23,7 +23,7 @@ class TetrahedraError : public std::runtime_error {
   int attempts_;
 };
 
-/// A closed, outward-oriented mesh and where it is.
+/// A closed, outward-oriented mesh and its placement.
 struct PlacedMesh {
   const MeshHierarchy* mesh = nullptr;
   Placement placement;
@@ -31,46 +31,46 @@ struct PlacedMesh {
 
 enum class TetrahedraKind {
   constrained,  ///< surfaces are unions of faces of tetrahedra (CDT)
-  delaunay,     ///< of the vertices alone: tetrahedra may cut through surfaces. A quarter of the time
+  delaunay,     ///< of the vertices alone: tetrahedra may intersect surfaces. Takes a quarter of the time
 };
 
 enum class TetrahedraKept {
   freeSpace,  ///< those outside of all objects and inside the container
-  joining,  ///< of these, those that join a primary body with another one or the container: what growth needs
+  joining,  ///< of these, those that join a primary body to another one or the container: required by growth
 };
 
-/// What the space between is to be cut up.
+/// Input of a tetrahedralisation.
 struct TetrahedraInput {
   std::vector<PlacedMesh> objects;
-  std::vector<std::string> names;  ///< of objects, for messages; those without are called by number
+  std::vector<std::string> names;  ///< of objects, for messages; those without are referred to by number
   const MeshHierarchy* container =
       nullptr;                 ///< closed surface; nullptr: up to the convex hull, or periodic images
   Vec3 period = Vec3::Zero();  ///< [µm], 0: not periodic along this axis
   Box bounds;                  ///< of one period, needed along periodic axes
-  /// Which objects are primary where they were given, all of them inside `region`, with images up to the
-  /// margin outside of that taking part; empty: all that are given, within the bounds.
+  /// Objects that are primary at their given positions, all of them inside `region`; images up to the margin
+  /// outside of it are included. Empty: all that are given, within the bounds.
   std::vector<bool> primary;
   Box region;
-  /// Images of objects up to this far outside the bounds take part [µm]; 0: as far as it takes for tetrahedra
-  /// at primary bodies to be those of the endless periodic arrangement.
+  /// Images of objects up to this distance outside the bounds are included [µm]; 0: as far as necessary for
+  /// the tetrahedra at primary bodies to be those of the infinite periodic arrangement.
   double margin = 0.0;
   TetrahedraKind kind = TetrahedraKind::constrained;
   TetrahedraKept kept = TetrahedraKept::freeSpace;  ///< always `joining` for plain Delaunay tetrahedra
-  /// The caller has shown, by exact tests, what requireValid() would.
+  /// The caller has established, by exact tests, what requireValid() would.
   bool valid = false;
-  /// Whether the message names the objects that TetGen fails on, which takes a run for each.
+  /// Whether the message names the objects on which TetGen fails, which takes a run for each.
   bool explain = true;
   std::function<bool()> stop = {};  ///< see runTetgen()
-  int failingAttempts = 0;          ///< for tests: so many attempts are taken to have failed
-  int failingObject = -1;           ///< for tests: all attempts with this object are taken to have failed
+  int failingAttempts = 0;          ///< for tests: number of attempts that are treated as failed
+  int failingObject = -1;           ///< for tests: all attempts with this object are treated as failed
 };
 
-/// An object, or a periodic image of one, among tetrahedra.
+/// An object, or a periodic image of one, in a tetrahedralisation.
 struct TetrahedraBody {
   int object;
-  Vec3 shift;      ///< from where the object was given [µm]
+  Vec3 shift;      ///< translation from the given position [µm]
   bool primary;    ///< the one whose bounding sphere has its centre within the bounds; see TetrahedraInput
-  int firstPoint;  ///< its points are numbered from here on, first its mesh's vertices
+  int firstPoint;  ///< its points are numbered from here on, its mesh's vertices first
 };
 
 /// Label of the container's points.
@@ -81,10 +81,10 @@ struct Tetrahedra {
   std::vector<int> labels;              ///< per point: number of its body, or wallLabel
   std::vector<int> vertices;            ///< per point: which vertex of its mesh, -1: a Steiner point
   std::vector<Tetrahedron> tetrahedra;  ///< of positive volume
-  /// In an order that depends on where they are, not on how objects are numbered. So does everything else.
+  /// In an order that depends on their positions, not on the numbering of objects. So does everything else.
   std::vector<TetrahedraBody> bodies;
   int attempts = 0;     ///< runs of TetGen that it took, failed ones included
-  double margin = 0.0;  ///< that was used [µm]
+  double margin = 0.0;  ///< used for the images [µm]
 
   bool isPrimary(int label) const { return label != wallLabel && bodies[label].primary; }
   const Vec3& corner(int tetrahedron, int k) const { return points[tetrahedra[tetrahedron][k]]; }

@@ -17,27 +17,28 @@
 namespace packmesh {
 namespace {
 
-/// Spheres that reach beyond a tetrahedron by more than this many times its longest edge are cut off by
-/// surfaces.
+/// Circumspheres that extend beyond a tetrahedron by more than this multiple of its longest edge are cut off
+/// by surfaces.
 constexpr double blockedSphere = 2.0;
-/// A margin that was too small is enlarged so often, to what was needed and a little more.
+/// A margin that was too small is enlarged this many times, to slightly more than what was needed.
 constexpr int marginTrials = 4;
 constexpr double marginExcess = 1.05;
-/// So small a share of the triangles may be cut through where mending it would take another run: growth steps
-/// back where that matters. Among 128 red cells there are none, among 512 there are 8 in 655360.
+/// Fraction of the triangles that tetrahedra may intersect if correcting this would take another run: the
+/// exact test of growth corrects it where it matters. Among 128 red cells there are none, among 512 there are
+/// 8 in 655360.
 constexpr double brokenShare = 1e-4;
-/// Constraining what is missing is given up after so many runs (one is enough, mostly).
+/// Maximum number of runs to constrain missing triangles (usually one is sufficient).
 constexpr int sparseRounds = 5;
-/// Images have the same Steiner points after so many runs at most (two or three, mostly).
+/// Maximum number of runs until images have the same Steiner points (usually two or three are sufficient).
 constexpr int refinements = 8;
 
-/// One run's input and output. Triangles of body b are labelled 1 + b, those of the container 1 + bodies.
+/// Input and output of one run. Triangles of body b are labelled 1 + b, those of the container 1 + bodies.
 struct Run {
   TetgenInput tetgen;
   TetgenOutput output;
   Tetrahedra result;
   std::optional<MeshHierarchy> container;
-  bool sparse = false;  ///< surfaces bound nothing that is to be removed: those that hold need no constraint
+  bool sparse = false;  ///< no regions to remove: triangles that are present need no constraint
 };
 
 void addSurface(const TriangleMesh& mesh, int meshVertices, const Vec3& shift, int label, Run& run) {
@@ -50,7 +51,7 @@ void addSurface(const TriangleMesh& mesh, int meshVertices, const Vec3& shift, i
     run.result.vertices.push_back(v < meshVertices ? v : -1);
 }
 
-/// Surfaces of the objects where they were given, with Steiner points that they shall have in any case.
+/// Surfaces of the objects at their given positions, with Steiner points that are imposed.
 using Surfaces = std::vector<TriangleMesh>;
 
 Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surfaces) {
@@ -82,10 +83,10 @@ Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surface
   return run;
 }
 
-/// Constrains only the triangles that plain Delaunay tetrahedra will not respect, and those around them: most
-/// surfaces are unions of their faces anyway, and TetGen takes most of its time to make sure of it. What is
-/// missing all the same is constrained in the next run.
-/// @return whether all triangles are respected, but for a few in 10000
+/// Constrains only the triangles that plain Delaunay tetrahedra will not contain, and those around them: most
+/// surfaces are unions of their faces anyway, and TetGen takes most of its time to enforce it. What is still
+/// missing is constrained in the next run.
+/// @return whether all triangles are present, except for a few in 10000
 bool constrainWhatIsMissing(const TetrahedraInput& input, Run& run, TetgenFailure& failure) {
   const TetgenInput& all = run.tetgen;
   const auto tolerated = static_cast<std::size_t>(brokenShare * static_cast<double>(all.triangles.size()));
@@ -107,7 +108,7 @@ bool constrainWhatIsMissing(const TetrahedraInput& input, Run& run, TetgenFailur
     run.output = runTetgen(some, 0, failure, input.stop);
     if (failure.code != 0) return false;
     missing = missingTriangles(all.triangles, run.output.tetrahedra, all.points.size());
-    // A chosen one is respected, if cut up by new points.
+    // A constrained one is present, possibly subdivided by new points.
     missing.erase(std::remove_if(missing.begin(), missing.end(), [&](int t) { return chosen[t]; }),
                   missing.end());
     if (missing.size() <= tolerated) return true;
@@ -135,8 +136,8 @@ void runUntilItWorks(const TetrahedraInput& input, Run& run) {
       run.result.attempts);
 }
 
-/// Steiner points have the label of the surface they are on; those within the volume that of the nearest
-/// point they are joined to.
+/// Steiner points get the label of the surface they are on; those within the volume get that of the nearest
+/// point to which they are joined.
 void labelSteinerPoints(Run& run) {
   constexpr int unknown = std::numeric_limits<int>::min();
   const TetgenOutput& output = run.output;
@@ -167,7 +168,8 @@ void labelSteinerPoints(Run& run) {
         labels[given + s] = nearest[s].label;
         --missing;
       }
-    if (missing == before) throw TetrahedraError("TetGen made points that no surface is joined to");
+    if (missing == before)
+      throw TetrahedraError("TetGen created points that are not connected to any surface");
   }
 }
 
@@ -180,8 +182,8 @@ bool touchesPrimary(const Tetrahedra& out, const Tetrahedron& t) {
   return std::any_of(t.begin(), t.end(), [&](int p) { return out.isPrimary(out.labels[p]); });
 }
 
-/// Which of the regions are outside of all objects and inside the container. A region whose tetrahedra join
-/// different surfaces is; any other is decided by the middle of its largest tetrahedron.
+/// Determines the regions outside of all objects and inside the container. A region whose tetrahedra join
+/// different surfaces is one; otherwise the centre of its largest tetrahedron decides.
 std::vector<char> freeRegions(const TetrahedraInput& input, const Run& run) {
   const TetgenOutput& output = run.output;
   const std::vector<Vec3>& p = output.points;
@@ -237,7 +239,7 @@ Run tetrahedraWithin(const TetrahedraInput& input, double margin, const Surfaces
   return run;
 }
 
-/// How far beyond the bounds anything could change the tetrahedra at primary bodies [µm].
+/// Distance beyond the bounds within which points could change the tetrahedra at primary bodies [µm].
 double neededMargin(const TetrahedraInput& input, const Tetrahedra& out) {
   double needed = 0.0;
   for (const Tetrahedron& t : out.tetrahedra) {
@@ -263,7 +265,7 @@ double neededMargin(const TetrahedraInput& input, const Tetrahedra& out) {
   return needed;
 }
 
-/// Found with plain Delaunay tetrahedra, which are cheap.
+/// Determined with plain Delaunay tetrahedra, which are cheap.
 double sufficientMargin(TetrahedraInput input) {
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
@@ -291,7 +293,7 @@ bool refine(const Run& run, Surfaces& surfaces) {
       if (p >= given && out.labels[p] != wallLabel)
         bodyWithNewPoints[out.bodies[out.labels[p]].object] = out.labels[p];
   }
-  // Of several images with points of their own one is chosen; what others lack they get from it.
+  // Of several images with different points one is chosen; its points are added to the others.
   std::vector<int> number(out.points.size(), -1);
   bool refined = false;
   for (std::size_t f = 0; f < run.output.subfaces.size(); ++f) {
@@ -335,7 +337,7 @@ Tetrahedra periodicFreeSpace(const TetrahedraInput& input, double margin) {
 
 Tetrahedra tetrahedralise(const TetrahedraInput& input) {
   if (!input.valid) requireValid(input);
-  if (input.objects.empty()) throw InputError("there are no objects to put tetrahedra between");
+  if (input.objects.empty()) throw InputError("tetrahedralisation needs at least one object");
   const bool periodic = (input.period.array() > 0.0).any();
   const double margin = periodic && !(input.margin > 0.0) ? sufficientMargin(input) : input.margin;
   if (periodic && input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace)

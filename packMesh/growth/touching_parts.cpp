@@ -25,13 +25,13 @@ int rootOf(std::vector<int>& parent, int i) {
   return i;
 }
 
-/// How far one has to turn from triangle a through the inside until triangle b, about their edge [rad].
+/// Angle from triangle a to triangle b through the inside, about their common edge [rad].
 double turnThroughInside(const TriangleMesh& mesh, const HalfEdge& a, const HalfEdge& b) {
   const Vec3& origin = mesh.vertices[a.from];
   const Vec3 axis = (mesh.vertices[a.to] - origin).normalized();
   const Vec3 first = mesh.corner(a.triangle, (a.k + 2) % 3) - origin;
   const Vec3 second = mesh.corner(b.triangle, (b.k + 2) % 3) - origin;
-  // Seen along the axis, the inside of a triangle that faces outwards is clockwise of it.
+  // Seen along the axis, the inside of an outward-oriented triangle is clockwise of it.
   const Vec3 across = axis.cross(first);
   const double angle = std::atan2(-second.dot(across), second.dot(first - axis.dot(first) * axis));
   return angle > 0.0 ? angle : angle + fullTurn;
@@ -46,7 +46,7 @@ TriangleMesh separateTouchingParts(const TriangleMesh& mesh) {
     edges.push_back({mesh.triangles[c / 3][c % 3], mesh.triangles[c / 3][(c % 3 + 1) % 3], c / 3, c % 3});
   std::sort(edges.begin(), edges.end(), before);
 
-  // Corners of triangles that are one vertex of the result.
+  // Corners of triangles that share one vertex of the result.
   std::vector<int> parent(corners);
   std::iota(parent.begin(), parent.end(), 0);
   const auto unite = [&](int a, int b) {

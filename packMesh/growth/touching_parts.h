@@ -6,10 +6,10 @@
 
 namespace packmesh {
 
-/// Gives parts of a closed, outward-oriented surface that touch each other in edges or vertices vertices of
-/// their own, so that just two triangles meet in every edge and one fan of them in every vertex. Where more
-/// than two meet in an edge, those are joined that bound the same part of the inside. Vertices that are in no
-/// triangle are dropped.
+/// Separates parts of a closed, outward-oriented surface that touch each other in edges or vertices by
+/// duplicating vertices, so that exactly two triangles share every edge and one fan every vertex. If more
+/// than two triangles share an edge, those that bound the same part of the inside are joined. Unused vertices
+/// are removed.
 TriangleMesh separateTouchingParts(const TriangleMesh& mesh);
 
 }  // namespace packmesh

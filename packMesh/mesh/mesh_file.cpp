@@ -20,7 +20,7 @@ std::string kindOf(const std::filesystem::path& file) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   if (ending == ".stl" || ending == ".off" || ending == ".ply" || ending == ".obj") return ending.substr(1);
   throw InputError(file.string() + ": expected a mesh file ending in .stl, .off, .ply or .obj, found " +
-                   (ending.empty() ? "no ending" : "'" + ending + "'"));
+                   (ending.empty() ? "no extension" : "'" + ending + "'"));
 }
 
 std::string meshIn(const std::filesystem::path& file) {
@@ -35,16 +35,16 @@ PolygonSoup readSoup(const std::filesystem::path& file) {
   const std::string content = meshIn(file);
   const auto read = kind == "stl" ? readStl : kind == "off" ? readOff : kind == "ply" ? readPly : readObj;
   PolygonSoup soup = read(content, file);
-  const int first = kind == "obj";  // faces count vertices from here
+  const int first = kind == "obj";  // vertex numbers in faces start from this
   if (soup.largestCorner() >= static_cast<int>(soup.vertices.size()))
-    throw InputError(file.string() + ": a face names vertex " + std::to_string(soup.largestCorner() + first) +
-                     ", but there are " + std::to_string(soup.vertices.size()) + ", counted from " +
-                     std::to_string(first));
+    throw InputError(file.string() + ": a face refers to vertex " +
+                     std::to_string(soup.largestCorner() + first) + ", but there are " +
+                     std::to_string(soup.vertices.size()) + ", counted from " + std::to_string(first));
   return soup;
 }
 
-/// Cuts a polygon into a fan of triangles from the first corner from which all of them face the polygon's
-/// way.
+/// Divides a polygon into a fan of triangles from the first corner for which all of them have the orientation
+/// of the polygon.
 void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std::vector<Triangle>& out) {
   int apex = 0;
   if (n > 3) {
@@ -103,7 +103,7 @@ TriangleMesh readMesh(const std::filesystem::path& file) {
   for (std::size_t v = 0; v < soup.vertices.size(); ++v)
     if (!soup.vertices[v].allFinite())
       throw InputError(file.string() + ": vertex " + std::to_string(v + 1) +
-                       " has a coordinate that is no finite number");
+                       " has a coordinate that is not a finite number");
   const std::vector<int> number = mergeEqualVertices(soup.vertices);
   TriangleMesh mesh;
   mesh.vertices = std::move(soup.vertices);

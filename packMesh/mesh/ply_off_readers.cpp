@@ -48,7 +48,7 @@ Role roleOf(const std::string& property, bool list, const std::string& element) 
   return corners ? Role::corners : Role::other;
 }
 
-/// Values in the words of a text, each element on a line of its own. The words say what types they are of.
+/// Values of a text file, each element on a line of its own. Their types are not needed.
 class TextValues {
  public:
   explicit TextValues(TextScanner& scanner) : scanner_(scanner) {}
@@ -72,12 +72,12 @@ class TextValues {
   std::size_t word_ = 0;
 };
 
-/// Why binary values cannot be read.
+/// Reason why binary values cannot be read.
 struct Damage {
   const char* reason;
 };
 
-/// Values one after the other. Every count is held against what is left of the file before it is believed.
+/// Successive binary values. Every count is checked against the remaining size of the file before it is used.
 class BinaryValues {
  public:
   BinaryValues(std::string_view bytes, bool bigEndian) : bytes_(bytes), swap_(bigEndian) {}
@@ -113,11 +113,11 @@ class BinaryValues {
     if (n < 3) throw Damage{"a face has fewer than three corners"};
     return n;
   }
-  /// An index that readMesh() still has to check: faces may come before their vertices.
+  /// An index that readMesh() checks later: faces may precede their vertices.
   int corner(Type type, std::size_t) {
     const double index = number(type);
     if (!(index >= 0.0 && index <= double(largestCount) && index == double(long(index))))
-      throw Damage{"a face names a vertex that there cannot be"};
+      throw Damage{"a face refers to a vertex that cannot exist"};
     return static_cast<int>(index);
   }
   void skip(Type type, long n) {
@@ -126,7 +126,7 @@ class BinaryValues {
   std::size_t left() const { return bytes_.size(); }
 
  private:
-  static constexpr const char* truncated = "it ends before what its header and lists announce";
+  static constexpr const char* truncated = "it is shorter than its header and lists require";
 
   template <class T>
   T take() {
@@ -169,7 +169,7 @@ PolygonSoup readElements(const std::vector<Element>& elements, Values& values) {
   return soup;
 }
 
-/// Reads up to the end of the header; `format` is its second word.
+/// Reads the header; `format` is its second word.
 std::vector<Element> readPlyHeader(TextScanner& scanner, std::string& format) {
   std::vector<Element> elements;
   scanner.need("'ply'");
@@ -190,8 +190,8 @@ std::vector<Element> readPlyHeader(TextScanner& scanner, std::string& format) {
       const std::string name = scanner.lower(typeAt + 1);
       if (elements.empty() || name.empty()) scanner.fail("a property of an element", 0);
       const auto type = typeOf(scanner.lower(typeAt)), countType = typeOf(scanner.lower(2));
-      if (!type && format != "ascii") scanner.fail("a type of numbers", typeAt);
-      if (list && !countType && format != "ascii") scanner.fail("a type of numbers", 2);
+      if (!type && format != "ascii") scanner.fail("a numeric type", typeAt);
+      if (list && !countType && format != "ascii") scanner.fail("a numeric type", 2);
       Property property{roleOf(name, list, elements.back().name), type.value_or(Type::float32), {}};
       if (list) property.countType = countType.value_or(Type::uint8);
       elements.back().properties.push_back(property);
@@ -226,7 +226,7 @@ std::vector<Element> offElements(long vertices, long faces, int before, bool col
   return {vertex, face};
 }
 
-/// As Geomview defines it (big-endian, faces end with colours), or as OpenMesh writes it (neither).
+/// As defined by Geomview (big-endian, faces end with colours), or as written by OpenMesh (neither).
 PolygonSoup readBinaryOff(std::string_view body, const std::filesystem::path& file) {
   for (const bool geomview : {true, false}) {
     try {

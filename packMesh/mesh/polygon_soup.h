@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What stands in a mesh file, before anything is made of it. Internal to packMesh/mesh.
+/// @file The contents of a mesh file before processing. Internal to packMesh/mesh.
 #pragma once
 
 #include <algorithm>
@@ -26,13 +26,13 @@ struct PolygonSoup {
   }
 };
 
-/// Strict readers of text and binary files: every coordinate in double precision, every count held against
-/// the file before it is believed, no face left out, every error of a text with its line. OpenMesh's readers
-/// would be less code, but round coordinates to single precision, leave out faces, and accept damaged files
-/// or never end with them (docs/contributing.md).
-/// Corners may be numbers of vertices that there are not: readMesh() checks them.
+/// Strict readers of text and binary files: every coordinate in double precision, every count checked against
+/// the file before it is used, no face skipped, every error in a text reported with its line. OpenMesh's
+/// readers would need less code, but round coordinates to single precision, skip faces, and accept damaged
+/// files or do not terminate on them (docs/contributing.md). Corners may refer to vertices that do not exist:
+/// readMesh() checks them.
 /// @param content the whole file; @param file its name, for messages
-/// @throws InputError naming the file, and the line of a text, what was expected and what was found
+/// @throws InputError naming the file, the line of a text, what was expected and what was found
 PolygonSoup readStl(const std::string& content, const std::filesystem::path& file);
 PolygonSoup readObj(const std::string& content, const std::filesystem::path& file);
 PolygonSoup readPly(const std::string& content, const std::filesystem::path& file);

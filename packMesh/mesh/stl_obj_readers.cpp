@@ -9,8 +9,8 @@
 namespace packmesh {
 namespace {
 
-/// Makes a facet of the last three vertices. Where the normal that is stored with it contradicts their order
-/// the normal counts, as for HemoCell, and as the format has it.
+/// Creates a facet from the last three vertices. If the normal stored with it contradicts their order, the
+/// normal takes precedence, as in HemoCell and in the definition of the format.
 void addFacet(PolygonSoup& soup, const Vec3& normal) {
   const int n = static_cast<int>(soup.vertices.size());
   Vec3 &a = soup.vertices[n - 3], &b = soup.vertices[n - 2], &c = soup.vertices[n - 1];
@@ -51,7 +51,7 @@ PolygonSoup readTextStl(const std::string& content, const std::filesystem::path&
   return soup;
 }
 
-/// `content` has the size its header announces.
+/// `content` has the size stated in its header.
 PolygonSoup readBinaryStl(const std::string& content) {
   std::uint32_t count = 0;
   std::memcpy(&count, content.data() + 80, 4);
@@ -68,7 +68,7 @@ PolygonSoup readBinaryStl(const std::string& content) {
 
 }  // namespace
 
-/// Binary files may begin with "solid" too, and their sizes tell them from text beyond doubt.
+/// Binary files may begin with "solid" too; their size distinguishes them from text reliably.
 PolygonSoup readStl(const std::string& content, const std::filesystem::path& file) {
   std::uint32_t count = 0;
   if (content.size() >= 84) std::memcpy(&count, content.data() + 80, 4);
@@ -82,7 +82,7 @@ PolygonSoup readStl(const std::string& content, const std::filesystem::path& fil
     throw InputError(file.string() +
                      ": expected an STL file: text that begins with 'solid', or at least 84 bytes");
   throw InputError(file.string() + ": expected a binary STL file of " + std::to_string(binarySize) +
-                   " bytes for the " + std::to_string(count) + " triangles its header announces, found " +
+                   " bytes for the " + std::to_string(count) + " triangles stated in its header, found " +
                    std::to_string(content.size()) + " bytes");
 }
 

@@ -20,15 +20,15 @@ namespace packmesh {
 /// Largest count of anything in a file; indices are int.
 constexpr long largestCount = std::numeric_limits<int>::max() / 8;
 
-/// Hands out the lines of a text that hold something besides comments, cut into words. Independent of the
-/// locale.
+/// Iterates over the lines of a text that contain something besides comments, split into words. Independent
+/// of the locale.
 class TextScanner {
  public:
-  /// @param comment lines are cut at this character; 0: there are no comments
+  /// @param comment character that starts a comment; 0: there are no comments
   TextScanner(std::string_view text, const std::filesystem::path& file, char comment)
       : text_(text), file_(file.string()), comment_(comment) {}
 
-  /// Goes to the next line with words in it; false at the end of the text.
+  /// Advances to the next line that contains words; false at the end of the text.
   bool next() {
     while (at_ < text_.size()) {
       const std::size_t end = std::min(text_.find('\n', at_), text_.size());
@@ -43,19 +43,19 @@ class TextScanner {
     return false;
   }
 
-  /// As next(), but the text may not end here.
+  /// As next(), but the end of the text is an error.
   void need(const std::string& expected) {
     if (!next())
       throw InputError(file_ + ": the file ends after line " + std::to_string(line_) + ", expected " +
                        expected);
   }
 
-  /// What follows the line.
+  /// The text after the current line.
   std::string_view rest() const { return text_.substr(std::min(at_, text_.size())); }
 
   const std::vector<std::string_view>& words() const { return words_; }
 
-  /// Word `k` of the line, lower case; empty where there is none.
+  /// Word `k` of the line in lower case; empty if it does not exist.
   std::string lower(std::size_t k) const {
     std::string word(k < words_.size() ? words_[k] : std::string_view());
     for (char& c : word)
@@ -93,13 +93,13 @@ class TextScanner {
     throw InputError(file_ + ":" + std::to_string(line_) + ": expected " + expected + ", found " + found);
   }
 
-  /// Whether all of `word` is a number of T's kind, which is then in `value`.
+  /// Whether all of `word` is a number of type T, which is then stored in `value`.
   template <class T>
   static bool parse(std::string_view word, T& value) {
     if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
     const std::from_chars_result result = std::from_chars(word.data(), word.data() + word.size(), value);
     if constexpr (std::is_floating_point_v<T>) {
-      // A number too small or too large for T: 0, or infinity, which the callers refuse.
+      // The number is too small or too large for T: the value is 0 or infinity, which the callers reject.
       if (result.ec == std::errc::result_out_of_range) value = T(outOfRange(word));
       return result.ec != std::errc::invalid_argument && result.ptr == word.data() + word.size();
     }

@@ -15,12 +15,12 @@
 namespace packmesh {
 namespace {
 
-/// Rounds of repair before a packing counts as not resolved, and sweeps in each.
+/// Number of repair rounds after which a packing counts as unresolved, and sweeps in each.
 constexpr int repairRounds = 60;
 constexpr std::int64_t repairSweeps = 400;
 
-/// Thin parts of cells can pierce each other between their sample points, where a little more clearance
-/// changes nothing: pairs that fail more often than this get twice as much every time.
+/// Thin parts of cells can pierce each other between their sample points, where a small increase of the
+/// clearance has no effect: for pairs that fail more often than this, the increase doubles every time.
 constexpr int patience = 2;
 
 }  // namespace
@@ -76,7 +76,7 @@ PackingResult Attempt::takeResult() {
   return std::move(result_);
 }
 
-/// Places the cells, or takes those of the state to go on from.
+/// Places the cells, or takes them from the state to resume.
 void Attempt::begin() {
   if (growth_) return;
   const bool grows = problem_.method == Method::cat;
@@ -109,7 +109,7 @@ void Attempt::relaxFrom(std::vector<Body> bodies, const RelaxationState& state) 
   relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state);
 }
 
-/// Whether all cells have grown to full size; then they are ready for the certificate.
+/// Whether all cells have grown to full size; if so, they are ready for the certificate.
 bool Attempt::grown(std::int64_t iterations) {
   if (!growth_->run(iterations)) {
     over_ = !control_.interrupted() && (growth_->ended() || iterations >= problem_.limits.maxSweeps);
@@ -119,7 +119,7 @@ bool Attempt::grown(std::int64_t iterations) {
   return true;
 }
 
-/// The cells of full size take the place of what growth has.
+/// Replaces the growth stage by a relaxation of its cells of full size.
 void Attempt::takeGrown() {
   std::vector<Body> cells = growth_->fullCells();
   std::int64_t last = 0;  // an escape may have added cells
@@ -146,7 +146,7 @@ RelaxationInput Attempt::relaxationInput() const {
   return input;
 }
 
-/// A packing that is given whole stays as it is when nothing is wrong with it.
+/// If initial poses are given for all cells and they form a valid packing, it is kept unchanged.
 bool Attempt::startsClean() {
   const bool whole = std::all_of(problem_.species.begin(), problem_.species.end(), [](const Species& s) {
     return static_cast<std::int64_t>(s.start.size()) >= s.count;
@@ -155,7 +155,7 @@ bool Attempt::startsClean() {
   return cleanByChance();
 }
 
-/// Whether nothing is wrong with the cells as they are, which is then delivered. Ends at the first fault.
+/// Whether the current cells pass the certificate; if so, they are delivered. Stops at the first violation.
 bool Attempt::cleanByChance() {
   const Timer watch(result_.statistics.certificateSeconds);
   relaxation_->dropLists();
@@ -171,8 +171,8 @@ bool Attempt::cleanByChance() {
   return true;
 }
 
-/// Keeps what is saved if the run should end before this is done again. Pre: there are cells; the relaxation
-/// begins anew.
+/// Stores the state that is saved if the run ends before the next call. Pre: there are cells; the relaxation
+/// is about to rebuild its lists.
 void Attempt::keepState() {
   if (!problem_.checkpoints) return;
   kept_ = PackingState();
@@ -195,7 +195,7 @@ void Attempt::keepState() {
   if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
 }
 
-/// Measures the cells of the state that is kept.
+/// Measures the cells of the stored state.
 void Attempt::measure() {
   relaxation_->dropLists();
   written_.take(*relaxation_);
@@ -220,7 +220,7 @@ void Attempt::measure() {
 /// Whether all contacts could be resolved within the limits.
 bool Attempt::relaxed(std::int64_t maxSweeps) {
   if (control_.outOfTime()) return false;
-  if (at_.stage != Stage::relaxation) return true;  // has been
+  if (at_.stage != Stage::relaxation) return true;  // already done
   Timer watch(result_.statistics.relaxationSeconds);
   if (!relax(*relaxation_, tolerance::relaxationTolerance, limits(maxSweeps), at_.schedule)) return false;
   at_.stage = Stage::certificate;
@@ -240,8 +240,8 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
   return limits;
 }
 
-/// Certifies what the relaxation has; pairs and cells that fail get more clearance and are relaxed again.
-/// Post: when false, the position is at relaxation, or the run is interrupted.
+/// Certifies the cells of the relaxation; pairs and cells that fail get more clearance and are relaxed again.
+/// Post: if false, the position is at relaxation, or the run is interrupted.
 bool Attempt::certified() {
   std::optional<Certifier> certifier;
   written_ = WrittenCells(problem_);
@@ -262,7 +262,7 @@ bool Attempt::certified() {
   return false;
 }
 
-/// The certificate of what the relaxation has now.
+/// The certificate of the current cells of the relaxation.
 Certificate Attempt::examined(std::optional<Certifier>& certifier) {
   const auto changed = certifier ? written_.update(*relaxation_) : std::nullopt;
   if (changed) {
@@ -276,7 +276,7 @@ Certificate Attempt::examined(std::optional<Certifier>& certifier) {
   return ofAllRanks(certifier->certificate(), written_.ids(), problem_.communicator);
 }
 
-/// @return whether all is well; otherwise clearances have been demanded
+/// @return whether the certificate is clean; if not, additional clearances have been demanded
 bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
   Timer watch(result_.statistics.certificateSeconds);
   const Certificate found = examined(certifier);
@@ -297,14 +297,14 @@ bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
   return false;
 }
 
-/// Goes on with a schedule of settling.
+/// Continues with settle().
 bool Attempt::settled(std::int64_t sweeps) {
   Timer watch(result_.statistics.relaxationSeconds);
   const std::int64_t most = relaxation_->sweeps() + sweeps - at_.schedule.sweep;
   return settle(*relaxation_, tolerance::relaxationTolerance, sweeps, limits(most), at_.schedule);
 }
 
-/// Gives every rank its share of the cells, in the order of their ids.
+/// Assigns every rank its share of the cells, sorted by id.
 void Attempt::deliver() {
   result_.cells.clear();
   result_.poses.clear();
@@ -317,10 +317,10 @@ void Attempt::deliver() {
   delivered_ = true;
 }
 
-/// What a misplaced cell is given on top of what it was to keep: what the relaxation did not see, because
-/// it interpolates the distance to the wall.
+/// Additional clearance of a misplaced cell: what relaxation missed because it interpolates the distance to
+/// the wall.
 void Attempt::demandDistance(const MisplacedCell& cell) {
-  constexpr double growth = 0.5;  // how deep it is in the wall is not known: ask for more each time
+  constexpr double growth = 0.5;  // its depth in the wall is unknown: demand more each time
   double& demanded = demandedOfWall_[cell.cell];
   const double wanted = cell.gap > 0.0 ? problem_.wallClearance - cell.gap + tolerance::repairClearance
                                        : std::max(tolerance::repairClearance, growth * demanded);
@@ -371,10 +371,10 @@ bool Attempt::isFixed(std::int64_t id) const {
 }
 
 void Attempt::take(const PackingResult& fewer) {
-  // The numbers that cells have among those of the problem: the first ones of every species.
+  // Ids of the cells in the complete problem: the first ones of every species.
   std::vector<std::int64_t> counts(problem_.species.size(), 0);
   for (const PlacedCell& cell : fewer.cells) ++counts[cell.species];
-  std::vector<std::int64_t> before(counts.size(), 0);  // of each species on earlier ranks
+  std::vector<std::int64_t> before(counts.size(), 0);  // number of cells per species on lower ranks
   const std::size_t species = counts.size();
   const std::vector<std::int64_t> all = problem_.communicator.gatherAll(counts);
   for (std::size_t i = 0; i < all.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One way through placement, growth or relaxation, and certificate: the one run loop.
+/// @file One run through placement, growth or relaxation, and certificate: the only main loop.
 #pragma once
 
 #include <cstdint>
@@ -21,31 +21,31 @@
 namespace packmesh {
 
 /// Tries once to pack all cells of a problem, within its limits.
-/// @return all cells, certified; none when a limit was met, when the cells are jammed (see relax()), or when
-/// the run was interrupted Pre: validate(problem); fixed cells are apart
+/// @return all cells, certified; none if a limit was reached, if the cells are jammed (see relax()), or if
+///   the run was interrupted
+/// Pre: validate(problem); the fixed cells do not overlap
 PackingResult attempt(const PackingProblem& problem);
 
-/// The same, step by step and with the states that are kept. All ranks take the same way through it.
+/// The same step by step, with the states that can be saved. All ranks make the same calls.
 class Attempt {
  public:
   /// References its arguments, which must outlive it.
   Attempt(const PackingProblem& problem, RunControl& control);
 
-  /// Places the cells, or goes on from where the problem resumes, until all are certified or a limit is met,
-  /// or so many sweeps (or iterations of growth) are done: called again, it then goes on as if it had not
-  /// stopped.
+  /// Places the cells, or continues from the state to resume, until all are certified, a limit is reached, or
+  /// the given number of sweeps (or iterations of growth) is done; if called again, it continues as if it had
+  /// not stopped.
   bool certifyAll(std::int64_t sweeps = std::numeric_limits<std::int64_t>::max());
 
-  /// Leaves out cells until no other one fails, moving none: of each failing pair the cell that fails in more
-  /// of them.
-  /// @return whether that came to an end in time
+  /// Removes cells until none of the others fails, without moving any: of each failing pair, the cell that
+  /// fails in more pairs.
+  /// @return whether this was completed in time
   bool leaveOutFailing();
 
-  /// Certified cells of another attempt at the same species, fewer of them, take the place of what this one
-  /// has.
+  /// Replaces the cells by those of another attempt, certified, at fewer cells of the same species.
   void take(const PackingResult& fewer);
 
-  /// Whether cells have been placed: there is something to keep.
+  /// Whether cells have been placed, so that there is a state to save.
   bool hasBegun() const { return relaxation_ || (growth_ && growth_->hasBegun()); }
 
   /// Sweeps of relaxation, or iterations of growth.
@@ -53,9 +53,9 @@ class Attempt {
     return growth_ ? growth_->iterations() : relaxation_ ? relaxation_->sweeps() : 0;
   }
 
-  /// What has been kept last: what a run that is interrupted now can go on from.
+  /// The state stored last, from which a run that is interrupted now can be resumed.
   const PackingState& kept() const { return kept_; }
-  /// Keeps the cells as they are now, with their measures, as the end of a run.
+  /// Stores the current cells, with their measures, as the final state of a run.
   void keepEnd();
 
   PackingResult takeResult();
@@ -83,18 +83,18 @@ class Attempt {
 
   const PackingProblem& problem_;
   RunControl& control_;
-  const std::int64_t cells_;  ///< asked for
+  const std::int64_t cells_;  ///< requested
   IdShares shares_;
   std::optional<GrowthStage> growth_;     ///< Method::cat
-  std::optional<Relaxation> relaxation_;  ///< nothing until cells are placed, or grown
+  std::optional<Relaxation> relaxation_;  ///< empty until cells are placed, or grown
   RunPosition at_;
   std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
-  std::map<std::int64_t, double> demandedOfWall_;  ///< by cells (ids) that were found misplaced [µm]
+  std::map<std::int64_t, double> demandedOfWall_;  ///< of misplaced cells (ids) [µm]
   WrittenCells written_;
   PackingState kept_;
   bool delivered_ = false;
-  bool over_ = false;     ///< jammed, or a limit was met
-  bool leftOut_ = false;  ///< cells were, so that no other one fails
+  bool over_ = false;     ///< jammed, or a limit was reached
+  bool leftOut_ = false;  ///< cells were removed so that none of the others fails
   PackingResult result_;
 };
 

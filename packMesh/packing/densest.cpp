@@ -13,15 +13,15 @@
 namespace packmesh {
 namespace {
 
-/// Fractions that are tried: whole rungs of a ladder, the same whatever was asked for. No cells reach the
-/// top.
+/// Volume fractions that are tried: multiples of this, independent of the request. No packing reaches the
+/// largest.
 constexpr double rung = 0.0025;
 constexpr std::int64_t topRung = 320;
 
-/// How finely the bisection searches, and steps of the climb [rungs].
+/// Resolution of the bisection, and step of the linear search [multiples of `rung`].
 constexpr std::int64_t coarse = 10, climb = 2;
 
-/// Parts of relax() in a trial: of the bisection, and at most where no time limit ends the search.
+/// Parts of relax() in a trial: during the bisection, and at most if there is no time limit.
 constexpr std::int64_t fewestParts = 1, mostParts = 2;
 
 class Search {
@@ -56,7 +56,7 @@ class Search {
 
   bool goesOn() { return !found_.whole && !control_.stopped(); }
 
-  /// Cells of each species up to a rung.
+  /// Number of cells of each species at a multiple of `rung`.
   Counts countsAt(std::int64_t rungs) const {
     const double volume = static_cast<double>(rungs) * rung * lumen_ - fixed_;
     const double share = free_ > 0.0 ? std::clamp(volume / free_, 0.0, 1.0) : 0.0;
@@ -73,12 +73,12 @@ class Search {
     return cells;
   }
 
-  /// Whether trials may have so many parts.
+  /// Whether trials may have this many parts.
   bool mayHave(std::int64_t parts) const {
     return sweepsOfRelax(parts) <= problem_.limits.maxSweeps && (control_.limited() || parts <= mostParts);
   }
 
-  /// Narrows down what can be packed between what is and what cannot be.
+  /// Bisects between what could be packed and what could not.
   void bisect(std::int64_t rungs) {
     while (beyond_ - packed_ > rungs && cellsAt(beyond_) - cellsAt(packed_) > 1 && goesOn()) {
       const std::int64_t middle = packed_ + (beyond_ - packed_) / 2;
@@ -86,7 +86,7 @@ class Search {
     }
   }
 
-  /// Goes up as long as trials succeed, first to what failed with fewer parts.
+  /// Increases the fraction as long as trials succeed, starting with the one that failed with fewer parts.
   void climbOn() {
     while (packs(beyond_) && goesOn()) {
       packed_ = beyond_;
@@ -95,7 +95,7 @@ class Search {
     bisect(1);
   }
 
-  /// Whether that can be packed; if it is all that was asked for, that is tried.
+  /// Whether this fraction can be packed; if it comprises all requested cells, these are tried.
   bool packs(std::int64_t rungs) {
     const Counts counts = countsAt(rungs);
     if (cellsAt(rungs) >= problem_.cellCount()) return found_.whole = whole_(sweepsOfRelax(parts_));
@@ -103,7 +103,7 @@ class Search {
     return pack(counts);
   }
 
-  /// Begins a trial, or goes on with the last that failed.
+  /// Begins a trial, or continues the last one if that failed.
   bool pack(const Counts& counts) {
     if (!trial_ || trial_->counts != counts) trial_ = std::make_unique<Trial>(part(counts), counts, control_);
     const std::int64_t before = trial_->attempt.sweeps();
@@ -116,7 +116,7 @@ class Search {
     return true;
   }
 
-  /// So many cells of the problem.
+  /// The problem with this many cells.
   PackingProblem part(const Counts& counts) {
     PackingProblem part = problem_;
     part.resume.reset();
@@ -148,11 +148,11 @@ class Search {
   RunControl& control_;
   const WholeAttempt& whole_;
   const double lumen_;               ///< [µm³]
-  double fixed_ = 0.0, free_ = 0.0;  ///< volume of such cells in the hematocrit [µm³]
+  double fixed_ = 0.0, free_ = 0.0;  ///< volume of such cells that is part of the hematocrit [µm³]
   std::unique_ptr<Trial> trial_;     ///< the last one, if it failed
-  std::int64_t sweepsOfOthers_ = 0;  ///< of all trials but that
+  std::int64_t sweepsOfOthers_ = 0;  ///< of all other trials
   std::int64_t parts_ = fewestParts;
-  /// The densest that could be packed so far, and the next that was tried and could not [rungs].
+  /// The densest packing so far, and the next fraction that was tried without success [multiples of `rung`].
   std::int64_t packed_ = 0, beyond_ = topRung;
   Densest found_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The search for the densest packing of fewer cells than were asked for.
+/// @file The search for the densest packing of fewer cells than requested.
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,27 @@
 
 namespace packmesh {
 
-/// What the search came to.
+/// Result of the search.
 struct Densest {
-  std::optional<PackingResult> packing;  ///< the densest certified one; nothing: none in time
+  std::optional<PackingResult> packing;  ///< the densest certified one; empty: none was found in time
   bool whole = false;                    ///< all cells could be packed after all
-  bool ended = false;                    ///< by itself, not by time
+  bool ended = false;                    ///< completed, not stopped by the time limit
   std::int64_t sweeps = 0;               ///< of all trials
 };
 
-/// Goes on with an attempt at all cells, up to so many sweeps of it. @return whether they are packed now
+/// Continues the attempt to pack all cells, up to this many sweeps of it. @return whether they are packed now
 using WholeAttempt = std::function<bool(std::int64_t sweeps)>;
 
-/// Looks for the densest packing of fewer cells than the problem has (Method::relaxation). Every trial packs
-/// cells up to a hematocrit afresh, at most the first parts of relax(); species keep their shares, fixed
-/// cells stay. It bisects coarsely with the first part, then climbs and bisects more finely with two; while
-/// there is a time limit, with one more each time it gets no further. Where it comes to as many cells as were
-/// asked for, `whole` goes on as far as a trial would.
+/// Searches for the densest packing of fewer cells than the problem has. Every trial packs cells up to a
+/// hematocrit from scratch, in at most as many sweeps (or iterations of growth) as the first parts of relax()
+/// have; the ratios of the species are kept, and so are fixed cells. The search bisects coarsely with the
+/// first part, then increases the fraction step by step and bisects more finely with two; if there is a time
+/// limit, with one more part each time it makes no progress. When it arrives at the requested number of
+/// cells, `whole` continues for as many sweeps as a trial would.
 ///
-/// The trials depend on what is packed into what, not on how many cells were asked for: who asks for more
-/// gets no less, but for part of a rung. Without a time limit, the result depends on the problem alone. All
-/// ranks call.
+/// The trials depend on the species and the lumen, not on the requested number of cells: a larger request
+/// does not yield fewer cells, except for rounding to multiples of `rung`. Without a time limit, the result
+/// depends on the problem alone. All ranks call.
 Densest findDensest(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole);
 
 }  // namespace packmesh

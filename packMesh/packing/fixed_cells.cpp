@@ -35,12 +35,12 @@ void requireFixedApart(const PackingProblem& problem) {
   const Certificate found = certify(input);
   if (!found.misplaced.empty()) {
     const MisplacedCell& cell = found.misplaced.front();
-    throw InputError(names[cell.cell] + " is to stay, but " + cell.reason);
+    throw InputError(names[cell.cell] + " is fixed, but " + cell.reason);
   }
   if (!found.overlapping.empty()) {
     const OverlappingPair& pair = found.overlapping.front();
-    throw InputError(names[pair.first] + " and " + names[pair.second] + " are to stay, but " +
-                     (pair.gap > 0.0 ? "are nearer to each other than asked for" : "meet each other"));
+    throw InputError(names[pair.first] + " and " + names[pair.second] + " are fixed, but " +
+                     (pair.gap > 0.0 ? "are closer to each other than the clearance" : "overlap each other"));
   }
 }
 

@@ -12,10 +12,10 @@
 namespace packmesh {
 namespace {
 
-/// Of attempts that are not the last one.
+/// Number of stalls until an attempt gives up, except in the last attempt.
 constexpr int giveUpAfter = 2;
 
-/// Seeds of attempts differ by multiples of this.
+/// Seeds of successive attempts differ by this.
 constexpr std::uint64_t attemptStride = 0x9E3779B97F4A7C15u;
 
 }  // namespace
@@ -68,7 +68,7 @@ bool GrowthStage::stopped() {
 bool GrowthStage::run(std::int64_t iterations) {
   while (!ended_) {
     if (!growth_) begin();
-    if (!growth_) return false;  // there was no time for it
+    if (!growth_) return false;  // no time was left for it
     const Timer watch(statistics_.growthSeconds);
     const bool full = growth_->run(iterations);
     if (!full && !growth_->ended()) return false;
@@ -80,7 +80,7 @@ bool GrowthStage::run(std::int64_t iterations) {
   return complete(best_);
 }
 
-/// Seeds the cells of an attempt.
+/// Places the initial cells of an attempt.
 void GrowthStage::begin() {
   scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
   const IdShares shares(problem_.cellCount(), problem_.communicator);
@@ -173,7 +173,7 @@ std::int64_t GrowthStage::countFull(const std::vector<Body>& cells) const {
       std::count_if(cells.begin(), cells.end(), [](const Body& cell) { return cell.scale == 1.0; })));
 }
 
-/// Whether there are as many full cells of each species as asked for, or more from the reserve.
+/// Whether there are as many full cells of each species as requested, or more from the reserve.
 bool GrowthStage::complete(const std::vector<Body>& cells) const {
   std::vector<std::int64_t> full(problem_.species.size(), 0);
   for (const Body& cell : cells) full[cell.species] += cell.scale == 1.0;
@@ -188,8 +188,8 @@ bool GrowthStage::anyReserve() const {
   return std::any_of(reserve.begin(), reserve.end(), [](std::int64_t cells) { return cells > 0; });
 }
 
-/// Done by all ranks alike. Swapping may gain volume with full cells that become smaller: if less volume
-/// were in full cells then, the state stays as it was.
+/// Called by all ranks together. Swapping may gain volume from full cells that become smaller: if that
+/// reduces the volume of the full cells, the state is left unchanged.
 void GrowthStage::escapeFromBest() {
   std::vector<BodyState> own;
   for (const Body& cell : best_) own.push_back(stateOf(cell));
@@ -199,7 +199,7 @@ void GrowthStage::escapeFromBest() {
   const double before = fullVolume(state);
   GrowthScene scene = scene_;
   scene.communicator = Communicator();
-  if (!problem_.communicator.alone()) scene.stop = {};  // ranks must not part ways
+  if (!problem_.communicator.alone()) scene.stop = {};  // ranks must take the same decisions
   const Timer watch(statistics_.growthSeconds);
   const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
     return makePlaneFunction(problem_.planeSource, part, tetrahedra_);
@@ -207,7 +207,7 @@ void GrowthStage::escapeFromBest() {
   const auto observe = [this](const std::vector<Body>& now) {
     if (problem_.observe) problem_.observe(placed(now));
   };
-  // All ranks poll equally often; that they agree takes longer than what is done between two polls.
+  // All ranks poll equally often; agreeing each time would take longer than the work between two polls.
   const auto stop = [this, polls = std::int64_t{0}, ended = false]() mutable {
     constexpr std::int64_t pollsPerAgreement = 64;
     ended = ended || (polls++ % pollsPerAgreement == 0 && stopped());
@@ -218,8 +218,7 @@ void GrowthStage::escapeFromBest() {
   std::stable_sort(state.begin(), state.end(),
                    [](const Body& a, const Body& b) { return a.species < b.species; });
   best_.clear();
-  const auto [first, end] =
-      IdShares(static_cast<std::int64_t>(state.size()), problem_.communicator).own();
+  const auto [first, end] = IdShares(static_cast<std::int64_t>(state.size()), problem_.communicator).own();
   for (std::int64_t i = first; i < end; ++i) best_.push_back(makeBody(i, state[i].species, state[i].pose()));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Growth as a stage of an attempt: from nothing to cells of full size, free of overlap.
+/// @file Growth as a stage of an attempt: from placement to cells of full size without overlap.
 #pragma once
 
 #include <cstdint>
@@ -15,36 +15,36 @@
 
 namespace packmesh {
 
-/// A problem as growth sees it. References the problem, which must outlive it.
+/// The input of growth for a problem. References the problem, which must outlive it.
 GrowthScene growthSceneOf(const PackingProblem& problem);
 
-/// Seeds the cells and grows them, from several random starts if they are few, and escapes local maxima where
-/// the problem asks for it. All ranks call its functions together.
+/// Places the initial cells and grows them, from several random starts if they are few, and escapes from
+/// local maxima if the problem requests it. All ranks call its functions together.
 class GrowthStage {
  public:
   /// References its arguments, which must outlive it.
-  /// @param statistics what growth takes is added here
-  /// @param keep called now and then: state() can be kept
+  /// @param statistics statistics of growth are added to this
+  /// @param keep called at intervals, when state() can be saved
   GrowthStage(const PackingProblem& problem, RunControl& control, Statistics& statistics,
               std::function<void()> keep);
 
-  /// Goes on until the cells asked for are of full size, growth has ended, is stopped, or has done so many
-  /// iterations. @return whether they are
+  /// Continues until the requested cells are of full size, growth has ended or is stopped, or the given
+  /// number of iterations is done. @return whether they are
   bool run(std::int64_t iterations);
 
-  /// Whether more iterations could change anything.
+  /// Whether growth has ended, so that more iterations change nothing.
   bool ended() const { return ended_; }
   /// Whether there are cells.
   bool hasBegun() const { return growth_ != nullptr || bestFull_ >= 0; }
   std::int64_t iterations() const { return statistics_.growth->iterations; }
 
-  /// This rank's cells of full size in the best state so far. After an escape they are numbered anew.
+  /// This rank's cells of full size in the best state so far. After an escape they are renumbered.
   std::vector<Body> fullCells() const;
-  /// What it takes to go on from here, apart from the cells.
+  /// Everything needed to resume from here, apart from the cells.
   GrowthPosition position() const;
-  /// Of all ranks; nothing for planes that need no tetrahedra.
+  /// Of all ranks; empty for planes that need no tetrahedra.
   std::optional<TetrahedraSums> tetrahedra() const;
-  /// This rank's cells as they are now.
+  /// This rank's cells in their current state.
   std::vector<Body> cells() const;
 
  private:

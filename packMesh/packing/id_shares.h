@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Cells shared out among the ranks by their numbers, as they are placed and given back.
+/// @file Distribution of cells over the ranks by id, for placement and for results.
 #pragma once
 
 #include <algorithm>
@@ -12,21 +12,21 @@
 
 namespace packmesh {
 
-/// Numbers 0 .. cells-1 in as many even shares as there are ranks, in the order of the ranks.
+/// Ids 0 .. cells-1 in equal shares, one per rank, in the order of the ranks.
 class IdShares {
  public:
   IdShares(std::int64_t cells, Communicator communicator)
       : cells_(cells), communicator_(std::move(communicator)) {}
 
-  /// The numbers of a rank: [first, second).
+  /// The ids of a rank: [first, second).
   std::pair<std::int64_t, std::int64_t> of(int rank) const;
   std::pair<std::int64_t, std::int64_t> own() const { return of(communicator_.rank()); }
 
-  /// What this rank has when each brings `bodies`, sorted by id, each on one rank: those of its share, sorted
-  /// by id. All ranks call it.
+  /// This rank's share of the bodies that all ranks bring, each on one rank; both sorted by id. All ranks
+  /// call it.
   std::vector<BodyState> collect(const std::vector<Body>& bodies) const;
 
-  /// The same for anything plain with an `id`.
+  /// The same for any plain type with an `id`.
   template <class T>
   std::vector<T> collect(const std::vector<T>& items) const {
     std::vector<std::vector<T>> to(communicator_.size());

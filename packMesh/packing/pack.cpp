@@ -12,16 +12,16 @@
 namespace packmesh {
 namespace {
 
-/// When not all cells are packed at once, that and the search for fewer of them may take so many times as
-/// long as the limit says. All cells have a little less, and then it ends: who asks for more has to try
-/// those first, and shall have the time for what others asked for.
+/// If not all cells are packed at once, packing them and the search for fewer of them may take this multiple
+/// of the time limit. The attempt at all cells ends slightly earlier: a larger request has to try these
+/// first, and must have the time that smaller requests have.
 constexpr double timeWithSearch = 2.0, timeForAll = 1.4;
 
-/// Of the lumen: no cells are packed at once beyond this, not even those in columns.
+/// Volume fraction beyond which packing all cells is not attempted first, not even in columns.
 constexpr double hopelessFraction = 0.66;
 
-/// What can be packed of a problem that is hard or out of reach takes the place of the cells of `all`.
-/// All cells if they can be packed in the time that is left.
+/// Replaces the cells of `all` by the largest certified number found, for a problem that is difficult or
+/// infeasible. All cells if they can be packed in the remaining time.
 Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& all) {
   const auto stopAfter = [&](double times) {
     if (control.limited()) control.stopAfter(times * problem.limits.maxSeconds);
@@ -33,7 +33,7 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
     };
   stopAfter(timeWithSearch);
   Densest densest;
-  if (!problem.escape)  // which has done what can be done
+  if (!problem.escape)  // escapes have already done what is possible
     densest = findDensest(problem, control, [&](std::int64_t sweeps) {
       stopAfter(timeForAll);
       const bool packed = all.certifyAll(sweeps);
@@ -49,7 +49,7 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   return densest;
 }
 
-/// What takes a while to prove is asked where packing does not succeed at once.
+/// Takes a while to prove, and is therefore only tested if packing does not succeed at once.
 void requireEachFitsAlone(const PackingProblem& problem) {
   for (const Species& species : problem.species)
     if (species.count > 0)
@@ -63,7 +63,7 @@ PackingResult pack(const PackingProblem& problem) {
   validate(problem);
   RunControl control(problem);
   Attempt all(problem, control);
-  // Under a limit of time fewer cells are secured before all of them are tried for long.
+  // With a time limit, a packing of fewer cells is secured before all of them are tried for long.
   const bool secures = control.limited() && problem.limits.fewerCells;
   const bool hopeless = cellVolume(problem) > hopelessFraction * problem.container->volume();
   bool packed = all.certifyAll(secures && hopeless ? 0 : sweepsOfRelax(1));
@@ -82,7 +82,8 @@ PackingResult pack(const PackingProblem& problem) {
   }
   PackingResult result = all.takeResult();
   result.searched = fewer.ended && !packed;
-  (result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps) += fewer.sweeps;
+  (result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps) +=
+      fewer.sweeps;
   return result;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What is to be packed: plain data, no file formats.
+/// @file The input of a packing: plain data, no file formats.
 #pragma once
 
 #include <algorithm>
@@ -23,83 +23,84 @@
 
 namespace packmesh {
 
-/// One kind of cell and how many of it.
+/// One kind of cell and its number.
 struct Species {
   std::string name;
   std::shared_ptr<const Shape> shape;
   std::int64_t count = 0;
-  /// The wall as this species meets it; nullptr: the container's own.
+  /// The wall for this species; nullptr: the container's own.
   std::shared_ptr<const Wall> wall;
   bool inHematocrit = true;  ///< its volume is part of the hematocrit
-  /// Where the first cells start, scale 1; the others start at random.
+  /// Initial poses of the first cells, scale 1; the others start at random.
   std::vector<Pose> start = {};
-  Freedom freedom = {};  ///< Method::relaxation only; fixed cells all have a start
-  /// Starts in columns (stages/placement/columns.h) instead of at random. Of one species at most, which is
-  /// free and has no start, in boxes that are periodic along all axes; Method::relaxation only.
+  Freedom freedom = {};  ///< the cells of fixed species all have initial poses
+  /// Starts in columns (packMesh/placement/columns.h) instead of at random. At most one species, which is
+  /// unconstrained and has no initial poses, in boxes that are periodic along all axes.
   bool inColumns = false;
-  /// How many were asked for before that was rounded to `count`; 0: as many. When fewer cells are tried these
-  /// are shares of it, so that requests for more or less try the same numbers of every species.
+  /// Requested number before rounding to `count`; 0: the same. If fewer cells are tried, their numbers are
+  /// derived from this one, so that larger and smaller requests try the same numbers of every species.
   double asked = 0.0;
 };
 
-/// When to give up.
+/// Limits of a run.
 struct Limits {
   /// Wall time to fit all cells in [s]; with the search for the densest packing of fewer cells (fewerCells)
-  /// it may take twice as long. Then pack() ends within 5 s, or 2 s for every 100,000 cells if that is more.
-  /// 0: no limit.
+  /// it may take twice as long. After that, pack() ends within 5 s, or within 2 s per 100,000 cells if that
+  /// is longer. 0: no limit.
   double maxSeconds = 0.0;
-  std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, to fit all cells in
-  std::function<double()> clock = {};  ///< the time [s]; empty: the machine's
-  /// Out of reach: whether to look for the densest packing of fewer cells (Method::relaxation only), and to
-  /// refuse cells that fit nowhere. Without it pack() says no more than that it did not succeed.
+  std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, for fitting all cells
+  std::function<double()> clock = {};  ///< current time [s]; empty: the system clock
+  /// If not feasible: whether to search for the densest packing of fewer cells, and to refuse cells that fit
+  /// nowhere. Otherwise pack() only reports that it did not succeed.
   bool fewerCells = true;
 };
 
-/// What pack() tells while it works.
+/// Progress that pack() reports.
 struct Progress {
   std::string stage;
   std::int64_t sweep = 0;
   double scale = 1.0;           ///< common scale of the cells [fraction]
   double worstOverlap = 0.0;    ///< deepest penetration into a clearance [µm]
-  std::int64_t unresolved = 0;  ///< pairs that still meet
+  std::int64_t unresolved = 0;  ///< pairs that still overlap
 };
 
-/// Which stage does the work.
+/// Which method packs.
 enum class Method {
   relaxation,  ///< full-size cells are placed at random and pushed apart
-  cat,         ///< small ones grow in the cells of the chordal axis transform (thesis chapter 3)
+  cat,         ///< small cells grow in the cells of the chordal axis transform (thesis chapter 3)
 };
 
 struct PackingProblem {
   std::vector<Species> species;
   std::shared_ptr<const Container> container;
-  /// Least gap between membranes [µm], guaranteed by the certificate. 0, the default, asks that no two meshes
-  /// share a point, which is all that HemoCell needs and leaves most room; what was reached is reported.
+  /// Least gap between membranes [µm], guaranteed by the certificate. 0, the default, requires that no two
+  /// meshes share a point, which is all that HemoCell needs and admits the densest packings; the gap achieved
+  /// is reported.
   double clearance = 0.0;
   /// Least gap between membrane and wall [µm], guaranteed by the certificate.
   double wallClearance = 0.0;
   std::uint64_t seed = 1;
   bool rotate = true;  ///< false: every orientation stays the identity
   Limits limits;
-  /// The ranks that pack together. The packing does not depend on how many there are.
+  /// The ranks that pack together. The packing does not depend on their number.
   Communicator communicator;
   Method method = Method::relaxation;
   PlaneSource planeSource = PlaneSource::chords;  ///< of Method::cat
   GrowthSettings growth;                          ///< of Method::cat
-  /// Method::cat: when growth does not get all cells to full size, and with a reserve, local maxima are
-  /// escaped.
+  /// Method::cat: if growth does not bring all cells to full size, and if there is a reserve, escape from
+  /// local maxima.
   std::optional<EscapeSettings> escape;
-  /// How a pose will be written, so that the certificate is about the written numbers; empty:
+  /// The pose as it will be written, so that the certificate refers to the written numbers; empty:
   /// Pose::placement.
   std::function<Placement(const Pose&)> written;
-  /// Polled between sweeps, and between the cells of a certificate; true stops the run cleanly.
+  /// Polled between sweeps, and between the cells of a certificate; true stops the run.
   std::function<bool()> interrupted;
   std::function<void(const Progress&)> progress;
-  /// Where to go on, as it was saved; empty: from the beginning. Its way to the end is that of a run that was
-  /// not interrupted. Pre: of the same problem, but for limits and ranks.
+  /// Saved state to resume from; empty: start from the beginning. The rest of the run is the same as without
+  /// the interruption. Pre: of the same problem, except for limits and ranks.
   std::optional<PackingState> resume;
   std::optional<Checkpoints> checkpoints;
-  /// Called with every state that growth accepts (Method::cat): all cells, as small as they are.
+  /// Called with every state that growth accepts (Method::cat): all cells at their current scales.
   std::function<void(const std::vector<PlacedCell>&)> observe;
 
   std::int64_t cellCount() const {
@@ -108,7 +109,7 @@ struct PackingProblem {
     return cells;
   }
 
-  /// What measures of its cells need to know.
+  /// Input for measuring cells of this problem.
   AnalysisInput analysisInput() const {
     AnalysisInput input;
     for (const Species& one : species) {
@@ -120,7 +121,7 @@ struct PackingProblem {
     return input;
   }
 
-  /// The wall as a species meets it; nullptr: none.
+  /// The wall for a species; nullptr: none.
   const Wall* wallOf(const Species& one) const { return one.wall ? one.wall.get() : container->wall(); }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What pack() gives back.
+/// @file The result of pack().
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 namespace packmesh {
 
 enum class Outcome {
-  certified,    ///< all cells asked for, certificate clean
-  outOfReach,   ///< a limit was met before all cells were free of overlap: fewer cells, certified
-  interrupted,  ///< the caller asked to stop
+  certified,    ///< all requested cells, certificate clean
+  outOfReach,   ///< a limit was reached before all cells were free of overlap: fewer cells, certified
+  interrupted,  ///< stopped on request
 };
 
 struct Statistics {
-  std::int64_t blocks = 0;   ///< the domain was cut into; more ranks than that are idle
+  std::int64_t blocks = 0;   ///< number of blocks of the domain; additional ranks are idle
   std::int64_t sweeps = 0;   ///< of the relaxation
   std::int64_t repairs = 0;  ///< rounds in which pairs failing the exact test got more clearance
   std::optional<GrowthStatistics> growth;    ///< of Method::cat
@@ -33,16 +33,16 @@ struct Statistics {
 
 struct PackingResult {
   Outcome outcome = Outcome::certified;
-  /// In the order of the species, then of the cells' numbers: of this rank, those of the ranks before come
-  /// before. All cells asked for when certified (and those from a reserve); the densest certified packing
-  /// found when out of reach (see `searched`), or none without Limits::fewerCells; none when interrupted.
+  /// Sorted by species, then by id: of this rank, preceded by those of lower ranks. All requested cells if
+  /// certified (and those from a reserve); if not feasible, the densest certified packing found (see
+  /// `searched`), or none without Limits::fewerCells; none if interrupted.
   std::vector<PlacedCell> cells;
   std::vector<Pose> poses;     ///< the same cells as poses
   std::int64_t cellCount = 0;  ///< of all ranks
-  /// When out of reach: the search for the densest packing came to its end. Otherwise time ended it, or
-  /// (growth) there was none, and the cells are just some that could be certified.
+  /// If not feasible: the search for the densest packing was completed. Otherwise it was stopped by the time
+  /// limit, or (with escapes) there was none, and the cells are merely some that could be certified.
   bool searched = false;
-  Certificate certificate;  ///< of exactly the `cells` of all ranks; pairs and cells by number
+  Certificate certificate;  ///< of exactly the `cells` of all ranks; pairs and cells by id
   Statistics statistics;
 };
 

@@ -10,9 +10,10 @@
 namespace packmesh {
 namespace {
 
-/// Where cells [from, to) of a species start, the first of which has this id.
+/// Initial cells [from, to) of a species; the first of them has this id.
 std::vector<Pose> startOf(const PackingProblem& problem, std::uint64_t seed, const Species& species,
-                          std::int64_t from, std::int64_t to, std::int64_t firstId, const RunControl& control) {
+                          std::int64_t from, std::int64_t to, std::int64_t firstId,
+                          const RunControl& control) {
   const std::int64_t atRandom = std::clamp(static_cast<std::int64_t>(species.start.size()), from, to);
   std::vector<Pose> poses(species.start.begin() + std::min(from, atRandom), species.start.begin() + atRandom);
   if (species.inColumns) {
@@ -39,7 +40,7 @@ std::optional<std::vector<Body>> placedCells(const PackingProblem& problem, std:
                                              const IdShares& shares, RunControl& control) {
   const auto [first, end] = shares.own();
   std::vector<Body> bodies;
-  std::int64_t begin = 0;  // of the species
+  std::int64_t begin = 0;  // first id of the species
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const Species& species = problem.species[s];
     const std::int64_t speciesBegin = begin;

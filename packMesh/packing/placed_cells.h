@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The cells of a problem where they start.
+/// @file Initial cells of a problem.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,12 @@
 
 namespace packmesh {
 
-/// Whether a cell of a species starts where the problem says, not at random. Cells are numbered within it.
+/// Whether the problem gives the initial pose of a cell, so that it is not placed at random. Numbered within
+/// its species.
 bool startsAtGivenPose(const Species& species, std::int64_t cell);
 
-/// The cells of this rank's share at full size: where the problem says, or at random. All ranks call.
-/// @return nothing when there was no time for it
+/// The cells of this rank's share at full size: at their given initial poses, or at random. All ranks call.
+/// @return nothing if there was no time for it
 std::optional<std::vector<Body>> placedCells(const PackingProblem& problem, std::uint64_t seed,
                                              const IdShares& shares, RunControl& control);
 

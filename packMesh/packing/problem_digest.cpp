@@ -13,10 +13,10 @@
 namespace packmesh {
 namespace {
 
-/// To be changed when a problem is to be told from the same one of earlier versions.
+/// To be increased whenever digests must differ from those of earlier versions.
 constexpr std::int64_t generation = 1;
 
-/// Points at which lumens are compared.
+/// Number of points at which lumens are compared.
 constexpr std::int64_t probes = 256;
 
 class Digest {
@@ -61,8 +61,8 @@ void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
   }
 }
 
-// Each of the following names all members of what it adds: a new member does not compile before it is decided
-// here whether states of problems that differ in it can be told apart.
+// Each of the following functions names all members of what it adds, so that a new member does not compile
+// until it is decided here whether states of problems that differ in it have to be distinguished.
 
 void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
   const auto& [fixed, cone, region, extraWallClearance] = species.freedom;
@@ -83,7 +83,7 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
 }
 
 void addSpecies(const PackingProblem& problem, const Species& species, const Box& bounds, Digest& digest) {
-  // The hematocrit and the requests before rounding decide how fewer cells are tried, not on the way here.
+  // The hematocrit and the numbers before rounding only determine how fewer cells are tried.
   const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked] = species;
   digest.add(name);
   digest.add(count);
@@ -101,8 +101,8 @@ void addGrowth(const GrowthSettings& settings, Digest& digest) {
   for (const double number :
        {initialScale, rotationBound, translationBound, padding, alpha, beta, shaking, stalledGrowth})
     digest.add(number);
-  for (const int number : {maxIterations, linearisations, centring ? 1 : 0, patience, relaxationSweeps,
-                           giveUpAfter, attempts})
+  for (const int number :
+       {maxIterations, linearisations, centring ? 1 : 0, patience, relaxationSweeps, giveUpAfter, attempts})
     digest.add(number);
 }
 
@@ -115,8 +115,8 @@ void addEscape(const EscapeSettings& settings, Digest& digest) {
 }  // namespace
 
 std::string digestOf(const PackingProblem& problem) {
-  // What comes after the escape says how to run, not what to pack. `written` is not compared: it belongs to the
-  // program, not to the problem.
+  // The members after the escape affect how the problem is run, not what is packed. `written` is not
+  // compared: it belongs to the program, not to the problem.
   const auto& [species, container, clearance, wallClearance, seed, rotate, limits, communicator, method,
                planeSource, growth, escape, written, interrupted, progress, resume, checkpoints, observe] =
       problem;
@@ -127,7 +127,7 @@ std::string digestOf(const PackingProblem& problem) {
   digest.add(rotate);
   digest.add(clearance);
   digest.add(wallClearance);
-  digest.add(1);  // of an option that is gone, so that states from before still belong to their problems
+  digest.add(1);  // of a removed option, so that the digests of older states remain valid
   if (method == Method::cat) {
     digest.add(static_cast<int>(planeSource));
     addGrowth(growth, digest);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Whether two problems are one.
+/// @file Identification of problems.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace packmesh {
 
-/// 32 hexadecimal digits that tell problems apart (XXH3): species and their meshes, numbers, seed,
-/// clearances, method, the lumen (extent, volume, distances at some points). Limits, ranks and callbacks are
-/// no part of it: a run may go on with others.
+/// 32 hexadecimal digits that identify a problem (XXH3): species and their meshes, numbers, seed, clearances,
+/// method, the lumen (extent, volume, distances at some points). Limits, ranks and callbacks are not
+/// included: a run may be resumed with different ones.
 std::string digestOf(const PackingProblem& problem);
 
 }  // namespace packmesh

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file When a run stops: at a time limit, or because the caller asks.
+/// @file When a run stops: at a time limit, or on request.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 
 namespace packmesh {
 
-/// Counts the time of one run from its construction on, and polls the caller.
+/// Measures the time of one run from its construction on, and polls the caller.
 class RunControl {
  public:
-  /// References `problem`, which must outlive it. Stops at Limits::maxSeconds until told otherwise.
+  /// References `problem`, which must outlive it. Stops at Limits::maxSeconds unless changed by stopAfter().
   explicit RunControl(const PackingProblem& problem)
       : problem_(problem),
         start_(now()),
@@ -25,7 +25,7 @@ class RunControl {
 
   bool limited() const { return problem_.limits.maxSeconds > 0.0; }
   double elapsed() const { return now() - start_; }  ///< on this rank [s]
-  /// Stops so many seconds after the start.
+  /// Sets the stop to this many seconds after the start.
   void stopAfter(double seconds) { end_ = seconds; }
 
   /// Whether to stop; the same on all ranks, which all call.
@@ -35,18 +35,18 @@ class RunControl {
     return stops;
   }
 
-  /// The same as this rank finds it, for what can be given up.
+  /// The same for this rank alone, for work that can be abandoned.
   bool stoppedHere() const { return asked() || elapsed() > end_; }
 
-  /// Whether even what brings a run to its end after its time is to be given up: placing cells, certifying
-  /// what there is. Limits::maxSeconds says how long a run may take in all; half of it is for what is not
-  /// polled.
+  /// Whether even the final steps after the time limit are to be abandoned: placing cells, certifying the
+  /// current ones. Limits::maxSeconds states how long a run may take in total; half of it is reserved for
+  /// what is not polled.
   bool outOfTime() { return ends(spare_); }
-  /// The same as this rank finds it, for loops that ranks go through alone. Once true it stays so, and
+  /// The same for this rank alone, for loops that ranks run independently. Once true it stays so, and
   /// outOfTime() is true on all ranks.
   bool outOfTimeHere() const { return asked() || elapsed() > end_ + spare_; }
 
-  /// Whether one of those found that the caller wants the run to end.
+  /// Whether one of them found that the caller requests a stop.
   bool interrupted() const { return interrupted_; }
 
   std::function<void()> atPolls;  ///< called by stopped(); empty: nothing

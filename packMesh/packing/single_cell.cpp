@@ -18,20 +18,21 @@
 namespace packmesh {
 namespace {
 
-/// Causes count when they hold by more than this [µm]: cells are written with rounded numbers.
+/// A cause holds if it does so by more than this [µm]: cells are written with rounded numbers.
 constexpr double safety = 1e-3;
 
-/// How often causes are examined, about a second, and how often an orientation is divided, at most.
+/// Limits of the number of examined causes, which take about a second, and of the number of times an
+/// orientation is divided.
 constexpr std::int64_t mostExaminations = 200'000'000;
 constexpr int mostDivisions = 14;
 
-/// Orientations at random that are looked at first: where cells fit, one of them mostly does.
+/// Random orientations tested first: if a cell fits, one of them usually succeeds.
 constexpr int quickLooks = 300;
 
-/// What a wall costs to examine, compared with an image.
+/// Cost of testing a wall, relative to an image.
 constexpr std::int64_t wallExamination = 6;
 
-/// Points in the cell that balls are put around.
+/// Points in the cell around which balls are constructed.
 constexpr int points = 40;
 
 struct Ball {
@@ -39,7 +40,8 @@ struct Ball {
   double radius;
 };
 
-/// Balls that lie in the cell: around points spread in it, and around those moved to where they are larger.
+/// Balls inside the cell: around points distributed in it, and around those moved to where the balls are
+/// larger.
 std::vector<Ball> ballsIn(const Shape& shape) {
   const ClosestPoint surface(shape.mesh());
   const auto ballAt = [&](const Vec3& p) -> Ball {
@@ -61,8 +63,8 @@ std::vector<Ball> ballsIn(const Shape& shape) {
   return all;
 }
 
-/// Balls such that a copy of the cell that is moved into one of them meets it, without those that stand out
-/// of others by little.
+/// Balls such that a copy of the cell that is moved into one of them overlaps it, without those that protrude
+/// little from others.
 std::vector<Ball> meetings(const Shape& shape) {
   const double little = 0.2 * shape.halfThickness();
   const std::vector<Ball> balls = ballsIn(shape);
@@ -103,7 +105,7 @@ std::vector<Room> roomsOf(const Container& container, double wallClearance) {
   return rooms;
 }
 
-/// By which images are moved that a cell of this width can meet; of two opposite ones one.
+/// Translations to the images that a cell of this width can touch; one of two opposite ones.
 std::vector<Vec3> movesOfImages(const Vec3& period, double width) {
   std::vector<Vec3> moves;
   int most[3];
@@ -130,7 +132,7 @@ class Orientations {
         causes_.push_back({move, meeting.center, meeting.radius + clearance, move.norm(), false});
   }
 
-  /// Whether every orientation has a cause.
+  /// Whether every orientation is impossible for some cause.
   bool allBlocked() {
     std::vector<const Cause*> causes;
     for (const Cause& cause : causes_) causes.push_back(&cause);
@@ -141,7 +143,7 @@ class Orientations {
       if (std::none_of(causes.begin(), causes.end(), [&](const Cause* c) { return depth(*c, toBody) > 0.0; }))
         return false;
     }
-    // Every rotation is a quaternion one of whose components is 1 and none larger.
+    // Every rotation is represented by a quaternion with one component equal to 1 and none larger.
     for (int face = 0; face < 4; ++face)
       if (!blocked(face, Vec3::Zero(), 1.0, mostDivisions, causes)) return false;
     return true;
@@ -155,14 +157,15 @@ class Orientations {
  private:
   /// Why an orientation is impossible.
   struct Cause {
-    Vec3 vector;     ///< direction of the room, or by which the image is moved
-    Vec3 meeting;    ///< moved to here the image meets the cell, in the body frame
-    double measure;  ///< width of the room, or how far from `meeting` they still meet [µm]
-    double lever;    ///< no depth changes by more than this [µm/rad]
+    Vec3 vector;   ///< direction of the width, or translation of the image
+    Vec3 meeting;  ///< body frame; translated to here, the image overlaps the cell
+    double
+        measure;  ///< width of the container, or distance from `meeting` within which they still overlap [µm]
+    double lever;  ///< upper bound of the change of any depth [µm/rad]
     bool wall;
   };
 
-  /// How clearly it holds [µm]; not positive: it does not.
+  /// Margin by which it holds [µm]; not positive: it does not.
   double depth(const Cause& cause, const Mat3& toBody) const {
     const Vec3 v = toBody * cause.vector;
     if (!cause.wall) return cause.measure - (cause.meeting - v).norm() - safety;
@@ -170,8 +173,8 @@ class Orientations {
     return v.dot(across) - cause.measure - safety;
   }
 
-  /// A cube of quaternions around `middle`: projected to the unit sphere they get no further apart, and turn
-  /// by twice the angle between them. `causes`: those that may hold in it.
+  /// A cube of quaternions around `middle`: projected to the unit sphere they do not move further apart, and
+  /// rotations differ by twice the angle between them. `causes`: those that may hold in it.
   bool blocked(int face, const Vec3& middle, double half, int divisions,
                const std::vector<const Cause*>& causes) {
     for (const Cause* cause : causes) examinations_ += cause->wall ? wallExamination : 1;
@@ -200,7 +203,7 @@ class Orientations {
   }
 
   ConvexHull hull_;
-  double width_;  ///< of a sphere that holds the cell however it is turned [µm]
+  double width_;  ///< diameter of a sphere that contains the cell in any orientation [µm]
   std::vector<Cause> causes_;
   std::int64_t examinations_ = 0;
   bool byWall_ = false, byImage_ = false;
@@ -215,9 +218,9 @@ void requireFitsAlone(const std::string& name, const Shape& shape, const Contain
   const Vec3 size = boundingBox(shape.mesh()).size();
   throw InputError("a cell of species '" + name + "' (" + toText(size[0]) + " x " + toText(size[1]) + " x " +
                    toText(size[2]) + " µm) does not fit in the lumen (" + container.describe() +
-                   ") in any orientation: it would meet " + orientations.obstacle() +
-                   (wallClearance > 0.0 || clearance > 0.0 ? " or come nearer than the clearance" : "") +
-                   ". Make the lumen larger or leave these cells out");
+                   ") in any orientation: it would intersect " + orientations.obstacle() +
+                   (wallClearance > 0.0 || clearance > 0.0 ? " or violate the clearance" : "") +
+                   ". Enlarge the lumen or remove this species");
 }
 
 }  // namespace packmesh

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Whether a single cell can be in a container at all.
+/// @file Whether a single cell fits into a container at all.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace packmesh {
 
-/// Refuses a cell that cannot be in the container in any orientation, because it would meet the wall or its
-/// own periodic image, where that can be proved.
+/// Refuses a cell that cannot be in the container in any orientation because it would intersect the wall or
+/// its own periodic image, provided that this can be proved.
 ///
-/// Orientations are divided until in each part of them one cause holds for all: the cell is wider than the
-/// container along some direction, or two balls in it, one of them moved by periods, meet. Gives up at the
-/// first orientation without a cause, and after about a second: then nothing is refused.
+/// The space of orientations is divided until in each part one cause holds for all of them: the cell is wider
+/// than the container along some direction, or two balls in it, one of them translated by periods, overlap.
+/// Gives up at the first orientation without a cause, and after about a second; then nothing is refused.
 /// @param name of the species
 /// @param wallClearance, clearance to the wall, and of a cell to its images [µm]
 /// @throws InputError

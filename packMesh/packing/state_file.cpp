@@ -26,16 +26,17 @@ namespace fs = std::filesystem;
 constexpr char kind[] = "state";
 constexpr std::int64_t schemaVersion = 2;
 
-/// No number of a run is so large, no cell so far outside the lumen's bounds, however small [µm].
+/// Bounds of plausible values: no number of a run is so large, no cell so far outside the lumen's bounds,
+/// even if the lumen is small [µm].
 constexpr double mostPossible = 1e17, farthest = 100.0;
 
 /// Growth begins far above this scale (GrowthSettings::smallestScale).
 constexpr double smallestScale = 1e-12;
 
-/// Cells were taken out one by one, before there was a search for the densest packing.
+/// In files from before the search for the densest packing: cells were removed one by one.
 constexpr std::int64_t withdrawnStage = 3;
 
-/// No length but that of a path is as long [µm].
+/// No length except that of a path is as large [µm].
 double longestPossible(const PackingProblem& problem) {
   return problem.container->bounds().size().norm() + farthest;
 }
@@ -54,7 +55,7 @@ const char* textOf(const RunPosition& position) {
   return "";
 }
 
-/// The cells, one table a property.
+/// The cells, one table per property.
 struct CellTables {  // orientations as w, x, y, z, which ParaView takes
   std::vector<std::int64_t> id;
   std::vector<std::int32_t> species, deepInWall;
@@ -129,7 +130,7 @@ void forEachMeasure(Measures& measures, Visit&& visit) {
   visit("local_hematocrit", measures.localHematocrit);
 }
 
-/// All numbers that are not of a cell, as arrays with a name.
+/// All values that do not belong to a cell, as named arrays.
 struct RunTables {
   std::vector<std::int64_t> position, counters, counts, clearedPairs, disturbed, failedPairs, failures,
       wallCells;
@@ -218,12 +219,8 @@ PackingState stateOf(const RunTables& t) {
     state.demandedOfWall[t.wallCells[i]] = t.wallDemands[i];
   state.growth.attempt = t.growth[0];
   state.growth.iterations = t.growth[1];
-  state.growth.progress = {t.growth[2],
-                           t.growth[3],
-                           t.growth[4],
-                           t.growth[5],
-                           t.growthNumbers[0],
-                           static_cast<std::int64_t>(t.growthNumbers[1])};
+  state.growth.progress = {t.growth[2], t.growth[3],        t.growth[4],
+                           t.growth[5], t.growthNumbers[0], static_cast<std::int64_t>(t.growthNumbers[1])};
   return state;
 }
 
@@ -236,7 +233,7 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          t.growth.size() == 6 && t.growthNumbers.size() == 2;
 }
 
-/// Whether numbers are ones a run can have: what follows computes with them unseen.
+/// Whether the values are possible in a run: the following code does not check them.
 bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
   const auto from0To = [](double most) {
     return [most](const auto& table) {
@@ -250,7 +247,7 @@ bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
          count(run.growthNumbers);
 }
 
-/// The same of cells. Their species are known.
+/// The same for cells. Their species have been checked.
 bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem& problem) {
   const Box bounds = problem.container->bounds();
   const Vec3 size = bounds.size();
@@ -264,7 +261,7 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
                     cell.extraWallClearance < longest && cell.overlap >= 0.0 && cell.overlap < longest &&
                     cell.moved >= 0.0 && cell.moved < mostPossible && cell.stepTaken >= 0.0 &&
                     cell.stepTaken <= 1.0;
-    for (int k = 0; k < 3; ++k)  // periods are not always taken off at once
+    for (int k = 0; k < 3; ++k)  // positions are not always wrapped at once
       possible = possible && cell.pose.position[k] > bounds.lo[k] - size[k] - farthest &&
                  cell.pose.position[k] < bounds.hi[k] + size[k] + farthest;
     if (!possible) return false;
@@ -319,7 +316,8 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
     table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
     out.table(std::string("/cells/") + name, state.cellCount, 1, first, table);
   });
-  // What only growth has: how much of their last steps cells took, and the best of earlier attempts.
+  // Data of growth only: the fractions of their last steps that cells took, and the best state of earlier
+  // attempts.
   const bool growing = state.position.stage == Stage::growth;
   std::vector<double> taken;
   for (const BodyState& cell : state.cells)
@@ -332,13 +330,13 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   });
 }
 
-/// Flushes to the disk and gives the file its name. @return what went wrong, or nothing
+/// Flushes to the disk and renames the file. @return description of the error, or nothing
 std::string putInPlace(const fs::path& written, const fs::path& file) {
   const int descriptor = ::open(written.c_str(), O_RDONLY | O_CLOEXEC);
   const bool flushed = descriptor >= 0 && (::fsync(descriptor) == 0 || errno == EINVAL);
   if (descriptor >= 0) ::close(descriptor);
   if (!flushed || ::rename(written.c_str(), file.c_str()) != 0)
-    return std::string("cannot be put in place: ") + std::strerror(errno);
+    return std::string("cannot be written: renaming the temporary file failed: ") + std::strerror(errno);
   return "";
 }
 
@@ -349,7 +347,7 @@ void writeState(const fs::path& name, const PackingProblem& problem, const std::
   const Communicator& ranks = problem.communicator;
   std::error_code ignored;
   fs::path file = fs::is_symlink(name, ignored) ? fs::weakly_canonical(name, ignored) : name;
-  if (file.empty()) file = name;  // which cannot be written, and says why
+  if (file.empty()) file = name;  // which cannot be written; the error is reported below
   const fs::path written = ranks.broadcast(temporaryName(file, 0, "new").string(), 0);  // that of rank 0
   std::string error;
   {
@@ -381,19 +379,19 @@ StateHead readStateHead(const fs::path& file) {
 
 namespace {
 
-/// This rank's part.
+/// The data of this rank.
 PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   const Communicator& ranks = problem.communicator;
   if (in.text("/", "problem") != digestOf(problem))
-    in.fail("is the state of another problem (lumen, cells, numbers, clearances or seed differ)");
+    in.fail("is the state of another problem (lumen, cells, counts, clearances or seed differ)");
   RunTables run;
   forEachRunTable(run, [&](const char* path, int columns, auto& table) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(path, columns);
   });
-  const char* const misfit = "is damaged: its tables do not fit each other";
+  const char* const misfit = "is damaged: the sizes of its tables are inconsistent";
   if (!ofTheRightSizes(run, problem.species.size())) in.fail(misfit);
-  const char* const impossible = "is damaged: it has numbers that no run has";
+  const char* const impossible = "is damaged: it contains values out of range";
   if (!ofPossibleNumbers(run, problem)) in.fail(impossible);
   PackingState state = stateOf(run);
   if (in.size("/cells/id")[0] != state.cellCount) in.fail(misfit);
@@ -431,7 +429,7 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   };
   if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
       std::any_of(state.growth.best.begin(), state.growth.best.end(), unknown))
-    in.fail("is damaged: it has a cell that the problem has not");
+    in.fail("is damaged: it contains a cell that is not part of the problem");
   const auto before = [](const BodyState& a, const BodyState& b) { return !(b.id > a.id); };
   if (std::adjacent_find(state.cells.begin(), state.cells.end(), before) != state.cells.end() ||
       !ofPossibleNumbers(state.cells, problem) || !ofPossibleNumbers(state.growth.best, problem))
@@ -454,7 +452,7 @@ PackingState readState(const fs::path& file, const PackingProblem& problem) {
     if (ranks.any(!error.empty()))
       throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
   };
-  // No rank reads what may be damaged.
+  // No rank reads a file that may be damaged.
   attempt([&] {
     if (ranks.rank() == 0) requireSealed(file, kind, schemaVersion);
   });

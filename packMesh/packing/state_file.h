@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Packings on their way, in HDF5 files; docs/reference/state.md describes what is where.
+/// @file States of packings in HDF5 files; docs/reference/state.md describes the format.
 #pragma once
 
 #include <filesystem>
@@ -12,26 +12,26 @@
 
 namespace packmesh {
 
-/// What a state file says besides the state.
+/// Metadata of a state file.
 struct StateHead {
   std::string digest;                ///< of the problem, see digestOf()
-  std::vector<std::string> command;  ///< program and arguments that began the run; whatever the caller likes
-  std::string stage;                 ///< of the run, for people
+  std::vector<std::string> command;  ///< command line that started the run; its content is up to the caller
+  std::string stage;                 ///< of the run, human-readable
   std::int64_t cells = 0;
 };
 
-/// Writes `file` at once or not at all: under another name in the same folder, flushed, then renamed. The
-/// same state gives the same bytes on any number of ranks. All ranks call.
-/// @throws InputError on all ranks when that fails; what was there under the name before is still there then
+/// Writes `file` completely or not at all: under a temporary name in the same folder, flushed, then renamed.
+/// The same state gives the same bytes on any number of ranks. All ranks call.
+/// @throws OutputError on all ranks if that fails; an existing file of that name is then unchanged
 void writeState(const std::filesystem::path& name, const PackingProblem& problem,
                 const std::vector<std::string>& command, const PackingState& state);
 
-/// Any rank may call it on its own. @throws InputError when the file is not a state file of this version
+/// Any rank may call it on its own. @throws InputError if the file is not a state file of this version
 StateHead readStateHead(const std::filesystem::path& file);
 
 /// The state with this rank's share of the cells. All ranks call.
-/// @throws InputError when the file is foreign, of another version, damaged, or not of this problem; on all
-/// ranks, each
+/// @throws InputError on all ranks if the file is not a state file, is of another version, damaged, or not of
+///   this problem
 PackingState readState(const std::filesystem::path& file, const PackingProblem& problem);
 
 }  // namespace packmesh

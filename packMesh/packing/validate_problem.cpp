@@ -25,7 +25,7 @@ void checkClearance(double clearance, const char* what) {
                      number(clearance));
 }
 
-/// A cell fits nowhere when a ball inside it is wider than the lumen along an axis.
+/// A cell fits nowhere if a ball inside it is wider than the lumen along an axis.
 void checkFits(const Species& species, const Container& container, double wallClearance) {
   Vec3 room = container.bounds().size();
   for (int k = 0; k < 3; ++k)
@@ -42,21 +42,21 @@ void checkFits(const Species& species, const Container& container, double wallCl
         (wallClearance > 0.0 ? " less the clearance of " + number(wallClearance) + " µm to the wall" : ""));
 }
 
-/// A cell may be wider than the period, but not so wide that its images cannot be counted.
+/// A cell may be wider than the period, but not so wide that the number of its images becomes excessive.
 void checkPeriods(const Species& species, const PackingProblem& problem) {
   constexpr double mostPeriods = 32.0;
   const Vec3& period = problem.container->period();
   const double width = 2.0 * species.shape->radius(), gap = std::max(gapOfInterest, problem.clearance);
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
-      throw InputError("a lumen that repeats every " + number(period[k]) + " µm along " + "xyz"[k] +
-                       " is too small to be examined: a cell of species '" + species.name + "' is " +
-                       number(width) + " µm wide, and gaps up to " + number(gap) + " µm are looked for");
+      throw InputError("the period of the lumen, " + number(period[k]) + " µm along " + "xyz"[k] +
+                       ", is too small for the certificate: a cell of species '" + species.name + "' is " +
+                       number(width) + " µm wide, and gaps up to " + number(gap) + " µm are measured");
 }
 
-/// Cells that keep a clearance c stay disjoint when each is grown by c/2, and then lie in the lumen grown by
-/// c/2. By the inequality of Brunn and Minkowski a body of volume V grown by r has at least the volume of the
-/// ball of volume V grown by r.
+/// Cells with a clearance c remain disjoint when each is dilated by c/2, and are then inside the lumen
+/// dilated by c/2. By the Brunn-Minkowski inequality, a body of volume V dilated by r has at least the volume
+/// of the ball of volume V dilated by r.
 void checkRoomForClearance(const PackingProblem& problem) {
   if (problem.clearance == 0.0) return;
   const double grown = 0.5 * problem.clearance, unitBall = 4.0 / 3.0 * std::acos(-1.0);
@@ -79,16 +79,17 @@ void checkStart(const Species& species) {
   const Freedom& freedom = species.freedom;
   const auto refuse = [&](const char* what) { throw InputError("species '" + species.name + "' " + what); };
   if (freedom.fixed && static_cast<std::int64_t>(species.start.size()) != species.count)
-    refuse("is fixed, so each of its cells needs a place to start");
+    refuse("is fixed, so each of its cells needs an initial pose");
   for (const Pose& pose : species.start) {
-    if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite()) refuse("starts nowhere");
-    if (pose.scale != 1.0) refuse("starts with cells that are not of full size");
+    if (!pose.position.allFinite() || !pose.orientation.coeffs().allFinite())
+      refuse("has an initial pose that is not finite");
+    if (pose.scale != 1.0) refuse("has initial poses that are not of full size");
   }
   checkClearance(freedom.extraWallClearance, "extra clearance to the wall");
   if (freedom.cone && !(freedom.cone->spread >= 0.0 && freedom.cone->spread <= 0.5 * std::acos(-1.0)))
     refuse("has an axis with a spread that is not in [0, pi/2] rad");
-  if (freedom.cone && !(std::abs(freedom.cone->axis.norm() - 1.0) < 1e-9))  // but for rounding
-    refuse("has an axis that is no unit vector");
+  if (freedom.cone && !(std::abs(freedom.cone->axis.norm() - 1.0) < 1e-9))  // up to rounding
+    refuse("has an axis that is not a unit vector");
 }
 
 void checkColumns(const PackingProblem& problem) {
@@ -98,20 +99,20 @@ void checkColumns(const PackingProblem& problem) {
     const auto refuse = [&](const char* what) {
       throw InputError("species '" + one.name + "' cannot start in columns: " + what);
     };
-    if (++species > 1) refuse("another one does, too");
+    if (++species > 1) refuse("another species does as well");
     if (!one.start.empty()) refuse("some of its cells exist already");
-    if (one.freedom.cone) refuse("its cells are held to a direction");
-    if (one.freedom.region) refuse("its cells are held to a region");
-    if (!one.freedom.isFree()) refuse("its cells are fixed, or keep more clearance to the wall than others");
-    if (!problem.rotate) refuse("no cell is to be turned");
+    if (one.freedom.cone) refuse("the orientation of its cells is constrained");
+    if (one.freedom.region) refuse("its cells are restricted to a region");
+    if (!one.freedom.isFree()) refuse("its cells are fixed or have an extra clearance to the wall");
+    if (!problem.rotate) refuse("rotations are disabled");
     if (!(problem.container->period().minCoeff() > 0.0))
-      refuse("that takes a box that is periodic along all axes");
+      refuse("this requires a box that is periodic along all axes");
   }
 }
 
 void checkStock(const EscapeSettings& escape, std::size_t species) {
   if (escape.reserve.size() > species)
-    throw InputError("the reserve has bodies of more species than there are");
+    throw InputError("the reserve has bodies of more species than the problem");
   for (const std::int64_t bodies : escape.reserve)
     if (bodies < 0) throw InputError("the reserve has a negative number of bodies");
 }
@@ -126,7 +127,7 @@ double cellVolume(const PackingProblem& problem) {
 }
 
 void validate(const PackingProblem& problem) {
-  if (!problem.container) throw InputError("there is no container to pack into");
+  if (!problem.container) throw InputError("the problem has no container");
   checkClearance(problem.clearance, "clearance between cells");
   checkClearance(problem.wallClearance, "clearance to the wall");
   for (const Species& species : problem.species) {

@@ -10,11 +10,11 @@ namespace packmesh {
 
 namespace {
 
-/// Every rank is told of cells that moved, as long as they are few.
+/// Cells that moved are sent to every rank as long as they are few.
 constexpr double fewMoved = 0.02;
 constexpr std::int64_t alwaysFew = 1000;
 
-/// From one place to the other, the short way round [µm].
+/// Distance between two positions, by the nearest image [µm].
 double distanceBetween(const Vec3& a, const Vec3& b, const Vec3& period) {
   Vec3 d = b - a;
   for (int k = 0; k < 3; ++k)

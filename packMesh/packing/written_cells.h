@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The cells as they will be written, which is what is certified.
+/// @file The cells as they will be written, to which the certificate refers.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,18 @@
 
 namespace packmesh {
 
-/// The cells of this rank when they were taken, and the copies it had of cells near them; sorted by id. All
-/// ranks call its functions together.
+/// The cells of this rank at the time they were taken, and its ghosts; sorted by id. All ranks call its
+/// functions together.
 class WrittenCells {
  public:
   /// References `problem`, which must outlive it.
   explicit WrittenCells(const PackingProblem& problem) : problem_(&problem) {}
 
-  /// Takes the cells over from the relaxation.
+  /// Copies the cells from the relaxation.
   void take(Relaxation& relaxation);
 
-  /// Brings cells that have moved since to where they are now, wherever they went.
-  /// @return which of them (by index) are different now; nothing when so much has moved that all are to be
-  /// taken anew
+  /// Updates cells that have moved since, wherever they are now.
+  /// @return those (by index) that differ now; nothing if so many have moved that all have to be taken again
   std::optional<std::vector<std::int64_t>> update(Relaxation& relaxation);
 
   /// References this object.

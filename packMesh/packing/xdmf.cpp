@@ -8,7 +8,7 @@
 namespace packmesh {
 namespace {
 
-/// Kind and size of numbers in a state file, as XDMF tells.
+/// Type and size of numbers in a state file, in the terms of XDMF.
 struct Numbers {
   const char *type, *bytes;
 };

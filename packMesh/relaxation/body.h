@@ -18,23 +18,23 @@ struct Body {
   int block = 0;
   std::int64_t id = 0;  ///< global, over all species
 
-  /// How long the way is that any of its points has come since pairs were listed, at most [µm]. What is found
-  /// out about its surroundings holds for some way.
+  /// Upper bound of the displacement of any of its points since the pairs were last listed [µm]. Results
+  /// about its surroundings stay valid up to a certain displacement.
   double moved = 0.0;
-  double awayFromWallUntil = -1.0;  ///< the wall need not be looked at until `moved` is this
-  /// Until `moved` is wallMaskUntil, only these clusters of samples can touch the wall.
+  double awayFromWallUntil = -1.0;  ///< the wall test is skipped until `moved` reaches this
+  /// Until `moved` reaches wallMaskUntil, only these clusters of samples can touch the wall.
   ClusterMask wallMask = allClusters;
   double wallMaskUntil = -1.0;
-  bool deepInWall = true;           ///< was deep in the wall when last looked at, so coarse samples will do
-  bool sleeping = false;            ///< until it moves, its wall and its region need not be looked at
+  bool deepInWall = true;           ///< was deep in the wall at the last test, so coarse samples suffice
+  bool sleeping = false;            ///< until it moves, the tests against wall and region are skipped
   double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
-  bool changed = false;             ///< moved since other ranks were told
+  bool changed = false;             ///< moved since the last ghost update
   bool touched = false;             ///< moved since Relaxation::forgetTouched()
-  double extraWallClearance = 0.0;  ///< given to cells that the exact test found misplaced [µm]
-  double stepTaken = 1.0;           ///< growth: the part of the last proposed step that was taken
+  double extraWallClearance = 0.0;  ///< added for cells that the exact test found misplaced [µm]
+  double stepTaken = 1.0;           ///< growth: the fraction of the last proposed step that was taken
   bool frozen = false;              ///< growth: does not move, and neighbours grow up to its surface
 
-  /// Nothing is known of its surroundings.
+  /// Discards everything cached about its surroundings.
   void forgetSurroundings() {
     moved = 0.0;
     awayFromWallUntil = wallMaskUntil = -1.0;
@@ -49,7 +49,7 @@ struct Body {
   }
 };
 
-/// A body as it is placed.
+/// A body with the given pose.
 inline Body makeBody(std::int64_t id, int species, const Pose& pose) {
   Body body;
   body.id = id;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A body as it travels between ranks and rests in files.
+/// @file A body in the form in which it is sent between ranks and stored in files.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +8,17 @@
 
 namespace packmesh {
 
-/// Where a body is; trivially copyable.
+/// Position and orientation of a body; trivially copyable.
 struct PlainPose {
   double position[3];     ///< [µm]
   double orientation[4];  ///< x, y, z, w
 
   static PlainPose of(const Body& body);
-  /// Puts the body there.
+  /// Applies the pose to the body.
   void giveTo(Body& body) const;
 };
 
-/// All of a body that lasts from one list of pairs to the next; trivially copyable.
+/// Everything about a body that persists between neighbour lists; trivially copyable.
 struct BodyState {
   PlainPose pose;
   double scale, extraWallClearance, overlap, moved, stepTaken;

@@ -18,7 +18,8 @@ inline Point transform(const RelativeFrame& f, Lanes x, Lanes y, Lanes z) {
           f.m[6] * x + f.m[7] * y + f.m[8] * z + f.t[2]};
 }
 
-/// A distance that the surface certainly has from points around `p`: from the disc + ellipsoid and the box.
+/// Lower bound of the distance between the surface and the points around `p`, from the disc + ellipsoid bound
+/// and the box.
 inline Lanes lowerBound(const FieldView& field, const Point& p) {
   const Lanes rho = squareRoot(p.x * p.x + p.z * p.z);
   const Lanes beyond = larger(rho - field.ring, splat(0.0f));
@@ -28,8 +29,8 @@ inline Lanes lowerBound(const FieldView& field, const Point& p) {
   return larger(rounded, flat);
 }
 
-/// Value F and gradient of a function that vanishes on the surface, with |gradient|²/4; distance() of it is
-/// the distance to the surface.
+/// Value F and gradient of a function that vanishes on the surface, with |gradient|²/4; distance() converts
+/// it to the distance to the surface.
 struct Level {
   Lanes f;
   Point gradient;
@@ -40,8 +41,8 @@ inline Lanes quarterOf(const Point& g) {
   return 0.25f * (g.x * g.x + g.y * g.y + g.z * g.z);
 }
 
-/// F = y² - P(s), P continued beyond the rim s = 1 by a parabola: the polynomial itself says nothing there, a
-/// red cell's returns to zero at 1.36 radii.
+/// F = y² - P(s), with P continued beyond the rim s = 1 by a parabola: the polynomial itself is meaningless
+/// there; a red cell's returns to zero at 1.36 radii.
 inline Level closedForm(const FieldView& field, const Point& q) {
   const Lanes s = field.a * q.x * q.x + field.c * q.z * q.z;
   const Lanes inner = smaller(s, splat(1.0f)), beyond = s - inner, bend = field.bend * beyond;
@@ -60,8 +61,8 @@ inline Level closedForm(const FieldView& field, const Point& q) {
   return level;
 }
 
-/// F = the sampled distance, by trilinear interpolation; outside the grid, where points are further away than
-/// any clearance, a bound of it: the cell lies on the other side of the nearest point of the grid.
+/// F = the sampled distance, by trilinear interpolation. Outside the grid, where points are further away than
+/// any clearance, a lower bound: the cell lies on the other side of the nearest point of the grid.
 inline Level sampled(const FieldView& field, const Point& q) {
   Lanes u[3] = {field.nodesPerLength * (q.x - field.origin[0]),
                 field.nodesPerLength * (q.y - field.origin[1]),
@@ -104,16 +105,16 @@ inline Level sampled(const FieldView& field, const Point& q) {
   return level;
 }
 
-/// What the first look at a cluster leaves to the second.
+/// What the first pass over a cluster passes on to the second.
 struct NearCluster {
   Point q;
   Level level;
 };
 
-/// Clusters that are looked at together: a word of bits.
+/// Number of clusters processed together: one 64-bit word.
 constexpr int chunk = 64;
 
-/// Running sums of ContactSums, lane by lane.
+/// Running sums of ContactSums, one per lane.
 struct LaneSums {
   Lanes weight = splat(0.0f), px = weight, py = weight, pz = weight, nx = weight, ny = weight, nz = weight,
         gradient = weight, deepest = weight;
@@ -143,7 +144,8 @@ struct LaneSums {
   }
 };
 
-/// The clusters of a chunk that can have a point within the limit, as bits; lowers `nearest` to the others.
+/// The clusters of a chunk that can have a point within the limit, as bits; lowers `nearest` to the distance
+/// of the others.
 inline std::uint64_t clustersWithin(const SampleView& samples, const RelativeFrame& frame,
                                     const FieldView& field, int begin, int count, float limit,
                                     Lanes& nearest) {
@@ -181,8 +183,8 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
         members |= (mask >> ((begin + k) >> samples.bitShift) & 1u) << k;
     if (count < chunk) members &= (std::uint64_t{1} << count) - 1u;
 
-    // First look: which clusters come within the limit, and which touch. Without branches, so that the
-    // processor works on several at once.
+    // First pass: which clusters come within the limit, and which touch. Free of branches, so that the
+    // processor can overlap several of them.
     NearCluster kept[chunk];
     int touched[chunk], keptCount = 0, touchedCount = 0, looked = 0;
     for (; members != 0; members &= members - 1, ++looked) {
@@ -196,8 +198,8 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
         within = bitsWhereLess(slot.level.f, splat(limit));
         touch = bitsWhereLess(slot.level.f, splat(clearance));
       } else {
-        // F / |grad F| is no more than the distance where F is convex, thus around any ellipsoid, and around
-        // red cells too.
+        // F / |grad F| does not exceed the distance where F is convex, which holds around any ellipsoid, and
+        // around red cells too.
         const Lanes signedSquare = slot.level.f * magnitude(slot.level.f);
         within = bitsWhereLess(signedSquare, (4.0f * limit * limit) * slot.level.quarter);
         touch = bitsWhereLess(signedSquare, (4.0f * clearance * clearance) * slot.level.quarter);
@@ -210,11 +212,11 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
     }
     if (keptCount < looked) nearest = smaller(nearest, splat(limit));
 
-    // Second look: d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0:
-    // exact for spheres, within 0.0006 µm of the distance near the surface of a red cell; outside
-    // between F / |grad F| and twice that. Inside an ellipsoid F under the root counts curvature times: the
-    // depth is then never more than the true one. Else the middle were as deep as the cell is long along y,
-    // and cells lock in each other.
+    // Second pass: d = F / (|grad F|/2 + sqrt(|grad F|²/4 - F)), the smaller root of d² - |grad F| d + F = 0:
+    // exact for spheres, within 0.0006 µm of the distance near the surface of a red cell; outside, between F
+    // / |grad F| and twice that. Inside an ellipsoid F under the root is multiplied by the curvature, so that
+    // the depth never exceeds the true one. Otherwise the depth in the middle would be half the extent along
+    // y, and cells would lock.
     for (int k = 0; k < touchedCount; ++k) {
       const NearCluster& cluster = kept[touched[k]];
       const Level& level = cluster.level;
@@ -230,7 +232,7 @@ inline __attribute__((always_inline)) void contactWith(const SampleView& samples
     if (!touching)
       for (int k = 0; k < keptCount; ++k) {
         const Level& level = kept[k].level;
-        // The least gradient only keeps the quotient finite.
+        // The lower limit of the gradient only keeps the quotient finite.
         nearest = smaller(
             nearest, onGrid ? level.f : level.f / larger(2.0f * squareRoot(level.quarter), splat(1e-6f)));
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The innermost loop: how deep do the sample points of one cell reach into the surface of another.
+/// @file The innermost loop: how deep the sample points of one cell penetrate the surface of another.
 ///
 /// A kernel: see packMesh/simd/instruction_set.h.
 #pragma once
@@ -10,11 +10,11 @@
 
 namespace packmesh {
 
-/// A set of clusters: bit k stands for the 2^bitShift clusters from k * 2^bitShift on.
+/// A set of clusters: bit k represents the 2^bitShift clusters starting at k * 2^bitShift.
 using ClusterMask = std::uint64_t;
 constexpr ClusterMask allClusters = ~ClusterMask{0};
 
-/// The surface of a cell as the kernel sees it, in its body frame.
+/// The surface of a cell as the kernel uses it, in its body frame.
 struct FieldView {
   bool onGrid;
   // Closed form y² = P(a x² + c z²) (ProfileSurface).
@@ -25,7 +25,7 @@ struct FieldView {
   const float* value;
   float origin[3], nodesPerLength;
   int nodes[3];
-  // Disc + ellipsoid bound (SupportBound) and half extents: what lies outside of them is apart.
+  // Disc + ellipsoid bound (SupportBound) and half extents: points outside of them are certainly apart.
   float ring, thickness, extent[3];
 };
 
@@ -54,12 +54,12 @@ struct ContactSums {
   float nearest;        ///< no sample point is nearer to the surface than this (negative: inside)
 };
 
-/// Looks at the clusters in `mask`. When these are all, `mask` becomes the set of those with a point nearer
+/// Examines the clusters in `mask`. If `mask` contains all of them, it is set to those with a point nearer
 /// than clearance + margin: as long as the two have not moved by more than the margin, no others can touch.
 using ContactKernel = void (*)(const SampleView&, const RelativeFrame&, const FieldView&, float clearance,
                                float margin, ClusterMask& mask, ContactSums&);
 
-/// The version for an instruction set. Pre: available(set).
+/// The implementation for an instruction set. Pre: available(set).
 template <InstructionSet set>
 ContactKernel contactKernel();
 inline ContactKernel contactKernel(InstructionSet set) {

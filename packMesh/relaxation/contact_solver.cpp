@@ -14,20 +14,20 @@
 namespace packmesh {
 namespace {
 
-/// Inverse inertia of a cell of mass 1 and bounding radius R is this over R²: 0.2/µm² for the red cell, found
-/// best between 0.15 and 0.3; a solid sphere has 2.5.
+/// Inverse inertia of a cell of mass 1 and bounding radius R is this divided by R²: 0.2/µm² for the red cell,
+/// the best of values between 0.15 and 0.3; a solid sphere has 2.5.
 constexpr double inertiaFactor = 3.0;
 
-/// Masses follow volumes only within these bounds, so that a white cell can still be moved by platelets.
+/// Masses are proportional to volumes only within these bounds, so that platelets can still push a white
+/// cell.
 constexpr double largestMassRatio = 10.0;
 
-/// One step turns or moves a cell no further than this [rad; fraction of its radius].
+/// Limits of the rotation and translation of a cell in one step [rad; fraction of its radius].
 constexpr double largestTurn = 0.4, largestStep = 0.5;
 
-/// Where the summed normals of a deep contact cancel to less than this, crossed discs would lock: the
-/// direction between the centres is mixed in.
-/// Deep: this much [µm], in thin cells this fraction of half their thickness; for pairs that failed the exact
-/// test, at all.
+/// Where the sum of the normals of a deep contact cancels to less than this, crossed discs would lock: the
+/// direction between the centres is mixed in. A contact is deep beyond this depth [µm]; for thin cells, this
+/// fraction of half their thickness; for pairs that failed the exact test, always.
 constexpr double lockedNormal = 0.8, lockedDepth = 0.1, lockedFraction = 0.3;
 
 FieldView viewOf(const Shape& shape) {
@@ -68,11 +68,11 @@ SampleView viewOf(const SamplePoints& s) {
           s.radius.data()};
 }
 
-/// So many times in a row a pair that touches is looked at only where it touched last.
+/// So many times in a row, a touching pair is examined only in the clusters that touched last.
 constexpr int mostQuickLooks = 1;
 
-/// Contacts no deeper than this are left alone [µm]: cells that were pushed apart then rest, where rounding
-/// would have them touch again and again.
+/// Contacts shallower than this are not resolved [µm]: cells that have been pushed apart then come to rest
+/// instead of touching again because of rounding.
 constexpr double negligible = 0.1 * tolerance::relaxationTolerance;
 
 }  // namespace
@@ -92,7 +92,7 @@ SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double
       wall(wallOfSpecies),
       freedom(std::move(freedomOfSpecies)) {}
 
-/// One contact: the sampled body is to be pushed along `normal`, the other one back.
+/// One contact: the sampled body is pushed along `normal`, the other one in the opposite direction.
 struct ContactSolver::Contact {
   Vec3 arm;      ///< from the centre of the pushed body to the point [µm]
   Vec3 backArm;  ///< from the centre of the other body [µm]
@@ -120,7 +120,7 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region
   }
 }
 
-/// How two bodies lie to each other: what the looks from either side share.
+/// Relative pose of two bodies, used for the tests from either side.
 struct ContactSolver::Meeting {
   const Body &a, &b;
   Vec3 fromB;  ///< from the centre of b to that of a [µm]
@@ -134,7 +134,7 @@ struct ContactSolver::Meeting {
         turn(second.rotation.transpose() * first.rotation),
         clearance(wanted) {}
 
-  /// Map from the frame of a to that of b, or, from the other side, from b's to a's.
+  /// Map from the frame of a to that of b or, for the other side, from that of b to that of a.
   RelativeFrame frame(int side) const {
     const Body &sampled = side == 0 ? a : b, &surface = side == 0 ? b : a;
     const double ratio = sampled.scale / surface.scale;
@@ -175,7 +175,7 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
   if (coherence < lockedNormal &&
       (contact.depth > models_[surface.species].lockedDepth || clearance > clearance_)) {
     const double distance = fromSurface.norm();
-    if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;  // else no direction
+    if (distance > 1e-9) normal += (1.0 - coherence) * fromSurface / distance;  // otherwise undefined
   }
   const double length = normal.norm();
   if (!(length > 1e-6)) return false;  // normals of samples cancel out
@@ -320,12 +320,12 @@ bool ContactSolver::findContacts(ContactPair& pair, const Meeting& meeting, Cont
     if (found && pair.deep) return true;
     if (coarsely_) {
       pair.deep = true;
-      nearest = -std::numeric_limits<double>::infinity();  // coarse samples say nothing of the gap
+      nearest = -std::numeric_limits<double>::infinity();  // coarse samples give no bound of the gap
       return found;
     }
   }
   if (moved < pair.masksUntil) {
-    ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // a full mask would be narrowed to no margin
+    ClusterMask masks[2] = {pair.masks[0], pair.masks[1]};  // with margin 0, a full mask would be reduced
     const bool found = lookAt(false, 0.0, masks);
     nearest = std::min(nearest, clearance + (pair.masksUntil - moved));
     return found;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Contacts between two bodies, and of a body with the wall: found and resolved.
+/// @file Detection and resolution of contacts between two bodies, and between a body and the wall.
 #pragma once
 
 #include <memory>
@@ -15,11 +15,11 @@
 
 namespace packmesh {
 
-/// Contacts deeper than this are found with coarse samples [µm]: sooner resolved than with fine ones, in
-/// which cells lock.
+/// Contacts deeper than this are found with coarse samples [µm]: they are resolved in fewer sweeps than with
+/// fine ones, in which cells lock.
 constexpr double deepContact = 0.4;
 
-/// What relaxation needs to know of a species.
+/// Properties of a species that relaxation uses.
 struct SpeciesModel {
   SampleView samples, coarseSamples;
   FieldView field;
@@ -27,7 +27,7 @@ struct SpeciesModel {
   double radius;                         ///< [µm]
   double inverseMass;                    ///< of a cell of scale 1; 1 for the species of the median volume
   double inverseInertia;                 ///< isotropic [1/µm²], times inverseMass
-  double lockedDepth;                    ///< deeper contacts may be locked ones [µm]
+  double lockedDepth;                    ///< deeper contacts may be locked [µm]
   const Wall* wall;                      ///< nullptr: none
   const WallField* wallField = nullptr;  ///< of the wall; set by the solver
 
@@ -38,12 +38,12 @@ struct SpeciesModel {
   SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume, Freedom freedom = {});
 };
 
-/// Sums over one sweep. They are exact, so that they do not depend on who summed what.
+/// Sums over one sweep. They are exact, so that they do not depend on the order of summation.
 struct SweepSums {
   double deepest = 0.0;         ///< largest penetration into a clearance [µm]
   std::int64_t totalSteps = 0;  ///< sum of the penetrations of all contacts, each rounded to steps
   std::int64_t contacts = 0;
-  bool thorough = true;  ///< every pair was looked at all over
+  bool thorough = true;  ///< every pair was examined completely
 
   /// Sum of the penetrations of all contacts [µm].
   double total() const { return static_cast<double>(totalSteps) / stepsPerMicrometre; }
@@ -60,33 +60,34 @@ struct SweepSums {
   static constexpr double stepsPerMicrometre = 0x1p20;
 };
 
-/// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the cells of
-/// a contact are moved as rigid bodies, in proportion to their inverse masses and inertias, until `omega`
-/// times the penetration is gone.
+/// Finds and resolves contacts, one pair after the other (over-relaxed projected Gauss-Seidel): the two cells
+/// of a contact are moved as rigid bodies, in proportion to their inverse masses and inertias, so that
+/// `omega` times the penetration is removed.
 class ContactSolver {
  public:
   /// @param region where cells can be [µm]
   ContactSolver(std::vector<SpeciesModel> models, const Box& region, const Vec3& period, double clearance,
                 double wallClearance);
 
-  /// @param slack penetrations up to this are left alone [µm]
+  /// @param slack penetrations up to this are not resolved [µm]
   void setPush(double omega, double slack) {
     omega_ = omega;
     slack_ = slack;
   }
-  /// @param motion how far two cells may together be expected to move in some sweeps [µm]
+  /// @param motion expected relative displacement of two cells within some sweeps [µm]
   void setExpectedMotion(double motion) { expectedMotion_ = motion; }
 
-  /// Look at every pair all over, also where it did not touch last.
+  /// Examine every pair completely, also where it did not touch last.
   void setThoroughly(bool thoroughly) { thoroughly_ = thoroughly; }
-  /// Coarse samples will do for all contacts.
+  /// Use coarse samples for all contacts.
   void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
   void setMobile(bool rotate) { rotate_ = rotate; }
 
-  /// Resolves the contacts of a pair; remembers in the pair how long it need not be looked at again.
+  /// Resolves the contacts of a pair; records in the pair how long its next test can be skipped.
   void resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const;
 
-  /// Resolves the contacts of a body with its wall and, if its species is kept in a region, brings it there.
+  /// Resolves the contacts of a body with its wall and, if its species is restricted to a region, moves it
+  /// there.
   void resolveSurroundings(Body& body, SweepSums& sums) const;
 
   const std::vector<SpeciesModel>& models() const { return models_; }
@@ -94,13 +95,14 @@ class ContactSolver {
  private:
   struct Contact;
   struct Meeting;
-  /// A distance that the surfaces of two bodies certainly have, by bounds around them [µm]; may be negative.
+  /// Lower bound of the distance between the surfaces of two bodies, from bounding volumes [µm]; may be
+  /// negative.
   double boundedGap(const Body& a, const Body& b, const Vec3& fromB) const;
-  /// Samples of one body (side 0: of the first) in the surface of the other; see ContactKernel for `margin`
-  /// and `mask`.
+  /// Samples of one body (side 0: of the first) against the surface of the other; see ContactKernel for
+  /// `margin` and `mask`.
   bool findContact(const Meeting& meeting, int side, bool coarsely, double margin, ClusterMask& mask,
                    Contact& contact, double& nearest, ClusterMask& touched) const;
-  /// Whether it will do to look at the clusters that touched when last looked at all over.
+  /// Whether it suffices to examine the clusters that touched at the last complete test.
   bool mayLookQuickly(const ContactPair& pair) const;
   bool findKnownContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],
                          bool (&touching)[2]) const;

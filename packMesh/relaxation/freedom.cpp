@@ -17,7 +17,7 @@ Quaternion AxisCone::nearest(const Quaternion& orientation) const {
   const Vec3 own = orientation * Vec3::UnitY();
   const Vec3 towards = own.dot(axis) < 0.0 ? Vec3(-axis) : axis;
   Vec3 around = own.cross(towards);
-  if (!(around.norm() > 1e-12)) return orientation;  // parallel: no axis to turn about
+  if (!(around.norm() > 1e-12)) return orientation;  // parallel: rotation axis undefined
   return (Quaternion(Eigen::AngleAxisd(beyond, around.normalized())) * orientation).normalized();
 }
 

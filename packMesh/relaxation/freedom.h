@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What the cells of a species may do and where they may be.
+/// @file Constraints on the motion of the cells of a species.
 #pragma once
 
 #include <memory>
@@ -10,15 +10,15 @@
 
 namespace packmesh {
 
-/// Directions that the axis of a cell may have: the y axis of its mesh, the thin one of red cells and
-/// platelets. Both ends of an axis count alike.
+/// Allowed directions of the axis of a cell: the y axis of its mesh, which is the symmetry axis of red cells
+/// and platelets. The two ends of an axis are equivalent.
 struct AxisCone {
   Vec3 axis = Vec3::UnitY();  ///< unit vector
   double spread = 0.0;        ///< largest angle between the cell's axis and this one [rad]
 
-  /// Angle between the axis of a cell so turned and this one [rad], at most π/2.
+  /// Angle between the axis of a cell with this orientation and this one [rad], at most π/2.
   double angle(const Quaternion& orientation) const;
-  /// `orientation` turned as little as brings the axis into the cone.
+  /// `orientation` after the smallest rotation that brings the axis into the cone.
   Quaternion nearest(const Quaternion& orientation) const;
 };
 
@@ -26,8 +26,8 @@ struct AxisCone {
 struct Freedom {
   bool fixed = false;  ///< cells stay where they start
   std::optional<AxisCone> cone;
-  std::shared_ptr<const Region> region;  ///< centres stay inside; nullptr: anywhere
-  double extraWallClearance = 0.0;       ///< from the wall, on top of what all cells keep [µm]
+  std::shared_ptr<const Region> region;  ///< cell centres stay inside; nullptr: anywhere
+  double extraWallClearance = 0.0;       ///< clearance to the wall in addition to that of all cells [µm]
 
   bool isFree() const { return !fixed && !cone && !region && extraWallClearance == 0.0; }
 };

@@ -8,8 +8,8 @@
 namespace packmesh {
 namespace {
 
-/// Pairs of so many spheres of one size, as if these were spread evenly; at most what growing step by step
-/// could come to. Real cells keep apart, so that there are hardly more.
+/// Expected number of pairs of spheres of equal size that are distributed uniformly; at most the capacity
+/// that geometric growth could reach. Real cells do not overlap, so that there are hardly more.
 std::size_t expectedPairs(const std::vector<Sphere>& spheres, double radius, double margin) {
   constexpr double most = 16.0;
   if (spheres.empty()) return 0;
@@ -17,10 +17,10 @@ std::size_t expectedPairs(const std::vector<Sphere>& spheres, double radius, dou
   for (const Sphere& s : spheres) bounds.add(s.center);
   const double bodies = static_cast<double>(spheres.size()), reach = 2.0 * radius + margin;
   const double near = 4.19 * reach * reach * reach * bodies / bounds.volume();
-  return static_cast<std::size_t>((near < 2.0 * most ? 0.5 * near : most) * bodies);  // NaN: most
+  return static_cast<std::size_t>((near < 2.0 * most ? 0.5 * near : most) * bodies);  // `most` for NaN
 }
 
-/// The second cell of a pair, as it is found.
+/// The second cell of a pair as found in the search.
 struct Partner {
   std::int64_t id;
   std::int32_t index;
@@ -54,13 +54,13 @@ PairList listPairs(const std::vector<Body>& bodies, const std::vector<double>& r
     partners.clear();
     const double reach = spheres[i].radius + largest + margin;
     forEachImage(spheres[i].center, reach, bounds, period, [&](const ImageShift& shift) {
-      // The image of i at +shift meets j: so j displaced by -shift meets i.
+      // The image of i at +shift is near j; hence j displaced by -shift is near i.
       const bool unshifted = shift == ImageShift{0, 0, 0};
       const ImageShift opposite{static_cast<std::int8_t>(-shift[0]), static_cast<std::int8_t>(-shift[1]),
                                 static_cast<std::int8_t>(-shift[2])};
       const Vec3 image = spheres[i].center + displacement(shift, period);
       grid.forEachNear({image, spheres[i].radius}, margin, [&](int j) {
-        // Every unordered pair of images is met twice, once from either side: keep the side of the smaller
+        // Every unordered pair of images is found twice, once from either side: keep the side of the smaller
         // id.
         if (ids[i] > ids[j]) return;
         if (i == j && (unshifted || shift < opposite)) return;

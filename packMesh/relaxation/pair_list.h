@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which cells may touch, sorted into the blocks that work on them.
+/// @file Neighbour list: the cells that may touch, sorted by the blocks that process them.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ namespace packmesh {
 struct ContactPair {
   std::int32_t first, second;  ///< indices into the bodies, first.id <= second.id
   ImageShift shift;
-  bool deep = true;             ///< reached deep into each other when last looked at: coarse samples will do
+  bool deep = true;             ///< penetrated deeply at the last test: coarse samples suffice
   bool coarse = false;          ///< `touched` are clusters of the coarse samples
-  std::uint8_t quickLooks = 0;  ///< since the pair was looked at all over
-  float extraClearance = 0.0f;  ///< on top of the problem's clearance [µm]
-  /// The two need not be looked at until `moved`, the sum over both cells, is this [µm].
+  std::uint8_t quickLooks = 0;  ///< since the last complete test of the pair
+  float extraClearance = 0.0f;  ///< in addition to the problem's clearance [µm]
+  /// The test of the pair is skipped until `moved`, the sum over both cells, reaches this [µm].
   float apartUntil = -1.0f;
-  /// Until moved is this, only the clusters in the masks can touch the other cell [µm].
+  /// Until `moved` reaches this, only the clusters in the masks can touch the other cell [µm].
   float masksUntil = -1.0f;
   ClusterMask masks[2] = {allClusters, allClusters};
-  /// The clusters that touched when the pair was last looked at all over.
+  /// The clusters that touched at the last complete test of the pair.
   ClusterMask touched[2] = {0, 0};
 };
 

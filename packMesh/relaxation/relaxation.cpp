@@ -13,51 +13,51 @@
 namespace packmesh {
 namespace {
 
-/// The skin of the pair list [fraction of the largest radius]: wide while cells move far, thin when they
-/// rest.
+/// Verlet skin of the neighbour list [fraction of the largest radius]: wide while cells move fast, thin when
+/// they are nearly at rest.
 constexpr double thinnestSkin = 0.05, widestSkin = 0.2;
 
-/// A list that lasted fewer sweeps than `shortLived` gets a wider skin, one that lasted longer a thinner one.
+/// A list that was valid for fewer sweeps than `shortLived` is followed by one with a wider skin, one that
+/// was valid for longer by one with a thinner skin.
 constexpr std::int64_t shortLived = 4, longLived = 30;
 
-/// Every so many sweeps it is found out anew how far cells move, and how much further than they touch pairs
-/// are looked at: what they move in some sweeps, within bounds [µm].
+/// Interval [sweeps] at which the motion of the cells is measured, which determines the margin beyond contact
+/// within which pairs are tested: the displacement in some sweeps, within bounds [µm].
 constexpr std::int64_t foreseenFor = 10;
 constexpr double foreseenSweeps = 5.0;
 constexpr double smallestMotion = 0.01, largestMotion = 0.25;
 
-/// The first sweeps look at coarse samples only, as long as contacts are deeper than this on average
-/// [fraction of the largest radius].
+/// The first sweeps use coarse samples only, as long as contacts are deeper than this on average [fraction of
+/// the largest radius].
 constexpr double coarseDepth = 0.015;
-/// How far cells may be displaced before pairs are listed anew, as long as not all of those that touch have
-/// to be known: until coarse samples no longer do [fraction of the largest radius], and after that [fraction
-/// of the skin].
+/// Displacement of cells at which the neighbour list is rebuilt, as long as the list may miss some contacts:
+/// while coarse samples suffice [fraction of the largest radius], and after that [fraction of the skin].
 constexpr double coarseDisplacement = 0.8, fineDisplacement = 1.0;
-/// When all have to be known: no two cells come nearer than the list allows for.
+/// If no contact may be missed: the sum of two displacements stays within the skin.
 constexpr double completeDisplacement = 0.5;
 
-/// When the deepest contact of a sweep was less than this, the next one looks at all pairs thoroughly [µm].
+/// If the deepest contact of a sweep was less than this, the next one examines all pairs completely [µm].
 constexpr double nearlyResolved = 3.0 * tolerance::relaxationTolerance;
 
-/// Edge of a block [multiples of the largest radius]: some 100-200 cells at usual fractions.
+/// Edge of a block [multiples of the largest radius]: some 100-200 cells at typical volume fractions.
 constexpr double preferredBlockEdge = 6.5;
 
-/// Where cells are few, blocks are so large that there is one for so many cells.
+/// If there are few cells, blocks are enlarged so that there is one for this many cells.
 constexpr double fewestPerBlock = 50.0;
 
-/// Blocks are shared out among the ranks anew when one of them has so much more than its even share to do.
+/// Blocks are redistributed among the ranks if the load of one of them exceeds the mean by this factor.
 constexpr double tolerableImbalance = 1.02;
 
-/// What a cell costs, in pairs.
+/// Cost of a cell, in units of the cost of a pair.
 constexpr std::int64_t workOfCell = 4;
 
 double blockEdge(const Box& bounds, double largestRadius, const std::vector<std::int64_t>& counts) {
   const auto bodies = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
-  const double perBody = bounds.volume() / static_cast<double>(bodies);  // infinite without any
+  const double perBody = bounds.volume() / static_cast<double>(bodies);  // infinite without bodies
   return std::max(preferredBlockEdge * largestRadius, std::cbrt(fewestPerBlock * perBody));
 }
 
-/// Cells per species on all ranks.
+/// Number of cells per species on all ranks.
 std::vector<std::int64_t> countsOf(const std::vector<Body>& bodies, std::size_t species,
                                    const Communicator& communicator) {
   std::vector<std::int64_t> counts(species, 0);
@@ -72,7 +72,7 @@ RelaxationState begun(RelaxationState state, const RelaxationInput& input, const
   return state;
 }
 
-/// Of the cell in the middle by volume; nullptr without any cell.
+/// Shape of the cell of median volume; nullptr if there are no cells.
 const Shape* medianShape(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
   std::vector<std::size_t> species(counts.size());
   std::iota(species.begin(), species.end(), 0);
@@ -95,7 +95,7 @@ ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::in
                         input.freedoms.empty() ? Freedom() : input.freedoms[s]);
   double reach = 0.0;
   for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
-  // Between two makings of lists no point of a cell gets further out of the bounds than this.
+  // Between two rebuilds of the lists, no point of a cell leaves the bounds by more than this.
   ContactSolver solver(std::move(models), input.bounds.grownBy(3.0 * reach), input.period, input.clearance,
                        input.wallClearance);
   solver.setMobile(input.rotate);
@@ -122,7 +122,7 @@ double largestReach(const RelaxationInput& input) {
   return reach;
 }
 
-/// How far from a cell's centre the certificate can look for others [µm].
+/// Distance from a cell's centre within which the certificate can look for neighbours [µm].
 double certifiedRange(double reach, double clearance) {
   return 2.0 * (reach + Relaxation::certifiedMotion) + std::max(gapOfInterest, clearance);
 }
@@ -171,12 +171,12 @@ double Relaxation::largestDisplacement() const {
   return std::sqrt(square);
 }
 
-/// Whether the next sweep is to look at all pairs thoroughly, unless coarse samples do.
+/// Whether the next sweep is to examine all pairs completely, unless coarse samples suffice.
 bool Relaxation::nearlyResolvedBefore() const {
   return state_.sweeps == 0 || state_.last.deepest < nearlyResolved;
 }
 
-/// Whether coarse samples are enough for the next sweep.
+/// Whether coarse samples suffice for the next sweep.
 bool Relaxation::coarseWillDo() const {
   return state_.coarsely && (state_.sweeps == 0 || state_.last.meanDepth() > coarseDepth * largestRadius_);
 }
@@ -191,14 +191,14 @@ bool Relaxation::beginsAnew() const {
          displacement_ > allowedDisplacement();
 }
 
-/// Within this range of a rank's blocks its sweeps and its certificate need to know all cells [µm].
+/// Distance from a rank's blocks within which its sweeps and its certificate need all cells [µm].
 double Relaxation::range() const {
   return std::max(2.0 * largestRadius_ + input_.clearance + largestExtra_ + state_.skin,
                   certifiedRange(largestReach_, input_.clearance));
 }
 
-/// Brings this rank's bodies to the owners of their blocks, and copies to those who need them. Pre: no
-/// copies.
+/// Sends this rank's bodies to the owners of their blocks, and ghosts to the ranks that need them. Pre: no
+/// ghosts.
 void Relaxation::distribute() {
   for (Body& body : bodies_) {
     body.position = wrapped(body.position, input_.bounds, input_.period);
@@ -217,7 +217,7 @@ void Relaxation::refreshLists(bool sleeping) {
   expectMotion();
   movedBefore_ = 0.0;
   state_.listedInSweep = state_.sweeps;
-  list_ = PairList();  // never two lists at a time in memory
+  list_ = PairList();  // never two lists in memory at a time
 
   dropCopies();
   if (isUneven()) shareOut(workOfBlock_);
@@ -259,7 +259,7 @@ void Relaxation::listPairsOfOwn() {
           list_.start[b + 1] - list_.start[b] + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
 }
 
-/// Finds out which blocks could change a body that another rank holds.
+/// Determines the blocks that could change a body that another rank holds.
 void Relaxation::findBorder() {
   const std::vector<char> shared = shared_.shared(bodies_.size());
   atBorder_.assign(blocks_.count(), false);
@@ -273,7 +273,7 @@ void Relaxation::findBorder() {
     }
 }
 
-/// Whether a rank has much more to do than an even share.
+/// Whether the load of a rank exceeds the mean by much.
 bool Relaxation::isUneven() const {
   if (communicator_.alone() || workOfBlock_.empty()) return false;
   const std::int64_t own = std::accumulate(workOfBlock_.begin(), workOfBlock_.end(), std::int64_t(0));
@@ -281,8 +281,8 @@ bool Relaxation::isUneven() const {
   return most > tolerableImbalance * static_cast<double>(communicator_.sum(own)) / communicator_.size();
 }
 
-/// Tells the solver how far two cells are together expected to move in some sweeps, by what they moved
-/// lately.
+/// Sets the expected relative displacement of two cells within some sweeps in the solver, from their recent
+/// motion.
 void Relaxation::expectMotion() {
   constexpr double stepsPerMicrometre = 0x1p20;
   std::int64_t steps = 0;
@@ -301,8 +301,8 @@ void Relaxation::activateAll() {
   active_.assign(blocks_.count(), true);
 }
 
-/// Whether the next sweep, with this slack, has nothing to do but where something was demanded since the last
-/// one, which resolved everything.
+/// Whether the next sweep, with this slack, has to process only what was demanded since the last one, which
+/// resolved everything.
 bool Relaxation::isSleeping(double slack) const {
   return state_.sweeps > 0 && state_.last.thorough && slack >= state_.slack &&
          state_.last.deepest <= tolerance::relaxationTolerance - state_.slack;
@@ -322,7 +322,7 @@ void Relaxation::activate(int block) {
 
 SweepSums Relaxation::sweep(double omega, double slack) {
   const bool sleeping = isSleeping(slack);
-  if (slack < state_.slack) listed_ = false;  // what was apart may touch
+  if (slack < state_.slack) listed_ = false;  // pairs that were apart may now touch
   if (beginsAnew()) {
     refreshLists(sleeping);
     active_.assign(blocks_.count(), !sleeping);
@@ -342,7 +342,7 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   solver_.setCoarsely(state_.coarsely);
   for (int colour = 0; colour < BlockGrid::colours; ++colour) {
     if (!blocks_.has(colour)) continue;
-    // Changes are sent as early as can be, so that nobody waits.
+    // Changes are sent as early as possible, so that no rank waits.
     for (const int block : blocksOfColour_[colour])
       if (atBorder(block)) resolve(block, sums);
     shared_.beginGhostUpdate(bodies_);
@@ -358,7 +358,7 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   return sums;
 }
 
-/// Resolves the contacts of a block, if any can have changed.
+/// Resolves the contacts of a block, if any of them can have changed.
 void Relaxation::resolve(int block, SweepSums& sums) {
   if (!std::exchange(active_[block], false)) return;
   const std::int64_t before = sums.contacts;
@@ -369,7 +369,7 @@ void Relaxation::resolve(int block, SweepSums& sums) {
   if (sums.contacts > before) activate(block);
 }
 
-/// Over all ranks: the sums of a sweep, and how far cells have been displaced.
+/// Over all ranks: the sums of a sweep and the displacement of the cells.
 void Relaxation::addUp(SweepSums& sums) {
   std::vector<std::int64_t> added = {sums.totalSteps, sums.contacts};
   std::vector<double> largest = {sums.deepest, displacement_};
@@ -382,7 +382,7 @@ void Relaxation::addUp(SweepSums& sums) {
 
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
   float& demanded = state_.extraClearance[std::minmax(first, second)];
-  const double most =  // more would reach beyond the blocks around
+  const double most =  // a larger one would exceed the neighbouring blocks
       blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - input_.clearance;
   demanded = static_cast<float>(std::min(demanded + extra, most));
   largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
@@ -437,7 +437,7 @@ void Relaxation::forgetTouched() {
   for (Body& body : bodies_) body.touched = false;
 }
 
-/// In the order of their ids, positions wrapped into the bounds.
+/// Sorted by id, positions wrapped into the bounds.
 std::vector<Body> Relaxation::cellsThat(const std::function<bool(const Body&)>& fit) const {
   std::vector<const Body*> order;
   for (const Body& body : bodies_)

@@ -16,55 +16,55 @@
 
 namespace packmesh {
 
-/// What relaxation works on; plain data.
+/// Input of a relaxation; plain data.
 struct RelaxationInput {
   std::vector<const Shape*> shapes;  ///< per species
   std::vector<const Wall*> walls;    ///< per species; nullptr: none
   std::vector<Freedom> freedoms;     ///< per species; empty: all are free
   Box bounds;
   Vec3 period = Vec3::Zero();
-  double clearance = 0.0;      ///< gap aimed at between membranes [µm]
-  double wallClearance = 0.0;  ///< gap aimed at between membrane and wall [µm]
+  double clearance = 0.0;      ///< target gap between membranes [µm]
+  double wallClearance = 0.0;  ///< target gap between membrane and wall [µm]
   bool rotate = true;
 };
 
-/// Bodies, who is near whom, and the sweeps over them. The result of a sweep depends on the bodies and the
-/// input alone, not on the number of ranks: pairs are worked on block by block in the order of the blocks'
-/// colours, and after each colour ranks send each other what changed.
+/// Bodies, the neighbour list, and the sweeps over them. The result of a sweep depends on the bodies and the
+/// input alone, not on the number of ranks: pairs are processed block by block in the order of the blocks'
+/// colours, and after each colour the ranks exchange what has changed.
 ///
 /// All ranks call every function that is not const together, with the same arguments.
 class Relaxation {
  public:
-  /// @param bodies each on one rank, whichever
-  /// @param state where to go on; bodies as they were then
+  /// @param bodies each on exactly one rank, no matter which
+  /// @param state state to continue from; `bodies` are those of that state
   Relaxation(const RelaxationInput& input, std::vector<Body> bodies, const Communicator& communicator = {},
              const RelaxationState& state = {});
 
-  /// One Gauss-Seidel sweep over all near pairs and walls, after re-sorting the bodies into blocks if any has
-  /// moved too far since this was done last.
-  /// @param omega over-relaxation: the fraction of each penetration that either direction of a contact takes
-  /// away
+  /// One Gauss-Seidel sweep over all near pairs and walls; the bodies are re-sorted into blocks before it if
+  /// any has moved too far since the last time.
+  /// @param omega over-relaxation factor: the fraction of each penetration that either direction of a contact
+  ///   removes
   /// @param slack contacts are only resolved to within this of the clearance [µm]
   SweepSums sweep(double omega, double slack = 0.0);
 
-  /// A pair (ids) shall keep `extra` more clearance than it had [µm].
+  /// Increases the clearance of a pair (ids) by `extra` [µm].
   void demandClearance(std::int64_t first, std::int64_t second, double extra);
-  /// Cell `id` shall keep `extra` more clearance from the wall [µm].
+  /// Increases the wall clearance of cell `id` by `extra` [µm].
   void demandWallClearance(std::int64_t id, double extra);
 
-  /// Takes cells out. Pre: `ids` sorted.
+  /// Removes cells. Pre: `ids` sorted.
   void remove(const std::vector<std::int64_t>& ids);
 
-  /// Whether the next sweep begins by finding out everything anew. Then the bodies and state() are all that
-  /// the future depends on.
+  /// Whether the next sweep begins by rebuilding everything. If so, the future depends on the bodies and
+  /// state() alone.
   bool beginsAnew() const;
   const RelaxationState& state() const { return state_; }
 
-  /// Frees what can be found out anew, to leave its memory to others between sweeps, and lets every rank know
-  /// the cells near its own. All ranks must call.
+  /// Frees everything that can be recomputed, so that its memory can be used between sweeps, and updates the
+  /// ghosts around the cells of each rank. All ranks must call.
   void dropLists();
 
-  /// Cells are known to all ranks with a cell from which they can be examined: whose mesh comes nearer than
+  /// A rank has all cells that the examination of its own cells requires: those whose mesh comes nearer than
   /// the certificate's gap of interest after both have moved by this [µm].
   static constexpr double certifiedMotion = 0.25;
 
@@ -72,21 +72,21 @@ class Relaxation {
   std::vector<Body> touchedCells() const;
   void forgetTouched();
 
-  /// This rank's cells in the order of their ids, positions wrapped into the bounds.
+  /// This rank's cells, sorted by id, positions wrapped into the bounds.
   std::vector<Body> cells() const;
-  /// These, and the copies it has of cells near them.
+  /// These and this rank's ghosts.
   std::vector<Body> cellsAround() const;
   bool owns(const Body& body) const { return shared_.owns(body.block); }
-  std::int64_t cellCount() const { return cellCount_; }  ///< of all ranks
+  std::int64_t cellCount() const { return cellCount_; }  ///< on all ranks
   int blockCount() const { return blocks_.count(); }
 
   std::int64_t sweeps() const { return state_.sweeps; }
   const SweepSums& lastSweep() const { return state_.last; }
-  /// Of the cell in the middle by volume [µm].
+  /// Bounding radius of the cell of median volume [µm].
   double halfThickness() const { return halfThickness_; }
 
  private:
-  /// A list of pairs lasts for so many sweeps at most, so that the course of long runs can be kept.
+  /// A neighbour list is used for at most this many sweeps, so that the states of long runs can be saved.
   static constexpr std::int64_t longestLived = 50;
 
   void refreshLists(bool sleeping);
@@ -119,24 +119,24 @@ class Relaxation {
   std::vector<double> radii_;  ///< per species [µm]
   double halfThickness_;
   double largestRadius_;
-  double largestReach_;  ///< of a cell as the certificate looks for neighbours [µm]
+  double largestReach_;  ///< distance within which the certificate looks for neighbours of a cell [µm]
   BlockGrid blocks_;
   SharedBodies shared_;
-  std::vector<std::vector<int>> blocksOfColour_;  ///< this rank's
-  /// Blocks in which a sweep could change anything: where there was a contact in the last sweep, or a cell
-  /// moved that one of the block's cells could meet.
+  std::vector<std::vector<int>> blocksOfColour_;  ///< on this rank
+  /// Blocks in which a sweep could change anything: those with a contact in the last sweep, and those where a
+  /// cell moved that a cell of the block could touch.
   std::vector<char> active_;
   std::vector<char> atBorder_;  ///< blocks that could change a body that another rank holds; empty: none
-  std::vector<Body> bodies_;    ///< own and copies, sorted by block, then by id
+  std::vector<Body> bodies_;    ///< own and ghosts, sorted by block, then by id
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
-  std::vector<Vec3> listedAt_;           ///< positions when the lists were made
+  std::vector<Vec3> listedAt_;           ///< positions at the last rebuild of the lists
   PairList list_;
-  double movedBefore_ = 0.0;  ///< sum over all cells when motion was last foreseen [µm]
+  double movedBefore_ = 0.0;  ///< sum over all cells at the last estimate of the motion [µm]
   std::int64_t foreseenInSweep_ = 0;
-  std::vector<std::int64_t> workOfBlock_;  ///< of this rank's, as last listed [pairs]
+  std::vector<std::int64_t> workOfBlock_;  ///< on this rank, at the last rebuild of the lists [pairs]
   bool listed_ = false;
-  double displacement_ = 0.0;  ///< no cell is further than this from where it was when listed [µm]
-  double largestExtra_ = 0.0;  ///< clearance of a pair [µm]
+  double displacement_ = 0.0;  ///< largest displacement of a cell since the last rebuild [µm]
+  double largestExtra_ = 0.0;  ///< largest extra clearance of a pair [µm]
 };
 
 }  // namespace packmesh

@@ -7,18 +7,19 @@
 namespace packmesh {
 namespace {
 
-/// Above about 1.05 penetrations grow at high fractions.
+/// Above about 1.05 penetrations increase at high volume fractions.
 constexpr double hotOmega = 1.0;
-/// The end of an annealing.
+/// Over-relaxation factor at the end of an annealing.
 constexpr double coolOmega = 0.96;
-/// The end of repairs, where nothing is to rearrange.
+/// Over-relaxation factor at the end of repairs, where nothing has to rearrange.
 constexpr double repairOmega = 0.55;
 
-/// What is left of a tolerance when cells are settled: the rest of it is not touched.
+/// Fraction of the tolerance used while cells are settled: contacts within the rest of it are not resolved.
 constexpr double settledFraction = 0.2;
 
 constexpr std::int64_t hotSweeps = 300;
-/// By then all is resolved up to 0.55; before, cells that were strewn at random are still on their way.
+/// By then everything is resolved up to a fraction of 0.55; earlier, cells placed at random are still far
+/// from equilibrium.
 constexpr std::int64_t untemperedSweeps = 60;
 /// At 0.60 everything is resolved early in the first annealing, at 0.61 in the second.
 constexpr double firstAnnealing = 2000.0;
@@ -26,26 +27,26 @@ constexpr double annealingGrowth = 2.5;
 /// More than any run has time for.
 constexpr double longestAnnealing = 1e12;
 
-/// Mean penetrations that are let be, as fractions of half the thickness of a cell: at most and at the end of
-/// an annealing. Half as much needs twice the sweeps at 0.60; a little more, and cells may stay locked for
-/// ever from 0.61 on.
+/// Limits of the mean penetration above which omega is reduced, as fractions of half the thickness of a cell:
+/// the initial one and that at the end of an annealing. Half the value needs twice the sweeps at 0.60; with
+/// slightly larger values, cells may remain locked permanently from 0.61 on.
 constexpr double hotDepth = 0.23, coolDepth = 0.13;
-/// How much of omega is taken away for what is beyond.
+/// Reduction of omega per excess of the mean penetration over its limit.
 constexpr double tempering = 2.3;
 constexpr double leastOmega = 0.6;
 
-/// With fewer contacts per cell than this (a jam has 7), those left after the first sweeps are pairs that
-/// swing between two states for ever: thin parts that pierced each other.
+/// With fewer contacts per cell than this (a jammed packing has 7), those left after the first sweeps are
+/// pairs that oscillate between two states indefinitely: thin parts that have pierced each other.
 constexpr double fewContacts = 0.5;
 
 /// Mean penetrations [of half the thickness of a cell] at the end of the first part, of the first annealing
-/// and of later ones, above which more sweeps do not help: red cells that came free in the end had 0.24, 0.16
-/// and 0.12 at most, in boxes, tubes and spheres of any size. In a jam cells have at least so many contacts
-/// each.
+/// and of later ones, above which more sweeps do not help: red cells that could be separated eventually had
+/// at most 0.24, 0.16 and 0.12, in boxes, tubes and spheres of any size. In a jammed packing cells have at
+/// least so many contacts each.
 constexpr double jammedDepths[] = {0.3, 0.18, 0.15};
 constexpr double jammedContacts = 2.0;
 
-/// Whether the cells are locked in each other for good, as found at the end of a part of relax().
+/// Whether the cells are jammed, as determined at the end of a part of relax().
 bool jammed(const Relaxation& relaxation, std::int64_t part) {
   const SweepSums& last = relaxation.lastSweep();
   return static_cast<double>(last.contacts) > jammedContacts * static_cast<double>(relaxation.cellCount()) &&
@@ -61,18 +62,19 @@ bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
   return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
 }
 
-/// A value that goes evenly from one at the first sweep to another at the end.
+/// A value that changes linearly from the first sweep to the last.
 double between(double from, double to, std::int64_t sweep, std::int64_t sweeps) {
   return from + (to - from) * (static_cast<double>(sweep) / static_cast<double>(sweeps));
 }
 
-/// Lowers omega as far as cells are deeper in each other than they should [of half their thickness].
+/// Reduces omega in proportion to the excess of the mean penetration over its limit [of half a cell's
+/// thickness].
 double tempered(double omega, double depth, const Relaxation& relaxation) {
   const double excess = relaxation.lastSweep().meanDepth() / relaxation.halfThickness() - depth;
   return std::max(leastOmega, omega - tempering * std::max(0.0, excess));
 }
 
-/// Sweeps with what `omega` is at each of them.
+/// Sweeps with the value of `omega` at each of them.
 bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int64_t sweeps,
                Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, std::int64_t& at,
                const char* stage, double slack = 0.0) {
@@ -85,7 +87,7 @@ bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int6
   return false;
 }
 
-/// The sweeps of a part of relax().
+/// Number of sweeps in a part of relax().
 std::int64_t sweepsOf(std::int64_t part) {
   if (part == 0) return hotSweeps;
   const double sweeps = firstAnnealing * std::pow(annealingGrowth, static_cast<double>(part - 1));
@@ -116,7 +118,7 @@ bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limit
     if (first ? sweepWith(hot, sweeps, relaxation, tolerance, limits, at.sweep, "relaxation")
               : sweepWith(annealing, sweeps, relaxation, tolerance, limits, at.sweep, "annealing"))
       return true;
-    if (at.sweep < sweeps) continue;  // spent
+    if (at.sweep < sweeps) continue;  // this part is complete
     if (jammed(relaxation, at.part)) return false;
     at = {at.part + 1, 0};
   }

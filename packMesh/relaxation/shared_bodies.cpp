@@ -10,14 +10,14 @@
 namespace packmesh {
 namespace {
 
-/// What a push changes.
+/// The part of a body that a contact changes.
 struct Change {
   PlainPose pose;
   double scale, moved, overlap;
   std::int64_t slot;
 };
 
-/// By block, then by id. Bodies are large, and mostly in order.
+/// Sorts by block, then by id. Bodies are large, and mostly sorted already.
 void sortByBlock(std::vector<Body>& bodies) {
   const auto before = [](const Body& a, const Body& b) {
     return std::tie(a.block, a.id) < std::tie(b.block, b.id);

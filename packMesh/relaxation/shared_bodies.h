@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Bodies on several ranks: who owns them, and how copies of them are kept alike.
+/// @file Bodies on several ranks: ownership, and consistency of ghosts.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 
 namespace packmesh {
 
-/// A rank holds the bodies of its own blocks, and copies (ghosts) of those within a range of them: all that
-/// its blocks read or change. Whoever changes a body sends it to all ranks that hold it, before any of them
-/// works on it again. Poses travel, meshes do not.
+/// A rank holds the bodies of its own blocks, and copies (ghosts) of those within a range of them: everything
+/// that its blocks read or change. A rank that changes a body sends it to all ranks that hold it, before any
+/// of them uses it again. Poses are sent, meshes are not.
 ///
 /// All ranks call distribute(), beginGhostUpdate() and finishGhostUpdate() together. On one rank they do
 /// nothing.
@@ -24,30 +24,31 @@ class SharedBodies {
 
   bool owns(int block) const { return owners_.of(block) == rank_; }
 
-  /// Shares the blocks out anew. @param work of each block, as far as this rank knows: summed over the ranks
+  /// Redistributes the blocks. @param work of each block, as far as this rank knows: summed over the ranks
   void balance(std::vector<std::int64_t> work);
 
-  /// Brings every body to the rank that owns its block, and copies to the ranks with a block nearer to it
-  /// than `range` [µm]. Pre: `bodies` are this rank's own, each on one rank only, wrapped, blocks up to date.
-  /// Post: its own by the present owners, and copies, sorted by block, then by id; what a body knows of its
-  /// surroundings is lost.
+  /// Sends every body to the rank that owns its block, and ghosts to the ranks with a block nearer to it than
+  /// `range` [µm]. Pre: `bodies` are this rank's own, each on one rank only, wrapped, blocks up to date.
+  /// Post: its own bodies by the new distribution, and ghosts, sorted by block, then by id; data about the
+  /// surroundings of bodies are discarded.
   void distribute(std::vector<Body>& bodies, double range);
 
-  /// Per body: whether another rank holds it, too. Pre: bodies where distribute() left them, as below.
+  /// Per body: whether another rank holds it, too. Pre: bodies as distribute() left them; the same holds
+  /// below.
   std::vector<char> shared(std::size_t bodies) const;
 
   /// Begins to send the other ranks all bodies that have `changed`.
   void beginGhostUpdate(std::vector<Body>& bodies);
-  /// Takes over what the other ranks sent. Pre: after beginGhostUpdate(); no shared body has been changed
+  /// Receives the changes of the other ranks. Pre: after beginGhostUpdate(); no shared body has been changed
   /// since.
   /// @return blocks of the bodies they changed, with repetitions
   std::vector<int> finishGhostUpdate(std::vector<Body>& bodies);
-  /// Waits until all that was sent has gone.
+  /// Waits until all messages have been sent.
   void awaitGhostUpdate() const { communicator_.awaitSent(); }
 
  private:
   void plan(const std::vector<Body>& bodies, double range);
-  /// Calls visit(rank) for every rank that holds a body, each once: first the owner.
+  /// Calls visit(rank) once for every rank that holds a body, starting with the owner.
   template <class Visit>
   void forEachHolder(const Body& body, double range, Visit&& visit);
 
@@ -55,14 +56,14 @@ class SharedBodies {
   BlockGrid blocks_;
   int rank_;
   BlockOwners owners_;
-  /// What other ranks own around each block, as far as it has been asked for.
+  /// Blocks of other ranks around each block, as far as they have been requested.
   struct ForeignNeighbor {
     int rank;
     BlockGrid::Step step;
   };
   std::map<int, std::vector<ForeignNeighbor>> foreign_;  ///< by block; sorted by rank
   std::vector<Communicator::Peer> peers_;
-  /// For each peer the bodies that it holds, too: indices, in the same order on both ranks.
+  /// For each peer the bodies that it holds as well: indices, in the same order on both ranks.
   std::vector<std::vector<std::int32_t>> common_;
 };
 

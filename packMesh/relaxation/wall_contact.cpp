@@ -7,8 +7,8 @@
 namespace packmesh {
 namespace {
 
-/// A pair has a contact for either direction, each of which takes omega times the penetration away; a wall
-/// has one, so it takes that much more.
+/// A pair has one contact for either direction, each of which removes omega times the penetration; a wall
+/// contact has only one, so that it removes this many times as much.
 constexpr double wallPush = 1.9;
 
 Vec3 vectorOf(const float (&v)[3]) {
@@ -66,7 +66,7 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   }
   if (!body.deepInWall && !coarsely_) {
     if (body.moved < body.wallMaskUntil) {
-      ClusterMask mask = body.wallMask;  // a full mask would be narrowed to no margin
+      ClusterMask mask = body.wallMask;  // with margin 0, a full mask would be reduced
       found = lookAt(model.samples, false, 0.0, mask);
       found.nearest =
           std::min(found.nearest, static_cast<float>(clearance + body.wallMaskUntil - body.moved));
@@ -78,7 +78,7 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
     }
   }
   if (found.contacts == 0) {
-    if (coarsely_) return;  // coarse samples say nothing of the gap
+    if (coarsely_) return;  // coarse samples give no bound of the gap
     body.awayFromWallUntil = body.moved + found.nearest - clearance;
     return;
   }

@@ -7,11 +7,11 @@
 namespace packmesh {
 namespace {
 
-/// Spacing of the coarse samples [µm], about: a whole number of fine ones, at least two.
+/// Approximate spacing of the coarse samples [µm]: a multiple of the fine one, at least twice it.
 constexpr double coarseSpacing = 1.0;
 
-/// Interpolated distances to a corner, the sharpest wall there is, are too large by at most this [spacings]
-/// (measured); to anything rounder by less.
+/// Interpolated distances to an edge or corner, the sharpest feature of a wall, are too large by at most this
+/// [spacings] (measured); to smoother walls by less.
 constexpr double interpolationExcess = 0.26;
 
 WallGrid gridOf(const SampledDistance& wall, const Vec3& center, double reach) {
@@ -24,7 +24,7 @@ WallGrid gridOf(const SampledDistance& wall, const Vec3& center, double reach) {
     grid.base[k] = static_cast<int>(std::min(std::floor(at[k]) - below, cells - 1.0));
     grid.start[k] = static_cast<float>(at[k] - grid.base[k]);
     grid.first[k] = static_cast<float>(std::max(0, -grid.base[k]));
-    // A little less, so that a whole number of nodes remains below.
+    // Slightly less, so that a node remains above.
     grid.last[k] = std::nextafter(static_cast<float>(cells - grid.base[k]), 0.0f);
   }
   return grid;

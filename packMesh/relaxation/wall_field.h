@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A wall as relaxation asks for it.
+/// @file The distance to a wall as used by relaxation.
 #pragma once
 
 #include <optional>
@@ -11,20 +11,20 @@
 
 namespace packmesh {
 
-/// A wall in closed form, or sampled: finely for points that may touch it, coarsely for what is only to be
-/// told to be far away, and for cells that are deep in it.
+/// A wall in closed form, or sampled: on a fine grid for points that may touch it, on a coarse one to exclude
+/// distant points and for cells that are deep in the wall.
 class WallField {
  public:
   /// @param wall must outlive this
-  /// @param region where cells can be [µm]
+  /// @param region that contains all cells [µm]
   WallField(const Wall& wall, const Box& region);
 
-  /// Distance at a point; at most slack() more than the true one [µm].
+  /// Distance at a point; exceeds the true one by at most slack() [µm].
   double distance(const Vec3& p) const;
   double slack() const { return slack_; }
 
-  /// The wall as seen from a cell that reaches `reach` from its centre [µm].
-  /// @param deep the cell is deep in the wall, so that coarse distances will do
+  /// The wall in the frame of a cell that extends `reach` from its centre [µm].
+  /// @param deep the cell is deep in the wall, so that coarse distances suffice
   WallFrame frameOf(const Body& body, double reach, bool deep) const;
 
  private:

@@ -13,7 +13,7 @@ struct Point {
   Lanes x, y, z;
 };
 
-/// Points of the cell, seen from its centre along the axes of the world.
+/// Points of the cell relative to its centre, along the axes of the world.
 inline Point pointsOf(const WallFrame& f, const Lanes& x, const Lanes& y, const Lanes& z) {
   return {f.m[0] * x + f.m[1] * y + f.m[2] * z, f.m[3] * x + f.m[4] * y + f.m[5] * z,
           f.m[6] * x + f.m[7] * y + f.m[8] * z};
@@ -24,7 +24,8 @@ struct Look {
   Point gradient;
 };
 
-/// Takes the plane `apart` away along `axis`, with the lumen towards `sign`, where it is nearer.
+/// Combines with the plane at distance `apart` along `axis`, with the lumen towards `sign`, where that one is
+/// nearer.
 inline void consider(Look& look, const Lanes& apart, int axis, float sign) {
   const Mask nearer = apart < look.distance;
   look.distance = smaller(look.distance, apart);
@@ -54,7 +55,7 @@ inline Look closedForm(const WallForm& wall, const Point& p) {
   return look;
 }
 
-/// Interpolates; beyond the grid what holds at its nearest point, less the way there.
+/// Interpolates; outside the grid, the value at the nearest point of it minus the distance to that point.
 inline Look sampled(const WallGrid& grid, const Point& p) {
   const BrickView& bricks = grid.bricks;
   const Lanes* along[3] = {&p.x, &p.y, &p.z};
@@ -97,7 +98,7 @@ inline Look sampled(const WallGrid& grid, const Point& p) {
   return look;
 }
 
-/// The wall as points see it that matter up to `limit`.
+/// Distance and gradient at points, exact only where the distance is below `limit`.
 inline Look look(const WallFrame& frame, const Point& p, float limit) {
   if (frame.kind == WallFrame::Kind::form) return closedForm(frame.form, p);
   if (frame.kind == WallFrame::Kind::coarse) return sampled(frame.coarse, p);
@@ -105,7 +106,7 @@ inline Look look(const WallFrame& frame, const Point& p, float limit) {
   const Mask close = atLeast < splat(limit);
   const unsigned lanes = bitsOf(close);
   if (lanes == 0) return {atLeast, {splat(0.0f), splat(0.0f), splat(0.0f)}};
-  // Bricks are made only where they are needed: other points stand in for those that are far away.
+  // Bricks are only computed where they are needed: lanes whose point is far away use another point.
   const int lane = __builtin_ctz(lanes);
   const Point near{select(close, p.x, splat(laneOf(p.x, lane))), select(close, p.y, splat(laneOf(p.y, lane))),
                    select(close, p.z, splat(laneOf(p.z, lane)))};
@@ -114,7 +115,7 @@ inline Look look(const WallFrame& frame, const Point& p, float limit) {
   return fine;
 }
 
-/// Adds what touches the wall to the contact of its direction, or as a new one.
+/// Adds a contact to the one with a similar direction, or as a new one.
 inline void add(WallSums& out, const WallContact& found) {
   constexpr float alike = 0.7f;  // cosine
   int slot = 0;
@@ -139,7 +140,8 @@ inline void add(WallSums& out, const WallContact& found) {
   c.deepest = c.deepest > found.deepest ? c.deepest : found.deepest;
 }
 
-/// Adds the points of a cluster: together where they touch the wall from one side, else one by one.
+/// Adds the points of a cluster: as one contact where they touch the wall from one side, otherwise one by
+/// one.
 inline void add(WallSums& out, const Lanes& penetration, const Point& p, const Point& gradient) {
   constexpr float together = 0.9f;
   float points[4], normals[4];

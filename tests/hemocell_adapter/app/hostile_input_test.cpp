@@ -255,5 +255,5 @@ TEST_CASE("Options given twice with different values are rejected") {
 
 TEST_CASE("Columns are rejected for cells with a prescribed direction", "[executable]") {
   requireRefused({{"40 40 40 --ends periodic --rbc 40 --order columns --orient RBC 0 0 1 5", 2,
-                   "cannot start in columns: its cells are held to a direction"}});
+                   "cannot start in columns: the orientation of its cells is constrained"}});
 }

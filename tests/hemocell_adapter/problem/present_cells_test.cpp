@@ -59,11 +59,11 @@ TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[e
   writeText(folder.path() / "WBC.xml", cellXml("WBC", 4.0, 600, ""));
   Ran ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3");
   CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' and cell 2 of 'WBC, fixed' are to stay, but meet"));
+  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' and cell 2 of 'WBC, fixed' are fixed, but overlap"));
   writeText(folder.path() / "WBC.pos", "1\n12 1 7 0 0 0\n");
   ran = run(folder.path(), "config.xml --fixed WBC.pos --rbc 3");
   CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' is to stay, but"));
+  CHECK_THAT(ran.err, Contains("cell 1 of 'WBC, fixed' is fixed, but"));
   ran = run(folder.path(), "config.xml --fixed none.pos --rbc 3");
   CHECK(ran.exitCode == 2);
   CHECK_THAT(ran.err, Contains("none.pos: no such file"));

@@ -147,7 +147,7 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
         Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
         Row{"--order columns", 2, "periodic along all axes"},
         Row{"--order rows", 1, "random or columns"},
-        Row{"--order columns --walls none --ends periodic --noRotate", 2, "no cell is to be turned"},
+        Row{"--order columns --walls none --ends periodic --noRotate", 2, "rotations are disabled"},
         Row{"--pre-inlet Xpos", 2, "lengthN"},
         Row{"--tile 2 2", 1, "the nz is missing"}}) {
     CAPTURE(row.options);

@@ -68,7 +68,7 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"50 50 50 --rbc 60 --clearance 20", 2, "60 cells 20 µm apart need a lumen larger than"},
       {"config.xml --rbc 9 --clearance 50", 2, "9 cells 50 µm apart need a lumen larger than"},
       {"50 50 50 --rbc 1 --noRotate --orient RBC 0 0 1 20", 2, "keeps every orientation at 0 0 0"},
-      {"15 15 15 --rbc 1 --walls z --cell-free-layer 2 --fixed near/RBC.pos", 2, "is to stay, but",
+      {"15 15 15 --rbc 1 --walls z --cell-free-layer 2 --fixed near/RBC.pos", 2, "is fixed, but",
        [](const fs::path& folder) {
          fs::create_directories(folder / "near");
          writeText(folder / "near/RBC.pos", rbcPos("7 7 2.5 90 0 0\n", 1));
@@ -79,7 +79,7 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"50 50 50 --cell big 2 30000 30000 30000", 2, "larger than the lumen"},
       {"1e-9 20 20 --cell a 1 1e-10 1 1", 2, "the box is 1e-09 µm along x, less than the lattice spacing"},
       {"1e-9 20 20 --ends periodic --cell a 1 1e-10 1 1", 2,
-       "repeats every 1e-09 µm along x is too small to be examined"},
+       "the period of the lumen, 1e-09 µm along x, is too small for the certificate"},
       {"check --box 1e-9 20 20 --ends periodic", 2,
        "is too large or too far away for a lumen with a period of 1e-09 µm",
        file("RBC.pos", "1\n4 4 4 0 0 0\n")},

@@ -134,7 +134,7 @@ TEST_CASE("A container with different ends cannot be continued periodically", "[
     if (!cut) box.triangles.push_back(t);
   }
   scene.input.container = scene.own(box);
-  CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("along x") && Contains("have to match"));
+  CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("along x") && Contains("must match"));
 
   scene.input.container = scene.own(icosphere(2, 40.0));
   CHECK_THROWS_WITH(tetrahedralise(scene.input), Contains("along x") && Contains("not flat"));
@@ -158,7 +158,7 @@ TEST_CASE("TetGen is retried with other settings before it counts as failed", "[
   scene.input.failingAttempts = tetgenVariants;
   CHECK_THROWS_AS(tetrahedralise(scene.input), TetrahedraError);
   CHECK_THROWS_WITH(tetrahedralise(scene.input),
-                    Contains("4 objects") && Contains("3 attempts") && Contains("no two of them"));
+                    Contains("4 objects") && Contains("3 attempts") && Contains("no single object or pair"));
 }
 
 TEST_CASE("An error of TetGen names the object it concerns", "[tetrahedra]") {

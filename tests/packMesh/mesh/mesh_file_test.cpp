@@ -307,12 +307,12 @@ TEST_CASE("readMesh explains errors in a file", "[io][messages]") {
   CHECK_THAT(messageOf(folder.path() / "folder.stl"), Contains("is a folder, expected a mesh file"));
   CHECK_THAT(messageOf(folder.write("a.vtk", "x")),
              Contains("expected a mesh file ending in .stl, .off, .ply or .obj"));
-  CHECK_THAT(messageOf(folder.write("noending", "x")), Contains("no ending"));
+  CHECK_THAT(messageOf(folder.write("noending", "x")), Contains("no extension"));
   CHECK_THAT(messageOf(folder.write("empty.stl", "")), Contains("empty file"));
   CHECK_THAT(messageOf(folder.write("blank.obj", " \n\n")), Contains("empty file"));
   CHECK_THAT(messageOf(folder.write("garbage.stl", "garbage")), Contains("text that begins with 'solid'"));
   CHECK_THAT(messageOf(folder.write("garbage2.stl", std::string(500, 'x'))),
-             Contains("its header announces"));
+             Contains("stated in its header"));
   CHECK_THAT(messageOf(folder.write("garbage.off", "garbage")),
              Contains(":1: expected 'OFF', found 'garbage'"));
   CHECK_THAT(messageOf(folder.write("garbage.ply", "garbage")), Contains("beginning with 'ply'"));
@@ -342,7 +342,7 @@ TEST_CASE("readMesh explains errors in a file", "[io][messages]") {
   CHECK_THAT(messageOf(folder.write("none.off", "OFF\n0 0 0\n")), Contains("found none"));
 
   CHECK_THAT(messageOf(folder.write("f1.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n")),
-             Contains("names vertex 4"));
+             Contains("refers to vertex 4"));
   CHECK_THAT(messageOf(folder.write("f2.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n")),
              Contains(":4: expected the index"));
   CHECK_THAT(messageOf(folder.write("f3.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n")),
@@ -361,12 +361,12 @@ TEST_CASE("readMesh explains errors in a file", "[io][messages]") {
   CHECK_THAT(
       messageOf(folder.write("t4.stl", binary.substr(0, 400))),
       Contains(
-          "expected a binary STL file of 684 bytes for the 12 triangles its header announces, found 400"));
+          "expected a binary STL file of 684 bytes for the 12 triangles stated in its header, found 400"));
   std::string nan = binary;
   const float value = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(&nan[84 + 12], &value, 4);
   CHECK_THAT(messageOf(folder.write("n2.stl", nan)),
-             Contains("vertex 1 has a coordinate that is no finite number"));
+             Contains("vertex 1 has a coordinate that is not a finite number"));
 
   const TriangleMesh cube = sample::box(Vec3::Zero(), Vec3::Ones());
   CHECK_THAT(messageOf(folder.write("t.ply", binaryPly(cube, false).substr(0, 300))),

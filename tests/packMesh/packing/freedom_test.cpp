@@ -104,11 +104,11 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   species.start = {Pose{1.0, Quaternion::Identity(), Vec3(5, 5, 5)}};
   CHECK_THROWS_WITH(pack(problem), Contains("each of its cells needs a place"));
   species.start.push_back(Pose{1.0, Quaternion::Identity(), Vec3(6, 5, 5)});
-  CHECK_THROWS_WITH(pack(problem), Contains("cell 1 of 'WBC' and cell 2 of 'WBC' are to stay, but meet"));
+  CHECK_THROWS_WITH(pack(problem), Contains("cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap"));
   species.start[1].position = Vec3(5, 14, 5);
   CHECK(pack(problem).cellCount == 2);
   problem.container = makeSphere(Vec3(5, 5, 5), 10.0);
-  CHECK_THROWS_WITH(pack(problem), Contains("cell 2 of 'WBC' is to stay, but"));
+  CHECK_THROWS_WITH(pack(problem), Contains("cell 2 of 'WBC' is fixed, but"));
   species.start[1].position.x() = std::nan("");
   CHECK_THROWS_AS(pack(problem), InputError);
 }
@@ -195,7 +195,7 @@ TEST_CASE("pack rejects invalid constraints of species") {
   CHECK_THAT(refused([](P& p) {
                p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 2), 0.1};
              }),
-             Contains("no unit vector"));
+             Contains("not a unit vector"));
   CHECK_THAT(refused([](P& p) {
                p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0};
              }),

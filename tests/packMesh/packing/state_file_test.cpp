@@ -160,7 +160,7 @@ TEST_CASE("A failure to write keeps the previous state") {
   REQUIRE(readBytes(file) == bytes);
   fs::create_directory(folder.path() / "folder.h5");
   REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
-                      Contains("folder.h5: the state cannot be put in place"));
+                      Contains("folder.h5: the state cannot be written: renaming the temporary file failed"));
   REQUIRE_FALSE(fs::exists(temporaryName(folder.path() / "folder.h5", 0, "new")));
 }
 

@@ -24,7 +24,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
   }
   SECTION("periods that are much smaller than a cell") {
     problem = redCellProblem(makeBox({Vec3::Zero(), Vec3(0.2, 100.0, 100.0)}, {true, true, true}), 0.1);
-    REQUIRE_THROWS_WITH(validate(problem), Contains("repeats every 0.2 µm along x is too small"));
+    REQUIRE_THROWS_WITH(validate(problem), Contains("the period of the lumen, 0.2 µm along x, is too small"));
   }
   SECTION("no shape") {
     problem.species[0].shape = nullptr;
@@ -72,7 +72,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
 }
 
 TEST_CASE("A cell that fits in no orientation is rejected", "[packing]") {
-  const std::string wall = "would meet the wall", image = "would meet its own periodic image";
+  const std::string wall = "would intersect the wall", image = "would intersect its own periodic image";
   const auto box = [](const Vec3& size, const std::array<bool, 3>& periodic) {
     return std::shared_ptr<const Container>(makeBox({Vec3::Zero(), size}, periodic));
   };
@@ -88,7 +88,8 @@ TEST_CASE("A cell that fits in no orientation is rejected", "[packing]") {
       Row{box(Vec3(4.0, 4.0, 30.0), all), 0.0, image},
       Row{makeCylinder(Vec3::Zero(), 0, 3.5, 30.0, true), 0.0, wall},
       Row{makeCylinder(Vec3::Zero(), 0, 4.2, 30.0, true), 0.0, ""},
-      Row{makeCylinder(Vec3::Zero(), 0, 4.2, 30.0, true), 0.7, "would meet the wall or come nearer"},
+      Row{makeCylinder(Vec3::Zero(), 0, 4.2, 30.0, true), 0.7,
+          "would intersect the wall or violate the clearance"},
       Row{box(Vec3(7.0, 7.0, 7.0), none), 0.0, ""}, Row{box(Vec3(2.4, 8.0, 8.0), none), 0.0, ""},
       Row{box(Vec3(6.0, 6.0, 6.0), all), 0.0, ""}, Row{box(Vec3(5.0, 5.0, 30.0), all), 0.0, ""},
       Row{makeSphere(Vec3::Zero(), 4.0), 0.0, ""});
