@@ -82,7 +82,7 @@ PROBLEMS = {
     "cat restarted": ("", ["12 12 12 --rbc 6 --method cat --max-iterations 8 --state s.h5 --ends periodic",
                            "--restart s.h5 --max-iterations 4000"]),
     "best effort": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --best-effort --max-iterations 300 --ends periodic"]),
-    "out of reach": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),
+    "not feasible": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),
     "realisations": ("", ["16 16 16 --hematocrit 0.3 --realisations 3 --export csv"]),
     "validated": (PIPE, ["config.xml --validate", "config.xml --hematocrit 0.3 --seed 0x --validate"]),
     "dry run": (PIPE, ["config.xml --dry-run"]),

@@ -32,7 +32,7 @@ import problems  # noqa: E402
 # in time depends on the machine.
 MOST_REFUSED = 0.5
 
-OUTCOMES = {0: "certified", 1: "refused: command line", 2: "refused: input", 3: "refused: out of reach"}
+OUTCOMES = {0: "certified", 1: "refused: command line", 2: "refused: input", 3: "refused: not feasible"}
 
 
 class Finding(Exception):

@@ -15,7 +15,7 @@ done
 cd "$scratch/interrupted"
 PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
 grep -q "job 1 goes on from state.h5" slurm-1.out
-grep -qF "to go on: packMesh --restart" slurm-1.out
+grep -qF "to continue: packMesh --restart" slurm-1.out
 test ! -e state.h5
 cp -r "$examples/cluster" "$scratch/series"
 cp "$scratch/whole/tube.stl" "$scratch/series"
