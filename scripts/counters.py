@@ -21,7 +21,7 @@ TOLERANCE = 0.05  # of another Debian 12 with other patches of its libraries
 
 
 def instructions(program, arguments):
-    """Of a run of the program, its start included."""
+    """Instructions of one run of the program, including its start."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, *arguments.split(), "--quiet",
                    "--output-dir", folder]
@@ -36,7 +36,7 @@ def instructions(program, arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", nargs="?", default="build/bin/packMesh")
-    parser.add_argument("--update", action="store_true", help="store the present counts")
+    parser.add_argument("--update", action="store_true", help="store the current counts")
     options = parser.parse_args()
     cases = json.loads(STORED.read_text())
     slower = []

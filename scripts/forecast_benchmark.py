@@ -10,7 +10,7 @@ import re
 import subprocess
 import tempfile
 
-# Times below this are lost in the clock's steps [s].
+# Shorter times are below the resolution of the clock [s].
 LEAST = 0.002
 
 PROBLEMS = [
@@ -71,7 +71,7 @@ def main():
                       f"| {mean / expected:.2f} |", flush=True)
     worst = max(max(r, 1 / r) for r in ratios)
     spread = math.exp(sum(abs(math.log(r)) for r in ratios) / len(ratios))
-    print(f"\nOff by a factor of {spread:.2f} in the mean, {worst:.2f} at most.")
+    print(f"\nDeviation: a factor of {spread:.2f} on average, {worst:.2f} at most.")
 
 
 if __name__ == "__main__":

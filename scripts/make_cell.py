@@ -17,7 +17,7 @@ import sys
 
 
 def sphere(least):
-    """Vertices and triangles of a subdivided icosahedron with at least so many triangles, on the unit sphere."""
+    """Vertices and triangles of a subdivided icosahedron with at least the given number of triangles, on the unit sphere."""
     g = (1 + math.sqrt(5)) / 2
     n = math.hypot(1, g)
     corners = [(s * a / n, t * b / n) for a, b in ((1, g),) for s in (1, -1) for t in (1, -1)]
@@ -53,7 +53,7 @@ def determinant(p, q, r):
 
 
 def sickle(p, length, width):
-    """The axis is a parabola, the section an ellipse that ends in points."""
+    """The axis is a parabola; the cross-section is an ellipse that tapers to a point at both ends."""
     x = p[0]
     taper = (1 - min(x * x, 1.0)) ** 0.25
     return 0.5 * length * x, width * (0.5 * p[1] * taper) - 0.22 * length * x * x, width * 0.36 * p[2] * taper

@@ -18,7 +18,7 @@ import struct
 
 
 def smooth_union(a, b, width):
-    """Of two distances; rounds the edge between them by about `width`."""
+    """Minimum of two distances; rounds the edge between them over about `width`."""
     h = max(width - abs(a - b), 0.0) / width
     return min(a, b) - 0.25 * h * h * width
 
@@ -33,7 +33,7 @@ def to_segment(p, a, b):
 def bifurcation(radius, length):
     daughter = radius * 2 ** (-1 / 3)
     spread = 0.3 * length
-    fork, beyond = (0.45 * length, 0.0, 0.0), 0.25  # the axes go on beyond the caps
+    fork, beyond = (0.45 * length, 0.0, 0.0), 0.25  # the axes continue beyond the caps
 
     def distance(p):
         parent = to_segment(p, (-length, 0, 0), fork) - radius
@@ -69,7 +69,7 @@ def bend(radius, length):
 
 
 class MarchingTetrahedra:
-    """Where a function on the nodes of a grid is negative; closed along x by caps on the first and last nodes."""
+    """Boundary of the region where a function on grid nodes is negative; closed along x by caps on the first and last nodes."""
 
     def __init__(self, distance, spacing, counts, origin):
         self.spacing, self.counts, self.origin = spacing, counts, origin
@@ -87,7 +87,7 @@ class MarchingTetrahedra:
         return [self.origin[k] + self.spacing[k] * at[k] for k in range(3)]
 
     def vertex(self, a, b):
-        """On the edge between two nodes, or the node itself."""
+        """The vertex on the edge between two nodes, or at one of them."""
         a, b = sorted((a, b))
         if (a, b) not in self.number:
             u, v = self.value[self.node(a)], self.value[self.node(b)]
@@ -98,7 +98,7 @@ class MarchingTetrahedra:
         return self.number[a, b]
 
     def add(self, polygon, outwards):
-        """A convex polygon of vertices, turned so that its normal goes along `outwards`."""
+        """A convex polygon of vertices, oriented so that its normal points along `outwards`."""
         p = [self.vertices[v] for v in polygon[:3]]
         u, w = ([p[i][k] - p[0][k] for k in range(3)] for i in (1, 2))
         normal = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]]

@@ -17,7 +17,7 @@ COLOURS = {"tetrahedra": "C0", "planes": "C1", "growth": "C2", "validation": "C3
 
 
 def tables(lines):
-    """Rows of every Markdown table, each a dictionary by the head."""
+    """Rows of every Markdown table, each a dictionary keyed by the header."""
     rows, head = [], None
     for line in lines:
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]

@@ -27,7 +27,7 @@ def middles(profile, count):
 
 
 def profile_table(profile):
-    """Head and rows of one profile."""
+    """Header and rows of one profile."""
     head = ["position_um", "lumen_um3", "hematocrit"]
     columns = [middles(profile, len(profile["lumen"])), profile["lumen"], profile["red"]]
     for species in profile["species"]:
@@ -37,7 +37,7 @@ def profile_table(profile):
 
 
 def tables(measures):
-    """Every table by the name of its file."""
+    """All tables, keyed by file name."""
     found = {}
     if measures["wall"]:
         found["wall"] = profile_table(measures["wall"])

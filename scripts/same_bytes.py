@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Shows that a refactoring changes no output: runs small problems of every kind and compares hashes of all that they write.
+"""Shows that a refactoring changes no output: runs small problems of every kind and compares hashes of everything that they write.
 
   scripts/same_bytes.py record hashes.json     before the change: runs all problems and stores the hashes
   scripts/same_bytes.py compare hashes.json    after it: runs them again; fails and names the differences
 
-Hashed are all files that a problem leaves, what it prints, and its exit codes, without times and versions. The hashes hold for
+The hashes cover all files that a problem writes, its output and its exit codes, without times and versions. They are valid for
 one machine: record with the program before the change, on the same machine. All 54 problems take half a minute. Only one
 run of this script at a time on a machine: programs are called by one path.
 """
@@ -23,7 +23,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PIPE = "examples/migration"
-# Name of a problem: folder of the case (or nothing), then command lines. {n} before a line: on so many ranks.
+# Name of a problem: folder of the case (or nothing), then command lines. {n} before a line: on n ranks.
 BOX = "--ends periodic"
 PROBLEMS = {
     # Containers
@@ -58,7 +58,7 @@ PROBLEMS = {
     "two populations": ("examples/two_populations", ["config.xml", "check config.xml"]),
     # Constraints
     "regions": ("examples/regions", ["config.xml --hematocrit 0.1", "check config.xml"]),
-    "cells that are there": ("", ["18 18 18 --rbc 12 --plt 4 --ends periodic --output-dir first",
+    "existing cells": ("", ["18 18 18 --rbc 12 --plt 4 --ends periodic --output-dir first",
                                   "18 18 18 --rbc 20 --plt 6 --ends periodic --fixed first/PLT.pos --start first/RBC.pos"]),
     "oriented": ("", ["20 20 20 --hematocrit 0.25 --orient RBC 1 0 0 20 --ends periodic"]),
     "columns": ("", ["24 24 24 --hematocrit 0.5 --order columns --ends periodic"]),
@@ -82,7 +82,7 @@ PROBLEMS = {
     "cat restarted": ("", ["12 12 12 --rbc 6 --method cat --max-iterations 8 --state s.h5 --ends periodic",
                            "--restart s.h5 --max-iterations 4000"]),
     "best effort": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --best-effort --max-iterations 300 --ends periodic"]),
-    "out of reach": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),
+    "not feasible": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),
     "realisations": ("", ["16 16 16 --hematocrit 0.3 --realisations 3 --export csv"]),
     "validated": (PIPE, ["config.xml --validate", "config.xml --hematocrit 0.3 --seed 0x --validate"]),
     "dry run": (PIPE, ["config.xml --dry-run"]),
@@ -104,7 +104,7 @@ CASES = {  # <domain> and <packing> of cases that no example has
     "voxels": """<domain> <geometry> ball.stl </geometry> <dx> 5e-7 </dx> <refDir> 1 </refDir> <refDirN> 44 </refDirN> </domain>
 <packing> <hematocrit> 0.15 </hematocrit> <species name="RBC"/> <species name="PLT" ratio="0.1"/> </packing>""",
 }
-# Of a text: what is measured, and which build it is.
+# Parts of texts that depend on the clock or on the build.
 MEASURED = [(re.compile(pattern), to) for pattern, to in [
     (r"packMesh \d+\.\d+\.\d+( \(\w+\))?", "packMesh VERSION"), (r"(Time:|CPU time) .*", "TIME"),
     (r"\(packMesh\) (growth|relaxation|escape|search for the densest packing): .*\n", ""),  # progress, by the clock
@@ -125,7 +125,7 @@ def masked(text):
 
 
 def content(file):
-    """What of a file must stay the same."""
+    """The part of a file that must stay the same."""
     if file.suffix == ".json":
         return json.dumps(without_times(json.loads(file.read_text())), sort_keys=True).encode()
     if file.suffix in {".html", ".log"}:
@@ -178,7 +178,7 @@ def make_case(case, folder, fixtures):
 
 
 def hashes_of(name, program, fixtures):
-    """{what: hash} of all that a problem writes and prints."""
+    """{item: hash} of everything that a problem writes and prints."""
     case, lines = PROBLEMS[name]
     found = {}
     with tempfile.TemporaryDirectory(prefix="same_bytes") as work:
@@ -220,7 +220,7 @@ def main():
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "build/bin/packMesh")
     parser.add_argument("--only", default="", metavar="PART", help="problems whose name contains this")
     parser.add_argument("--jobs", type=int, default=2, help="problems at a time")
-    parser.add_argument("--texts", action="store_true", help="compare what is printed, too; without, messages may be reworded")
+    parser.add_argument("--texts", action="store_true", help="compare the printed output, too; otherwise messages may be reworded")
     options = parser.parse_args()
     names = [name for name in PROBLEMS if options.only in name]
     program = linked(options.program.resolve())

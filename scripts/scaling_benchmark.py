@@ -25,7 +25,7 @@ import time
 HEMATOCRIT, GROWTH_HEMATOCRIT, CELL_VOLUME = 0.45, 0.40, 81.1163  # [1], [1], [µm³]
 CORES = os.cpu_count() or 1
 LARGE = 10 ** 6  # cells of packings that are made only once
-# The network that predictions are for: what 64 ranks of a node have of 200 Gbit/s InfiniBand.
+# Network assumed in predictions: the share of each of 64 ranks per node in 200 Gbit/s InfiniBand.
 LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
 MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
 WRITING = 5e8  # [byte/s]: .pos files go through the first rank
@@ -34,7 +34,7 @@ REDUCTIONS = 2  # per sweep, over all ranks
 
 
 class Run:
-    """One packing: wall time as the user sees it, and what --verbose says."""
+    """One packing: wall time as seen by the user, and the figures printed by --verbose."""
 
     def __init__(self, program, cells, ranks, seed=1, growth=False):
         edge = (cells * CELL_VOLUME / (GROWTH_HEMATOCRIT if growth else HEMATOCRIT)) ** (1 / 3)
@@ -81,7 +81,7 @@ MEASURED = {}  # runs of all tables, by cells and ranks
 
 
 def interleaved(program, cases, repeats):
-    """Runs of every case, one after the other and again, so that a busy machine is busy for all."""
+    """Runs all cases in turn, repeatedly, so that other load on the machine affects all of them alike."""
     for repeat in range(repeats):
         for cells, ranks in cases:
             runs = MEASURED.setdefault((cells, ranks), [])
@@ -101,7 +101,7 @@ def sizes(program, repeats):
 
 
 def slowdown(program, cells):
-    """Of packings, one per core at the same time, against one alone: what cores share (caches, memory, a host)."""
+    """Time of simultaneous packings, one per core, relative to one alone: the effect of shared caches, memory and host."""
     alone = Run(program, cells, 1).wall
     with concurrent.futures.ThreadPoolExecutor(CORES) as pool:
         return statistics.mean(pool.map(lambda seed: Run(program, cells, 1, seed).wall, range(1, CORES + 1))) / alone
@@ -117,11 +117,11 @@ def ranks(program, repeats):
         wall = median(of, "wall")
         print(f"| {n} | {wall:.2f} | {one / (wall * min(n, CORES)):.2f} | {median(of, 'messages'):.1f} "
               f"| {median(of, 'kilobytes'):.0f} |")
-    print(f"\nEfficiency: of {CORES} cores, which more ranks than that share.\n")
+    print(f"\nEfficiency: relative to {CORES} cores, which larger numbers of ranks share.\n")
     share = cases[0][0] // CORES
     slower = statistics.median(slowdown(program, share) for _ in range(repeats))
-    print(f"{CORES} packings of {share:,} cells at the same time, that have nothing to do with each other, take "
-          f"{slower:.2f} times as long as one alone: no program has more than {1 / slower:.2f} here.\n")
+    print(f"{CORES} simultaneous, independent packings of {share:,} cells take "
+          f"{slower:.2f} times as long as one alone: the efficiency of any program is at most {1 / slower:.2f} here.\n")
 
 
 def growth(program, repeats):
@@ -181,7 +181,7 @@ class Model:
         return cells / n * (self.once + self.sweeps(cells) * self.per_sweep)
 
     def seconds(self, cells, n, cores=None, network=(LATENCY, BANDWIDTH), writing=WRITING):
-        """Of computing, of exchange between ranks, of writing [s]; `cores`: on how many the ranks take turns."""
+        """Times of computing, exchange between ranks, and writing [s]; `cores`: number that the ranks share."""
         sweeps, faces = self.sweeps(cells), self.faces(cells, n)
         turns = max(1.0, n / (cores or n))
         compute = turns * (self.own_work(cells, n) + sweeps * faces * self.per_face_cell)
@@ -222,7 +222,7 @@ def model(program, repeats):
     for cells in (10 ** 6, 10 ** 8):
         for n in (1, 4, 16, 64, 256, 1024):
             row(cells, n)
-    print(f"\nWeak scaling, 10^6 cells a rank:\n\n{head}")
+    print(f"\nWeak scaling, 10^6 cells per rank:\n\n{head}")
     for n in (1, 4, 16, 64, 256, 1000, 1024):
         row(n * 10 ** 6, n)
     print()

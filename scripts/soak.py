@@ -6,7 +6,7 @@
 Each problem must end in a packing that `packMesh check` and the oracle (tests/soak/packing_oracle.cpp: every triangle
 against every triangle, none of packMesh's predicates) find clean, or in a refusal: exit code 1, 2 or 3, a message,
 nothing written. Any other outcome is stored as <seed>_<number>.args in --keep; run it again by
-`scripts/soak.py file.args ...`. tests/corpus/soak has those that once failed, and runs first.
+`scripts/soak.py file.args ...`. tests/corpus/soak contains the problems that once failed; they run first.
 """
 import argparse
 import collections
@@ -32,15 +32,15 @@ import problems  # noqa: E402
 # in time depends on the machine.
 MOST_REFUSED = 0.5
 
-OUTCOMES = {0: "certified", 1: "refused: command line", 2: "refused: input", 3: "refused: out of reach"}
+OUTCOMES = {0: "certified", 1: "refused: command line", 2: "refused: input", 3: "refused: not feasible"}
 
 
 class Finding(Exception):
-    """What must not happen."""
+    """A violation of the requirements."""
 
 
 def run(command, folder, seconds, text=None):
-    """Exit code, output and errors. Ends the whole group when it takes too long."""
+    """Exit code, output and errors. Kills the whole process group on a timeout."""
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                        OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
     process = subprocess.Popen(command, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -95,7 +95,7 @@ def lines_of(file):
 
 
 def examine_numbers(problem, folder, told):
-    """Counts, hematocrit, fixed cells and directions of a packing, from the files alone."""
+    """Checks counts, hematocrit, fixed cells and directions of a packing, from the files alone."""
     best_effort = "--best-effort" in problem["args"]
     found = {}
     for line in told.splitlines():
@@ -192,7 +192,7 @@ def main():
         print("nothing was examined")
         bad += 1
     elif not options.files and options.count >= 20 and (refused > MOST_REFUSED * total or not tally[OUTCOMES[0]]):
-        print(f"{refused} of {total} problems were refused, {tally[OUTCOMES[0]]} ended certified: too little was tried")
+        print(f"{refused} of {total} problems were refused, {tally[OUTCOMES[0]]} ended certified: too few problems were packed")
         bad += 1
     sys.exit(1 if bad else 0)
 

@@ -20,5 +20,5 @@ log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 status=0
 ctest --preset "$preset" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" | tee "$log" || status=$?
-grep -E '^[0-9]+% tests passed' "$log" || echo "(packMesh) (Error) The tests did not run to their end."
+grep -E '^[0-9]+% tests passed' "$log" || echo "(packMesh) (Error) The tests did not run to completion."
 exit "$status"

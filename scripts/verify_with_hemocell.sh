@@ -27,7 +27,7 @@ fi
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 program=$1
 [[ -d $program ]] && program=$program/$(basename "$(realpath "$program")")
-[[ -f $program && -x $program ]] || fail 2 "'$program' is no program; build the case first (cmake --build . --target pipeflow)"
+[[ -f $program && -x $program ]] || fail 2 "'$program' is not a program; build the case first (cmake --build . --target pipeflow)"
 program=$(realpath "$program")
 if [[ $# -eq 2 ]]; then config=$2
 elif [[ -f config.xml ]]; then config=config.xml
@@ -45,7 +45,7 @@ ranks=1
 if grep -q '<preInlet' "$config"; then ranks=2; fi
 export OMPI_MCA_rmaps_base_oversubscribe=${OMPI_MCA_rmaps_base_oversubscribe-1}  # on one processor, too
 
-# What we expect: lines "HemoCell keeps 121 of 121 RBC".
+# Expected numbers: lines "HemoCell keeps 121 of 121 RBC".
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 status=0
@@ -55,7 +55,7 @@ if [[ $status -ne 0 && $status -ne 4 ]]; then
   fail 2 "packMesh check failed (exit code $status)"
 fi
 sed -nE 's/^\(packMesh\) HemoCell keeps ([0-9]+) of ([0-9]+) ([^ ;]+).*/\3 \2 \1/p' "$work/check.txt" > "$work/ours.txt"
-[[ -s $work/ours.txt ]] || fail 2 "packMesh check does not tell what HemoCell keeps of this case: $(tail -n 1 "$work/check.txt")"
+[[ -s $work/ours.txt ]] || fail 2 "packMesh check does not report what HemoCell keeps of this case: $(tail -n 1 "$work/check.txt")"
 
 # The case, in a copy of its folder: $1 iterations.
 run_case() {
@@ -73,7 +73,7 @@ run_case() {
   find "$work/case" -path '*/log/*' -type f -exec cat {} + >> "$work/log.txt"
 }
 
-# Kept cells of type $1, or nothing when HemoCell does not tell. A program may shorten the name: "# of RBC" for RBC_HO.
+# Kept cells of type $1, or nothing if HemoCell does not report it. A program may shorten the name: "# of RBC" for RBC_HO.
 kept_cells() {
   local csv
   csv=$(find "$work/case" -path '*/csv/*' -name "$1.000000000000.csv" | head -n 1)
@@ -86,12 +86,12 @@ kept_cells() {
                           END { print exact != "" ? exact : short }'
 }
 
-# Did HemoCell see the files that we saw?
+# Did HemoCell read the same files?
 compare_read() {
   while read -r name cells _; do
     read_cells=$(sed -nE "s/.*\(readPositionsBloodCell?s\) Particle count( in file)? \($name\): *(-?[0-9]+).*/\2/p" "$work/log.txt" | head -n 1)
     [[ -z $read_cells || $read_cells == "$cells" ]] ||
-      fail 4 "$name.pos holds $cells cells, HemoCell read $read_cells: another folder, or another file?"
+      fail 4 "$name.pos contains $cells cells, HemoCell read $read_cells: from a different folder or file?"
   done < "$work/ours.txt"
 }
 
@@ -106,17 +106,17 @@ for iterations in 0 1; do
       assumed+=("$name")
     [[ -n $theirs ]] || missing+="$name "
     [[ -z $theirs || $theirs == "$ours" ]] || differs=1
-    printf '%s: %s cells, packMesh says HemoCell keeps %s, HemoCell kept %s%s\n' "$name" "$cells" "$ours" "${theirs:-?}" \
+    printf '%s: %s cells, packMesh expects HemoCell to keep %s, HemoCell kept %s%s\n' "$name" "$cells" "$ours" "${theirs:-?}" \
       "$([[ -z $theirs || $theirs == "$ours" ]] || echo "  <- differs")" >> "$work/table.txt"
   done < "$work/ours.txt"
   [[ -z $missing ]] && break
 done
 while IFS= read -r line; do say "$line"; done < "$work/table.txt"
-[[ -z $missing ]] || fail 3 "HemoCell's log and csv files do not tell how many cells it kept of: ${missing% }"
+[[ -z $missing ]] || fail 3 "HemoCell's log and csv files do not report how many cells it kept of: ${missing% }"
 if [[ $differs -eq 1 ]]; then
   advice="Please report it with the case."
-  [[ ${#assumed[@]} -eq 0 ]] || advice="Does the case call setInitialMinimumDistanceFromSolid for ${assumed[*]}? Then say so:$(
-    printf ' <species name="%s" minimumDistanceFromSolid="1"/>' "${assumed[@]}"). Else please report it with the case."
-  fail 4 "HemoCell keeps other numbers than packMesh says. $advice"
+  [[ ${#assumed[@]} -eq 0 ]] || advice="Does the case call setInitialMinimumDistanceFromSolid for ${assumed[*]}? If so, specify it:$(
+    printf ' <species name="%s" minimumDistanceFromSolid="1"/>' "${assumed[@]}"). Otherwise please report it with the case."
+  fail 4 "HemoCell keeps different numbers of cells than packMesh expects. $advice"
 fi
-say "Verdict: HemoCell keeps what packMesh says"
+say "Verdict: HemoCell keeps the cells that packMesh expects"

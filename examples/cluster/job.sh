@@ -1,5 +1,5 @@
 #!/bin/bash
-# A packing as a Slurm job that goes on after its time limit:   sbatch job.sh
+# A packing as a Slurm job that continues after its time limit:   sbatch job.sh
 #SBATCH --job-name=packMesh
 #SBATCH --ntasks=64
 #SBATCH --time=04:00:00
@@ -32,7 +32,7 @@ done
 if [[ $status -eq 0 ]]; then
   rm -f {,realisation_*/}state.{h5,xdmf}
 elif [[ $limit_is_near -eq 1 && -n $(last_state) ]]; then
-  echo "The time limit is near: job $SLURM_JOB_ID goes on from $(last_state)"
+  echo "The time limit is near: job $SLURM_JOB_ID continues from $(last_state)"
   scontrol requeue "$SLURM_JOB_ID"
 fi
 exit "$status"

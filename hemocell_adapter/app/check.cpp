@@ -15,11 +15,11 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// With so many overlapping pairs, and so many for each cell, no more are looked for. A cell touches some ten
-/// others; where all overlap, as in a file in metres, there are as many pairs as cells squared.
+/// Limits, in total and per cell, of the overlapping pairs that are searched. A cell touches some ten others;
+/// if all overlap, as in a file in metres, the number of pairs is quadratic.
 constexpr std::int64_t leastOverlaps = 100000, overlapsPerCell = 4;
 
-/// The cells of all files, and where each came from.
+/// The cells of all files, and the origin of each.
 struct FoundCells {
   std::vector<PlacedCell> cells;
   std::vector<std::int64_t> lineNumber;  ///< in its .pos file
@@ -40,7 +40,7 @@ FoundCells readCells(const Scene& scene) {
   return found;
 }
 
-/// The first few faults of a kind, all of them when verbose.
+/// The first few violations of a kind, all of them if verbose.
 class FaultList {
  public:
   void add(const std::string& line) {
@@ -101,13 +101,13 @@ class Report {
         "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
         droppedIsFault() || dropped == 0
             ? ""
-            : fmt::format("; that HemoCell drops {} is no fault where cells may cross the faces", dropped),
+            : fmt::format("; that HemoCell drops {} is expected where cells may cross the faces", dropped),
         scene_.unchecked.empty() ? ""
                                  : fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "))));
     return clean();
   }
 
-  /// All of it in one line, for one of several packings.
+  /// Summary in one line, for one of several packings.
   std::string line() const {
     const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
     std::string text = fmt::format(
@@ -194,8 +194,8 @@ class Report {
       list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
   }
 
-  /// Files whose positions would fit with a factor. Each is judged by itself; where none has cells enough for
-  /// that, all together.
+  /// Files whose positions would fit after multiplication by a factor. Each file is judged by itself; if none
+  /// has enough cells for that, all together.
   void printFactor() const {
     std::vector<std::pair<PositionFactor, std::vector<std::string>>> factors;
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
@@ -310,7 +310,7 @@ ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::fi
   }
   log::info(
       fmt::format("Verdict: {} of {} folders clean{}", clean, job.foldersToCheck.size(),
-                  worst == ExitCode::ok ? "" : "; check with --output-dir and a folder tells all of it"));
+                  worst == ExitCode::ok ? "" : "; for details, check a single folder with --output-dir"));
   return worst;
 }
 

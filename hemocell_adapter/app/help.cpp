@@ -31,7 +31,7 @@ const char* title(Topic topic) {
   return "";
 }
 
-/// Appends `text` in lines that end before column 100 and continue at column `indent`.
+/// Appends `text` in lines that end before column 100; further lines are indented to column `indent`.
 void wrap(std::string& out, const std::string& text, std::size_t column, std::size_t indent) {
   std::size_t start = 0;
   while (start < text.size()) {
@@ -98,9 +98,10 @@ std::string helpText(bool asPackCells) {
       "  {0} check --box sX sY sZ [options]  examine the .pos files of a box\n"
       "  {0} --help | --version | --print-config-reference | --man | --completion\n\n"
       "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
-      "Writes <Cell>.pos for each kind of cell. One or two dashes, '=' or a blank, any order and unique\n"
-      "prefixes will do. --print-config-reference (or --reference) prints what the <packing> section of\n"
-      "config.xml knows; options override it.\n",
+      "Writes <Cell>.pos for each kind of cell. Options may be written with one or two dashes, with '=' or "
+      "a\n"
+      "blank before the value, in any order, and abbreviated to unique prefixes. They override the\n"
+      "<packing> section of config.xml, described by --print-config-reference (or --reference).\n",
       program);
   for (const Topic topic : topics) {
     out += fmt::format("\n{}:\n", title(topic));
@@ -110,9 +111,9 @@ std::string helpText(bool asPackCells) {
     }
   }
   out +=
-      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are cut to whole "
-      "numbers,\n"
-      "as packCells does. Otherwise the volume of the mesh HemoCell builds counts.\n"
+      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are truncated to "
+      "integers,\n"
+      "as in packCells. Otherwise the volume of the mesh that HemoCell builds is used.\n"
       "\nExit codes:\n";
   for (const ExitCodeMeaning& meaning : exitCodeMeanings)
     entry(out, std::to_string(int(meaning.code)), meaning.text, 7);
@@ -137,8 +138,7 @@ std::string manText() {
     out += fmt::format(".B packMesh\n{}\n.br\n", escaped(usage));
   out +=
       ".SH DESCRIPTION\nWrites <Cell>.pos for each kind of cell: the real meshes, in the real lumen, at the "
-      "hematocrit "
-      "asked for, certified to be free of overlap.\n";
+      "requested hematocrit, certified to be free of overlap.\n";
   for (const Topic topic : topics) {
     out += fmt::format(".SH {}\n", upper(title(topic)));
     for (const Setting& setting : settingsTable()) {
@@ -198,7 +198,7 @@ std::string referenceText() {
   std::string out =
       "The <packing> section of config.xml, a child of <hemocell>. HemoCell ignores it. Everything is "
       "optional;\n"
-      "options of the command line come first.\n\n";
+      "options of the command line take precedence.\n\n";
   const auto attributeText = [](const ValueSpec& value, const std::string& help,
                                 const std::string& fallback) {
     return fmt::format("{}: {}{}", help, expectation(value),
@@ -221,18 +221,17 @@ std::string referenceText() {
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
   addAttributes(speciesAttributes());
   out +=
-      "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with a "
-      "hematocrit of\nits own, from 0 on. The centres of its red cells, of all species, stay in it. A point "
-      "belongs to the "
-      "first region that it is\nin; <hematocrit> is that of the rest.\n";
+      "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with "
+      "its own\nhematocrit, at least 0. The centres of its red cells, of all species, stay in it. A point "
+      "belongs to the first\nregion that contains it; <hematocrit> is that of the rest.\n";
   out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
   addAttributes(growthParameters());
   out +=
-      "\n<container>: a lumen of your own, in µm of the .pos files, for cases that build theirs in C++. At "
+      "\n<container>: a custom lumen, in µm of the .pos files, for cases that build theirs in C++. At "
       "most one\n"
       "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they may "
       "overlap), then\n"
-      "<nodes> nx ny nz </nodes>, the size of the lattice, when <domain> does not say.\n";
+      "<nodes> nx ny nz </nodes>, the size of the lattice, if <domain> does not define it.\n";
   for (const SolidTag& tag : solidTags()) {
     out += fmt::format("<{} .../>\n", tag.name);
     addAttributes(tag.attributes);

@@ -23,8 +23,8 @@ namespace {
 using namespace packmesh;
 using namespace packmesh::hemocell;
 
-/// Whether an MPI launcher started this program as one of several ranks. Without one, MPI is left alone: its
-/// beginning takes longer than many a packing.
+/// Whether an MPI launcher started this program as one of several ranks. If not, MPI is not initialised,
+/// which would take longer than many packings.
 bool startedAsRanks() {
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
     if (const char* text = std::getenv(variable)) return std::atoi(text) > 1;
@@ -78,7 +78,7 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   return static_cast<ExitCode>(ranks.sum(first ? int(code) : 0));
 }
 
-/// Runs, and tells what went wrong. @return the exit code, the same on all ranks
+/// Runs, and reports errors. @return the exit code, the same on all ranks
 ExitCode runAndTell(const std::string& program, const std::vector<std::string>& arguments,
                     const Communicator& ranks) {
   Arrival failures(ranks);
@@ -89,9 +89,8 @@ ExitCode runAndTell(const std::string& program, const std::vector<std::string>& 
     return failure.code();
   } catch (...) {
     const Failure failure = failureOfException();
-    // What is wrong with the input is wrong on all ranks: the first one tells, and all end. A rank that
-    // failed by itself ends the others, which wait for it. The lower ranks come first, so that one of them
-    // tells alone.
+    // Invalid input is invalid on all ranks: the first one reports it, and all end. A rank that fails alone
+    // ends the others, which wait for it. Lower ranks come first, so that only one of them reports.
     const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
     if (!ranks.alone() && !failures.ofAll(patience)) {
       log::setLevel(log::Level::normal);

@@ -17,13 +17,13 @@ namespace packmesh::hemocell {
 namespace {
 
 /// Measured as the difference in peak memory between 500,000 and 100,000 cells in a periodic box on one rank:
-/// 912 bytes for each where cells have hardly any neighbours (red cells at 0.02, platelets at 0.002), 1345
-/// for red cells at 0.2. The least that any packing takes counts, so that nothing possible is refused.
+/// 912 bytes per cell if cells have hardly any neighbours (red cells at 0.02, platelets at 0.002), 1345 for
+/// red cells at 0.2. The smallest value of any packing is used, so that nothing feasible is refused.
 constexpr double bytesPerCell = 900.0;
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// The first number of a file; infinite when there is none.
+/// The first number in a file; infinite if there is none.
 double numberIn(const std::string& file) {
   std::ifstream in(file);
   double number = 0.0;
@@ -55,7 +55,7 @@ double leftOfAddressSpace() {
   return std::max(0.0, static_cast<double>(limit.rlim_cur) - (used < unlimited ? used : 0.0));
 }
 
-/// Ranks on this machine, as the launcher tells; if it does not, all of them may be.
+/// Ranks on this machine, as stated by the launcher; otherwise all of them may be.
 int ranksHere(const Communicator& ranks) {
   for (const char* variable : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"})
     if (const char* text = std::getenv(variable))

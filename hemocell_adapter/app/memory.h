@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Whether a problem fits into memory, before it is tried.
+/// @file Whether a problem fits into memory, tested in advance.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace packmesh::hemocell {
 
-/// Memory that a process with this share of the cells takes at least [bytes], cells that have no neighbours;
+/// Lower bound of the memory of a process with this share of the cells [bytes], for cells without neighbours;
 /// at a hematocrit of 0.2 it is 1.5 times as much.
 double leastMemory(double cells);
 
-/// Memory that this process may still take [bytes]: what the machine, its control group and its limit of
-/// address space leave, the first two shared among the ranks of the machine.
+/// Memory available to this process [bytes]: within the limits of the machine, its control group and its
+/// address space, the first two shared among the ranks of the machine.
 double availableMemory(const Communicator& ranks);
 
 /// All ranks call, alone.

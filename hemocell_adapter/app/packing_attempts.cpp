@@ -19,7 +19,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Ranks of other nodes can find other files under the same names.
+/// Ranks on other nodes may find different files under the same names.
 void requireSameOnAllRanks(const PackingProblem& problem) {
   const Communicator& ranks = problem.communicator;
   if (ranks.alone()) return;
@@ -27,14 +27,14 @@ void requireSameOnAllRanks(const PackingProblem& problem) {
   together(ranks, [&] {
     if (own != first)
       throw InputError(
-          fmt::format("rank {} has another problem than rank 0 (lumen, cells, numbers, clearances "
+          fmt::format("rank {} has a different problem than rank 0 (lumen, cells, counts, clearances "
                       "or seed): do all nodes see the same files?",
                       ranks.rank()));
   });
 }
 
-/// False where the clearances alone make it impossible: too small a lumen, fixed cells nearer to each other.
-/// The same on all ranks.
+/// False if the clearances alone make it impossible: lumen too small, fixed cells closer to each other. The
+/// same on all ranks.
 bool isPossible(const PackingProblem& problem) {
   try {
     validate(problem);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One scene packed with one pair of clearances after another, with progress, states and signals.
+/// @file Packing of one scene with a sequence of clearances, with progress, states and signals.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,22 @@
 
 namespace packmesh::hemocell {
 
-/// References what it is given. All ranks call everything together.
+/// References its arguments. All ranks call everything together.
 class PackingAttempts {
  public:
   PackingAttempts(Scene& scene, const Communicator& ranks)
       : scene_(scene), ranks_(ranks), progress_(scene, ranks.size()) {}
 
-  /// Packs; the scene is left with these clearances. The first attempt goes on from the job's `restart`.
-  /// @return nothing when the clearances are impossible and fewer cells are not wanted
+  /// Packs; the scene then has these clearances. The first attempt continues from the job's `restart`.
+  /// @return nothing if the clearances are impossible and fewer cells are not requested
   /// @throws InputError, AgreedFailure
   std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
 
-  /// The level whose state the job's `restart` is; 0 without one, the last where it is of none.
+  /// The level to which the state of the job's `restart` belongs; 0 without one, the last if it belongs to
+  /// none.
   std::size_t firstLevel(const std::vector<Clearances>& levels);
 
-  /// Whether the last attempt left its state on the disk.
+  /// Whether the state of the last attempt has been written.
   bool saved() const { return saved_; }
 
  private:

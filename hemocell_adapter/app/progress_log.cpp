@@ -11,7 +11,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Between two lines [s]: on a terminal, elsewhere when verbose, elsewhere.
+/// Interval between two lines [s]: on a terminal; otherwise if verbose; otherwise.
 constexpr double terminalPause = 0.2, verbosePause = 1.0, plainPause = 10.0;
 
 double pauseNow() {
@@ -54,7 +54,7 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   else
     line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
   line += "; " + durationText(std::floor(seconds));
-  // The search for fewer cells may take as long again (Limits::maxSeconds).
+  // The search for fewer cells may take the same time again (Limits::maxSeconds).
   if (const double limit = scene_.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
   if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What users see while a packing is being made.
+/// @file Progress of a packing as displayed to users.
 #pragma once
 
 #include <chrono>
@@ -10,10 +10,9 @@
 
 namespace packmesh::hemocell {
 
-/// On a terminal a line that is kept up to date, otherwise (in files, under Slurm) a plain line now and then:
-/// stage, hematocrit of the cells at their present size, overlap that is left, time, and time left where the
-/// forecast knows it.
-/// References the scene.
+/// On a terminal a line that is updated in place, otherwise (in files, under Slurm) a plain line at
+/// intervals: stage, hematocrit of the cells at their current size, remaining overlap, elapsed time, and
+/// remaining time if there is a forecast. References the scene.
 class ProgressLog {
  public:
   ProgressLog(const Scene& scene, int ranks);
@@ -24,7 +23,7 @@ class ProgressLog {
   std::string text(const Progress& progress, double seconds);
 
  private:
-  /// By the forecast; made when it is asked for, since short packings have ended before. [s]
+  /// From the forecast, which is computed on demand, since short packings end before. [s]
   std::optional<double> expectedSeconds();
 
   const Scene& scene_;

@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The i-th realisation as a job of its own. The command that is stored in its state remains that of all, so
-/// that a restart goes on with the others.
+/// The i-th realisation as a separate job. The command stored in its state is that of the whole series, so
+/// that a restart continues with the remaining ones.
 Job realisationOf(const Job& job, std::int64_t i) {
   Job one = job;
   one.realisations = 1;
@@ -30,7 +30,7 @@ Job realisationOf(const Job& job, std::int64_t i) {
   return one;
 }
 
-/// Cells in the folder that holds those of the realisations belong to none of them, unless they are input.
+/// Cell files in the parent folder of the realisations belong to none of them, unless they are input.
 void warnOfFilesBeside(const Job& job) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(job.outputDirectory, ignored)) {
@@ -40,9 +40,9 @@ void warnOfFilesBeside(const Job& job) {
              fs::equivalent(entry.path(), s.startFrom, ignored);
     };
     if (std::none_of(job.species.begin(), job.species.end(), isInput))
-      log::warning(
-          fmt::format("{} belongs to none of the realisations; HemoCell, started in this folder, reads it",
-                      entry.path().string()));
+      log::warning(fmt::format(
+          "{} belongs to none of the realisations; HemoCell, started in this folder, would read it",
+          entry.path().string()));
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Several packings of one problem, each with a seed and a folder of its own.
+/// @file Several packings of one problem, each with its own seed and folder.
 #pragma once
 
 #include <functional>
@@ -11,18 +11,18 @@
 
 namespace packmesh::hemocell {
 
-/// How a run ended.
+/// Result of a run.
 struct RunEnd {
   ExitCode code = ExitCode::ok;
-  RealisationFigures figures;  ///< when a packing was written
+  RealisationFigures figures;  ///< if a packing was written
 };
 
-/// Runs `job.realisations` of the job one after the other, from job.firstRealisation on, the first of all
-/// with job.seed, in their folders (realisationFolder) of its output directory. `job.restart` is for the one
-/// that comes first. One that fails does not keep others from running; an interruption does. Means and
-/// spreads are told and the figures of each written to realisations.csv; those of realisations made before
-/// are taken from there. All ranks call.
-/// @return ok when all are; otherwise the code of the first that failed
+/// Runs `job.realisations` realisations of the job in sequence, starting with job.firstRealisation, the very
+/// first with job.seed, in their folders (realisationFolder) of its output directory. `job.restart` applies
+/// to the first one that is run. A failure does not prevent the remaining ones from running; an interruption
+/// does. Means and standard deviations are printed and the figures of each realisation written to
+/// realisations.csv; those of realisations made before are taken from there. All ranks call.
+/// @return ok if all are; otherwise the code of the first that failed
 ExitCode runRealisations(const Job& job, const Communicator& ranks,
                          const std::function<RunEnd(const Job&)>& run);
 

@@ -61,14 +61,14 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
 
 ExitCode endInterrupted(const Job& job, bool saved) {
   if (saved)
-    log::error(fmt::format("interrupted: no .pos was written; to go on: packMesh --restart {}",
+    log::error(fmt::format("interrupted: no .pos was written; to continue: packMesh --restart {}",
                            job.stateFile->string()));
   else
     log::error("interrupted: nothing was written");
   return ExitCode::interrupted;
 }
 
-/// What was reached when not everything could be.
+/// Description of the result if not all cells could be packed.
 std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally) {
   std::string counts;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
@@ -79,18 +79,19 @@ std::string reachedText(const Scene& scene, const PackingResult& result, const T
   const Statistics& done = result.statistics;
   const std::string limits =
       done.growth ? fmt::format("{} iterations of growth{}", done.growth->iterations, time)
-                  : fmt::format("{} sweeps{}; {} done, those of the search for fewer cells included",
+                  : fmt::format("{} sweeps{}; {} done, including the search for fewer cells",
                                 scene.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps);
   const std::string what =
-      result.searched ? "the densest certified packing found"
-                      : std::string(done.growth ? "" : "time ended the search for the densest packing; ") +
-                            "a certified packing found";
-  return fmt::format("out of reach within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
+      result.searched
+          ? "the densest certified packing found"
+          : std::string(done.growth ? "" : "the time limit ended the search for the densest packing; ") +
+                "a certified packing found";
+  return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
                      what, tally.redMesh / scene.referenceVolume(),
                      scene.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
-/// Why nothing is written when not everything could be packed.
+/// Why nothing is written if not all cells could be packed.
 std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
   const Statistics& done = result.statistics;
   const bool begun = done.growth ? done.growth->iterations > 0 : done.sweeps > 0;
@@ -98,12 +99,12 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
     return fmt::format("the time limit of {} was reached before packing began; nothing was written",
                        durationText(scene.maxSeconds));
   return reachedText(scene, result, tally) +
-         (result.cellCount == 0 ? "; not even one cell found a place. Nothing was written"
+         (result.cellCount == 0 ? "; not even one cell could be packed. Nothing was written"
                                 : "; nothing was written (--best-effort writes that one)") +
          (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
 }
 
-/// Tells what packing took, in detail.
+/// Prints statistics of packing, in detail.
 void tellEffort(const Statistics& statistics, const Communicator& ranks) {
   for (const std::string& line : effortLines(statistics)) log::detail(line);
   if (!ranks.alone()) {
@@ -113,7 +114,7 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
                             1e-3 * perSweep * double(ranks.traffic().bytes)));
   }
   if (!statistics.growth && statistics.blocks < ranks.size())
-    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the others had nothing to do",
+    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
                           statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
 }
 
@@ -138,7 +139,7 @@ RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, co
   return figures;
 }
 
-/// Of cells that cross periodic faces.
+/// For cells that cross periodic faces.
 void warnOfDropped(const Scene& scene, const Tally& tally, const Kept& kept) {
   const auto sum = [](const std::vector<std::int64_t>& counts) {
     return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
@@ -150,7 +151,8 @@ void warnOfDropped(const Scene& scene, const Tally& tally, const Kept& kept) {
       scene.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));
 }
 
-/// Proves that HemoCell keeps the cells, writes them, and tells. Pre: species of the result are parts.
+/// Verifies that HemoCell keeps the cells, writes them, and prints the summary. Pre: species of the result
+/// are parts.
 RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, const Communicator& ranks,
                const Repeated* repeated = nullptr) {
   std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
@@ -171,7 +173,7 @@ RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, co
   const bool complete = result.certificate.cells == result.cellCount;
   if (!result.certificate.clean() || !complete || (promised && !allKept)) {
     log::error(fmt::format(
-        "the packing does not hold ({} of {} cells examined, {} overlapping pairs, {} cells misplaced, "
+        "the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} cells misplaced, "
         "HemoCell "
         "would drop some: {}); nothing was written. This is an internal error; please report it with the "
         "command",
@@ -190,7 +192,7 @@ RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, co
   return {ExitCode::ok, figuresOf(scene, result, tally, times)};
 }
 
-/// The packing repeated in a larger box, proved anew.
+/// Repeats the packing in a larger box and certifies it again.
 RunEnd deliverTiled(const Scene& scene, PackingResult& result, const Timer& timer,
                     const Communicator& ranks) {
   if (result.outcome == Outcome::outOfReach && !(scene.bestEffort && result.cellCount > 0))
@@ -214,7 +216,7 @@ bool writes(const Job& job) {
   return !job.dryRun && !job.validate;
 }
 
-/// Until the end of a run no other writes what this one does. Held by the first rank.
+/// Prevents other runs from writing the same files until the end of this one. Held by the first rank.
 struct Locks {
   std::optional<RunLock> folder, state;
 };
@@ -229,7 +231,7 @@ Locks locksOf(const Job& job, const Communicator& ranks) {
   return locks;
 }
 
-/// Before anything is built: whether the folders can be written.
+/// Tests in advance whether the folders are writable.
 void requireWritableFolders(const Job& job, const Communicator& ranks) {
   onFirstRank(ranks, [&] {
     requireWritable(job.outputDirectory);
@@ -253,21 +255,21 @@ std::int64_t mostCells(const Scene& scene) {
   return cells;
 }
 
-/// Cells that lie at the wall are soon lost.
+/// Warns of cells at the wall, which are soon lost.
 void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing, const Scene& scene) {
   const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
                     packing.clearances.membranes > levels.back().membranes;
   if (room || packing.result.outcome != Outcome::certified || !scene.lumen.solidWalls ||
       !scene.lumen.container->wall())
     return;
-  log::warning(
-      fmt::format("the hematocrit leaves no room between the cells and the wall ({:.6g} µm were tried): "
-                  "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
-                  "loses fewer",
-                  levels.front().wall));
+  log::warning(fmt::format(
+      "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
+      "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
+      "loses fewer",
+      levels.front().wall));
 }
 
-/// Packs what has been prepared, and delivers it.
+/// Packs the prepared scene and writes the result.
 RunEnd packScene(Scene& scene, const Timer& timer, const Communicator& ranks) {
   const std::int64_t cells = mostCells(scene);
   together(ranks, [&] { requireMemory(cells, ranks); });

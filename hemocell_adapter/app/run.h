@@ -11,18 +11,18 @@
 
 namespace packmesh::hemocell {
 
-/// Packs, proves and writes what `job` says. Existing .pos files are replaced by certified ones or not at
-/// all. All ranks call; what they write does not depend on how many there are.
-/// @throws InputError, OutputError; AgreedFailure when there are several ranks
+/// Packs, verifies and writes `job`. Existing .pos files are replaced by certified ones or not at all. All
+/// ranks call; the files written do not depend on the number of ranks.
+/// @throws InputError, OutputError; AgreedFailure if there are several ranks
 ExitCode runPacking(const Job& job, const Communicator& ranks);
 
 /// Examines the .pos files of `job`.
 /// @throws InputError
 ExitCode runCheck(const Job& job);
 
-/// Examines each of job.foldersToCheck and tells a line of it, of job.outputDirectory all. @param jobOf makes
-/// the job of a folder
-/// @return ok when all are clean; otherwise the highest code
+/// Examines each of job.foldersToCheck and prints one line for each, and all details of job.outputDirectory.
+/// @param jobOf creates the job of a folder
+/// @return ok if all are clean; otherwise the highest code
 ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf);
 
 }  // namespace packmesh::hemocell

@@ -30,7 +30,7 @@ bool isSameFile(int descriptor, const fs::path& path) {
          open.st_dev == there.st_dev && open.st_ino == there.st_ino;
 }
 
-/// What the holder wrote into the file.
+/// What the holder of the lock wrote into the file.
 std::string holderIn(int descriptor) {
   char text[200] = {};
   const ssize_t length = ::pread(descriptor, text, sizeof text - 1, 0);
@@ -39,7 +39,7 @@ std::string holderIn(int descriptor) {
   return holder.empty() ? "" : " (" + holder + ")";
 }
 
-/// Ranks of a run that was stopped may end a moment after the run: so long a lock is waited for [s].
+/// Time to wait for a lock [s]: ranks of a run that was stopped may end slightly later than the run.
 constexpr std::chrono::seconds patience(2);
 constexpr std::chrono::milliseconds pause(50);
 
@@ -64,7 +64,7 @@ bool locked(int descriptor, const fs::path& target, const char* kind, const char
 void tellHolder(int descriptor) {
   const std::string holder = fmt::format("process {} on {}\n", processNumber(), hostName());
   if (::ftruncate(descriptor, 0) != 0 || ::pwrite(descriptor, holder.data(), holder.size(), 0) < 0)
-    log::detail("The lock does not tell who holds it: " + std::string(std::strerror(errno)));
+    log::detail("The lock file cannot be written: " + std::string(std::strerror(errno)));
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ void RunLock::take(const fs::path& path, const fs::path& target, const char* kin
       throw;
     }
     if (!taken) log::detail(fmt::format("{}: the file system has no locks", path.string()));
-    // The holder before may have ended, and taken the file away, since it was opened.
+    // The previous holder may have ended and removed the file since it was opened.
     if (taken && !isSameFile(descriptor, path)) {
       ::close(descriptor);
       continue;
@@ -103,7 +103,7 @@ void RunLock::makeFolder(const fs::path& folder) {
   if (!folder.empty()) fs::create_directories(folder, error);
   std::error_code ignored;
   if (error && !fs::is_directory(folder, ignored))
-    throw OutputError(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
+    throw OutputError(fmt::format("{}: the folder cannot be created: {}", folder.string(), error.message()));
 }
 
 RunLock RunLock::ofFolder(const fs::path& folder) {
@@ -136,7 +136,7 @@ RunLock::RunLock(RunLock&& other) noexcept
 
 RunLock::~RunLock() {
   if (descriptor_ >= 0) {
-    ::unlink(path_.c_str());  // while it is locked: no other process holds a lock on a file without a name
+    ::unlink(path_.c_str());  // while it is locked: no other process can hold a lock on a file without a name
     keepWhenEnded(atEnd_);
     ::close(descriptor_);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One run at a time writes into a folder, or to a state.
+/// @file Prevents simultaneous runs from writing into the same folder or state.
 #pragma once
 
 #include <filesystem>
@@ -7,17 +7,17 @@
 
 namespace packmesh::hemocell {
 
-/// A lock that this process holds as long as the object lives; the system releases it when the process ends
-/// in any other way. It is a lock on a hidden file, which tells who holds it and goes away with it; one that
-/// a killed process left behind is in nobody's way. Other machines that see the folder see the lock. Where
-/// the file system has no locks there is none.
+/// A lock that this process holds for the lifetime of the object; if the process ends in any other way, the
+/// system releases it. It is a lock on a hidden file, which states the holder and is removed with it; a file
+/// left by a killed process does no harm. It is visible to other machines with access to the folder. If the
+/// file system does not support locks, there is none.
 class RunLock {
  public:
-  /// Of a folder, which is made when it is not there (and goes away again when it stays empty).
-  /// @throws OutputError when another process holds it
+  /// Locks a folder, which is created if necessary (and removed again if it stays empty).
+  /// @throws OutputError if another process holds the lock
   static RunLock ofFolder(const std::filesystem::path& folder);
-  /// Of a file that will be written; its folder as above. Removes what killed runs left of it under
-  /// temporary names. @throws OutputError when another process holds it
+  /// Locks a file that will be written; its folder as above. Removes temporary files left by killed runs.
+  /// @throws OutputError if another process holds the lock
   static RunLock ofFile(const std::filesystem::path& file);
 
   RunLock(RunLock&& other) noexcept;

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Part of a file: a head, then this rank's lines.
+/// Part of a file: a header, then this rank's lines.
 struct Section {
   std::string head;
   std::function<std::string()> lines;
@@ -74,7 +74,7 @@ class CellFiles {
     return text;
   }
 
-  /// Of this rank's cells, from 1 on.
+  /// For this rank's cells, from 1 on.
   std::int64_t firstNumber() const {
     std::int64_t number = 1;
     const auto sizes = ranks_.gatherAll(std::vector<std::int64_t>{std::int64_t(result_.cells.size())});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The files that hold the cells: .pos, and exports.
+/// @file The files that contain the cells: .pos, and exports.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@
 
 namespace packmesh::hemocell {
 
-/// Writes them, all or none. The first rank writes; the others send it their lines, one rank after the other.
-/// All ranks call.
+/// Writes them, all or none. The first rank writes; the others send it their lines, in the order of the
+/// ranks. All ranks call.
 /// @param counts of all ranks, per species
 /// @return the files
-/// @throws AgreedFailure when they cannot be written; then no file has changed
+/// @throws AgreedFailure if they cannot be written; then no file has changed
 std::vector<std::filesystem::path> writeCellFiles(const Scene& scene, const PackingResult& result,
                                                   const std::vector<std::int64_t>& counts,
                                                   const Communicator& ranks);

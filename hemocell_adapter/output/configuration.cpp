@@ -75,7 +75,7 @@ Report growthOf(const GrowthSettings& growth) {
   return all;
 }
 
-/// Files that hold cells which are there, per species that has one.
+/// Files with existing cells, per species that has one.
 Report filesOf(const Job& job, std::string CellSpecies::*file) {
   Report files = Report::array();
   for (const CellSpecies& species : job.species)

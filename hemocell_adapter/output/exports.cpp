@@ -11,7 +11,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// "x y z", with any separator; shortest digits that read back to the same bits.
+/// "x y z", with any separator; the shortest digits that read back to the same bits.
 std::string numbers(const Pose& pose, const char* separator) {
   const Vec3& p = pose.position;
   const Quaternion& q = pose.orientation;
@@ -77,7 +77,7 @@ std::vector<ExportedFile> exportedFiles(const std::string& format, const Scene& 
                                         const std::vector<std::int64_t>& counts) {
   for (std::size_t i = 0; i < std::size(exports); ++i)
     if (format == exportFormats[i]) return exports[i](scene, counts);
-  throw InputError("'" + format + "' is no format of an export");
+  throw InputError("'" + format + "' is not an export format");
 }
 
 }  // namespace packmesh::hemocell

@@ -18,7 +18,7 @@ struct ExportedCell {
   Pose pose;
 };
 
-/// A part of a text file: a head, and a line for each cell that has one.
+/// A part of a text file: a header, and one line per cell.
 struct ExportedSection {
   std::string head;
   std::function<std::string(const ExportedCell&)> line;

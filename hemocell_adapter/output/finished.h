@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A packing that is done.
+/// @file A finished packing.
 #pragma once
 
 #include "hemocell_adapter/output/summary.h"
@@ -15,14 +15,14 @@ struct Repeated {
   const PackingResult& result;
 };
 
-/// A packing that is done, certified and counted. References what it is made of.
+/// A packing that is finished, certified and counted. References its parts.
 struct Finished {
   const Scene& scene;
   const PackingResult& result;
   const Tally& tally;
   const Kept& kept;
   const Communicator& ranks;
-  const Repeated* repeated = nullptr;  ///< what it consists of
+  const Repeated* repeated = nullptr;  ///< the packing that was repeated
 };
 
 }  // namespace packmesh::hemocell

@@ -33,7 +33,7 @@ fs::path positionsOf(const Job& job, const CellSpecies& species) {
   return job.outputDirectory / (species.name + ".pos");
 }
 
-/// The cells of all ranks as a picture shows them; on the first rank.
+/// The cells of all ranks in the form needed for pictures; on the first rank.
 std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& measures) {
   struct Cell {
     double linear[9], translation[3], gap;
@@ -68,7 +68,7 @@ void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, co
   writePovScene(file, shapes, names, cells, *done.scene.lumen.container);
 }
 
-/// What was packed, by the user's species: packing may have had several parts of each.
+/// The numbers of cells by the user's species, each of which may have had several parts.
 AnalysisInput analysisInput(const Finished& done) {
   AnalysisInput input;
   for (const CellSpecies& species : done.scene.species) {
@@ -106,7 +106,7 @@ void requireWritable(const fs::path& folder) {
     throw OutputError(
         fmt::format("{}: is not a folder; the output cannot be written there", existing.string()));
   }
-  // Permissions do not tell everything (read-only file systems, folders of the system): try.
+  // Permissions are not conclusive (read-only file systems, system folders): try.
   std::string probe = (existing / ".packMesh_XXXXXX").string();
   const int file = mkstemp(probe.data());
   if (file < 0)
@@ -150,7 +150,7 @@ void warnOfStaleFiles(const Scene& scene) {
     if (!ours) {
       log::warning(fmt::format(
           "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
-          "is meant",
+          "is intended",
           entry.path().string()));
     }
   }

@@ -16,7 +16,7 @@ bool startsWith(const std::string& text, const char* prefix) {
   return text.rfind(prefix, 0) == 0;
 }
 
-/// Blood as people know it, and a palette for everything else.
+/// Conventional colours of blood cells, and a palette for everything else.
 Color colorOf(const std::string& name, std::size_t species) {
   if (startsWith(name, "RBC") || startsWith(name, "vRBC")) return {0.56, 0.022, 0.020};
   if (startsWith(name, "PLT")) return {0.95, 0.72, 0.22};
@@ -42,7 +42,7 @@ std::vector<Segment> boxEdges(const Box& box) {
   return edges;
 }
 
-/// What can be set from outside, and what every cell is drawn with.
+/// Parameters that can be set on the command line, and macros with which every cell is drawn.
 constexpr const char* settings = R"(
 #macro Clip() #if (ClipAxis > 0) clipped_by { plane { ClipNormal, ClipOffset } } #end #end
 #declare Shine = finish { specular 0.30 roughness 0.025 }
@@ -61,7 +61,7 @@ constexpr const char* settings = R"(
     #else pigment { rgb Tint * (0.82 + 0.36 * rand(Chance)) }
   #end
 #end
-// A cell; of one that the clip plane cuts, what is behind the plane, with a lid.
+// A cell; of one that the clip plane cuts, the part behind the plane, with a cap.
 #macro Draw(Cell, I, P, U, V, Gap, Tint, Radius)
   #local W = vcross(U, V) / vlength(U);
   #local Skin = texture { Pigment(I, V, Gap, Tint) finish { Shine } }
@@ -81,7 +81,7 @@ constexpr const char* settings = R"(
 #end
 )";
 
-/// Gaps are coloured up to this [µm]: that of nine cells in ten, rounded up.
+/// Largest gap of the colour scale [µm]: the 90th percentile, rounded up.
 double mostGap(const std::vector<PicturedCell>& cells) {
   std::vector<double> gaps;
   for (const PicturedCell& one : cells) gaps.push_back(one.gap);
@@ -94,7 +94,7 @@ double mostGap(const std::vector<PicturedCell>& cells) {
   return 1.0;
 }
 
-/// A list of one entry per cell.
+/// A list with one entry per cell.
 template <class Entry>
 void writeArray(SceneFile& out, const std::string& name, std::size_t size, Entry&& entry) {
   out << "#declare " + name + " = array[" + std::to_string(size) + "] {";

@@ -12,7 +12,7 @@
 
 namespace packmesh {
 
-/// A cell and what it can be coloured by.
+/// A cell and the quantities by which it can be coloured.
 struct PicturedCell {
   PlacedCell cell;
   double gap = 0.0;  ///< to the nearest other one [µm]

@@ -24,7 +24,7 @@ const char* outcomeOf(const Realisation& row) {
   return row.figures.complete ? "certified" : "bestEffort";
 }
 
-/// Nothing where there is no such gap.
+/// Empty if there is no such gap.
 std::string gapField(double gap) {
   return std::isfinite(gap) ? fmt::format("{}", gap) : "";
 }
@@ -40,7 +40,7 @@ std::vector<std::string> fieldsOf(const std::string& line) {
   return fields;
 }
 
-/// A row of ours; nothing when it is none.
+/// A row of our table; empty if it is none.
 std::optional<Realisation> rowOf(const std::string& line) {
   const std::vector<std::string> fields = fieldsOf(line);
   if (fields.size() != columns) return {};
@@ -72,7 +72,7 @@ std::optional<Realisation> rowOf(const std::string& line) {
   return row;
 }
 
-/// A line of the table: a name, and of the finite ones among the values mean, deviation, least, largest.
+/// A line of the table: name, and mean, standard deviation, least and largest of the finite values.
 std::string lineOf(const char* name, const char* number, std::vector<double> values) {
   values.erase(std::remove_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); }),
                values.end());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What realisations came to: a row for each in realisations.csv, means and spreads for people.
+/// @file Results of realisations: a row for each in realisations.csv, means and standard deviations for the
+/// summary.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +13,10 @@
 
 namespace packmesh::hemocell {
 
-/// Of a packing that was written. Gaps above gapOfInterest, and to a wall where there is none, are infinite.
+/// Figures of a packing that was written. Gaps above gapOfInterest, and to a wall if there is none, are
+/// infinite.
 struct RealisationFigures {
-  bool complete = true;                                             ///< with all cells that were asked for
+  bool complete = true;                                             ///< with all requested cells
   std::int64_t cells = 0;                                           ///< of all species
   double hematocrit = 0.0;                                          ///< of the lumen, by mesh volume
   double minimumGap = std::numeric_limits<double>::infinity();      ///< [µm]
@@ -32,15 +34,15 @@ struct Realisation {
   bool written() const { return code == ExitCode::ok; }
 };
 
-/// Text of realisations.csv: a head, then a row each.
+/// Text of realisations.csv: a header, then one row each.
 std::string realisationsText(const std::vector<Realisation>& rows);
 
-/// The rows of realisations before `first` in a file that realisationsText made for the same seeds; none
-/// where there is no such file. @param seed of the first of all
+/// The rows of realisations before `first` in a file written by realisationsText for the same seeds; none if
+/// there is no such file. @param seed of the first realisation of the series
 std::vector<Realisation> readRealisations(const std::filesystem::path& file, std::int64_t first,
                                           std::uint64_t seed);
 
-/// Mean, standard deviation (of a sample), least and largest of each figure, for people; empty for fewer than
+/// Mean, standard deviation (of a sample), least and largest of each figure, as text; empty for fewer than
 /// two packings.
 std::vector<std::string> realisationLines(const std::vector<Realisation>& rows);
 

@@ -14,7 +14,7 @@ Report vectorOf(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// Of what was not measured because it is large: null.
+/// For gaps that were not measured because they are large: null.
 Report gapOf(double gap) {
   return std::isfinite(gap) ? Report(gap) : Report(nullptr);
 }
@@ -174,7 +174,7 @@ Report statisticsOf(const Statistics& s) {
   return all;
 }
 
-/// The packing that was repeated, if one was: what `statistics` tells of a packing that was not.
+/// The packing that was repeated, if there is one: the source of `statistics` for one that was repeated.
 Report repeatedOf(const Repeated* repeated) {
   if (!repeated) return nullptr;
   const Job& job = repeated->scene;
@@ -220,7 +220,7 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
 }
 
 std::string jsonText(const Report& report) {
-  // File names need not be UTF-8: what is not is replaced.
+  // File names need not be UTF-8: invalid bytes are replaced.
   return report.dump(1, ' ', false, Report::error_handler_t::replace) + "\n";
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Everything about a run in one document; docs/reference/report.md describes it.
+/// @file All data of a run in one document; docs/reference/report.md describes it.
 #pragma once
 
 #include <array>
@@ -12,21 +12,21 @@
 
 namespace packmesh::hemocell {
 
-/// Raised when members of the document change their meaning or go; not when some are added.
+/// Increased when members of the document change their meaning or are removed; not when some are added.
 constexpr int reportVersion = 1;
 
 using Report = nlohmann::ordered_json;
 
-/// The document. But for its member "times" it does not depend on the number of ranks. One rank calls it.
+/// The document. Except for its member "times" it does not depend on the number of ranks. One rank calls it.
 Report makeReport(const Finished& done, const PackingMeasures& measures, const RunTimes& times);
 
-/// As it is written to a file.
+/// In the form written to a file.
 std::string jsonText(const Report& report);
 
-/// Every setting as it was resolved, by its tag or, where there is none, its option.
+/// Every setting with its resolved value, by its tag or, if there is none, its option.
 Report configurationOf(const Scene& scene);
 
-/// Axes along which the lumen of a job ends, but not at a wall.
+/// Axes along which the lumen of a job ends other than at a wall.
 std::array<bool, 3> endAxes(const Job& job);
 
 }  // namespace packmesh::hemocell

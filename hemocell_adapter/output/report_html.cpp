@@ -60,7 +60,7 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// As a shell takes it for one word.
+/// Quoted so that a shell takes it as one word.
 std::string quoted(const std::string& word) {
   const bool plain = !word.empty() && word.find_first_not_of(
                                           "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
@@ -71,7 +71,7 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-/// For people: no quotes around text, few digits.
+/// For readers: no quotes around text, few digits.
 std::string shown(const Json& value, int digits = 6) {
   if (value.is_null()) return "–";
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
@@ -97,7 +97,7 @@ std::string gap(const Json& value, const Json& most) {
 
 class Table {
  public:
-  /// @param heads those that begin with '#' are of numbers
+  /// @param heads those that begin with '#' denote numeric columns
   explicit Table(const std::vector<const char*>& heads) {
     for (const std::string head : heads) {
       numbers_.push_back(head[0] == '#');
@@ -149,7 +149,7 @@ class Page {
     out += card("Cells", species()) + card("Hematocrit", hematocrit()) + card("Certificate", certificate());
     out += card("Gaps and orientation", order());
     out += card("Settings", settings());
-    out += card("To repeat it", command());
+    out += card("To reproduce", command());
     return out + "</main>\n</body>\n</html>\n";
   }
 
@@ -172,7 +172,7 @@ class Page {
     out +=
         tile(fmt::format("{:.4f}", r_["hematocrit"][0]["ofLumen"].get<double>()), "hematocrit of the lumen");
     out +=
-        tile(std::to_string(cells), cells < asked ? fmt::format("cells, of {} asked for", asked) : "cells");
+        tile(std::to_string(cells), cells < asked ? fmt::format("cells, of {} requested", asked) : "cells");
     out += tile(clean ? "clean" : "NOT CLEAN", "certificate: no overlap, all inside", clean ? "good" : "bad");
     out += tile(gap(certificate["minimumGap"], certificate["gapsMeasuredUpTo"]), "smallest gap");
     if (!r_["measures"]["wall"].is_null()) {
@@ -199,7 +199,7 @@ class Page {
   }
 
   std::string species() const {
-    Table table({"cell", "origin", "#asked", "#placed", "how many", "#mesh volume [µm³]", "#vertices",
+    Table table({"cell", "origin", "#requested", "#placed", "specified as", "#mesh volume [µm³]", "#vertices",
                  "#volume fraction", "#HemoCell keeps"});
     for (const Json& one : r_["species"])
       table.row({shown(one["name"]), shown(one["origin"]), shown(one["asked"]), shown(one["placed"]),
@@ -259,12 +259,14 @@ class Page {
                  shown(gaps["mean"], 3), shown(gaps["beyond"]), shown(order["nematic"], 3),
                  shown(order["eigenvalues"], 2), shown(order["director"], 2)});
     }
-    return table.str() +
-           note(
-               "Gaps: measured from points on one membrane to the smooth surface of the other, of each cell "
-               "the smallest; up to some hundredths of a micrometre above the exact one in the certificate. "
-               "Order of the symmetry axes: S = 1 all parallel, about 1/√cells none. Layers of "
-               "profiles have a band of one standard error.");
+    return table.str() + note(
+                             "Gaps: smallest distance of each cell, from sample points on one membrane to "
+                             "the smooth surface of "
+                             "the other; up to some hundredths of a micrometre larger than the exact gap in "
+                             "the certificate. "
+                             "Order of the symmetry axes: S = 1 if all are parallel, about 1/√cells if "
+                             "random. Bands of the "
+                             "profiles: one standard error.");
   }
 
   std::string settings() const {
@@ -279,7 +281,7 @@ class Page {
     for (const Json& word : r_["command"]) words += (words.empty() ? "" : " ") + quoted(word);
     const Json &times = r_["times"], &statistics = r_["statistics"];
     return "<pre>" + escaped(words) + "</pre>\n" +
-           note(fmt::format("Took {} on {} rank{}; {} sweeps, {} rounds of repair. The same command and "
+           note(fmt::format("Run time {} on {} rank{}; {} sweeps, {} rounds of repair. The same command and "
                             "version write the same .pos files, on any number of ranks.",
                             durationText(times["wall"].get<double>()), shown(times["ranks"]),
                             times["ranks"] == 1 ? "" : "s", shown(statistics["sweeps"]),
@@ -292,7 +294,7 @@ class Page {
 }  // namespace
 
 std::string htmlText(const Json& report, const Picture& picture) {
-  // What is shown comes from the JSON text, in which everything is valid UTF-8.
+  // The values come from the JSON text, in which everything is valid UTF-8.
   return Page(Json::parse(report.dump(-1, ' ', false, Json::error_handler_t::replace)))(picture);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A report for people: one file that needs nothing else.
+/// @file A self-contained report for readers.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,7 +9,7 @@
 
 namespace packmesh::hemocell {
 
-/// The report as one HTML file: picture, plots and style are in it, nothing is loaded from anywhere.
+/// The report as one HTML file: picture, plots and style are included, no other files are loaded.
 std::string htmlText(const nlohmann::ordered_json& report, const Picture& picture);
 
 }  // namespace packmesh::hemocell

@@ -10,7 +10,7 @@ namespace packmesh::hemocell {
 
 struct Picture {
   std::string png;   ///< bytes; empty: none
-  std::string note;  ///< then: why not, and how to get one
+  std::string note;  ///< otherwise: why not, and how to get one
 };
 
 /// Renders a scene with POV-Ray, if `povray` is in PATH, in a folder of its own that is gone afterwards.

@@ -77,7 +77,7 @@ Plot gapPlot(const Json& gaps) {
     curve.x = middles(0.0, species["width"], curve.y.size());
     plot.curves.push_back(std::move(curve));
   }
-  // Up to where most of them end; few are farther.
+  // Up to the value below which most of them lie.
   std::size_t shown = 10;
   for (const Curve& curve : plot.curves)
     for (std::size_t i = 0; i < curve.y.size(); ++i)
@@ -89,7 +89,7 @@ Plot gapPlot(const Json& gaps) {
   return plot;
 }
 
-/// Of the species with most cells.
+/// Of the species with the most cells.
 Plot orientationPlot(const Json& orientation) {
   const Json* most = &orientation[0];
   for (const Json& species : orientation)

@@ -16,7 +16,8 @@ void SharedFiles::makeFolder(const std::filesystem::path& folder) {
     std::error_code error;
     if (!folder.empty()) std::filesystem::create_directories(folder, error);
     if (error)
-      throw OutputError(fmt::format("{}: the folder cannot be made: {}", folder.string(), error.message()));
+      throw OutputError(
+          fmt::format("{}: the folder cannot be created: {}", folder.string(), error.message()));
   });
 }
 

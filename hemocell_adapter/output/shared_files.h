@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Output files to which all ranks have something to add.
+/// @file Output files to which all ranks contribute.
 #pragma once
 
 #include <filesystem>
@@ -12,17 +12,17 @@
 
 namespace packmesh::hemocell {
 
-/// AtomicFiles that the first rank writes; the others send it their parts, one rank after the other. All
-/// ranks call everything. @throws AgreedFailure on all ranks when something cannot be written
+/// AtomicFiles written by the first rank; the others send it their parts, in the order of the ranks. All
+/// ranks call everything. @throws AgreedFailure on all ranks if something cannot be written
 class SharedFiles {
  public:
   explicit SharedFiles(const Communicator& ranks) : ranks_(ranks) {}
 
   void makeFolder(const std::filesystem::path& folder);
   void begin(const std::filesystem::path& target);
-  /// Adds what the first rank says.
+  /// Adds the text of the first rank.
   void append(const std::function<std::string()>& text);
-  /// Adds what every rank has, in their order.
+  /// Adds the texts of all ranks, in their order.
   void appendParts(const std::string& own);
   void end();
   void commit();

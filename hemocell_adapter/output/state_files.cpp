@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The case of a run that goes on: in the working directory, or, when that is the folder of a realisation, in
-/// the folder around it.
-/// @throws InputError when it is in neither
+/// The case of a run that continues: in the working directory or, if that is the folder of a realisation, in
+/// its parent folder.
+/// @throws InputError if it is in neither
 void findCase(CommandLine& commandLine) {
   if (!commandLine.configFile || isThere(*commandLine.configFile)) return;
   const fs::path state = *commandLine.settings().restart;
@@ -38,7 +38,7 @@ void findCase(CommandLine& commandLine) {
     }
   }
   throw InputError(
-      fmt::format("{}: no such file; the run of {} was begun in another folder, and goes on there",
+      fmt::format("{}: no such file; the run of {} was started in another folder; restart it there",
                   commandLine.configFile->string(), state.string()));
 }
 
@@ -51,7 +51,7 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   std::vector<std::string> words = readStateHead(*options.restart).command;
   if (words.empty())
     throw InputError(options.restart->string() +
-                     ": does not say which command began the run; give it again, with --restart");
+                     ": does not contain the command of the run; repeat it with --restart");
   const std::string begunBy = words.front();
   words.erase(words.begin());
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -68,8 +68,8 @@ void requireReplaceableState(const Job& job) {
   const std::filesystem::path& file = *job.stateFile;
   for (const char* kind : {".pos", ".pov"})
     if (file.extension() == kind)
-      throw OutputError(fmt::format("{}: {} files are written of cells; the state needs another name",
-                                    file.string(), kind));
+      throw OutputError(
+          fmt::format("{}: {} files are used for cells; the state needs another name", file.string(), kind));
   if (!isPlainText(file.filename().string()))
     throw OutputError(fmt::format(
         "{}: the file beside it that ParaView opens cannot name it: expected UTF-8 without control "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file State files: written now and then, at a signal and in the end; read to go on.
+/// @file State files: written at intervals, on a signal and at the end; read by a restart.
 #pragma once
 
 #include <chrono>
@@ -13,16 +13,16 @@
 
 namespace packmesh::hemocell {
 
-/// The words of `arguments`, or, when they are of a restart alone (`--restart file` and options), those of
-/// the command that began the run with these options after them. Any rank calls it on its own.
+/// The words of `arguments` or, if they only request a restart (`--restart file` and options), those of the
+/// command that started the run, with these options appended. Any rank calls it on its own.
 /// @throws UsageError, InputError
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
 
-/// Before hours of packing. @throws OutputError when the job's state file exists and is no state that may be
-/// replaced, or has the name of another output
+/// Tests before hours of packing. @throws OutputError if the job's state file exists and is not a state that
+/// may be replaced, or has the name of another output
 void requireReplaceableState(const Job& job);
 
-/// What ParaView opens to show the state; not written when the state itself has that name.
+/// The file with which ParaView opens the state; not written if the state itself has that name.
 std::filesystem::path companionOf(const std::filesystem::path& stateFile);
 
 /// Writes the state of a run to the job's state file.
@@ -34,7 +34,7 @@ class StateFiles {
   StateFiles& operator=(const StateFiles&) = delete;
 
   Checkpoints checkpoints();
-  /// Whether the last state is on the disk.
+  /// Whether the last state has been written.
   bool saved() const { return saved_; }
 
  private:
@@ -46,7 +46,7 @@ class StateFiles {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// Where `job` says to go on. All ranks call.
+/// The state from which `job` continues. All ranks call.
 /// @throws InputError, AgreedFailure
 PackingState stateToContinue(const Job& job, const PackingProblem& problem);
 

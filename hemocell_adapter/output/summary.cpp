@@ -26,7 +26,7 @@ const char* planeSourceText(PlaneSource planeSource) {
 }  // namespace
 
 std::string requestText(const CellSpecies& species) {
-  if (species.statedCount) return fmt::format("{} asked for", *species.statedCount);
+  if (species.statedCount) return fmt::format("{} requested", *species.statedCount);
   if (species.ratio)
     return fmt::format("{:.15g} {} red cell{}", *species.ratio, species.redCell ? "of all" : "per",
                        species.redCell ? "s" : "");
@@ -65,15 +65,15 @@ std::vector<std::string> lumenLines(const Scene& scene) {
 
 namespace {
 
-/// What is there already, and where cells may be.
+/// Existing cells, and constraints of cells.
 std::vector<std::string> constraintLines(const CellSpecies& s, double wallClearance) {
   std::vector<std::string> lines;
   if (!s.fixedFrom.empty())
     lines.push_back(
-        fmt::format("{}: {} of them stay where {} has them", s.name, s.fixed.size(), s.fixedFrom));
+        fmt::format("{}: {} of them fixed at their positions in {}", s.name, s.fixed.size(), s.fixedFrom));
   if (!s.startFrom.empty()) {
     const std::int64_t room = s.count - std::int64_t(s.fixed.size()), there = std::int64_t(s.start.size());
-    lines.push_back(fmt::format("{}: begins with {} of the {} cells of {}", s.name, std::min(room, there),
+    lines.push_back(fmt::format("{}: starts from {} of the {} cells of {}", s.name, std::min(room, there),
                                 there, s.startFrom));
   }
   if (s.cone)
@@ -119,7 +119,7 @@ std::vector<std::string> headLines(const Scene& scene, int ranks) {
     std::string convention = scene.redCellVolume
                                  ? fmt::format("red cells counted as {:.15g} µm³", *scene.redCellVolume)
                                  : std::string("by mesh volume");
-    lines.push_back(fmt::format("Hematocrit asked for: {:.15g} of the {}, {}", *scene.hematocrit,
+    lines.push_back(fmt::format("Requested hematocrit: {:.15g} of the {}, {}", *scene.hematocrit,
                                 scene.fluidVolume ? "fluid nodes" : "lumen", convention));
   }
   for (const CellSpecies& species : scene.species) {
@@ -144,7 +144,7 @@ std::vector<std::string> headLines(const Scene& scene, int ranks) {
     return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);
   };
   lines.push_back(fmt::format(
-      "Clearance asked for: {} between membranes, {} to the wall; seed {}{}",
+      "Requested clearance: {} between membranes, {} to the wall; seed {}{}",
       scene.largestClearance ? "the largest" : asked(scene.autoClearance, most.membranes),
       asked(scene.autoWallClearance, most.wall), scene.seed, scene.rotate ? "" : "; no rotation"));
   return lines;
@@ -154,9 +154,10 @@ std::vector<HematocritConvention> hematocritConventions(const Job& job, const Ta
   std::vector<HematocritConvention> all = {{"mesh", "mesh volume (what is simulated)", tally.redMesh}};
   if (tally.redCells > 0 && tally.hemocellKnown)
     all.push_back({"hemocell", "<Volume> of the XML", tally.redHemocell});
-  all.push_back({"packCells", "97 µm³ a cell (packCells)", packCellsRedCellVolume * double(tally.redCells)});
+  all.push_back(
+      {"packCells", "97 µm³ per cell (packCells)", packCellsRedCellVolume * double(tally.redCells)});
   if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume)
-    all.push_back({"asked", fmt::format("{:.15g} µm³ a cell (as asked)", *job.redCellVolume),
+    all.push_back({"asked", fmt::format("{:.15g} µm³ per cell (as requested)", *job.redCellVolume),
                    *job.redCellVolume * double(tally.redCells)});
   return all;
 }
@@ -230,11 +231,12 @@ std::vector<std::string> effortLines(const Statistics& s) {
   if (s.growth) {
     const GrowthStatistics& g = *s.growth;
     const double all = g.planeSeconds + g.programSeconds + g.stepHalvingSeconds + g.relaxationSeconds;
-    lines.push_back(fmt::format(
-        "Growth: {} iterations, {} relaxations when stalled ({} helped); {} of {} steps ran into another "
-        "cell, {} into the wall, {} were not taken",
-        g.iterations, g.relaxations, g.relaxationsKept, g.stepHalving.violatingPairs, g.stepHalving.steps,
-        g.stepHalving.misplaced, g.stepHalving.stayed));
+    lines.push_back(
+        fmt::format("Growth: {} iterations, {} relaxations after stalls ({} successful); {} of {} steps "
+                    "overlapped another "
+                    "cell, {} the wall, {} were rejected",
+                    g.iterations, g.relaxations, g.relaxationsKept, g.stepHalving.violatingPairs,
+                    g.stepHalving.steps, g.stepHalving.misplaced, g.stepHalving.stayed));
     lines.push_back(
         fmt::format("Growth, CPU: planes {:.3f} s, programmes {:.3f} s, exact tests and step halving {:.3f} "
                     "s ({:.0f} %), "
@@ -242,12 +244,12 @@ std::vector<std::string> effortLines(const Statistics& s) {
                     g.planeSeconds, g.programSeconds, g.stepHalvingSeconds,
                     all > 0.0 ? 100.0 * g.stepHalvingSeconds / all : 0.0, g.relaxationSeconds));
     if (s.tetrahedra)
-      lines.push_back(
-          fmt::format("Tetrahedra: {} runs, {} attempts of TetGen, {} times finer levels, {} failures; CPU: "
-                      "{:.3f} s, CAT "
-                      "faces {:.3f} s",
-                      s.tetrahedra->runs, s.tetrahedra->attempts, s.tetrahedra->finer, s.tetrahedra->failures,
-                      s.tetrahedra->tetrahedraSeconds, s.tetrahedra->faceSeconds));
+      lines.push_back(fmt::format(
+          "Tetrahedra: {} runs, {} attempts of TetGen, {} repeated on finer levels, {} failures; CPU: "
+          "{:.3f} s, CAT "
+          "faces {:.3f} s",
+          s.tetrahedra->runs, s.tetrahedra->attempts, s.tetrahedra->finer, s.tetrahedra->failures,
+          s.tetrahedra->tetrahedraSeconds, s.tetrahedra->faceSeconds));
     if (s.tetrahedra && s.tetrahedra->failures > 0)
       lines.push_back("Tetrahedra, the last failure: " + s.tetrahedra->lastFailure);
     for (const EscapePhase& phase : s.escape)

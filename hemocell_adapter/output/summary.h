@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Head and foot of a run, for people.
+/// @file Introduction and summary of a run, for readers.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace packmesh::hemocell {
 
-/// Version, what was understood: lumen, species with the origin of their shapes, clearances, seed.
+/// Version and interpretation of the input: lumen, species with the origin of their shapes, clearances, seed.
 std::vector<std::string> headLines(const Scene& scene, int ranks);
 
 /// Times of a run [s].
@@ -18,10 +18,11 @@ struct RunTimes {
   double cpu = 0.0, wall = 0.0;
 };
 
-/// How many cells HemoCell keeps of those in `cells`, per species.
+/// Number of cells in `cells` that HemoCell keeps, per species.
 struct Kept {
   std::vector<std::int64_t> kept;
-  std::vector<std::pair<std::string, std::int64_t>> reasons;  ///< why the others go, with their number
+  std::vector<std::pair<std::string, std::int64_t>>
+      reasons;  ///< why the others are deleted, with their number
 };
 
 /// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
@@ -32,10 +33,10 @@ std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const
 /// Red cells and hematocrit of each region, by where their centres are. @param counts of the scene's parts
 std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts);
 
-/// What packing took: sweeps or iterations, repairs or steps taken back, CPU time of the stages.
+/// Statistics of packing: sweeps or iterations, repairs or rejected steps, CPU time of the stages.
 std::vector<std::string> effortLines(const Statistics& statistics);
 
-/// A volume that a red cell can be said to have.
+/// One of the conventions for the volume of a red cell.
 struct HematocritConvention {
   const char* key;      ///< for programs
   std::string text;     ///< for people
@@ -46,7 +47,7 @@ std::vector<HematocritConvention> hematocritConventions(const Job& job, const Ta
 /// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
 std::vector<std::string> hematocritLines(const Scene& scene, const Tally& tally);
 
-/// "by hematocrit", "12 asked for", "0.07 per red cell": how the number of cells was decided.
+/// "by hematocrit", "12 requested", "0.07 per red cell": how the number of cells was specified.
 std::string requestText(const CellSpecies& species);
 
 /// "RBC: minimum distance from solid 1 µm (pipeflow.cpp:91)".
@@ -61,7 +62,7 @@ std::string gapText(double gap);
 /// "Lumen: periodic box 50 x 50 x 50 µm", volumes, lattice.
 std::vector<std::string> lumenLines(const Scene& scene);
 
-/// Adds `reason`, given so many times, to the list of reasons.
+/// Adds `reason` with this number of occurrences to the list of reasons.
 void countReason(Kept& kept, const std::string& reason, std::int64_t times);
 
 }  // namespace packmesh::hemocell

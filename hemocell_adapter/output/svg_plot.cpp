@@ -11,7 +11,7 @@ namespace {
 
 constexpr double width = 560, height = 300, left = 64, right = 16, top = 40, bottom = 52;  // [px]
 
-/// A range and where its round numbers are.
+/// A range and the positions of its tick marks.
 struct Axis {
   double low, high, step;
 
@@ -24,10 +24,10 @@ struct Axis {
         break;
       }
   }
-  void roundUp() { high = step * std::ceil(high / step - 1e-9); }  // but for rounding
+  void roundUp() { high = step * std::ceil(high / step - 1e-9); }  // up to rounding
   std::vector<double> ticks() const {
     std::vector<double> at;
-    // But for rounding.
+    // Up to rounding.
     for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) at.push_back(i * step);
     return at;
   }
@@ -65,7 +65,7 @@ class Drawing {
         most = std::max(most, c.x[i] + half);
       }
     if (!(least <= most)) return {0.0, 1.0, 6};
-    // From 0 when that is near; rounding must not leave a sliver below it.
+    // From 0 if that is near; rounding must not leave a thin interval below it.
     if (least > 0.0 && least < 0.1 * most) least = 0.0;
     return {least, most, 6};
   }

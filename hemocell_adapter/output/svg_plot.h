@@ -27,10 +27,10 @@ struct Plot {
   std::vector<Mark> marks;
 };
 
-/// An <svg> element that scales with its place. Axes begin at 0 or at the least x; all text is escaped.
+/// An <svg> element that scales with its container. Axes begin at 0 or at the least x; all text is escaped.
 std::string svgOf(const Plot& plot);
 
-/// `text` as HTML and XML want it.
+/// `text` escaped for HTML and XML.
 std::string escaped(const std::string& text);
 
 }  // namespace packmesh::hemocell

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 using Place = VtpArray::Place;
 using Type = VtpArray::Type;
 
-/// An array and, when it is due, what this rank has of it.
+/// An array and, when it is written, this rank's part of it.
 struct Part {
   VtpArray array;
   std::function<std::string()> own;
@@ -76,7 +76,7 @@ class Writer {
     files_.end();
   }
 
-  /// `each` fills the numbers of one cell, given its place in the result and its number in the species.
+  /// `each` writes the numbers of one cell, given its index in the result and its number in the species.
   template <class T, class Each>
   static Part part(VtpArray array, const OwnCells& own, Each each) {
     return {std::move(array), [&own, each] {
@@ -126,7 +126,7 @@ class Writer {
     };
   }
 
-  /// Of the first rank alone.
+  /// Of the first rank only.
   std::vector<Part> templateMesh(const TriangleMesh& mesh) const {
     const auto vertices = std::int64_t(mesh.vertices.size()), triangles = std::int64_t(mesh.triangles.size());
     const bool first = ranks_.rank() == 0;

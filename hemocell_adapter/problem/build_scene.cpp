@@ -40,7 +40,7 @@ std::shared_ptr<const Shape> shapeOf(const CellSpecies& species, double dx,
   return nullptr;
 }
 
-/// Everything that decides a shape, but dx.
+/// Everything that determines a shape, except dx.
 std::string keyOf(const CellSpecies& s) {
   const CellModel& m = s.model;
   return fmt::format("{} {} {} {} {} {} {} '{}' {} '{}'", int(s.meshFrame), int(s.kind), int(m.construction),
@@ -48,8 +48,8 @@ std::string keyOf(const CellSpecies& s) {
                      m.stlFile.string(), s.meshScale, s.meshFile.string());
 }
 
-/// A cell that cannot be in the lumen in any orientation: a ball inside it is wider than the lumen along an
-/// axis, or it is longer than the diagonal. What takes longer to see is for pack() to refuse.
+/// Refuses a cell that cannot be in the lumen in any orientation: a ball inside it is wider than the lumen
+/// along an axis, or it is longer than the diagonal. Cases that take longer to detect are refused by pack().
 void refuseTooLarge(const Scene& scene, const CellSpecies& species) {
   const Container& container = *scene.lumen.container;
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
@@ -63,7 +63,7 @@ void refuseTooLarge(const Scene& scene, const CellSpecies& species) {
     fits = fits && (periodic || ball < room[k]);
   }
   if (fits && (endless || cell.maxCoeff() < room.norm())) {
-    if (scene.validate)  // pack() asks, too
+    if (scene.validate)  // pack() tests it, too
       requireFitsAlone(species.name, *species.shape, container, species.wallClearance(scene.demanded.wall),
                        scene.demanded.membranes);
     return;
@@ -73,8 +73,8 @@ void refuseTooLarge(const Scene& scene, const CellSpecies& species) {
       species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
 }
 
-/// Cells that start in one place cannot be told from each other, and have as many pairs as the square of
-/// their number: hardly positions in µm.
+/// Cells that start at the same position cannot be separated, and have a quadratic number of pairs: probably
+/// positions that are not in µm.
 void refuseHeapedStart(const CellSpecies& species) {
   constexpr std::int64_t leastPairs = 1000, pairsPerCell = 4;
   const double edge =
@@ -88,12 +88,12 @@ void refuseHeapedStart(const CellSpecies& species) {
   const auto count = static_cast<std::int64_t>(species.start.size());
   if (pairs > std::max(leastPairs, pairsPerCell * count))
     throw InputError(
-        fmt::format("{}: too many of its {} cells are in one place (at least {} pairs nearer than {:.2g} µm) "
+        fmt::format("{}: too many of its {} cells coincide (at least {} pairs nearer than {:.2g} µm) "
                     "to start from; are positions in µm?",
                     species.startFrom, count, pairs, std::sqrt(3.0) * edge));
 }
 
-/// HemoCell would delete every cell of this kind, wherever it is.
+/// Refuses a kind of cell of which HemoCell would delete every one, wherever it is.
 void refuseWithoutNode(const CellSpecies& species) {
   if (!species.acceptance || species.acceptance->allowedNodes().fluidNodes() > 0) return;
   throw InputError(
@@ -123,15 +123,16 @@ void resolveCounts(Scene& scene) {
   }
   const double lumen = scene.lumen.container->volume();
   if (volume >= lumen) {
-    throw InputError(fmt::format("the cells asked for have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
+    throw InputError(fmt::format("the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
                                  volume, lumen));
   }
   if (!scene.bestEffort) refuseBeyondKnown(scene);
   if (volume > Forecast::possible * lumen && !scene.inColumns) {
-    scene.notices.push_back(fmt::format(
-        "the cells asked for fill {:.4f} of the lumen: above {:.2f} hardly any red cells were ever packed at "
-        "random; --max-time and --best-effort bound the time it takes{}",
-        volume / lumen, Forecast::possible, columnsInstead(scene)));
+    scene.notices.push_back(
+        fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} red cells have hardly ever "
+                    "been packed at "
+                    "random; --max-time and --best-effort limit the run time{}",
+                    volume / lumen, Forecast::possible, columnsInstead(scene)));
   }
 }
 
@@ -154,9 +155,9 @@ std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std
 
 namespace {
 
-/// Shapes of a scene that has its lumen, and what HemoCell accepts of them.
+/// Shapes of a scene that has its lumen, and HemoCell's acceptance of them.
 void buildSpecies(Scene& scene) {
-  // Species that look alike share what is made for them.
+  // Species with equal shapes share their data.
   std::map<std::string, std::shared_ptr<const Shape>> shapes;
   std::map<int, std::shared_ptr<const Acceptance>> acceptances;  // by distance from solid
   for (CellSpecies& species : scene.species) {
@@ -175,20 +176,20 @@ void buildSpecies(Scene& scene) {
   }
 }
 
-/// Clearances and layers that this lumen has no wall for.
+/// Clearances and layers for which this lumen has no wall.
 void examineWall(Scene& scene) {
   const bool wall = scene.lumen.container->wall();
   if (!scene.autoWallClearance && scene.demanded.wall > 0.0 && !wall)
     scene.notices.push_back("the clearance to the wall has no effect: the lumen is periodic and has no wall");
   if (scene.cellFreeLayer > 0.0 && !(wall && scene.lumen.solidWalls))
-    throw InputError("a cell-free layer is kept at walls, and this lumen has none (--walls makes some)");
+    throw InputError("a cell-free layer requires walls, and this lumen has none (see --walls)");
 }
 
 /// Regions, counts, parts and walls of a scene that has its lumen and its shapes.
 void preparePacking(Scene& scene) {
   if (!scene.regions.empty() && !scene.hematocrit)
     throw InputError(scene.regions.front().body.where +
-                     ": a region needs a hematocrit of the rest, if only 0.001");
+                     ": regions require a hematocrit of the rest of the lumen, for example 0.001");
   examineWall(scene);
   scene.lumen.regions = makeRegions(scene, scene.lumen);
   resolveCounts(scene);
@@ -197,7 +198,7 @@ void preparePacking(Scene& scene) {
   if (scene.dryRun)
     for (const int n : scene.tiles) tiles *= n;
   for (const CellSpecies& species : scene.species)
-    // The larger box of --tile is a scene of its own; a dry run makes none.
+    // The larger box of --tile is a separate scene; a dry run creates none.
     counts.push_back(species.mostCells() * tiles);
   for (std::string& warning : limitWarnings(scene, counts)) scene.notices.push_back(std::move(warning));
   for (const CellSpecies& species : scene.species)
@@ -220,7 +221,7 @@ Scene buildScene(Job job) {
     if (scene.command != Command::check) preparePacking(scene);
   } catch (const InputError&) {
     takeNotices();
-    for (const std::string& notice : scene.notices) log::warning(notice);  // may say why
+    for (const std::string& notice : scene.notices) log::warning(notice);  // may explain the failure
     throw;
   }
   takeNotices();
@@ -238,8 +239,8 @@ void setClearances(Scene& scene, const Clearances& clearances) {
     const int distance = species.minimumDistanceFromSolid;
     const double clearance = species.wallClearance(clearances.wall);
     auto [wall, isNew] = walls.try_emplace({distance, clearance});
-    // Relaxation demands the clearance plus a margin and is content when that margin is missed by its
-    // tolerance; of the voxel faces nothing more is wanted then than that no vertex is beyond them.
+    // Relaxation aims at the clearance plus a margin and stops within its tolerance of that; for the voxel
+    // faces it then suffices that no vertex is beyond them.
     constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
     if (isNew) wall->second = speciesWall(scene.lumen, distance, reach, clearance + margin);
     species.wall = wall->second;

@@ -15,13 +15,14 @@ namespace packmesh::hemocell {
 /// @throws InputError, MeshError
 Scene buildScene(Job job);
 
-/// Parts and walls of a scene that is to be packed with these clearances, which at first are those demanded.
+/// Updates parts and walls of a scene that is to be packed with these clearances, which initially are those
+/// demanded.
 void setClearances(Scene& scene, const Clearances& clearances);
 
-/// What HemoCell cannot do with so many cells of each species (see hemocell_limits.h).
+/// What HemoCell cannot do with this number of cells of each species (see hemocell_limits.h).
 std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std::int64_t>& counts);
 
-/// Hands the scene to packing. `interrupted` and `progress` are passed on. The certificate is about the
+/// The problem to be packed. `interrupted` and `progress` are passed on. The certificate refers to the
 /// numbers that formatPos writes.
 PackingProblem problemOf(const Scene& scene, std::function<bool()> interrupted,
                          std::function<void(const Progress&)> progress);

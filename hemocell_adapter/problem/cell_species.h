@@ -16,10 +16,10 @@
 
 namespace packmesh::hemocell {
 
-/// A SpeciesRequest, resolved: makeJob() fills in what it is made of and how its number is decided,
-/// buildScene() what follows from these and from the lumen.
+/// A SpeciesRequest, resolved: makeJob() sets its shape and how its number is determined, buildScene() what
+/// follows from these and from the lumen.
 struct CellSpecies {
-  // By makeJob().
+  // Set by makeJob().
   enum class Template { model, mesh, ellipsoid };
   std::string name;
   Template kind = Template::model;
@@ -30,29 +30,29 @@ struct CellSpecies {
   Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
   std::string origin;                 ///< "RBC.xml, RBC_FROM_SPHERE", for people
   bool redCell = false;
-  /// A red cell that the hematocrit asked for includes; packCells' leaves out those with a count.
+  /// A red cell included in the requested hematocrit; under packCells' convention those with a count are not.
   bool sharesHematocrit = false;
-  std::optional<std::int64_t> statedCount;  ///< neither count nor ratio: the hematocrit decides
+  std::optional<std::int64_t> statedCount;  ///< neither count nor ratio: determined by the hematocrit
   std::optional<double> ratio;
   std::optional<double> statedDistanceFromSolid;  ///< by the configuration [µm]
-  int minimumDistanceFromSolid = 0;               ///< as HemoCell has it [µm]
+  int minimumDistanceFromSolid = 0;               ///< as HemoCell stores it [µm]
   std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
-  std::int64_t stock = 0;                         ///< so many more, when escaping
-  std::vector<PosLine> fixed, start;              ///< existing cells: that stay, or may move
+  std::int64_t stock = 0;                         ///< additional cells, for escapes
+  std::vector<PosLine> fixed, start;              ///< existing cells: fixed, or movable
   std::string fixedFrom, startFrom;               ///< files
-  double ownWallClearance = 0.0;                  ///< of this species, where more than that of all [µm]
+  double ownWallClearance = 0.0;                  ///< of this species, if larger than that of all [µm]
   std::optional<AxisCone> cone;
 
-  // By buildScene().
+  // Set by buildScene().
   std::shared_ptr<const Shape> shape;
-  double countedVolume = 0.0;                    ///< of a cell, in the hematocrit asked for [µm³]
+  double countedVolume = 0.0;                    ///< of a cell, in the requested hematocrit [µm³]
   std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
   std::int64_t count = 0;                        ///< to be packed
-  std::shared_ptr<const Wall> wall;              ///< where packing allows it; nullptr: the container's own
+  std::shared_ptr<const Wall> wall;              ///< for packing; nullptr: the container's own
 
   std::int64_t mostCells() const { return count + stock; }  ///< of a packing
 
-  /// What its cells keep from the wall, and how much of that is more than the others keep [µm].
+  /// Wall clearance of its cells, and by how much it exceeds that of the others [µm].
   double wallClearance(double ofAll) const { return std::max(ofAll, ownWallClearance); }
   double extraWallClearance(double ofAll) const { return wallClearance(ofAll) - ofAll; }
 };

@@ -6,41 +6,42 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// The room that is aimed at, in lattice spacings.
+/// Default target of the clearances, in lattice spacings.
 constexpr double wallRoom = 1.0, membraneRoom = 0.1;
 
-/// Shares of it that are tried.
+/// Fractions of it that are tried.
 constexpr double shares[] = {1.0, 0.5, 0.25, 0.0};
 
-/// An attempt with more clearance than is demanded ends after so many sweeps of a cell in all, but not before
-/// the least number of sweeps nor after the largest. HemoCell's pipe keeps all of the room in 60 at 0.45 and
-/// in 155 at 0.48, half of it in 104 at 0.50; a narrow inlet with 76 cells at 0.30 takes 544, half a second.
+/// Limits of an attempt with more clearance than demanded: this many sweeps times cells, but at least the
+/// smallest and at most the largest number of sweeps. HemoCell's pipe keeps the full clearance in 60 sweeps
+/// at 0.45 and in 155 at 0.48, half of it in 104 at 0.50; a narrow inlet with 76 cells at 0.30 takes 544,
+/// half a second.
 constexpr std::int64_t cheapCellSweeps = 160000, leastSweeps = 160, mostSweeps = 600;
 
-/// The same of growth [iterations]: in boxes and tubes it succeeded within 18 to 62, or not at all.
+/// The same for growth [iterations]: in boxes and tubes it succeeded within 18 to 62, or not at all.
 constexpr std::int64_t cheapIterations = 100;
 
-/// Sweeps, or iterations of growth, of an attempt to find the largest clearance.
+/// Sweeps, or iterations of growth, of an attempt in the search for the largest clearance.
 constexpr std::int64_t thoroughSweeps = 600;
 
-/// Time for the largest clearance when no limit is given [s]; where the search ends by itself: a step of this
-/// share of the clearance, at least so much [µm].
+/// Time for the largest clearance if no limit is given [s]; the search ends when the step is this fraction of
+/// the clearance, or this length [µm].
 constexpr double defaultSearch = 60.0, finestShare = 0.02, finestStep = 0.001;
 
-/// Share of the time that is left which an attempt with more clearance than is demanded may take.
+/// Fraction of the remaining time that an attempt with more clearance than demanded may take.
 constexpr double shareOfTime = 0.25;
 
-/// A limit of time is more than nothing, which would be none [s].
+/// A time limit must be positive, since 0 means none [s].
 constexpr double leastSeconds = 1e-9;
 
-/// Whether a packing that is there is only to be certified again: it stays as it is.
+/// Whether an existing packing is only to be certified again: it is kept unchanged.
 bool givenWhole(const Scene& scene) {
   return std::all_of(scene.parts.begin(), scene.parts.end(), [](const ScenePart& part) {
     return std::int64_t(part.cells.start.size()) >= part.cells.count;
   });
 }
 
-/// Doubles the clearance between membranes while that succeeds, then halves the step.
+/// Doubles the clearance between membranes as long as that succeeds, then halves the step.
 void widen(const std::function<double()>& timeLeft, const Attempt& attempt, RoomyPacking& best) {
   double lo = best.clearances.membranes, hi = 0.0;  // hi: failed; 0: nothing yet
   while (timeLeft() > 0.0) {

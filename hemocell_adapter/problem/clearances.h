@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How much room packing leaves between membranes, and to the wall, when the user leaves it to
-/// packMesh.
+/// @file The clearances between membranes and to the wall if the user does not specify them.
 ///
-/// HemoCell needs none to load a cell, but its cells move: a vertex that gets onto a wall node is deleted,
-/// and the whole cell with it, and membranes nearer than the reach of the immersed boundary feel each other
-/// from the first step. docs/explanation/method.md tells what was measured.
+/// HemoCell needs none to load a cell, but its cells move: a vertex that moves onto a wall node is deleted
+/// together with its cell, and membranes nearer than the range of the immersed boundary interact from the
+/// first step. docs/explanation/method.md reports the measurements.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +14,18 @@
 
 namespace packmesh::hemocell {
 
-/// What packing tries one after the other, the widest first; the last are those that are demanded, the only
-/// ones with escapes, each of which takes as long as a whole packing.
+/// The clearances that are tried in sequence, the widest first; the last are those demanded, the only ones
+/// with escapes, each of which takes as long as a complete packing.
 std::vector<Clearances> clearanceLevels(const Scene& scene);
 
-/// Whether packing leaves more room than is demanded where that succeeds.
+/// Whether packing aims at larger clearances than demanded, if they can be achieved.
 bool triesMoreClearance(const Job& job);
 
-/// What one attempt to pack with some clearances may use up.
+/// Limits of one attempt to pack with given clearances.
 struct AttemptLimits {
   std::int64_t maxSweeps = 0;  ///< 0: those of the job
   double maxSeconds = 0.0;     ///< 0: no limit
-  bool fewerCells = true;      ///< out of reach: whether a packing of fewer cells is wanted
+  bool fewerCells = true;      ///< if not feasible: whether a packing of fewer cells is requested
 };
 
 /// A packing, and the clearances it was certified with.
@@ -35,12 +34,12 @@ struct RoomyPacking {
   Clearances clearances;
 };
 
-/// Packs with one pair of clearances. @return nothing when they are impossible
+/// Packs with one pair of clearances. @return nothing if they are impossible
 using Attempt =
     std::function<std::optional<PackingResult>(const Clearances& clearances, const AttemptLimits& limits)>;
 
-/// Attempts the levels from `first` on until one is certified, then, where the job asks for the largest
-/// clearance, larger ones until time or progress ends. Deterministic but for limits of time.
+/// Tries the levels from `first` on until one is certified; if the job requests the largest clearance, then
+/// larger ones until the time limit or convergence. Deterministic except for time limits.
 /// @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
 RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,

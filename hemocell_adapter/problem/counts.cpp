@@ -22,7 +22,7 @@ std::int64_t rounded(double cells, const std::string& name) {
 
 /// The red cells of a request.
 struct RedCells {
-  const CellSpecies* filler = nullptr;         ///< the hematocrit decides how many
+  const CellSpecies* filler = nullptr;         ///< determined by the hematocrit
   double countedVolume = 0.0, counted = 0.0;   ///< of those with a count [µm³], cells
   double ratioVolume = 0.0, ratioShare = 0.0;  ///< of those with a ratio: per red cell of any species
 };
@@ -39,7 +39,7 @@ RedCells redCellsOf(const std::vector<CellSpecies>& species) {
       red.ratioShare += *s.ratio;
     } else if (red.filler) {
       throw InputError(
-          fmt::format("the hematocrit cannot decide both '{}' and '{}': give one a count or a ratio",
+          fmt::format("the hematocrit cannot determine both '{}' and '{}': give one a count or a ratio",
                       red.filler->name, s.name));
     } else {
       red.filler = &s;
@@ -48,12 +48,12 @@ RedCells redCellsOf(const std::vector<CellSpecies>& species) {
   if (red.ratioShare >= 1.0)
     throw InputError(fmt::format(
         "the ratios of red cells add up to {:.15g}: each is a share of all red cells, so together "
-        "they must stay below 1",
+        "they must be below 1",
         red.ratioShare));
   return red;
 }
 
-/// How many red cells of all species there are, before rounding.
+/// Number of red cells of all species, before rounding.
 double redCellNumber(const RedCells& red, std::optional<double> hematocrit, double lumenVolume) {
   const double others = 1.0 - red.ratioShare;
   if (!red.filler || !hematocrit) return red.counted / others;
@@ -63,12 +63,12 @@ double redCellNumber(const RedCells& red, std::optional<double> hematocrit, doub
       (*hematocrit * lumenVolume - red.countedVolume + red.counted * v) / (red.ratioVolume + others * v);
   if (all * others < red.counted)
     throw InputError(fmt::format("the red cells with counts{} alone exceed the hematocrit {:.15g}",
-                                 red.ratioShare > 0.0 ? ", and those with ratios that go with them," : "",
+                                 red.ratioShare > 0.0 ? ", with the corresponding ones with ratios," : "",
                                  *hematocrit));
   return all;
 }
 
-/// What decides the number of a species, in the order in which the numbers follow from each other.
+/// How the number of a species is determined, in the order of evaluation.
 enum class By { count, ratioOfRedCells, hematocrit, ratioToRedCells };
 
 By decidedBy(const CellSpecies& s) {

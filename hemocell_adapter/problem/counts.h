@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How many cells a hematocrit is.
+/// @file Numbers of cells from hematocrits and ratios.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,15 @@
 
 namespace packmesh::hemocell {
 
-/// The number of cells of each kind.
+/// Determines the number of cells of each kind.
 ///
-/// A ratio is the number of cells per red cell, where the red cells of all species count. Of a red species it
-/// is therefore the share of these cells among all red cells (a parasitaemia, say). With a hematocrit, the
-/// red species without count and ratio gets the number that brings the volume of all red cells nearest to
-/// hematocrit · lumenVolume.
+/// A ratio is the number of cells per red cell, where the red cells of all species count. For a species of
+/// red cells it is therefore the share of these cells among all red cells (a parasitaemia, for example). With
+/// a hematocrit, the species of red cells without count and ratio gets the number for which the volume of all
+/// red cells is nearest to hematocrit · lumenVolume.
 /// @param species with countedVolume
-/// @throws InputError when nothing is to be packed, several species wait for the hematocrit, the red cells
-/// with
-///   counts exceed it, or the ratios of red species add up to 1 or more
+/// @throws InputError if nothing is to be packed, if the hematocrit would determine several species, if the
+///   red cells with counts exceed it, or if the ratios of red species add up to 1 or more
 std::vector<std::int64_t> countCells(const std::vector<CellSpecies>& species,
                                      std::optional<double> hematocrit, double lumenVolume);
 

@@ -28,7 +28,7 @@ constexpr DensestKnown known[] = {
               isModel(s, Construction::wbcSphere);
      }}};
 
-/// So many cells do not fill a lumen with walls better than a periodic box.
+/// With this many cells, a lumen with walls cannot be filled more densely than a periodic box.
 constexpr std::int64_t many = 100;
 
 }  // namespace
@@ -47,8 +47,8 @@ void refuseBeyondKnown(const Scene& scene) {
     const double fraction = volume / lumen.volume();
     if (fraction > kind.fraction && (periodic || cells >= many))
       throw InputError(
-          fmt::format("the {} asked for fill {:.4f} of the lumen; no packing of {} beyond {:.4g} is "
-                      "known ({}). Lower the number; --best-effort packs as many as it can",
+          fmt::format("the requested {} fill {:.4f} of the lumen; no packing of {} beyond {:.4g} is "
+                      "known ({}). Reduce the number; --best-effort packs as many as possible",
                       kind.cells, fraction, kind.cells, kind.fraction, kind.source));
   }
 }

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file How densely cells were ever packed, by anyone.
+/// @file The densest known packings of cells.
 #pragma once
 
 #include "hemocell_adapter/problem/scene.h"
 
 namespace packmesh::hemocell {
 
-/// Refuses what is denser than every known packing of such cells, ordered ones included.
+/// Refuses requests that are denser than every known packing of such cells, ordered ones included.
 ///
 /// - Ellipsoids, platelets and white cells: 0.7707, the densest known packing of ellipsoids of any kind
-/// (Donev,
-///   Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004; equal spheres reach 0.7405).
+///   (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004; equal spheres reach 0.7405).
 /// - Red cells of HemoCell's formula: 0.74. The densest packing of such a shape is not known. Rigid red cells
 ///   of another model were packed at random to 0.7155 (Xu et al.: Appl. Math. Mech. 40, 737-750, 2019); here
 ///   columns reach 0.65, and straight columns of these meshes in hexagonal order would fill 0.67.
-/// - Of other meshes nothing is known, and nothing refused.
+/// - For other meshes nothing is known, and nothing is refused.
 ///
-/// A few cells can fill a lumen that is made to measure: lumens with walls are judged when there are many.
+/// A few cells can fill a lumen that matches their shape: lumens with walls are only judged if there are
+/// many.
 /// @throws InputError
 void refuseBeyondKnown(const Scene& scene);
 

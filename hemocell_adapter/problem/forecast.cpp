@@ -17,28 +17,28 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Time of a red cell in a periodic box of 50 µm [ms], by volume fraction: one core at 2.5 GHz, AVX-512.
-/// (From 0.60 on 2.5 times what was measured on an EPYC that is 2.5 times as fast.)
+/// Time per red cell in a periodic box of 50 µm [ms], by volume fraction: one core at 2.5 GHz, AVX-512. (From
+/// 0.60 on 2.5 times the value measured on an EPYC that is 2.5 times as fast.)
 struct Measured {
   double fraction, milliseconds;
 };
 constexpr Measured measured[] = {{0.10, 0.02}, {0.20, 0.025}, {0.30, 0.037}, {0.35, 0.047}, {0.45, 0.085},
                                  {0.50, 0.14}, {0.55, 0.28},  {0.58, 0.75},  {0.60, 3.4},   {0.61, 26.0}};
 
-/// Per tenfold number of cells beyond a thousand: larger packings take more sweeps.
+/// Per factor of ten in the number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double growthPerDecade = 0.15;
 
-/// Cells lie along walls less densely than elsewhere, as if a layer of this thickness were empty [µm]: at a
-/// smooth wall, and at the faces of nodes that HemoCell forbids, between which membranes reach.
+/// Packings are less dense along walls, as if a layer of this thickness were empty [µm]: at a smooth wall,
+/// and at the faces of the nodes that HemoCell excludes, between which membranes can protrude.
 constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
 
-/// Memory [MB]: the program, and a cell in it.
+/// Memory [MB]: of the program, and per cell.
 constexpr double ofProgram = 25.0, ofThousandCells = 1.4;
 
-/// Share of efficiency that a further rank has.
+/// Parallel efficiency of several ranks.
 constexpr double efficiency = 0.85;
 
-/// Points at which the room in front of walls is measured.
+/// Number of points at which the distance to walls is sampled.
 constexpr int points = 12000;
 
 double millisecondsAt(double fraction) {
@@ -50,18 +50,18 @@ double millisecondsAt(double fraction) {
   return lower->milliseconds * std::pow(upper->milliseconds / lower->milliseconds, t);
 }
 
-/// What a random sample of a lumen says of the room in front of the wall of a species.
+/// Volume available to a species, from a random sample of the lumen.
 struct RoomSample {
-  double share = 1.0;         ///< of the lumen, where a body may be
+  double share = 1.0;         ///< fraction of the lumen that is available to a body
   double effective = 1.0;     ///< the same without the empty layer
   std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
 };
 
-/// Points from which a cell is tried, at most.
+/// Maximum number of points from which a cell is tried.
 constexpr std::size_t trials = 8;
 
-/// The i-th of points that fill the unit cube evenly (Roberts' additive recurrence: powers of the root of
-/// x⁴ = x + 1).
+/// The i-th of points that fill the unit cube evenly (Roberts' additive recurrence: powers of the root of x⁴
+/// = x + 1).
 Vec3 evenlySpread(int i) {
   constexpr double root = 1.2207440846057596;
   Vec3 p;
@@ -120,7 +120,7 @@ class LumenSample {
   std::map<std::pair<const Wall*, double>, RoomSample> rooms_;
 };
 
-/// Whether a single cell of the species can be brought to lie in the lumen, from where there is most room.
+/// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall.
 bool findsPlace(const Scene& scene, const CellSpecies& species, const RoomSample& room) {
   constexpr std::int64_t sweeps = 300;
   PackingProblem problem;
@@ -142,14 +142,14 @@ bool findsPlace(const Scene& scene, const CellSpecies& species, const RoomSample
   return room.deepest.empty();
 }
 
-/// An estimate, with as many digits as it deserves.
+/// An estimate, with a suitable number of digits.
 std::string about(double seconds) {
   if (seconds < 1.0) return "less than a second";
   const double unit = std::pow(10.0, std::floor(std::log10(seconds)) - 1.0);
   return "about " + durationText(std::round(seconds / unit) * unit);
 }
 
-/// What makes a packing harder in a way that nothing is known about.
+/// Constraints whose effect on packing is unknown.
 std::string leftOut(const Scene& scene) {
   std::int64_t fixed = 0;
   bool cones = !scene.rotate;
@@ -158,8 +158,8 @@ std::string leftOut(const Scene& scene) {
     cones = cones || species.cone;
   }
   std::vector<std::string> reasons;
-  if (fixed > 0) reasons.push_back(fmt::format("that {} cell{} must stay", fixed, fixed == 1 ? "" : "s"));
-  if (cones) reasons.push_back("that orientations are bound");
+  if (fixed > 0) reasons.push_back(fmt::format("{} fixed cell{}", fixed, fixed == 1 ? "" : "s"));
+  if (cones) reasons.push_back("constrained orientations");
   if (!scene.regions.empty()) reasons.push_back("regions denser than the mean");
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
@@ -195,7 +195,7 @@ Forecast forecastOf(const Scene& scene, LumenSample& sample) {
   return forecast;
 }
 
-/// Where cells may be, if that is less than the lumen.
+/// The part of the lumen in which cells can be, if it is smaller than the lumen.
 std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast) {
   constexpr double worthTelling = 0.995;
   std::vector<std::string> lines;
@@ -203,13 +203,13 @@ std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast)
   for (std::size_t s = 0; s < scene.species.size(); ++s)
     if (forecast.roomShares[s] < worthTelling)
       lines.push_back(
-          fmt::format("{} may be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
-                      "what HemoCell keeps leave no more",
+          fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
+                      "HemoCell's rules exclude the rest",
                       scene.species[s].name, forecast.roomShares[s], forecast.roomShares[s] * lumen));
   return lines;
 }
 
-/// Why the cells cannot be packed, whatever is tried; nothing when that is not known.
+/// Why the cells cannot be packed by any method; nothing if this is not known.
 std::optional<std::string> impossible(const Scene& scene, const Forecast& forecast, LumenSample& sample) {
   const double lumen = scene.lumen.container->volume();
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
@@ -217,11 +217,11 @@ std::optional<std::string> impossible(const Scene& scene, const Forecast& foreca
     if (species.count <= std::int64_t(species.fixed.size())) continue;
     const double volume = double(species.count) * species.shape->volume();
     if (volume > forecast.roomShares[s] * lumen)
-      return fmt::format("{} {} have {:.4g} µm³, more than there is room for", species.count, species.name,
+      return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
                          volume);
     if (!findsPlace(scene, species,
                     sample.room(species.wall.get(), species.wallClearance(scene.demanded.wall))))
-      return fmt::format("not even one {} finds a place in the lumen", species.name);
+      return fmt::format("not even one {} fits into the lumen", species.name);
   }
   return {};
 }
@@ -244,32 +244,32 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
   for (std::string& line : roomLines(scene, f)) lines.push_back(std::move(line));
   if (scene.inColumns)
     lines.push_back(
-        "In columns: the box decides what there is room for, up to 0.65 at 50 µm, less in small ones. The "
-        "figures below are those of random packings");
+        "In columns: the feasible fraction depends on the box, up to 0.65 at 50 µm, less in small ones. The "
+        "figures below are for random packings");
   const std::optional<std::string> never = impossible(scene, f, sample);
   if (never)
-    lines.push_back(fmt::format("Out of reach: {}", *never));
+    lines.push_back(fmt::format("Infeasible: {}", *never));
   else if (f.effectiveFraction <= Forecast::easy)
-    lines.push_back(fmt::format("Within reach: {:.3f} below {:.2f}, where packing begins to take long",
+    lines.push_back(fmt::format("Feasible: {:.3f} below {:.2f}, from which on packing takes long",
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
     lines.push_back(
         fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; "
-                    "--max-time and --best-effort bound it{}",
+                    "--max-time and --best-effort limit it{}",
                     Forecast::easy, Forecast::possible, columnsInstead(scene)));
   else
     lines.push_back(fmt::format(
-        "Probably out of reach: {}, the densest that was reached; --max-time and --best-effort give the "
+        "Probably infeasible: {}, the densest achieved so far; --max-time and --best-effort give the "
         "densest "
-        "there is{}",
+        "possible{}",
         f.effectiveFraction < 1.0
             ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
             : fmt::format("far above {:.2f}", Forecast::possible),
         columnsInstead(scene)));
   if (scene.method == Method::cat)
-    lines.push_back("Time: not known for --method cat; some hundred times that of the default method");
+    lines.push_back("Time: unknown for --method cat; some hundred times that of the default method");
   else if (never || !f.seconds)
-    lines.push_back("Time: cannot be told; --max-time bounds it");
+    lines.push_back("Time: unknown; --max-time limits it");
   else
     lines.push_back(fmt::format(
         "Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
@@ -282,11 +282,12 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
     lines.push_back(
         fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
                     "of the larger "
-                    "box comes on top of the time",
+                    "box takes additional time",
                     scene.tiles[0], scene.tiles[1], scene.tiles[2], tiles * double(f.cells),
                     ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
   if (const std::string left = leftOut(scene); !left.empty())
-    lines.push_back(fmt::format("Not in these figures: {}; with them it is harder and takes longer", left));
+    lines.push_back(
+        fmt::format("Not included in these figures: {}; packing then is harder and takes longer", left));
   if (scene.realisations > 1)
     lines.push_back(
         fmt::format("{} realisations, one after the other: each takes this time", scene.realisations));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Command line and config.xml put together: plain data that says completely what to do.
+/// @file Command line and config.xml combined: plain data that specify the job completely.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct Clearances {
   double membranes = 0.0, wall = 0.0;
 };
 
-/// The settings with all that follows from them and from the case.
+/// The settings with everything that follows from them and from the case.
 struct Job : RunSettings {
   Command command = Command::pack;
   bool asPackCells = false;
@@ -29,16 +29,16 @@ struct Job : RunSettings {
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
   std::vector<CellSpecies> species;
   std::optional<PreInletPlace> preInlet;
-  std::optional<PreInletPlace> preInletInCode;  ///< what the code says, where another place is stated
+  std::optional<PreInletPlace> preInletInCode;  ///< place in the code, if a different one is stated
 
   Clearances demanded;  ///< 0 where none is stated
-  /// Not stated, so packing may keep more than is demanded (clearances.h).
+  /// Not specified, so that packing may keep more than demanded (clearances.h).
   bool autoClearance = false, autoWallClearance = false;
   std::int64_t firstRealisation = 1;
   std::vector<std::string> commandWords;              ///< program and arguments, but for --restart
   std::vector<std::string> unchecked;                 ///< .pos files that `check` cannot examine
   std::vector<std::filesystem::path> foldersToCheck;  ///< `check` of realisations: each is a job of its own
-  std::vector<std::string> warnings;  ///< what the user should know about how this was understood
+  std::vector<std::string> warnings;                  ///< how the input was interpreted, for the user
 };
 
 /// packCells' convention: a red cell has 97 µm³.

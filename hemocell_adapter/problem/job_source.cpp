@@ -11,7 +11,7 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// What HemoCell makes of a distance: it stores whole micrometres.
+/// A distance as stored by HemoCell: in whole micrometres.
 int truncated(double distance) {
   return static_cast<int>(distance);
 }
@@ -62,7 +62,7 @@ Found callsFor(const std::string& name, const CaseSource& source) {
   return found;
 }
 
-/// One line for each call that does not tell the distance of a species that must be known.
+/// One line for each call that does not determine the distance of a species that must be known.
 void warnOfUnknownCalls(Job& job, const std::vector<std::string>& unstated) {
   for (const DistanceCall& call : job.source.distances) {
     if (unstated.empty() || (call.name && call.distance && isDistance(*call.distance))) continue;
@@ -70,8 +70,8 @@ void warnOfUnknownCalls(Job& job, const std::vector<std::string>& unstated) {
     const char* what = call.distance && isDistance(*call.distance) ? "which cell this is for"
                        : call.name                                 ? "the distance"
                                                                    : "what this sets";
-    job.warnings.push_back(fmt::format("{}: {}: {} cannot be told from the code; {}", call.where, call.text,
-                                       what, howToState(call.name.value_or(unstated.front()))));
+    job.warnings.push_back(fmt::format("{}: {}: {} cannot be determined from the code; {}", call.where,
+                                       call.text, what, howToState(call.name.value_or(unstated.front()))));
   }
 }
 
@@ -130,7 +130,7 @@ void settleDistancesFromSolid(Job& job) {
 
 namespace {
 
-/// What the code says, when it is one thing: the direction at least.
+/// The place in the code, if it is unique: at least its direction.
 std::optional<PreInletCall> callOf(const CaseSource& source) {
   std::optional<PreInletCall> one;
   for (const PreInletCall& call : source.preInlets) {
@@ -144,16 +144,17 @@ std::optional<PreInletCall> callOf(const CaseSource& source) {
   return one;
 }
 
-/// The inlet stands in C++ code, and is not guessed.
+/// The inlet is defined in C++ code, and is not guessed.
 [[noreturn]] void refuseUnknownPreInlet(const Job& job) {
   std::string calls;
   for (const PreInletCall& call : job.source.preInlets)
-    calls += fmt::format(" {}: {} is not literal enough to be read.", call.where, call.text);
+    calls += fmt::format(" {}: {} cannot be evaluated, since its arguments are not literals.", call.where,
+                         call.text);
   throw InputError(fmt::format(
-      "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only. Its place "
-      "stands "
-      "in the case's C++ code.{} Find preInletFromSlice(Direction::Xpos, slice) or "
-      "autoPreinletFromBoundary(Direction::Xpos) there, and say --pre-inlet Xpos or <packing><preInlet> Xpos "
+      "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only. Its position "
+      "is defined in the case's C++ code.{} Find preInletFromSlice(Direction::Xpos, slice) or "
+      "autoPreinletFromBoundary(Direction::Xpos) there, and specify --pre-inlet Xpos or <packing><preInlet> "
+      "Xpos "
       "</preInlet> (and the plane by <preInletSlice>, where the slice is not the outermost plane). Or "
       "describe "
       "the inlet in <packing><container>, with its low corner at the origin",
@@ -195,10 +196,10 @@ void choosePreInlet(Job& job, const Settings& settings) {
     place.origin = call->where;
     place.allOutlines = call->slice.has_value();
     if (!call->slice && !settings.preInletSlice)
-      job.warnings.push_back(
-          fmt::format("{}: {}: the slice cannot be told from the code; the outermost one with fluid is taken "
-                      "(--pre-inlet-slice, --pre-inlet-range state it)",
-                      call->where, call->text));
+      job.warnings.push_back(fmt::format(
+          "{}: {}: the slice cannot be determined from the code; the outermost one with fluid is taken "
+          "(--pre-inlet-slice, --pre-inlet-range state it)",
+          call->where, call->text));
   }
   const PreInletPlace inCode = place;
   if (settings.preInletSlice) place.slice = settings.preInletSlice;

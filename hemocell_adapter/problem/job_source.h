@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What a job takes from the C++ code of its case.
+/// @file Data that a job takes from the C++ code of its case.
 #pragma once
 
 #include "hemocell_adapter/problem/job.h"
 
 namespace packmesh::hemocell {
 
-/// The place of the pre-inlet: what the settings state, and where they do not, what the code says. Of a
-/// contradiction, and of what is not understood, there is a warning.
-/// @throws UsageError, InputError when it cannot be known
+/// The place of the pre-inlet: as specified by the settings, otherwise from the code. Contradictions and code
+/// that is not understood cause a warning.
+/// @throws UsageError, InputError if it cannot be determined
 void choosePreInlet(Job& job, const Settings& settings);
 
-/// The minimum distance from solid of each species: as stated, or else from the code, or else 0; warnings as
-/// above, and where there is no code. Without a case there is none to be known.
+/// The minimum distance from solid of each species: as specified, otherwise from the code, otherwise 0;
+/// warnings as above, and if there is no code. Without a case it is not needed.
 void settleDistancesFromSolid(Job& job);
 
 }  // namespace packmesh::hemocell

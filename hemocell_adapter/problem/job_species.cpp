@@ -17,13 +17,14 @@ bool isRedCell(const SpeciesRequest& request) {
   return request.redCell.value_or(request.name.find("RBC") != std::string::npos);
 }
 
-/// Does the request say that there are such cells, or is it only a detail of cells that another one asks for?
+/// Whether the request states that there are such cells, or is only a detail of cells that another one
+/// requests.
 bool selects(const SpeciesRequest& request) {
   return request.count || request.ratio || request.ellipsoidAxes || request.meshFile || request.fixed ||
          request.start;
 }
 
-/// A red species whose number the hematocrit decides.
+/// A red species whose number is determined by the hematocrit.
 SpeciesRequest* fillerOf(std::vector<SpeciesRequest>& species) {
   for (SpeciesRequest& request : species) {
     if (isRedCell(request) && !request.count && !request.ratio) return &request;
@@ -31,19 +32,18 @@ SpeciesRequest* fillerOf(std::vector<SpeciesRequest>& species) {
   return nullptr;
 }
 
-/// Where what is asked for stands, for messages.
+/// Source of the request, for messages.
 std::string sourceOf(const Job& job) {
   return job.config ? job.config->file.string() : "command line";
 }
 
 std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
   if (!request.axis) {
-    if (request.spread)
-      throw InputError(fmt::format("cell '{}' has a spread, but no axis around which", request.name));
+    if (request.spread) throw InputError(fmt::format("cell '{}' has a spread, but no axis", request.name));
     return {};
   }
   if (!(request.axis->norm() > 0.0))
-    throw InputError(fmt::format("cell '{}': its axis 0 0 0 is no direction", request.name));
+    throw InputError(fmt::format("cell '{}': its axis 0 0 0 is not a direction", request.name));
   constexpr double degree = 3.14159265358979323846 / 180.0;
   return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
 }
@@ -52,8 +52,9 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
 void readPresent(const SpeciesRequest& request, CellSpecies& species, std::vector<std::string>& warnings) {
   std::error_code ignored;
   if (request.fixed && request.start && fs::equivalent(*request.fixed, *request.start, ignored))
-    throw InputError(fmt::format("cell '{}': the cells of {} cannot both stay (fixed) and move (start)",
-                                 request.name, request.fixed->string()));
+    throw InputError(
+        fmt::format("cell '{}': the cells of {} cannot be both fixed (fixed) and movable (start)",
+                    request.name, request.fixed->string()));
   const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
     if (!file) return;
     lines = readPos(*file, &warnings);
@@ -69,8 +70,8 @@ std::string enumerated(const std::vector<std::string>& names) {
   return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
-/// The cells that a folder describes, for people who ask for one that it does not: "; the folder has PLT.xml
-/// and RBC_HO.xml ...".
+/// The cells described in a folder, for requests of one that is not: "; the folder has PLT.xml and RBC_HO.xml
+/// ...".
 std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) {
   std::vector<std::string> names;
   std::error_code error;
@@ -103,7 +104,7 @@ std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) 
                             red ? "" : " count=\"n\"");
 }
 
-/// How the number of cells is decided. Pre: the species has its existing cells.
+/// How the number of cells is determined. Pre: the species has its existing cells.
 void resolveNumber(const Job& job, const SpeciesRequest& request, CellSpecies& species) {
   species.statedCount = request.count;
   species.ratio = request.ratio;
@@ -133,13 +134,13 @@ void useEllipsoid(const Vec3& axes, const char* origin, CellSpecies& species) {
 void useCase(const CaseConfig& config, const SpeciesRequest& request, CellSpecies& species) {
   const fs::path xml = config.folder / (request.name + ".xml");
   if (!isThere(xml))
-    throw InputError(fmt::format("{}: no such file; it must tell how HemoCell builds the cell '{}'{}",
+    throw InputError(fmt::format("{}: no such file; it must define how HemoCell builds the cell '{}'{}",
                                  xml.string(), request.name, cellsInstead(config.folder, request)));
   species.model = readCellXml(xml, request.name, request.construction);
   species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
 }
 
-/// What HemoCell and packCells take cells of this name to be.
+/// The shape of cells of this name in HemoCell and packCells.
 void useDefault(CellSpecies& species) {
   if (const auto model = defaultModel(species.name)) {
     species.model = *model;
@@ -152,7 +153,7 @@ void useDefault(CellSpecies& species) {
   }
 }
 
-/// What the cells are made of.
+/// The shape of the cells.
 void resolveTemplate(const Job& job, const SpeciesRequest& request, CellSpecies& species) {
   if (request.meshFile) return useMesh(request, species);
   if (request.meshScale || request.meshFrame)
@@ -178,7 +179,7 @@ CellSpecies resolved(Job& job, const SpeciesRequest& request) {
   return species;
 }
 
-/// More than one cell per red cell is hardly meant.
+/// More than one cell per red cell is probably unintended.
 void warnOfLargeRatios(Job& job) {
   for (const CellSpecies& species : job.species)
     if (!species.redCell && species.ratio.value_or(0.0) > 1.0)
@@ -234,7 +235,7 @@ class PackedSpecies {
       if (countedOnCommandLine(request)) request.ratio.reset();
   }
 
-  /// Details without cells: kept aside, to be applied to species that a hematocrit adds.
+  /// Details without cells: stored, and applied to species that a hematocrit adds.
   void setDetailsAside() {
     const auto isCells = [&](const SpeciesRequest& request) {
       return selects(request) || (listed_ && findSpecies(job_.config->packing, request.name));
@@ -259,12 +260,13 @@ class PackedSpecies {
                })) {
       job_.hematocrit.reset();
     } else {
-      throw InputError(fmt::format(
-          "{}: <hematocrit> and a count or ratio for every red cell; one of them decides", sourceOf(job_)));
+      throw InputError(
+          fmt::format("{}: <hematocrit> contradicts a count or ratio for every red cell; remove one of them",
+                      sourceOf(job_)));
     }
   }
 
-  /// Adds cells, with the details that were set aside for them.
+  /// Adds cells, with the details that were stored for them.
   SpeciesRequest& add(const std::string& name, std::size_t at) {
     SpeciesRequest request;
     request.name = name;
@@ -275,11 +277,11 @@ class PackedSpecies {
     return *all_.insert(all_.begin() + std::ptrdiff_t(std::min(at, all_.size())), request);
   }
 
-  /// Those whose number the hematocrit decides.
+  /// Species whose number is determined by the hematocrit.
   void addRedCells() {
     if (fillerOf(all_)) return;
     if (find(all_, "RBC") != all_.end())
-      throw InputError("the hematocrit decides how many 'RBC' there are, so they can have no count");
+      throw InputError("the number of 'RBC' follows from the hematocrit, so they cannot have a count");
     add("RBC", 0);
   }
 
@@ -293,7 +295,7 @@ class PackedSpecies {
     }
   }
 
-  /// @throws InputError when they are asked for and the case does not have them
+  /// @throws InputError if they are requested and the case does not have them
   bool knowsPlatelets() const {
     if (!job_.config || isThere(job_.config->folder / "PLT.xml")) return true;
     if (plateletRatio_)
@@ -353,7 +355,7 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
       job.warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
                                          job.config
                                              ? "there is no " + name + ".xml"
-                                             : "its shape is unknown (--cell or --cell-mesh tells it)"));
+                                             : "its shape is unknown (--cell or --cell-mesh defines it)"));
     }
   }
   if (job.species.empty()) {

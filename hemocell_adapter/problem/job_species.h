@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Which kinds of cells a job is about.
+/// @file The kinds of cells of a job.
 #pragma once
 
 #include "hemocell_adapter/problem/job.h"
 
 namespace packmesh::hemocell {
 
-/// The species to pack: those of `<packing>` and of the options, plus RBC (and PLT) when a hematocrit asks
-/// for them. `settings` are the merged ones, `options` those of the command line alone, which win where both
-/// speak. May clear job.hematocrit (counts on the command line replace one in the file).
+/// The species to pack: those of `<packing>` and of the options, plus RBC (and PLT) if a hematocrit requires
+/// them. `settings` are the merged ones, `options` those of the command line alone, which take precedence.
+/// May clear job.hematocrit (counts on the command line replace one in the file).
 void choosePackedSpecies(Job& job, Settings settings, const Settings& options);
 
-/// The species to check: one for each .pos file in the folder whose template can be known.
+/// The species to check: one for each .pos file in the folder whose template can be determined.
 void chooseCheckedSpecies(Job& job, const Settings& settings);
 
 }  // namespace packmesh::hemocell

@@ -45,7 +45,7 @@ TriangleMesh readClosed(const fs::path& file, const std::string& where, std::vec
   }
 }
 
-/// Where HemoCell keeps vertices of a box with so many nodes, (lo, hi]; along an axis with walls the first
+/// Where HemoCell keeps vertices of a box with this many nodes, (lo, hi]; along an axis with walls the first
 /// and the last plane of nodes are solid.
 Box keptBoxOf(const std::array<int, 3>& nodes, double dx, const std::string& walls) {
   Box box = keptRegion(nodes, dx);
@@ -65,7 +65,7 @@ std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where) {
   return {int(nodes[0]), int(nodes[1]), int(nodes[2])};
 }
 
-/// A box of the command line: along periodic axes [0, s], along others what HemoCell keeps of it.
+/// A box of the command line: along periodic axes [0, s], along others the part that HemoCell keeps.
 Lumen boxLumen(const Job& job) {
   Lumen lumen;
   const std::string walls = job.walls.value_or("");
@@ -102,8 +102,9 @@ Lumen boxLumen(const Job& job) {
         job.dx);
     const Vec3 cut = (*job.boxSize - job.dx * Vec3(nodes[0], nodes[1], nodes[2])).cwiseAbs();
     if (walls.empty() && (cut.array() > relativeRounding * job.boxSize->array()).any())
-      lumen.note += fmt::format("; {:.6g} x {:.6g} x {:.6g} µm asked for, cut to whole lattice spacings",
-                                (*job.boxSize)[0], (*job.boxSize)[1], (*job.boxSize)[2]);
+      lumen.note +=
+          fmt::format("; {:.6g} x {:.6g} x {:.6g} µm requested, truncated to whole lattice spacings",
+                      (*job.boxSize)[0], (*job.boxSize)[1], (*job.boxSize)[2]);
   }
   return lumen;
 }
@@ -115,9 +116,8 @@ Lumen domainBox(const Job& job) {
   if (!job.walls) {
     throw InputError(fmt::format(
         "{}: <domain> has no <geometry>, so the lumen is a box of {} x {} x {} nodes. Which of its faces are "
-        "walls stands "
-        "in the case's C++ code only: state it by --walls yz (or xyz, none) or <packing><walls>, or describe "
-        "the lumen in "
+        "walls is defined only in the case's C++ code: specify it by --walls yz (or xyz, none) or "
+        "<packing><walls>, or describe the lumen in "
         "<packing><container>",
         job.config->file.string(), (*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]));
   }
@@ -158,15 +158,14 @@ Lumen domainBox(const Job& job) {
   return lumen;
 }
 
-/// A vessel whose surface does not tell where it is open: what HemoCell makes fluid of it.
+/// A vessel whose surface has no recognisable open ends: the nodes that HemoCell makes fluid.
 Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string> notices) {
   Lumen lumen;
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
   lumen.container = makeVoxelLumen(lumen.lattice, periodic);
   lumen.note = fmt::format(
-      "the STL has no flat ends across x, so that the lumen is HemoCell's fluid nodes, and the hematocrit a "
-      "share of "
-      "their volume; the STL encloses {:.6g} µm³",
+      "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
+      "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
       signedVolume(vessel.surface));
   lumen.notices = std::move(notices);
   lumen.periodic = periodic;
@@ -179,13 +178,12 @@ Lumen vesselLumen(const Job& job) {
   const Domain& domain = job.config->domain;
   if (!isThere(*domain.geometry)) {
     throw InputError(fmt::format(
-        "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and name an STL they do not "
-        "have; describe "
-        "such a lumen in config.xml, in µm of the .pos files, for example\n"
+        "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and refer to a missing STL; "
+        "describe such a lumen in config.xml, in µm of the .pos files, for example\n"
         "  <packing><container> <cylinder axis=\"x\" radius=\"12.5\" length=\"51.5\" center=\"25.5 13 13\"/> "
         "</container></packing>\n"
         "or <mesh file=\"lumen.stl\" scale=\"1\" openAxis=\"x\"/>, or <box/> with <obstacles>; --reference "
-        "lists it all",
+        "lists all elements",
         domain.geometryWhere, domain.geometry->string()));
   }
   Lumen lumen;
@@ -226,14 +224,15 @@ Lumen vesselLumen(const Job& job) {
                       toString(*job.preInlet), job.preInletInCode->origin, toString(*job.preInletInCode)));
     if (inlet.severalOutlines)
       lumen.notices.push_back(fmt::format(
-          "{}. All of them are taken, since {} does not narrow the slice. To take the first alone, narrow it "
-          "there (slice.y1 = 42); where code that is not read does so, state it by --pre-inlet-range {}",
+          "{}. All of them are used, since {} does not narrow the slice. To use only the first, narrow it "
+          "there "
+          "(slice.y1 = 42); if code that packMesh does not read does so, specify it by --pre-inlet-range {}",
           inlet.severalOutlines->text, job.preInlet->origin, toString(inlet.severalOutlines->first)));
     if (inlet.reachesBorder)
-      lumen.notices.push_back(
-          fmt::format("the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "
-                      "hardly a cross-section of the vessel; are direction and slice those of the case?",
-                      inlet.slice, "xyz"[ends.axis]));
+      lumen.notices.push_back(fmt::format(
+          "the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "
+          "probably not a cross-section of the vessel; are direction and slice those of the case?",
+          inlet.slice, "xyz"[ends.axis]));
     vessel.surface = std::move(inlet.surface);
     vessel.lattice = std::move(inlet.lattice);
   }
@@ -273,8 +272,7 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
   if (axis >= 0) periodic[axis] = wrap;
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];
   if (wrap && !lumen.periodic) {
-    throw InputError(fmt::format("{}: ends cannot be periodic: this lumen is closed all around{}",
-                                 solid.where,
+    throw InputError(fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
   std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices);
@@ -289,8 +287,8 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
   return body;
 }
 
-/// Refuses a lumen that reaches more than a node beyond the lattice: no cell can be there, but its volume
-/// would count. (A little beyond is how an open end is described.)
+/// Refuses a lumen that extends more than a node beyond the lattice: no cell can be there, but its volume
+/// would count. (A small excess is the usual way to describe an open end.)
 void requireInside(const Container& container, const Lattice& lattice) {
   const Box lumen = container.bounds(), kept = lattice.keptRegion();
   for (int k = 0; k < 3; ++k) {
@@ -317,8 +315,8 @@ std::array<std::array<int, 2>, 3> nodesIn(const Lattice& lattice, const Box& box
 }
 
 /// Calls found(first, last, j, k, distance) for runs of nodes of `box` along x that lie on the same side of a
-/// wall which is moved by `shift` [µm]; `distance` is that of the first, and none of the others is nearer to
-/// the wall than `rounding` [µm].
+/// wall translated by `shift` [µm]; `distance` is that of the first, and none of the others is nearer to the
+/// wall than `rounding` [µm].
 template <class Found>
 void forEachRun(const Lattice& lattice, const Box& box, const Wall& wall, const Vec3& shift, double rounding,
                 Found found) {
@@ -327,7 +325,7 @@ void forEachRun(const Lattice& lattice, const Box& box, const Wall& wall, const 
   for (int k = range[2][0]; k <= range[2][1]; ++k) {
     for (int j = range[1][0]; j <= range[1][1]; ++j) {
       for (int i = range[0][0]; i <= range[0][1];) {
-        // All nodes up to the wall are like this one.
+        // All nodes up to the wall are on the same side as this one.
         constexpr double sure = 0.95;
         const double distance = wall.distance(dx * Vec3(i, j, k) - shift).distance;
         const double reach = sure * (std::abs(distance) - wall.slack() - rounding) / dx;
@@ -339,8 +337,8 @@ void forEachRun(const Lattice& lattice, const Box& box, const Wall& wall, const 
   }
 }
 
-/// Lattice of a lumen that the XML does not give: nodes inside the lumen or on its wall are fluid, nodes in
-/// obstacles or on them are solid, as cases build them ("<=").
+/// Lattice of a lumen that is not defined in the XML: nodes inside the lumen or on its wall are fluid, nodes
+/// in obstacles or on them are solid, as in the code of cases ("<=").
 std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& container,
                                          const std::vector<std::shared_ptr<const Container>>& obstacles,
                                          std::vector<std::string>& notices) {
@@ -363,11 +361,11 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
   const std::array<int, 3> n = checkedNodes(nodes, job.config->file.string());
   for (int k = 0; k < 3; ++k) {
     const double period = container.period()[k];
-    constexpr double rounding = 1e-6;  // of numbers that people wrote
+    constexpr double rounding = 1e-6;  // of numbers entered by users
     if (period > 0 && std::abs(n[k] * dx - period) > rounding * period) {
       throw InputError(fmt::format(
-          "the lumen repeats along {} every {:.15g} µm, but {} nodes at dx {:.15g} µm are {:.15g} µm: a "
-          "periodic case needs both to agree",
+          "the lumen repeats along {} every {:.15g} µm, but {} nodes at dx {:.15g} µm are {:.15g} µm: in a "
+          "periodic case both must agree",
           "xyz"[k], period, n[k], dx, n[k] * dx));
     }
   }

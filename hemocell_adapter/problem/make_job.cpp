@@ -20,7 +20,8 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Sizes of a box. packCells reads them with atoi; under its name so do we, and say when that matters.
+/// Sizes of a box. packCells reads them with atoi; under its name packMesh does the same, with a warning if
+/// that matters.
 Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings) {
   const ValueSpec spec = specs::length("");
   Vec3 sizes;
@@ -45,7 +46,7 @@ Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings
   return sizes;
 }
 
-/// Takes what is asked for as it stands.
+/// Copies the request without interpretation.
 void takeSettings(Job& job, const Settings& settings) {
   const std::filesystem::path folder = job.config ? job.config->folder : std::filesystem::path(".");
   static_cast<RunSettings&>(job) = settings;
@@ -57,7 +58,7 @@ void takeSettings(Job& job, const Settings& settings) {
     job.stateFile = job.restart ? *job.restart : job.outputDirectory / "state.h5";
 }
 
-/// A box from the command line is packed with cells that HemoCell keeps; under packCells' name it is
+/// A box from the command line is packed with cells that HemoCell keeps; under the name packCells it is
 /// periodic, as there.
 void chooseEnds(Job& job) {
   const bool box = job.boxSize && !(job.container && job.container->lumen);
@@ -68,7 +69,7 @@ const char* nameOf(Method method) {
   return method == Method::cat ? "cat" : "relaxation";
 }
 
-/// Settings that have no effect where they were given are refused, not ignored.
+/// Settings that have no effect are refused, not ignored.
 void checkApplicability(const Job& job, const Settings& settings, const Settings& options) {
   const bool meshLumen =
       job.container && job.container->lumen && job.container->lumen->kind == SolidRequest::Kind::mesh;
@@ -111,7 +112,7 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
         "columns (--order, <order>) take a box that is periodic along all axes: sX sY sZ --ends periodic");
   if (job.largestClearance && job.stateFile)
     throw UsageError(
-        "the largest clearance (--clearance max) is found by many packings, and a state is of one: leave out "
+        "the largest clearance (--clearance max) requires many packings, and a state belongs to one: omit "
         "--state and --checkpoint-every, or state a clearance");
   if (job.largestClearance && job.escape)
     throw UsageError("the largest clearance (--clearance max) is not searched for with escapes (--escape)");
@@ -122,7 +123,7 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   }
 }
 
-/// What is legal, but hardly meant.
+/// Valid settings that are probably unintended.
 void warnOfUnits(Job& job, const Settings& options) {
   const std::string where = job.config ? job.config->domain.dxWhere : "option '--dx'";
   if (job.config || options.states("dx"))
@@ -138,7 +139,8 @@ void warnOfUnits(Job& job, const Settings& options) {
                     job.config->domain.geometry->filename().string()));
 }
 
-/// A restart of one of several realisations goes on with those after it, in the folder that holds them all.
+/// A restart of one of several realisations continues with the following ones, in the folder that contains
+/// them all.
 void continueRealisations(Job& job) {
   if (job.realisations == 1 || !job.restart) return;
   const auto place = placeInSeries(*job.restart, job.realisations);
@@ -152,7 +154,7 @@ void continueRealisations(Job& job) {
   job.outputDirectory = place->seriesFolder;
 }
 
-/// What `check` examines where there are realisations: .pos files beside them, and each of them.
+/// What `check` examines if there are realisations: .pos files beside them, and each of them.
 std::vector<std::filesystem::path> foldersOfRealisations(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> folders = realisationFoldersIn(folder);
   if (folders.empty()) return folders;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A job, from the command line and what it names.
+/// @file Construction of a job from the command line and the files it names.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,10 @@
 
 namespace packmesh::hemocell {
 
-/// Reads what the command line names (config.xml, <Cell>.xml, with `check` the list of .pos files) and
-/// resolves defaults and overrides.
-/// @param folderToCheck with `check`: the folder of the .pos files, whatever else says; without it, a folder
-/// of
-///   realisations becomes a job with nothing but foldersToCheck
+/// Reads the files named on the command line (config.xml, <Cell>.xml, with `check` the list of .pos files)
+/// and resolves defaults and overrides.
+/// @param folderToCheck with `check`: the folder of the .pos files, regardless of other settings; without it,
+///   a folder of realisations becomes a job with nothing but foldersToCheck
 /// @throws UsageError, InputError
 Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck = {});
 

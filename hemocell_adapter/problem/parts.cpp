@@ -15,10 +15,10 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Share of a region's hematocrit that is worth a warning when it is missed.
+/// Relative deviation from a region's hematocrit that causes a warning.
 constexpr double noticeable = 0.1;
 
-/// `count` of the poses, drawn without bias, in their order.
+/// A random subset of `count` of the poses, in their order.
 std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed,
                         std::uint64_t stream) {
   if (count >= std::int64_t(poses.size())) return poses;
@@ -40,10 +40,10 @@ std::vector<Pose> posesOf(const std::vector<PosLine>& lines) {
   return poses;
 }
 
-/// Where cells start, that are copies of each other: all but the first are moved a little, because there is
-/// no direction in which copies could be pushed apart.
+/// Initial poses that coincide: all but the first are displaced slightly, because there is no direction in
+/// which coinciding cells could be separated.
 std::vector<Pose> startOf(const CellSpecies& species, std::uint64_t seed, std::uint32_t stream) {
-  constexpr double little = 1e-3;  // [µm]; any length that is not lost in rounding will do
+  constexpr double little = 1e-3;  // [µm]; any length that exceeds rounding errors suffices
   std::vector<Pose> poses = posesOf(species.start);
   std::set<std::array<double, 3>> taken;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -55,7 +55,7 @@ std::vector<Pose> startOf(const CellSpecies& species, std::uint64_t seed, std::u
   return poses;
 }
 
-/// `total` cells shared out in proportion to the weights, the largest remainders first.
+/// `total` cells distributed in proportion to the weights, the largest remainders first.
 std::vector<std::int64_t> sharedOut(std::int64_t total, const std::vector<double>& weights) {
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   std::vector<std::int64_t> counts;
@@ -72,7 +72,7 @@ std::vector<std::int64_t> sharedOut(std::int64_t total, const std::vector<double
   return counts;
 }
 
-/// `total` cells shared out in proportion to the weights, of which `there` are where they are already.
+/// `total` cells distributed in proportion to the weights, of which `there` exist already.
 /// @return the others
 std::vector<std::int64_t> sharedOutBesides(std::int64_t total, std::vector<double> weights,
                                            const std::vector<std::int64_t>& there) {
@@ -106,7 +106,7 @@ class Parting {
     const CellSpecies& species = scene_.species[s];
     const auto fixed = std::int64_t(species.fixed.size());
     if (fixed > species.count)
-      throw InputError(fmt::format("{}: holds {} cells that are to stay, but only {} '{}' are asked for",
+      throw InputError(fmt::format("{}: contains {} fixed cells, but only {} '{}' are requested",
                                    species.fixedFrom, fixed, species.count, species.name));
     if (fixed > 0) {
       ScenePart part{s, -1, freeCells(scene_, species, fixed)};
@@ -136,10 +136,10 @@ class Parting {
     }
   }
 
-  /// Shares the red cells out among the regions: those with a count or a ratio as the hematocrit asked for is
-  /// shared out, and then those that the hematocrit decides, so that all together come to it.
+  /// Distributes the red cells over the regions: those with a count or a ratio in proportion to the requested
+  /// hematocrits, then those determined by the hematocrit, so that the total of each region matches.
   void shareOutRedCells() {
-    std::vector<double> left;  // of each region's red cells, over the reference volume
+    std::vector<double> left;  // remaining volume of each region's red cells, over the reference volume
     for (const LumenRegion& region : regions_) left.push_back(region.share * region.hematocrit);
     const std::vector<double> asked = left;
     toPlace_.resize(scene_.species.size());
@@ -158,7 +158,7 @@ class Parting {
       }
   }
 
-  /// A part of cells that may move.
+  /// A part with cells that can move.
   void free(int s, int region, std::int64_t count, std::vector<Pose> start) {
     if (count == 0 && region >= 0) return;
     const CellSpecies& species = scene_.species[s];
@@ -177,7 +177,7 @@ class Parting {
   const Scene& scene_;
   const std::vector<LumenRegion>& regions_;
   std::vector<ScenePart> parts_;
-  std::vector<std::vector<std::int64_t>> toPlace_;  ///< red cells that may move, by species and region
+  std::vector<std::vector<std::int64_t>> toPlace_;  ///< movable red cells, by species and region
 };
 
 }  // namespace
@@ -244,13 +244,13 @@ std::vector<std::string> examineRegions(const Scene& scene) {
       const std::string what = fmt::format(
           "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
       if (listed)
-        throw InputError(fmt::format("{}: {}; make the region larger, or leave it out",
-                                     scene.regions[r].body.where, what));
+        throw InputError(
+            fmt::format("{}: {}; enlarge the region or remove it", scene.regions[r].body.where, what));
       warnings.push_back(fmt::format("outside the regions there will be no red cell: {}", what));
     } else if (std::abs(volume - asked) > noticeable * asked) {
       warnings.push_back(
           fmt::format("{} is so small that whole cells cannot meet its hematocrit: {:.4f} with {} "
-                      "red cell{}, {:.15g} asked for",
+                      "red cell{}, {:.15g} requested",
                       region.name, volume / size, cells, cells == 1 ? "" : "s", region.hematocrit));
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A species of the user's, cut into parts that packing treats differently: fixed cells, and those of
+/// @file Division of the user's species into parts that packing treats differently: fixed cells, and those of
 /// each region.
 #pragma once
 
@@ -10,23 +10,23 @@
 
 namespace packmesh::hemocell {
 
-/// The regions of the job and, as the last one, the rest; empty when the job has none.
-/// @throws InputError when one lies outside the lumen
+/// The regions of the job and, as the last one, the rest; empty if the job has none.
+/// @throws InputError if one lies outside the lumen
 std::vector<LumenRegion> makeRegions(const Job& job, const Lumen& lumen);
 
-/// Index of the region that a point is in.
+/// Index of the region that contains a point.
 int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point);
 
-/// So many cells of a species that may move, anywhere in the lumen. Pre: the species has its wall.
+/// Movable cells of a species, anywhere in the lumen. Pre: the species has its wall.
 Species freeCells(const Scene& scene, const CellSpecies& species, std::int64_t count);
 
-/// All species in order, each in parts: fixed cells first, red cells by region. Of more cells to start with
-/// than are asked for, some are drawn without bias.
-/// @throws InputError when more cells are fixed than asked for
+/// All species in order, each in parts: fixed cells first, red cells by region. If there are more initial
+/// cells than requested, a random subset is used.
+/// @throws InputError if there are more fixed cells than requested
 std::vector<ScenePart> makeParts(const Scene& scene);
 
-/// What the user should know about the red cells of the regions. Pre: the scene has its parts.
-/// @throws InputError when a region asks for red cells and is too small for one
+/// Warnings about the red cells of the regions. Pre: the scene has its parts.
+/// @throws InputError if a region requests red cells and is too small for one
 std::vector<std::string> examineRegions(const Scene& scene);
 
 }  // namespace packmesh::hemocell

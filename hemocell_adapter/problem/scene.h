@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A job with its lumen and species, and everything that can be asked of them.
+/// @file A job with its lumen and species, and queries about it.
 #pragma once
 
 #include <memory>
@@ -16,40 +16,40 @@
 
 namespace packmesh::hemocell {
 
-/// Cells of one species with the same freedom, which are a species of the problem that is packed.
+/// Cells of one species with the same constraints, which form a species of the problem that is packed.
 struct ScenePart {
   int species = 0;
   int region = -1;  ///< in Lumen::regions; -1: none
   Species cells;    ///< "RBC", "RBC, fixed", "RBC, region 1"
 };
 
-/// A job with what it says built: lumen, species and the parts that are packed.
+/// A job and what is built from it: lumen, species and the parts that are packed.
 struct Scene : Job {
-  /// Nothing is built yet: buildScene() does.
+  /// Nothing is built yet; buildScene() does that.
   explicit Scene(Job job) : Job(std::move(job)), clearances(demanded) {}
 
   Lumen lumen;
-  Clearances clearances;             ///< that are packed with (setClearances()); at first those demanded
+  Clearances clearances;             ///< used for packing (setClearances()); initially those demanded
   std::vector<ScenePart> parts;      ///< what is packed
   ReadLines read;                    ///< existing cells
-  std::vector<std::string> notices;  ///< what the user should know about how it was built
+  std::vector<std::string> notices;  ///< how it was built, for the user
 
-  /// The volume the hematocrit is a share of [µm³].
+  /// The volume to which the hematocrit refers [µm³].
   double referenceVolume() const { return fluidVolume ? lumen.fluidVolume() : lumen.container->volume(); }
 };
 
-/// What people may be told who ask for more than packs at random: "; --order columns ...", or nothing where
-/// columns (see Columns) are not for that scene.
+/// Hint for requests beyond random packing: "; --order columns ...", or empty if columns (see Columns) are
+/// not possible in that scene.
 std::string columnsInstead(const Scene& scene);
 
-/// Makes the species of a result, which are parts of the scene, those of the scene.
-/// @return how many cells of each part there are on this rank
+/// Replaces the species of a result, which are parts of the scene, by those of the scene.
+/// @return number of cells of each part on this rank
 std::vector<std::int64_t> namedBySpecies(const Scene& scene, PackingResult& result);
 
-/// What HemoCell would do with a placed cell: nothing when it keeps it, otherwise why not.
+/// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
 std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell);
 
-/// Whether the scene knows what HemoCell keeps: there is a lattice, or a box.
+/// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
 bool knowsAcceptance(const Scene& scene);
 
 /// Volumes and numbers of a set of cells.
@@ -62,7 +62,7 @@ struct Tally {
   std::int64_t redCells = 0;
 };
 
-/// How many there are of each species among `chosen` (indices into `cells`; nullptr: all).
+/// The number of each species among `chosen` (indices into `cells`; nullptr: all).
 std::vector<std::int64_t> countsOf(const Scene& scene, const std::vector<PlacedCell>& cells,
                                    const std::vector<std::int64_t>* chosen = nullptr);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A periodic packing repeated in a larger box.
+/// @file Repetition of a periodic packing in a larger box.
 #pragma once
 
 #include "hemocell_adapter/problem/job.h"
@@ -13,10 +13,10 @@ inline bool isTiled(const Job& job) {
   return job.tiles != std::array<int, 3>{1, 1, 1};
 }
 
-/// The job of packing the larger box, whose cells all have a place to begin with: those of `result`, a cell's
-/// images one after the other. All ranks call; each gets all cells.
-/// @throws InputError when the box is not periodic along an axis that it is repeated along, or there are too
-/// many cells
+/// The job of packing the larger box, in which all cells have initial poses: those of `result`, with all
+/// images of a cell in succession. All ranks call; each gets all cells.
+/// @throws InputError if the box is not periodic along an axis along which it is repeated, or if there are
+///   too many cells
 Job tiledJob(const Scene& scene, const PackingResult& result, const Communicator& ranks);
 
 /// @throws InputError as above, before anything has been packed

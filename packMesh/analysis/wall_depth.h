@@ -11,8 +11,9 @@ namespace packmesh {
 
 /// Distance to a wall: exact near the wall and if it has a closed form. Further than three node spacings from
 /// the wall, where the search for the nearest triangle is slow, it is interpolated linearly between exact
-/// distances at about 32,000 nodes in the box, which are computed when needed, one by one: whole Bricks of them
-/// would need 1.5 to 2.4 times as many searches (in cylinders with a radius of 10 to 25 µm). Not thread-safe.
+/// distances at about 32,000 nodes in the box, which are computed when needed, one by one: whole Bricks of
+/// them would need 1.5 to 2.4 times as many searches (in cylinders with a radius of 10 to 25 µm). Not
+/// thread-safe.
 class WallDepth {
  public:
   /// References `wall`, which must outlive this object. @param box contains all points

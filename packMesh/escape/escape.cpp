@@ -92,8 +92,7 @@ class Escape {
     for (const std::int64_t cell : order) {
       if (static_cast<int>(members.size()) == settings_.groupSize) break;
       // At most half of them are below full size: full-size cells may have more room than they need.
-      if (state_[cell].scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2)
-        continue;
+      if (state_[cell].scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2) continue;
       const bool apart = std::none_of(members.begin(), members.end(), [&](std::int64_t other) {
         return other == cell || rooms_.neighbours(state_, cell, other);
       });
@@ -260,7 +259,8 @@ class Escape {
 std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
                                 const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
-                                const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body>& state) {
+                                const std::function<void(const std::vector<Body>&)>& observe,
+                                std::vector<Body>& state) {
   return Escape(scene, growth, settings, factory, stop, observe, state)();
 }
 

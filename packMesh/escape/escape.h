@@ -46,6 +46,7 @@ struct EscapePhase {
 std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
                                 const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
-                                const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body>& state);
+                                const std::function<void(const std::vector<Body>&)>& observe,
+                                std::vector<Body>& state);
 
 }  // namespace packmesh

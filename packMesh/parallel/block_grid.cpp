@@ -42,8 +42,7 @@ std::uint64_t BlockGrid::curvePosition(int block) const {
   const std::array<int, 3> index = indexOf(block);
   std::uint64_t position = 0;  // the bits of the three indices in turn
   for (int bit = 0; bit < 20; ++bit)
-    for (int k = 0; k < 3; ++k)
-      position |= static_cast<std::uint64_t>(index[k] >> bit & 1) << (3 * bit + k);
+    for (int k = 0; k < 3; ++k) position |= static_cast<std::uint64_t>(index[k] >> bit & 1) << (3 * bit + k);
   return position;
 }
 

@@ -266,7 +266,8 @@ nlohmann::ordered_json printRow(const Case& c, const std::vector<Figures>& runs,
   const double n = static_cast<double>(runs.size()), cells = std::max<double>(1.0, mean.cells);
   const auto perCell = [&](double seconds) { return 1e3 * seconds / cells; };
   std::string outcome = fmt::format("{}/{} certified", certified, runs.size());
-  if (runs.size() == 1) outcome = certified ? "certified" : fmt::format("out of reach of {}", mean.wanted);
+  if (runs.size() == 1)
+    outcome = certified ? "certified" : fmt::format("not feasible; {} cells requested", mean.wanted);
   fmt::print(
       "| {} | {:.0f} | {:.4f} | {:.0f} | {:.1f} | {:.4f} | {:.4f} | {:.4f} | "
       "{:.4f} | {:.3f} | {:.1f} | {:.0f} | {:.4f} | {} |\n",

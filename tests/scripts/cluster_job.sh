@@ -14,15 +14,15 @@ for run in interrupted whole; do
 done
 cd "$scratch/interrupted"
 PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
-grep -q "job 1 goes on from state.h5" slurm-1.out
-grep -qF "to go on: packMesh --restart" slurm-1.out
+grep -q "job 1 continues from state.h5" slurm-1.out
+grep -qF "to continue: packMesh --restart" slurm-1.out
 test ! -e state.h5
 cp -r "$examples/cluster" "$scratch/series"
 cp "$scratch/whole/tube.stl" "$scratch/series"
 cd "$scratch/series"
 sed -i 's|<packing>|<packing> <realisations> 2 </realisations>|' config.xml
 PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
-grep -q "job 1 goes on from realisation_1/state.h5" slurm-1.out
+grep -q "job 1 continues from realisation_1/state.h5" slurm-1.out
 grep -q "Realisations: 2 of 2 written" slurm-1.out
 test ! -e realisation_1/state.h5
 test ! -e realisation_1/realisation_1

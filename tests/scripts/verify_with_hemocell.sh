@@ -21,21 +21,21 @@ expect() {
 }
 case=$here/stand_in_hemocell
 expect 1 "scripts/verify_with_hemocell.sh PATH"
-expect 2 "is no program" ./nothing
+expect 2 "is not a program" ./nothing
 expect 2 "there are no .pos files" "$case"
 "$packmesh" config.xml > /dev/null
 before=$(cksum ./*)
 expect 2 "there is no 'other.xml'" "$case" other.xml
-TELLS=csv expect 0 "RBC: 121 cells, packMesh says HemoCell keeps 121, HemoCell kept 121" "$case"
+TELLS=csv expect 0 "RBC: 121 cells, packMesh expects HemoCell to keep 121, HemoCell kept 121" "$case"
 grep -q "for 0 iterations" "$scratch/said.txt"
 if grep -q "for 1 iterations" "$scratch/said.txt"; then echo "ran for an iteration without need"; exit 1; fi
-TELLS=loop expect 0 "PLT: 8 cells, packMesh says HemoCell keeps 8, HemoCell kept 8" "$case" config.xml
+TELLS=loop expect 0 "PLT: 8 cells, packMesh expects HemoCell to keep 8, HemoCell kept 8" "$case" config.xml
 grep -q "for 1 iterations" "$scratch/said.txt"
 TELLS=csv DROPS=3 expect 4 "HemoCell kept 118  <- differs" "$case"
 TELLS=loop DROPS=3 expect 4 "setInitialMinimumDistanceFromSolid for RBC?" "$case"
 # No advice where it is followed already, by the settings or by the C++ of the case.
 echo 'int main() { hemocell.setInitialMinimumDistanceFromSolid("RBC", 0.5); }' > case.cpp
-TELLS=csv DROPS=3 expect 4 "packMesh says. Please report it with the case." "$case"
+TELLS=csv DROPS=3 expect 4 "packMesh expects. Please report it with the case." "$case"
 rm case.cpp
 # Pre-inlets need two ranks.
 mkdir "$scratch/bin"
@@ -55,7 +55,7 @@ chmod +x "$scratch/bin/mpirun"
   grep -qx "started on 2 ranks" "$scratch/ranks.txt"
 )
 TELLS=csv READS=5 expect 4 "PLT.pos holds 8 cells, HemoCell read 5" "$case"
-TELLS=nowhere expect 3 "do not tell how many cells it kept of: PLT RBC" "$case"
+TELLS=nowhere expect 3 "do not report how many cells it kept of: PLT RBC" "$case"
 TELLS=crash expect 2 "HemoCell failed" "$case"
 # Cells that packMesh knows HemoCell deletes are no difference: those of a box, in the pipe.
 mkdir "$scratch/box"
@@ -66,6 +66,6 @@ echo 0 > PLT.pos  # the stand-in loses red cells alone
 "$packmesh" check config.xml > check.txt || true  # exit code 4: it deletes some
 kept=$(sed -nE 's/.*HemoCell keeps ([0-9]+) of [0-9]+ RBC.*/\1/p' check.txt) count=$(head -n 1 RBC.pos)
 [[ $kept -lt $count ]] || { echo "the pipe keeps the whole box: nothing is tested"; exit 1; }
-DROPS=$((count - kept)) expect 0 "Verdict: HemoCell keeps what packMesh says" "$case"
+DROPS=$((count - kept)) expect 0 "Verdict: HemoCell keeps the cells that packMesh expects" "$case"
 cd "$scratch/pipe"
 [[ $(cksum ./*) == "$before" ]] || { echo "the case folder was changed"; exit 1; }

@@ -39,7 +39,8 @@ inline PlaneConstraints planesOf(PlaneFunction& planeFunction, const GrowthScene
   request.wanted.resize(cells.size());
   std::iota(request.wanted.begin(), request.wanted.end(), std::int64_t{0});
   for (const Body& cell : cells)
-    request.largestRadius = std::max(request.largestRadius, cell.scale * scene.shapes[cell.species]->radius());
+    request.largestRadius =
+        std::max(request.largestRadius, cell.scale * scene.shapes[cell.species]->radius());
   return planeFunction(request);
 }
 

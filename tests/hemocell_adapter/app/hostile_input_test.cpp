@@ -157,7 +157,7 @@ TEST_CASE("Folders without permission are distinguished from missing files", "[e
   const SampleCase folder;
   fs::permissions(folder.path(), fs::perms::all);
   fs::copy_file(fs::path(PACKMESH_BIN_DIR) / "packMesh",
-                folder.path() / "program");  // its own may be out of reach
+                folder.path() / "program");  // its own may be inaccessible
   fs::create_directory(folder.path() / "locked");
   fs::copy_file(folder.path() / "config.xml", folder.path() / "locked/config.xml");
   fs::create_directory(folder.path() / "out");

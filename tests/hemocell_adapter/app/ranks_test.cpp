@@ -142,10 +142,11 @@ TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ran
     int exitCode;
     const char* message;
   };
-  for (const Fault& fault : {Fault{"config.xml --hematocrit 1.5", 1, "hematocrit"},
-                             Fault{"missing.xml --hematocrit 0.3", 2, "missing.xml"},
-                             Fault{"config.xml --hematocrit 0.7 --max-iterations 20", 3, "out of reach"},
-                             Fault{"config.xml --hematocrit 0.1 --output-dir RBC.xml", 5, "RBC.xml"}}) {
+  for (const Fault& fault :
+       {Fault{"config.xml --hematocrit 1.5", 1, "hematocrit"},
+        Fault{"missing.xml --hematocrit 0.3", 2, "missing.xml"},
+        Fault{"config.xml --hematocrit 0.7 --max-iterations 20", 3, "not feasible within the limits"},
+        Fault{"config.xml --hematocrit 0.1 --output-dir RBC.xml", 5, "RBC.xml"}}) {
     CAPTURE(fault.arguments);
     const SampleCase folder;
     const std::set<fs::path> before = filesIn(folder.path());
@@ -174,7 +175,7 @@ TEST_CASE("A rank that finds different files than the first rank ends all ranks"
   const Ran other = run(folder.path(), arguments, "packMesh", prefix);
   INFO(other.all());
   REQUIRE(other.exitCode == 2);
-  REQUIRE_THAT(other.err, Contains("rank 1 has another problem than rank 0"));
+  REQUIRE_THAT(other.err, Contains("rank 1 has a different problem than rank 0"));
   REQUIRE(count(other.err, "(Error)") == 1);
   REQUIRE_FALSE(fs::exists(folder.path() / "RBC.pos"));
 }
@@ -184,7 +185,7 @@ TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   const Ran ran = run(folder.path(), "30 30 30 --hematocrit 0.2", "packMesh", onRanks(4));
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the others had nothing to do"));
+  CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the remaining ranks were idle"));
 }
 
 TEST_CASE("check runs on one rank under mpirun", "[ranks]") {

@@ -49,9 +49,9 @@ TEST_CASE("A mesh given by --cell-mesh is packed as a case with that STL simulat
 TEST_CASE("A mesh or an ellipsoid on the command line replaces that of the file", "[executable]") {
   const SampleCase folder(
       "<packing> <species name=\"egg\" count=\"2\" file=\"tube.stl\" scale=\"4\"/> </packing>");
-  CHECK_THAT(run(folder.path(), "config.xml").out, Contains("egg: 2 (2 asked for), tube.stl"));
+  CHECK_THAT(run(folder.path(), "config.xml").out, Contains("egg: 2 (2 requested), tube.stl"));
   const Ran ran = run(folder.path(), "config.xml --cell egg 3 4 5 6");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("egg: 3 (3 asked for), ellipsoid"));
+  CHECK_THAT(ran.out, Contains("egg: 3 (3 requested), ellipsoid"));
 }

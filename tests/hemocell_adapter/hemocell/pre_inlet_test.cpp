@@ -245,7 +245,7 @@ TEST_CASE("Several outlines that the C++ code uses together give a warning", "[e
   };
   CHECK_THAT(warningsWith(""),
              Contains("has 2 outlines: y 1 to 31, z 1 to 31 (") && Contains("; y 41 to 71, z 1 to 31 (") &&
-                 Contains("All of them are taken, since case.cpp:2 does not narrow the slice") &&
+                 Contains("All of them are used, since case.cpp:2 does not narrow the slice") &&
                  Contains("--pre-inlet-range y 0 32\n"));
   CHECK(warningsWith(" slice.y1 = 36;").empty());
   CHECK_THAT(warningsWith("", "--pre-inlet-range y 0 32"), !Contains("outlines"));

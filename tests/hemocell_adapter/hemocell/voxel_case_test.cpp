@@ -97,7 +97,7 @@ TEST_CASE("Vessels without flat ends perpendicular to x are packed in their flui
         folder.path(), "config.xml --hematocrit 0.2 --plt_ratio 0.3 --clearance 0.02 --wall-clearance 0.1");
     INFO(packed.all());
     CHECK(packed.exitCode == 0);
-    CHECK_THAT(packed.out, Contains("fluid nodes in ") && Contains("the hematocrit a share of their volume"));
+    CHECK_THAT(packed.out, Contains("fluid nodes in ") && Contains("the hematocrit refers to their volume"));
     const int cells = cellsIn(folder.path() / "RBC.pos") + cellsIn(folder.path() / "PLT.pos");
     CHECK(cells > 3);
     CHECK_THAT(packed.out,
@@ -122,7 +122,7 @@ TEST_CASE("A lumen of fluid nodes supports layers, regions, fixed cells, periodi
   CHECK(layer.exitCode == 0);
   CHECK(run(folder.path(), "check config.xml --cell-free-layer 1.2").exitCode == 0);
   CHECK_THAT(readText(folder.path() / "r.json"), Contains("fluid nodes in "));
-  CHECK_THAT(run(folder.path(), "config.xml --rbc 3 --plt 2 --dry-run").out, Contains("Within reach"));
+  CHECK_THAT(run(folder.path(), "config.xml --rbc 3 --plt 2 --dry-run").out, Contains("Feasible"));
 
   fs::create_directory(folder.path() / "before");
   fs::copy_file(folder.path() / "RBC.pos", folder.path() / "before/RBC.pos");

@@ -84,7 +84,7 @@ TEST_CASE("Requests without meaning are rejected", "[counts]") {
   none.statedCount = 0;
   CHECK_THROWS_WITH(countCells({none}, {}, 1000.0), Contains("every count is 0"));
   CHECK_THROWS_WITH(countCells({species("RBC", 81, true), species("vRBC", 81, true)}, 0.3, 1000.0),
-                    Contains("cannot decide both 'RBC' and 'vRBC'"));
+                    Contains("cannot determine both 'RBC' and 'vRBC'"));
   CellSpecies many = species("vRBC", 120, true);
   many.statedCount = 100;
   CHECK_THROWS_WITH(countCells({species("RBC", 81, true), many}, 0.3, 1000.0),

@@ -67,11 +67,11 @@ TEST_CASE("A dry run reports whether the request is feasible", "[forecast]") {
     return all;
   };
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.45"}),
-             Contains("Within reach: 0.149 below 0.60"));
+             Contains("Feasible: 0.149 below 0.60"));
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.605"}),
              Contains("At the limit"));
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.65"}),
-             Contains("Probably out of reach: 0.04"));
+             Contains("Probably infeasible: 0.04"));
   for (const char* fraction : {"0.605", "0.65"}) {
     const auto ofBox = [&](const std::vector<std::string>& more) {
       std::vector<std::string> words = {"50", "50", "50", "--ends", "periodic", "--hematocrit", fraction};
@@ -111,23 +111,23 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
   // Red cells in their core less 0.55 µm, platelets in all of the pipe less that.
   CHECK(f.effectiveFraction == Approx(0.3 * 12.5 * 12.5 / (9.95 * 9.95) + 0.001).margin(0.01));
   CHECK_THAT(said(layered),
-             Contains("RBC may be in 0.7") && !Contains("PLT may") && Contains("Within reach"));
+             Contains("RBC can be in 0.7") && !Contains("PLT can be in") && Contains("Feasible"));
   CHECK_THAT(said(inPipe("0.05", {"--cell-free-layer", "12"})),
-             Contains("Out of reach: 15 RBC have 1217 µm³, more than there is room for"));
+             Contains("Infeasible: 15 RBC have 1217 µm³, more than the available volume"));
   CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "10"})),
-             Contains("Out of reach: not even one RBC finds a place") && Contains("Time: cannot be told"));
-  CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "8.3"})), Contains("Within reach"));
-  CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably out of reach: "));
+             Contains("Infeasible: not even one RBC fits") && Contains("Time: unknown"));
+  CHECK_THAT(said(inPipe("0.004", {"--cell-free-layer", "8.3"})), Contains("Feasible"));
+  CHECK_THAT(said(inPipe("0.4", {"--wall-clearance", "3"})), Contains("Probably infeasible: "));
 }
 
 TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid nodes", "[executable]") {
   const SampleCase folder;
   const Ran near = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
-  CHECK_THAT(near.out, Contains("Within reach"));
+  CHECK_THAT(near.out, Contains("Feasible"));
   const Ran far =
       run(folder.path(), "config.xml --hematocrit 0.3 --minimum-distance-from-solid RBC 2 --dry-run");
   INFO(far.all());
-  CHECK_THAT(far.out, Contains("RBC may be in 0.") && Contains("Probably out of reach"));
+  CHECK_THAT(far.out, Contains("RBC can be in 0.") && Contains("Probably infeasible"));
 }
 
 TEST_CASE("A forecast gives no time for infeasible requests and rejects those beyond any known packing",
@@ -138,11 +138,11 @@ TEST_CASE("A forecast gives no time for infeasible requests and rejects those be
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
              Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.75"}),
-                    Contains("red cells asked for fill 0.75") && Contains("beyond 0.74 is known") &&
+                    Contains("requested red cells fill 0.75") && Contains("beyond 0.74 is known") &&
                         Contains("Xu et al.") && Contains("--best-effort"));
   CHECK_NOTHROW(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.735"}));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--cell", "ball", "800", "4", "4", "4"}),
-                    Contains("ellipsoids asked for fill 0.9") && Contains("Donev et al."));
+                    Contains("requested ellipsoids fill 0.9") && Contains("Donev et al."));
   // A few cells can fill a lumen that is made for them.
   CHECK_NOTHROW(planned({"9", "9", "3", "--walls", "xyz", "--cell", "plate", "1", "8.3", "8.3", "2.4"}));
 }
@@ -167,8 +167,9 @@ TEST_CASE("A dry run and a validation write no files", "[executable]") {
   Ran ran = run(folder.path(), "config.xml --hematocrit 0.3 --dry-run");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
-  CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Within reach") && Contains("Memory: about") &&
-                          Contains("nothing was packed or written") && !Contains("Not in these figures"));
+  CHECK_THAT(ran.out, Contains("Lumen volume") && Contains("Feasible") && Contains("Memory: about") &&
+                          Contains("nothing was packed or written") &&
+                          !Contains("Not included in these figures"));
   fs::create_directory(folder.path() / "there");
   writeText(folder.path() / "there/RBC.pos", "1\n6 8 8 0 0 0\n");
   ran = run(folder.path(),
@@ -176,7 +177,7 @@ TEST_CASE("A dry run and a validation write no files", "[executable]") {
   INFO(ran.all());
   CHECK_THAT(
       ran.out,
-      Contains("Not in these figures: that 1 cell must stay, that orientations are bound; with them "));
+      Contains("Not included in these figures: 1 fixed cell, constrained orientations; packing then "));
   CHECK_FALSE(fs::exists(folder.path() / "r.json"));
   ran = run(folder.path(), "config.xml --hematocrit 0.3 --validate");
   CHECK(ran.exitCode == 0);
@@ -223,5 +224,5 @@ TEST_CASE("A dry run reports realisations and repetition, and no time without an
   const Ran ran = ok(folder, "16 16 16 --ends periodic --rbc 5 --tile 2 3 4 --realisations 7 --dry-run");
   CHECK_THAT(ran.out, Contains("2 x 3 x 4 times: 120 cells"));
   CHECK_THAT(ran.out, Contains("7 realisations"));
-  CHECK_THAT(ok(folder, "16 16 16 --hematocrit 0.7 --dry-run").out, Contains("Time: cannot be told"));
+  CHECK_THAT(ok(folder, "16 16 16 --hematocrit 0.7 --dry-run").out, Contains("Time: unknown"));
 }

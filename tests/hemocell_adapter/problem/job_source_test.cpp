@@ -98,7 +98,7 @@ TEST_CASE("What cannot be determined from the C++ code gives a warning", "[job_s
   CHECK_THAT(
       job.warnings[0],
       Contains("case.cpp:3: setInitialMinimumDistanceFromSolid(cell_type, 1): which cell this is for"));
-  CHECK_THAT(job.warnings[1], Contains("case.cpp:4: ") && Contains("the distance cannot be told") &&
+  CHECK_THAT(job.warnings[1], Contains("case.cpp:4: ") && Contains("the distance cannot be determined") &&
                                   Contains("<species name=\"RBC\" minimumDistanceFromSolid="));
   CHECK_THAT(job.warnings[2], Contains("case.cpp:5: ") && Contains("\"PLT\", -1)"));
 }
@@ -152,16 +152,16 @@ TEST_CASE("The pre-inlet is taken from the case's C++ code", "[job_source][pre_i
   CHECK(job.preInlet->axis == 2);
   CHECK(job.preInlet->ranges == std::vector<NodeRange>{{0, 0, 8}, {1, 2, -1}});
   job = inletOf("hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());", {"--pre-inlet", "Zpos"});
-  CHECK_THAT(warningsOf(job), Contains("the slice cannot be told from the code"));
+  CHECK_THAT(warningsOf(job), Contains("the slice cannot be determined from the code"));
 }
 
 TEST_CASE("A pre-inlet that cannot be determined is rejected, and the calls are listed",
           "[job_source][pre_inlet]") {
   using Catch::Matchers::Predicate;
-  CHECK_THROWS_WITH(inletOf(""), Contains("stands in the case's C++ code. Find preInletFromSlice"));
-  CHECK_THROWS_WITH(
-      inletOf("hemocell.preInlet->preInletFromSlice(direction, slice);"),
-      Contains("case.cpp:3: preInletFromSlice(direction, slice) is not literal enough to be read"));
+  CHECK_THROWS_WITH(inletOf(""), Contains("is defined in the case's C++ code. Find preInletFromSlice"));
+  CHECK_THROWS_WITH(inletOf("hemocell.preInlet->preInletFromSlice(direction, slice);"),
+                    Contains("case.cpp:3: preInletFromSlice(direction, slice) cannot be evaluated, since its "
+                             "arguments are not literals"));
   CHECK_THROWS_WITH(inletOf(inletCode + "hemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos);"),
                     Contains("case.cpp:6: ") && Contains("case.cpp:7: "));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "3"}), Contains("need its direction"));

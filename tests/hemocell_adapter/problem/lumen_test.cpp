@@ -241,8 +241,8 @@ TEST_CASE("Cells longer than a periodic box are packed, since their images can l
 TEST_CASE("Cutting a box to whole lattice spacings is reported", "[executable]") {
   const TemporaryFolder folder;
   CHECK_THAT(ok(folder, "8.4 9 10 --rbc 1").out,
-             Contains("8.4 x 9 x 10 µm asked for, cut to whole lattice spacings"));
-  CHECK_THAT(ok(folder, "8.5 9 10 --rbc 1").out, !Contains("asked for, cut"));
+             Contains("8.4 x 9 x 10 µm requested, truncated to whole lattice spacings"));
+  CHECK_THAT(ok(folder, "8.5 9 10 --rbc 1").out, !Contains("requested, truncated"));
 }
 
 TEST_CASE("A wall clearance without a wall gives a warning", "[executable]") {

@@ -36,7 +36,7 @@ TEST_CASE("Fixed cells keep their lines while others are added", "[executable]")
   CHECK(linesOf(folder.path() / "RBC.pos") == red);
   CHECK(linesOf(folder.path() / "PLT.pos").size() == 20);
   CHECK_THAT(added.out,
-             Contains("RBC: " + std::to_string(red.size()) + " of them stay where RBC.pos has them"));
+             Contains("RBC: " + std::to_string(red.size()) + " of them fixed at their positions in RBC.pos"));
   CHECK(run(folder.path(), "check config.xml").exitCode == 0);
   // A higher hematocrit around them, by the configuration.
   fs::rename(folder.path() / "RBC.pos", folder.path() / "there.pos");
@@ -50,7 +50,7 @@ TEST_CASE("Fixed cells keep their lines while others are added", "[executable]")
   CHECK(holdsAll(more, red));
   const Ran fewer = run(folder.path(), "config.xml --hematocrit 0.1");
   CHECK(fewer.exitCode == 2);
-  CHECK_THAT(fewer.err, Contains("there.pos") && Contains("that are to stay, but only"));
+  CHECK_THAT(fewer.err, Contains("there.pos") && Contains("fixed cells, but only"));
 }
 
 TEST_CASE("Fixed cells in invalid positions are rejected with their number", "[executable]") {
@@ -98,7 +98,7 @@ TEST_CASE("Cells are added to or removed from a given packing, or it is kept unc
   ok(folder, "20 20 20 --start from/RBC.pos");
   CHECK(linesOf(folder.path() / "RBC.pos") == before);
   const Ran topped = ok(folder, box + "--hematocrit 0.42");
-  CHECK_THAT(topped.out, Contains("begins with 30 of the 30 cells of from/RBC.pos"));
+  CHECK_THAT(topped.out, Contains("starts from 30 of the 30 cells of from/RBC.pos"));
   CHECK(linesOf(folder.path() / "RBC.pos").size() == 41);
   CHECK(run(folder.path(), "check --box 20 20 20").exitCode == 0);
   // Every cell has the same chance of being drawn.
@@ -125,9 +125,8 @@ TEST_CASE("Cells that all start at one position are rejected without relaxation"
   const Ran ran = run(folder.path(), "100 100 100 --rbc 2000 --start from/RBC.pos");
   INFO(ran.all());
   CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err,
-             Contains("from/RBC.pos: too many of its 2000 cells are in one place (at least 1999000 pairs") &&
-                 Contains("to start from; are positions in µm?"));
+  CHECK_THAT(ran.err, Contains("from/RBC.pos: too many of its 2000 cells coincide (at least 1999000 pairs") &&
+                          Contains("to start from; are positions in µm?"));
 }
 
 TEST_CASE("Cells that start as copies of each other are separated", "[executable]") {

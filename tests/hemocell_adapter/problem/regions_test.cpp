@@ -85,7 +85,7 @@ TEST_CASE("A region too small for its hematocrit is rejected or gives a warning"
   const Ran whole = packed("0.2", "0.45", "4");  // 1.49 cells
   CHECK(whole.exitCode == 0);
   CHECK_THAT(whole.err, Contains("region 1 is so small that whole cells cannot meet its hematocrit: 0.302") &&
-                            Contains("with 1 red cell, 0.45 asked for"));
+                            Contains("with 1 red cell, 0.45 requested"));
   CHECK_THAT(packed("0.001", "0.1", "8").err, Contains("outside the regions there will be no red cell"));
   CHECK(packed("0.2", "0.12", "7").err.empty());
 }
@@ -107,11 +107,11 @@ TEST_CASE("Invalid constraints are rejected", "[executable]") {
   CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"1\">" + ball + "</region>"),
              Contains("[0, 1)"));
   CHECK_THAT(refused("<region hematocrit=\"0.2\">" + ball + "</region>", "--rbc 3"),
-             Contains("needs a hematocrit of the rest"));
+             Contains("regions require a hematocrit of the rest"));
   CHECK_THAT(refused("<hematocrit>0.1</hematocrit><region hematocrit=\"0.2\"><sphere radius=\"3\" "
                      "center=\"99 8 8\"/></region>"),
              Contains("outside the lumen"));
-  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is no direction"));
+  CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 0\"/>"), Contains("is not a direction"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" spread=\"3\"/>"), Contains("no axis"));
   CHECK_THAT(refused("<species name=\"RBC\" count=\"3\" axis=\"0 0 1\" spread=\"91\"/>"),
              Contains("[0, 90]"));
@@ -132,7 +132,7 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
   for (const Row& row :
        {Row{"--cell-free-layer -1", 1, "'--cell-free-layer': expected a number in [0, 100]"},
         Row{"--cell-free-layer 10", 2, "larger than the lumen"},
-        Row{"--orient RBC 0 0 0 10", 2, "is no direction"},
+        Row{"--orient RBC 0 0 0 10", 2, "is not a direction"},
         Row{"--orient RBC 0 0 1", 1, "the angle is missing"},
         Row{"--orient RBC 0 0 1 100", 1, "[0, 90]"},
         Row{"--orient WBC 0 0 1 10", 1, "no such cells to pack"},
@@ -142,7 +142,7 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
         Row{"--stock RBC -1", 1, "expected a whole number"},
         Row{"--realisations 2 --restart x.h5", 1, "go on from the state of one of them"},
         Row{"--realisations 2 --seed 9223372036854775807", 1, "larger than a seed may be"},
-        Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot both stay (fixed) and move (start)"},
+        Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot be both fixed (fixed) and movable (start)"},
         Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
         Row{"--walls none --cell-free-layer 1", 2, "this lumen has none"},
         Row{"--order columns", 2, "periodic along all axes"},

@@ -179,9 +179,8 @@ TEST_CASE("Growth rejects an invalid initial state and names the cells") {
   walled.seed();
   ChordPlanes walledChords(walled.scene);
   walled.state[1].position = Vec3(9.9, 0.0, 0.0);
-  CHECK_THROWS_WITH(
-      grow(walled.scene, walled.settings, walledChords, {}, walled.state, walled.statistics),
-      Catch::Contains("cell 1 meets the wall"));
+  CHECK_THROWS_WITH(grow(walled.scene, walled.settings, walledChords, {}, walled.state, walled.statistics),
+                    Catch::Contains("cell 1 meets the wall"));
 }
 
 TEST_CASE("A relaxation at a scale gives a valid state of that scale or changes nothing") {

@@ -75,9 +75,10 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
   blood.scene.freedoms.resize(3);
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
-    cells.push_back(makeBody(static_cast<std::int64_t>(cells.size()), 1, {scale, Quaternion::Identity(), at}));
+    cells.push_back(
+        makeBody(static_cast<std::int64_t>(cells.size()), 1, {scale, Quaternion::Identity(), at}));
   };
-  add(1.0, Vec3(8.0, 8.0, 8.0));    // alone
+  add(1.0, Vec3(8.0, 8.0, 8.0));     // alone
   add(1.0, Vec3(20.0, 20.0, 20.0));  // these two overlap
   add(1.0, Vec3(20.0, 21.0, 20.0));
   add(1.0, Vec3(1.0, 20.0, 8.0));  // in the wall

@@ -23,8 +23,8 @@ struct Spheres {
     scene.walls = {container->wall()};
     scene.container = container.get();
     for (const Vec3& center : centers)
-      state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0,
-                               Pose{1.0, Quaternion::Identity(), center}));
+      state.push_back(
+          makeBody(static_cast<std::int64_t>(state.size()), 0, Pose{1.0, Quaternion::Identity(), center}));
   }
 };
 
@@ -65,8 +65,8 @@ TEST_CASE("Steps that keep cells apart are applied entirely") {
 TEST_CASE("Only the steps of an offending pair are halved") {
   Spheres s(cubeOf(20.0, true), {Vec3(2.0, 5.0, 5.0), Vec3(6.0, 5.0, 5.0), Vec3(10.0, 15.0, 10.0)});
   StepHalvingSums sums;
-  test::takeSteps(
-      s.scene, {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))}, s.state, sums);
+  test::takeSteps(s.scene, {moveBy(Vec3(1.5, 0, 0)), moveBy(Vec3(-1.5, 0, 0)), moveBy(Vec3(1.5, 0, 0))},
+                  s.state, sums);
   CHECK(taken(s.state) == std::vector<double>{0.5, 0.5, 1.0});
   CHECK(s.state[0].position.x() == 2.75);
   CHECK(s.state[2].position.x() == 11.5);

@@ -102,7 +102,7 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   species.freedom.fixed = true;
   species.count = 2;
   species.start = {Pose{1.0, Quaternion::Identity(), Vec3(5, 5, 5)}};
-  CHECK_THROWS_WITH(pack(problem), Contains("each of its cells needs a place"));
+  CHECK_THROWS_WITH(pack(problem), Contains("each of its cells needs an initial pose"));
   species.start.push_back(Pose{1.0, Quaternion::Identity(), Vec3(6, 5, 5)});
   CHECK_THROWS_WITH(pack(problem), Contains("cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap"));
   species.start[1].position = Vec3(5, 14, 5);

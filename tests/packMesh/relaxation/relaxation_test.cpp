@@ -238,7 +238,7 @@ TEST_CASE("A few small cells in a large lumen cost little", "[relaxation]") {
 TEST_CASE("Schedules stop when requested", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(20.0);
-  // 0.75: out of reach
+  // 0.75: infeasible
   const int count = static_cast<int>(0.75 * bounds.volume() / shape->volume());
   Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()),
                         randomBodies(*shape, nullptr, count, bounds, 1));
