@@ -98,9 +98,8 @@ std::string helpText(bool asPackCells) {
       "  {0} check --box sX sY sZ [options]  examine the .pos files of a box\n"
       "  {0} --help | --version | --print-config-reference | --man | --completion\n\n"
       "For example: {0} config.xml --hematocrit 0.4 --plt_ratio 0.07 --seed 1\n"
-      "Writes <Cell>.pos for each kind of cell. Options may be written with one or two dashes, with '=' or "
-      "a\n"
-      "blank before the value, in any order, and abbreviated to unique prefixes. They override the\n"
+      "Writes <Cell>.pos for each kind of cell. Options may be written with one or two dashes, with '='\n"
+      "or a blank before the value, in any order, and abbreviated to unique prefixes. They override the\n"
       "<packing> section of config.xml, described by --print-config-reference (or --reference).\n",
       program);
   for (const Topic topic : topics) {
@@ -111,9 +110,8 @@ std::string helpText(bool asPackCells) {
     }
   }
   out +=
-      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are truncated to "
-      "integers,\n"
-      "as in packCells. Otherwise the volume of the mesh that HemoCell builds is used.\n"
+      "\nUnder the name packCells, --hematocrit counts red cells of 97 µm³ and sizes are truncated to\n"
+      "integers, as in packCells. Otherwise the volume of the mesh that HemoCell builds is used.\n"
       "\nExit codes:\n";
   for (const ExitCodeMeaning& meaning : exitCodeMeanings)
     entry(out, std::to_string(int(meaning.code)), meaning.text, 7);
@@ -221,17 +219,17 @@ std::string referenceText() {
   out += "\n<species .../>, one for each kind of cell, with the attributes\n";
   addAttributes(speciesAttributes());
   out +=
-      "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with "
-      "its own\nhematocrit, at least 0. The centres of its red cells, of all species, stay in it. A point "
-      "belongs to the first\nregion that contains it; <hematocrit> is that of the rest.\n";
+      "\n<region hematocrit=\"h\"> with one body inside (as in <container>): a part of the lumen with its "
+      "own\n"
+      "hematocrit, at least 0. The centres of its red cells, of all species, stay in it. A point belongs to\n"
+      "the first region that contains it; <hematocrit> is that of the rest.\n";
   out += "\n<growth .../>: parameters of <method> cat </method>, with the attributes\n";
   addAttributes(growthParameters());
   out +=
-      "\n<container>: a custom lumen, in µm of the .pos files, for cases that build theirs in C++. At "
-      "most one\n"
-      "of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they may "
-      "overlap), then\n"
-      "<nodes> nx ny nz </nodes>, the size of the lattice, if <domain> does not define it.\n";
+      "\n<container>: a custom lumen, in µm of the .pos files, for cases that build theirs in C++. At most\n"
+      "one of the bodies below (none: the box of <domain>), then <obstacles> with any number of them (they\n"
+      "may overlap), then <nodes> nx ny nz </nodes>, the size of the lattice, if <domain> does not define\n"
+      "it.\n";
   for (const SolidTag& tag : solidTags()) {
     out += fmt::format("<{} .../>\n", tag.name);
     addAttributes(tag.attributes);

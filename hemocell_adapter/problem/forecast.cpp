@@ -261,7 +261,7 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
     lines.push_back(fmt::format(
         "Probably infeasible: {}, the densest achieved so far; --max-time and --best-effort give the "
         "densest "
-        "possible{}",
+        "packing possible{}",
         f.effectiveFraction < 1.0
             ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
             : fmt::format("far above {:.2f}", Forecast::possible),

@@ -146,7 +146,7 @@ void continueRealisations(Job& job) {
   const auto place = placeInSeries(*job.restart, job.realisations);
   if (!place)
     throw UsageError(fmt::format(
-        "option '--restart': realisations go on from the state of one of them, where it was written: "
+        "option '--restart': realisations continue from the state of one of them, where it was written: "
         "{}; found '{}'",
         (job.outputDirectory / realisationFolder(1, job.realisations) / "state.h5").string(),
         job.restart->string()));

@@ -27,7 +27,7 @@ GrowingCells::GrowingCells(const GrowthScene& scene, std::vector<Body> own, doub
                            std::int64_t cellsPerBlock)
     : scene_(scene),
       range_(range),
-      // No colours are used: an edge of one range suffices; the grid doubles it.
+      // No colours are used, so edges of one range suffice: twice the argument of the grid.
       blocks_(scene.container->bounds(), scene.container->period(), 0.5 * range,
               blockEdge(scene.container->bounds(),
                         scene.communicator.sum(static_cast<std::int64_t>(own.size())), cellsPerBlock)),

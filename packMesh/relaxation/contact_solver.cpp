@@ -68,7 +68,7 @@ SampleView viewOf(const SamplePoints& s) {
           s.radius.data()};
 }
 
-/// So many times in a row, a touching pair is examined only in the clusters that touched last.
+/// Number of successive tests of a touching pair that only examine the clusters that touched last.
 constexpr int mostQuickLooks = 1;
 
 /// Contacts shallower than this are not resolved [µm]: cells that have been pushed apart then come to rest

@@ -140,7 +140,7 @@ TEST_CASE("Options of constraints are validated", "[executable]") {
         Row{"--start none.pos", 2, "none.pos"},
         Row{"--export vtk", 1, "csv, lammps or mirheo"},
         Row{"--stock RBC -1", 1, "expected a whole number"},
-        Row{"--realisations 2 --restart x.h5", 1, "go on from the state of one of them"},
+        Row{"--realisations 2 --restart x.h5", 1, "continue from the state of one of them"},
         Row{"--realisations 2 --seed 9223372036854775807", 1, "larger than a seed may be"},
         Row{"--start RBC.pos --fixed ./RBC.pos", 2, "cannot be both fixed (fixed) and movable (start)"},
         Row{"--orient RBC 0 0 1 20 --noRotate", 2, "keeps every orientation at 0 0 0"},
