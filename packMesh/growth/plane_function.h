@@ -5,32 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "packMesh/certificate/periodic_neighbors.h"
-#include "packMesh/growth/growth_scene.h"
+#include "packMesh/growth/cell_surroundings.h"
 #include "packMesh/growth/plane_constraint.h"
 
 namespace packmesh {
-
-/// Cells of one rank, including ghosts, and how far each may move in the step for which planes are requested.
-/// Sorted so that any two cells are in the same order on every rank that has both.
-class CellSurroundings {
- public:
-  /// References `cells`, which must outlive it.
-  /// @param reach upper bound of the displacement of any point of each cell [µm]
-  CellSurroundings(const GrowthScene& scene, const std::vector<Body>& cells, std::vector<double> reach);
-
-  const std::vector<Body>& cells() const { return cells_; }
-  double reach(std::int64_t cell) const { return reach_[cell]; }
-  /// Pairs of cells (or periodic images), at least one of them in `wanted` (ascending), that can come within
-  /// the clearance of each other; each once, in an order that does not depend on the rank.
-  std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted) const;
-
- private:
-  const std::vector<Body>& cells_;
-  std::vector<double> reach_;
-  double clearance_;
-  PeriodicNeighbors neighbors_;
-};
 
 /// Request to a plane function.
 struct PlaneRequest {

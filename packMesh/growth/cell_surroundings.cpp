@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/plane_function.h"
+#include "packMesh/growth/cell_surroundings.h"
 
 #include <algorithm>
 #include <tuple>
