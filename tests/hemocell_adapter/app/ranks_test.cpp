@@ -29,7 +29,7 @@ std::string withoutTimes(const fs::path& file) {
     if (at != text.npos) text.erase(at, text.find(to, at) - at);
   };
   if (file.extension() == ".json") drop("\n \"times\"", "}");
-  if (file.extension() == ".html") drop("Took ", " sweeps");
+  if (file.extension() == ".html") drop("Run time ", " sweeps");
   return text;
 }
 

@@ -86,7 +86,7 @@ TEST_CASE("A dry run reports whether the request is feasible", "[forecast]") {
   CHECK_THAT(said({"500", "500", "500", "--ends", "periodic", "--hematocrit", "0.45"}, 8),
              Contains("on 8 ranks"));
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.3", "--method", "cat"}),
-             Contains("not known"));
+             Contains("unknown"));
 }
 
 TEST_CASE("A forecast accounts for the volume lost to clearances, layers and HemoCell", "[forecast]") {

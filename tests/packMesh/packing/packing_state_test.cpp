@@ -102,10 +102,11 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
     REQUIRE(of(requireSameWayFromAnyState(problem), Stage::growth) > 5);
   }
   SECTION("growth with tetrahedra, and attempts in vain") {
-    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.5, 5);
+    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.55, 5);
     problem.method = Method::cat;
     problem.planeSource = PlaneSource::catFaces;
-    problem.limits.maxSweeps = 150;
+    problem.limits.maxSweeps = 100;
+    problem.growth.maxIterations = 8;
     problem.escape.emplace();
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(of(seen, Stage::growth) > 4);
