@@ -72,7 +72,7 @@ class GrowthStage {
   std::unique_ptr<PlaneFunction> planeFunction_;
   std::unique_ptr<Growth> growth_;
   std::int64_t attempt_ = 0;
-  std::vector<Body> best_;  ///< of the attempts so far
+  std::vector<Body> best_;      ///< of the attempts so far
   std::int64_t bestFull_ = -1;  ///< cells of full size in it, on all ranks
   bool ended_ = false;
 };
