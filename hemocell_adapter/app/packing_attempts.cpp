@@ -69,10 +69,9 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
   saved_ = states.saved();
   if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
     log::detail(fmt::format(
-        "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {}",
+        "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
         clearances.membranes, clearances.wall,
-        result.statistics.growth ? fmt::format("{} iterations", result.statistics.growth->iterations)
-                                 : fmt::format("{} sweeps", result.statistics.sweeps)));
+        result.statistics.effort(), result.statistics.unit()));
   return result;
 }
 

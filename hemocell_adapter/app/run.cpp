@@ -77,14 +77,13 @@ std::string reachedText(const Scene& scene, const PackingResult& result, const T
   }
   const std::string time = scene.maxSeconds > 0 ? fmt::format(", {}", durationText(scene.maxSeconds)) : "";
   const Statistics& done = result.statistics;
-  const std::string limits =
-      done.growth ? fmt::format("{} iterations of growth{}", done.growth->iterations, time)
-                  : fmt::format("{} sweeps{}; {} done, including the search for fewer cells",
-                                scene.maxIterations.value_or(Limits().maxSweeps), time, done.sweeps);
+  const std::string limits = fmt::format("{} {}{}; {} done, including the search for fewer cells",
+                                         scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time,
+                                         done.effort());
   const std::string what =
       result.searched
           ? "the densest certified packing found"
-          : std::string(done.growth ? "" : "the time limit ended the search for the densest packing; ") +
+          : std::string(scene.escape ? "" : "the time limit ended the search for the densest packing; ") +
                 "a certified packing found";
   return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
                      what, tally.redMesh / scene.referenceVolume(),
@@ -94,7 +93,7 @@ std::string reachedText(const Scene& scene, const PackingResult& result, const T
 /// Why nothing is written if not all cells could be packed.
 std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
   const Statistics& done = result.statistics;
-  const bool begun = done.growth ? done.growth->iterations > 0 : done.sweeps > 0;
+  const bool begun = done.effort() > 0;
   if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0)
     return fmt::format("the time limit of {} was reached before packing began; nothing was written",
                        durationText(scene.maxSeconds));
@@ -108,10 +107,11 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
 void tellEffort(const Statistics& statistics, const Communicator& ranks) {
   for (const std::string& line : effortLines(statistics)) log::detail(line);
   if (!ranks.alone()) {
-    const double perSweep = 1.0 / double(std::max<std::int64_t>(1, statistics.sweeps));
-    log::detail(fmt::format("Rank 0 sent {:.1f} messages and {:.1f} kB per sweep",
-                            perSweep * double(ranks.traffic().messages),
-                            1e-3 * perSweep * double(ranks.traffic().bytes)));
+    const double each = 1.0 / double(std::max<std::int64_t>(1, statistics.effort()));
+    log::detail(fmt::format("Rank 0 sent {:.1f} messages and {:.1f} kB per {}",
+                            each * double(ranks.traffic().messages),
+                            1e-3 * each * double(ranks.traffic().bytes),
+                            statistics.growth ? "iteration" : "sweep"));
   }
   if (!statistics.growth && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
@@ -133,7 +133,7 @@ RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, co
   figures.hematocrit = tally.redMesh / scene.lumen.container->volume();
   figures.minimumGap = result.certificate.minimumGap;
   figures.minimumWallGap = result.certificate.minimumWallGap;
-  figures.sweeps = result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps;
+  figures.sweeps = result.statistics.effort();
   figures.cpuSeconds = times.cpu;
   figures.wallSeconds = times.wall;
   return figures;

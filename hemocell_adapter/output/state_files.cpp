@@ -22,6 +22,12 @@
 namespace packmesh::hemocell {
 namespace {
 
+/// What it took to get there.
+std::string effortOf(const PackingState& state) {
+  return state.growth.iterations > 0 ? fmt::format("{} iterations", state.growth.iterations)
+                                     : fmt::format("{} sweeps", state.relaxation.sweeps);
+}
+
 namespace fs = std::filesystem;
 
 /// The case of a run that continues: in the working directory or, if that is the folder of a realisation, in
@@ -109,7 +115,7 @@ void StateFiles::save(const PackingState& state) {
     log::warning(error.what());
   }
   if (saved_)
-    log::detail(fmt::format("Saved the state after {} sweeps in {}", state.relaxation.sweeps,
+    log::detail(fmt::format("Saved the state after {} in {}", effortOf(state),
                             job_.stateFile->string()));
   last_ = std::chrono::steady_clock::now();
   forgetCheckpointAsked();
@@ -127,7 +133,7 @@ PackingState stateToContinue(const Job& job, const PackingProblem& problem) {
     if (error) std::rethrow_exception(error);
   });
   log::info(
-      fmt::format("Continuing from {}: after {} sweeps", job.restart->string(), state.relaxation.sweeps));
+      fmt::format("Continuing from {}: after {}", job.restart->string(), effortOf(state)));
   return state;
 }
 

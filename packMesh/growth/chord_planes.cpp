@@ -134,6 +134,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
       if (repeated(points, i)) continue;
       const Vec3 vertex = pointOf(points, i);
       const Vec3 p = linear * vertex + offset;
+      if (field.isBeyond(p, limit)) continue;
       const DistanceSample sample = field.sample(p);
       if (sample.distance > limit) continue;
       const Vec3 foot = field.foot(p, sample);

@@ -12,6 +12,9 @@ namespace {
 /// π/12.
 constexpr double secondOrder = 1.3;
 
+/// Rows that keep the axis of a cell in its cone.
+constexpr int rowsOfCone = 5;
+
 /// Rotation by `r` as in GrowthStep.
 Quaternion quaternionOf(const Vec3& r) {
   return Quaternion(1.0, 0.5 * r.x(), 0.5 * r.y(), 0.5 * r.z()).normalized();
@@ -66,7 +69,7 @@ double GrowthProgram::roomAt(double scale) const {
 bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthStep& step) {
   const Quaternion turned = quaternionOf(step.rotation);
   const Mat3 rotation = turned.toRotationMatrix();
-  program_.clear();
+  program_.clear(static_cast<int>(rows_.size()) + rowsOfCone);
   LinearProgram::Vector a;
   for (const Row& row : rows_) {
     const Vec3 arm = rotation * row.arm;

@@ -174,20 +174,28 @@ class DualSimplex {
   std::vector<double> violation_;  ///< of rows
 };
 
-void LinearProgram::clear() {
-  for (std::vector<double>& column : column_) column.clear();
-  rhs_.clear();
+void LinearProgram::clear(int rows) {
+  for (std::vector<double>& column : column_)
+    if (column.size() < static_cast<std::size_t>(rows)) column.resize(rows);
+  if (rhs_.size() < static_cast<std::size_t>(rows)) rhs_.resize(rows);
+  rows_ = 0;
   contradiction_ = false;
 }
 
 void LinearProgram::addRow(const Vector& a, double b) {
-  const double length = a.norm();
-  if (!(length > 0.0)) {
+  const double square = a.squaredNorm();
+  if (!(square > 0.0)) {
     contradiction_ = contradiction_ || b < -tolerance::linearProgram;
     return;
   }
-  for (int j = 0; j < size; ++j) column_[j].push_back(a[j] / length);
-  rhs_.push_back(b / length);
+  if (static_cast<std::size_t>(rows_) == rhs_.size()) {
+    for (std::vector<double>& column : column_) column.push_back(0.0);
+    rhs_.push_back(0.0);
+  }
+  const double scale = 1.0 / std::sqrt(square);
+  for (int j = 0; j < size; ++j) column_[j][rows_] = scale * a[j];
+  rhs_[rows_] = scale * b;
+  ++rows_;
 }
 
 LinearProgram::Solution LinearProgram::solve() const {

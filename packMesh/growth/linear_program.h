@@ -33,11 +33,11 @@ class LinearProgram {
 
   Vector objective = Vector::Zero(), lower = Vector::Zero(), upper = Vector::Zero();
 
-  /// Removes all rows.
-  void clear();
+  /// Removes all rows. @param rows that there is to be room for
+  void clear(int rows);
   /// a · x <= b. Pre: finite
   void addRow(const Vector& a, double b);
-  int rows() const { return static_cast<int>(rhs_.size()); }
+  int rows() const { return rows_; }
 
   /// Pre: lower <= upper, all finite
   Solution solve() const;
@@ -46,6 +46,7 @@ class LinearProgram {
   friend class DualSimplex;
   std::array<std::vector<double>, size> column_;  ///< rows of unit length, one array per variable
   std::vector<double> rhs_;
+  int rows_ = 0;
   bool contradiction_ = false;  ///< a row without coefficients that is infeasible
 };
 

@@ -29,6 +29,10 @@ struct Statistics {
   std::vector<EscapePhase> escape;           ///< where local maxima were escaped
   /// CPU time of this rank [s]
   double placementSeconds = 0.0, relaxationSeconds = 0.0, growthSeconds = 0.0, certificateSeconds = 0.0;
+
+  /// Sweeps of relaxation, or iterations of growth, and what they are called.
+  std::int64_t effort() const { return growth ? growth->iterations : sweeps; }
+  const char* unit() const { return growth ? "iterations" : "sweeps"; }
 };
 
 struct PackingResult {

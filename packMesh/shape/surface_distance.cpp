@@ -28,18 +28,6 @@ SurfaceDistance::SurfaceDistance(const Shape& shape)
   extent_ = box.lo.cwiseAbs().cwiseMax(box.hi.cwiseAbs());
 }
 
-SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
-  const ProfileSurface& f = *profile_;
-  const double s = f.a * q.x() * q.x() + f.c * q.z() * q.z();
-  const double inner = std::min(s, 1.0), beyond = s - inner, bend = bend_ * beyond;
-  double value = f.p[5], slope = 5.0 * f.p[5];
-  for (int k = 4; k >= 0; --k) value = value * inner + f.p[k];
-  for (int k = 4; k >= 1; --k) slope = slope * inner + k * f.p[k];
-  value += (slope + bend) * beyond;
-  slope += 2.0 * bend;
-  return {q.y() * q.y() - value, {-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z()}};
-}
-
 DistanceSample SurfaceDistance::closedForm(const Vec3& p) const {
   const Level l = level(p);
   const double steep = l.gradient.norm(), half = 0.5 * steep;

@@ -18,6 +18,14 @@ class SurfaceDistance {
   /// ellipsoid at most the depth, and half of it at least. Of a grid: see DistanceGrid.
   DistanceSample sample(const Vec3& p) const { return profile_ ? closedForm(p) : interpolated(p); }
 
+  /// Whether it is certain, at little cost, that sample() would say more than `limit` [µm].
+  bool isBeyond(const Vec3& p, double limit) const {
+    if (!profile_) return false;
+    // Where F > 0, the distance is F over at most |grad F|.
+    const Level l = level(p);
+    return l.value > 0.0 && l.value * l.value > limit * limit * l.gradient.squaredNorm();
+  }
+
   /// The distance is at least this [µm].
   double lowerBound(const Vec3& p) const;
 
@@ -42,5 +50,17 @@ class SurfaceDistance {
   double ring_, thickness_;
   Vec3 extent_;  ///< of the mesh, to either side of the body's origin [µm]
 };
+
+inline SurfaceDistance::Level SurfaceDistance::level(const Vec3& q) const {
+  const ProfileSurface& f = *profile_;
+  const double s = f.a * q.x() * q.x() + f.c * q.z() * q.z();
+  const double inner = std::min(s, 1.0), beyond = s - inner, bend = bend_ * beyond;
+  double value = f.p[5], slope = 5.0 * f.p[5];
+  for (int k = 4; k >= 0; --k) value = value * inner + f.p[k];
+  for (int k = 4; k >= 1; --k) slope = slope * inner + k * f.p[k];
+  value += (slope + bend) * beyond;
+  slope += 2.0 * bend;
+  return {q.y() * q.y() - value, {-2.0 * slope * f.a * q.x(), 2.0 * q.y(), -2.0 * slope * f.c * q.z()}};
+}
 
 }  // namespace packmesh
