@@ -70,8 +70,7 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
   if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
     log::detail(fmt::format(
         "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
-        clearances.membranes, clearances.wall,
-        result.statistics.effort(), result.statistics.unit()));
+        clearances.membranes, clearances.wall, result.statistics.effort(), result.statistics.unit()));
   return result;
 }
 

@@ -77,9 +77,9 @@ std::string reachedText(const Scene& scene, const PackingResult& result, const T
   }
   const std::string time = scene.maxSeconds > 0 ? fmt::format(", {}", durationText(scene.maxSeconds)) : "";
   const Statistics& done = result.statistics;
-  const std::string limits = fmt::format("{} {}{}; {} done, including the search for fewer cells",
-                                         scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time,
-                                         done.effort());
+  const std::string limits =
+      fmt::format("{} {}{}; {} done, including the search for fewer cells",
+                  scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time, done.effort());
   const std::string what =
       result.searched
           ? "the densest certified packing found"
@@ -108,10 +108,9 @@ void tellEffort(const Statistics& statistics, const Communicator& ranks) {
   for (const std::string& line : effortLines(statistics)) log::detail(line);
   if (!ranks.alone()) {
     const double each = 1.0 / double(std::max<std::int64_t>(1, statistics.effort()));
-    log::detail(fmt::format("Rank 0 sent {:.1f} messages and {:.1f} kB per {}",
-                            each * double(ranks.traffic().messages),
-                            1e-3 * each * double(ranks.traffic().bytes),
-                            statistics.growth ? "iteration" : "sweep"));
+    log::detail(fmt::format(
+        "Rank 0 sent {:.1f} messages and {:.1f} kB per {}", each * double(ranks.traffic().messages),
+        1e-3 * each * double(ranks.traffic().bytes), statistics.growth ? "iteration" : "sweep"));
   }
   if (!statistics.growth && statistics.blocks < ranks.size())
     log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",

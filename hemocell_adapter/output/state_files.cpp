@@ -115,8 +115,7 @@ void StateFiles::save(const PackingState& state) {
     log::warning(error.what());
   }
   if (saved_)
-    log::detail(fmt::format("Saved the state after {} in {}", effortOf(state),
-                            job_.stateFile->string()));
+    log::detail(fmt::format("Saved the state after {} in {}", effortOf(state), job_.stateFile->string()));
   last_ = std::chrono::steady_clock::now();
   forgetCheckpointAsked();
 }
@@ -132,8 +131,7 @@ PackingState stateToContinue(const Job& job, const PackingProblem& problem) {
   together(problem.communicator, [&] {
     if (error) std::rethrow_exception(error);
   });
-  log::info(
-      fmt::format("Continuing from {}: after {}", job.restart->string(), effortOf(state)));
+  log::info(fmt::format("Continuing from {}: after {}", job.restart->string(), effortOf(state)));
   return state;
 }
 
