@@ -442,6 +442,25 @@ def escape(j):
 
 
 @job
+def escape_keeps_fixed_cells(j):
+    few = " --growth iterations 6 --growth attempts 1 --seed 8"
+    j.pack("--sphere 7 --plt 6 --rbc 1 --output-dir first" + few.replace("iterations 6", "iterations 60"))
+    j.pack("--sphere 7 --plt 6 --rbc 8 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 6 2.2 2.2 2.2 --best-effort "
+           "--escape --stock Ball 4 --stock RBC 2 --output-dir out" + few)
+    for name in ("PLT.pos", "RBC.pos"):
+        lost = set(j.lines("first/" + name)) - set(j.lines("out/" + name))
+        require(not lost, f"{len(lost)} fixed cells of {name} were moved or replaced")
+
+
+@job
+def escape_keeps_axes(j):
+    j.pack("--sphere 6 --rbc 5 --plt 4 --orient RBC 0 0 1 10 --orient PLT 1 0 0 10 --escape --stock PLT 3 --best-effort "
+           "--growth iterations 12 --growth attempts 1")
+    require_axes(j.cells(), (0, 0, 1), 10)
+    require_axes(j.cells("PLT.pos"), (1, 0, 0), 10)
+
+
+@job
 def not_feasible_and_best_effort(j):
     before = set(j.folders[0].rglob("*"))
     box = "9 9 9 --hematocrit 0.72 --plt_ratio 0 --max-iterations 10 --clearance 0 --ends periodic"
