@@ -74,7 +74,8 @@ PROBLEMS = {
     "cat in a cylinder": ("", ["--cylinder x 6 12 --rbc 4 --method cat"]),
     "cat on three ranks": ("", ["{3}12 12 12 --rbc 6 --plt 2 --method cat --ends periodic --state s.h5"]),
     "cat, existing cells": ("", ["18 18 18 --rbc 12 --plt 4 --ends periodic --output-dir first --method cat",
-                                 "{2}18 18 18 --rbc 20 --plt 6 --ends periodic --fixed first/PLT.pos --start first/RBC.pos --method cat"]),
+                                 "{2}18 18 18 --rbc 20 --plt 6 --ends periodic --fixed first/PLT.pos --start first/RBC.pos "
+                                 "--method cat"]),
     "cat, regions": ("examples/regions", ["config.xml --hematocrit 0.1 --method cat --report r.json", "check config.xml"]),
     "cat, oriented": ("", ["20 20 20 --hematocrit 0.25 --orient RBC 1 0 0 20 --ends periodic --method cat"]),
     "cat, not rotated": ("", ["20 20 20 --hematocrit 0.3 --noRotate --ends periodic --method cat"]),

@@ -368,10 +368,9 @@ def torus_and_star():
 def custom_meshes(j):
     for name, text in zip(("torus.off", "star.off"), torus_and_star()):
         j.write(name, text)
-    cells = ("--cell-mesh Torus 4 torus.off --cell-mesh Star 4 star.off --cell-mesh Sickle 3 sickle.stl --mesh-frame Torus file "
-             "--mesh-frame Star file")
+    cells = ("--cell-mesh Torus 4 torus.off --cell-mesh Star 4 star.off --mesh-frame Torus file --mesh-frame Star file")
     j.pack("18 18 18 --rbc 5 --clearance 0 " + cells)
-    for name, number in (("Torus", 4), ("Star", 4), ("Sickle", 3), ("RBC", 5)):
+    for name, number in (("Torus", 4), ("Star", 4), ("RBC", 5)):
         j.count(number, name + ".pos")
     j.check("--box 18 18 18 --rbc 5 " + cells)
 
@@ -443,10 +442,9 @@ def escape(j):
 
 @job
 def escape_keeps_fixed_cells(j):
-    few = " --growth iterations 6 --growth attempts 1 --seed 8"
-    j.pack("--sphere 7 --plt 6 --rbc 1 --output-dir first" + few.replace("iterations 6", "iterations 60"))
-    j.pack("--sphere 7 --plt 6 --rbc 8 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 6 2.2 2.2 2.2 --best-effort "
-           "--escape --stock Ball 4 --stock RBC 2 --output-dir out" + few)
+    j.pack("--sphere 7 --plt 6 --rbc 1 --seed 8 --output-dir first")
+    j.pack("--sphere 7 --plt 6 --rbc 5 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 4 2.2 2.2 2.2 --best-effort "
+           "--escape --stock Ball 2 --growth iterations 6 --growth attempts 1 --seed 8 --output-dir out")
     for name in ("PLT.pos", "RBC.pos"):
         lost = set(j.lines("first/" + name)) - set(j.lines("out/" + name))
         require(not lost, f"{len(lost)} fixed cells of {name} were moved or replaced")
@@ -513,8 +511,8 @@ def restart_with_constraints(j):
 @job
 def interruption(j):
     # Steps are short, so that the run takes much longer than until its first state is saved.
-    box = ("36 30 30 --hematocrit 0.35 --plt_ratio 0.1 --ends periodic --clearance 0 --growth translationBound 0.003 "
-           "--growth stalledGrowth 0 --growth iterations 1000")
+    box = ("30 24 24 --hematocrit 0.35 --plt_ratio 0.1 --ends periodic --clearance 0 --growth translationBound 0.003 "
+           "--growth stalledGrowth 0 --growth iterations 500")
     j.pack(box + " --output-dir whole")
     for folder, ranks in zip(j.folders, RANKS):
         words = box + " --method cat --state s.h5 --checkpoint-every 0.01"
@@ -539,7 +537,8 @@ def interruption(j):
 def time_limit(j):
     """How many cells fit in the time is not the same in every run."""
     for folder, ranks in zip(j.folders, RANKS):
-        j.run_in(folder, ranks, "14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort --max-time 0.5 --method cat")
+        j.run_in(folder, ranks, "14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort --max-time 0.5 "
+                 "--method cat")
         require(int((folder / "RBC.pos").read_text().split()[0]) > 0, f"nothing was packed on {ranks} ranks")
     j.check("--box 14 14 14 --ends periodic")
 
