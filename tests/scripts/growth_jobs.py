@@ -84,6 +84,10 @@ class Job:
     def pack(self, words, ranks=None, code=0):
         return self.run(words + " --method cat", ranks, code)
 
+    def prepare(self, words):
+        """Packs on one rank what others start from or are compared with."""
+        self.pack(words, (1, 1))
+
     def check(self, words):
         """In one folder, as the files are the same."""
         self.run_in(self.folders[0], 1, "check " + words)
@@ -130,7 +134,7 @@ def require_hematocrit(cells, volume, hematocrit, where, within=0.501):
 @job
 def fixed_cells(j):
     box = "26 22 22 --wbc 1 --seed 5"
-    j.pack(box + " --output-dir white")
+    j.prepare(box + " --output-dir white")
     j.pack(box + " --fixed white/WBC.pos --hematocrit 0.2 --plt_ratio 0.1 --output-dir first")
     require(j.lines("white/WBC.pos") == j.lines("first/WBC.pos"), "the fixed white cell moved")
     require_hematocrit(j.cells("first/RBC.pos"), 26 * 22 * 22, 0.2, "the box")
@@ -144,7 +148,7 @@ def fixed_cells(j):
 
 @job
 def fixed_cells_among_others_of_their_species(j):
-    j.pack("20 20 20 --rbc 8 --ends periodic --output-dir first")
+    j.prepare("20 20 20 --rbc 8 --ends periodic --output-dir first")
     j.pack("20 20 20 --rbc 25 --plt 6 --ends periodic --fixed first/RBC.pos --output-dir more")
     require(j.lines("more/RBC.pos")[:8] == j.lines("first/RBC.pos"), "the fixed cells are not the first lines")
     j.count(25, "more/RBC.pos")
@@ -153,7 +157,7 @@ def fixed_cells_among_others_of_their_species(j):
 
 @job
 def all_cells_fixed(j):
-    j.pack("20 20 20 --rbc 8 --output-dir first")
+    j.prepare("20 20 20 --rbc 8 --output-dir first")
     j.pack("20 20 20 --rbc 8 --fixed first/RBC.pos --output-dir again")
     require(j.lines("again/RBC.pos") == j.lines("first/RBC.pos"), "fixed cells moved")
 
@@ -368,10 +372,9 @@ def torus_and_star():
 def custom_meshes(j):
     for name, text in zip(("torus.off", "star.off"), torus_and_star()):
         j.write(name, text)
-    cells = ("--cell-mesh Torus 4 torus.off --cell-mesh Star 4 star.off --cell-mesh Sickle 3 sickle.stl --mesh-frame Torus file "
-             "--mesh-frame Star file")
+    cells = "--cell-mesh Torus 4 torus.off --cell-mesh Star 4 star.off --mesh-frame Torus file --mesh-frame Star file"
     j.pack("18 18 18 --rbc 5 --clearance 0 " + cells)
-    for name, number in (("Torus", 4), ("Star", 4), ("Sickle", 3), ("RBC", 5)):
+    for name, number in (("Torus", 4), ("Star", 4), ("RBC", 5)):
         j.count(number, name + ".pos")
     j.check("--box 18 18 18 --rbc 5 " + cells)
 
@@ -398,7 +401,7 @@ def realisations(j):
     j.pack("16 16 16 --hematocrit 0.25 --realisations 3 --export csv")
     packings = [(j.folders[0] / f"realisation_{k}/RBC.pos").read_bytes() for k in (1, 2, 3)]
     require(len(set(packings)) == 3, "realisations are not different")
-    j.pack("16 16 16 --hematocrit 0.25 --seed 2 --output-dir second")
+    j.prepare("16 16 16 --hematocrit 0.25 --seed 2 --output-dir second")
     require((j.folders[0] / "second/RBC.pos").read_bytes() == packings[1], "realisation 2 is not the packing with seed 2")
     rows = (j.folders[0] / "realisations.csv").read_text().splitlines()
     require(len(rows) == 4, f"{len(rows)} rows in realisations.csv")
@@ -416,7 +419,7 @@ def all_outputs(j):
 @job
 def planes_from_faces(j):
     faces = " --builder cat-faces"
-    j.pack("12 12 12 --rbc 1 --plt 2 --output-dir first" + faces)
+    j.prepare("12 12 12 --rbc 1 --plt 2 --output-dir first" + faces)
     j.pack("12 12 12 --rbc 3 --plt 2 --fixed first/RBC.pos --start first/PLT.pos --output-dir out" + faces)
     require(j.lines("out/RBC.pos")[:1] == j.lines("first/RBC.pos"), "the fixed cell moved")
     j.check("--box 12 12 12 --output-dir out")
@@ -442,6 +445,24 @@ def escape(j):
 
 
 @job
+def escape_keeps_fixed_cells(j):
+    j.prepare("--sphere 7 --plt 6 --rbc 1 --seed 8 --output-dir first")
+    j.pack("--sphere 7 --plt 6 --rbc 5 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 4 2.2 2.2 2.2 --best-effort "
+           "--escape --stock Ball 2 --growth iterations 6 --growth attempts 1 --seed 8 --output-dir out")
+    for name in ("PLT.pos", "RBC.pos"):
+        lost = set(j.lines("first/" + name)) - set(j.lines("out/" + name))
+        require(not lost, f"{len(lost)} fixed cells of {name} were moved or replaced")
+
+
+@job
+def escape_keeps_axes(j):
+    j.pack("--sphere 6 --rbc 5 --plt 4 --orient RBC 0 0 1 10 --orient PLT 1 0 0 10 --escape --stock PLT 3 --best-effort "
+           "--growth iterations 12 --growth attempts 1")
+    require_axes(j.cells(), (0, 0, 1), 10)
+    require_axes(j.cells("PLT.pos"), (1, 0, 0), 10)
+
+
+@job
 def not_feasible_and_best_effort(j):
     before = set(j.folders[0].rglob("*"))
     box = "9 9 9 --hematocrit 0.72 --plt_ratio 0 --max-iterations 10 --clearance 0 --ends periodic"
@@ -455,7 +476,7 @@ def not_feasible_and_best_effort(j):
 @job
 def best_effort_with_constraints(j):
     box = "12 10 10 --clearance 0 --ends periodic"
-    j.pack(box + " --rbc 2 --output-dir first")
+    j.prepare(box + " --rbc 2 --output-dir first")
     j.pack(box + " --hematocrit 0.72 --plt_ratio 0 --max-iterations 10 --best-effort --fixed first/RBC.pos --orient RBC 0 1 0 50 "
            "--output-dir out")
     require(j.lines("out/RBC.pos")[:2] == j.lines("first/RBC.pos"), "fixed cells moved or were left out")
@@ -472,7 +493,7 @@ def require_as_uninterrupted(j):
 @job
 def restart_on_other_ranks(j):
     box = "18 18 18 --hematocrit 0.3 --plt_ratio 0.2 --ends periodic --clearance 0"
-    j.pack(box + " --output-dir whole")
+    j.prepare(box + " --output-dir whole")
     j.pack(box + " --max-iterations 9 --state s.h5", code=3)
     j.run("--restart s.h5 --max-iterations 4000", ranks=(3, 1))
     require_as_uninterrupted(j)
@@ -481,9 +502,9 @@ def restart_on_other_ranks(j):
 @job
 def restart_with_constraints(j):
     box = "22 18 18 --walls y --clearance 0 --wall-clearance 0.2 "
-    j.pack(box + "--rbc 4 --cell-free-layer 0.5 --output-dir first")
+    j.prepare(box + "--rbc 4 --cell-free-layer 0.5 --output-dir first")
     box += "--hematocrit 0.25 --plt_ratio 0.2 --orient PLT 0 0 1 30 --cell-free-layer 0.5 --fixed first/RBC.pos"
-    j.pack(box + " --output-dir whole")
+    j.prepare(box + " --output-dir whole")
     j.pack(box + " --max-iterations 9 --state s.h5", code=3)
     j.run("--restart s.h5 --max-iterations 4000", ranks=(2, 1))
     require_as_uninterrupted(j)
@@ -494,9 +515,9 @@ def restart_with_constraints(j):
 @job
 def interruption(j):
     # Steps are short, so that the run takes much longer than until its first state is saved.
-    box = ("36 30 30 --hematocrit 0.35 --plt_ratio 0.1 --ends periodic --clearance 0 --growth translationBound 0.003 "
-           "--growth stalledGrowth 0 --growth iterations 1000")
-    j.pack(box + " --output-dir whole")
+    box = ("30 24 24 --hematocrit 0.35 --plt_ratio 0.1 --ends periodic --clearance 0 --growth translationBound 0.003 "
+           "--growth stalledGrowth 0 --growth iterations 500")
+    j.prepare(box + " --output-dir whole")
     for folder, ranks in zip(j.folders, RANKS):
         words = box + " --method cat --state s.h5 --checkpoint-every 0.01"
         with subprocess.Popen(j.command(ranks, words), cwd=folder, env=ENVIRONMENT, stdout=subprocess.DEVNULL,
@@ -520,7 +541,8 @@ def interruption(j):
 def time_limit(j):
     """How many cells fit in the time is not the same in every run."""
     for folder, ranks in zip(j.folders, RANKS):
-        j.run_in(folder, ranks, "14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort --max-time 0.5 --method cat")
+        j.run_in(folder, ranks, "14 14 14 --hematocrit 0.72 --plt_ratio 0 --ends periodic --best-effort --max-time 0.5 "
+                 "--method cat")
         require(int((folder / "RBC.pos").read_text().split()[0]) > 0, f"nothing was packed on {ranks} ranks")
     j.check("--box 14 14 14 --ends periodic")
 
