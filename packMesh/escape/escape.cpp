@@ -88,7 +88,7 @@ class Escape {
   std::vector<std::int64_t> group(const std::vector<std::int64_t>& wanted) const {
     std::vector<std::int64_t> order = wanted, members;
     for (std::size_t i = 0; i < state_.size(); ++i)
-      if (state_[i].scale == 1.0) order.push_back(static_cast<std::int64_t>(i));
+      if (state_[i].scale == 1.0 && !scene_.isFixed(state_[i])) order.push_back(static_cast<std::int64_t>(i));
     for (const std::int64_t cell : order) {
       if (static_cast<int>(members.size()) == settings_.groupSize) break;
       // At most half of them are below full size: full-size cells may have more room than they need.

@@ -38,6 +38,8 @@ std::optional<Pose> Rooms::largest(const std::vector<Body>& state, std::int64_t 
       const auto u =
           uniform4(scene_.seed, RandomStream::orientation, static_cast<std::uint64_t>(cell), ++trials_);
       pose.orientation = uniformRotation(u[0], u[1], u[2]);
+      const Freedom* freedom = scene_.freedomOf(species);
+      if (freedom && freedom->cone) pose.orientation = freedom->cone->nearest(pose.orientation);
     }
     pose.scale = firstScale;
     bool fits = false;

@@ -122,9 +122,11 @@ class Search {
     part.resume.reset();
     part.checkpoints.reset();
     part.limits.maxSweeps = std::max(part.limits.maxSweeps, sweepsOfRelax(fewestParts));
+    // A trial that stalls is abandoned: a lower rung takes less time than relaxations of a hopeless one.
+    if (part.growth.giveUpAfter == 0) part.growth.giveUpAfter = 1;
     if (problem_.progress)
       part.progress = [this](Progress progress) {
-        progress.stage = "search for the densest packing";
+        if (problem_.method == Method::relaxation) progress.stage = "search for the densest packing";
         progress.sweep += sweepsOfOthers_;
         problem_.progress(progress);
       };
