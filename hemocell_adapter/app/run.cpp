@@ -81,10 +81,8 @@ std::string reachedText(const Scene& scene, const PackingResult& result, const T
       fmt::format("{} {}{}; {} done, including the search for fewer cells",
                   scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time, done.effort());
   const std::string what =
-      result.searched
-          ? "the densest certified packing found"
-          : std::string(scene.escape ? "" : "the time limit ended the search for the densest packing; ") +
-                "a certified packing found";
+      result.searched ? "the densest certified packing found"
+                      : "the time limit ended the search for the densest packing; a certified packing found";
   return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
                      what, tally.redMesh / scene.referenceVolume(),
                      scene.fluidVolume ? "fluid nodes" : "lumen", counts);

@@ -264,6 +264,8 @@ std::vector<std::string> effortLines(const Statistics& s) {
                     "certificate {:.3f} s",
                     s.sweeps, s.repairs, s.placementSeconds, s.relaxationSeconds, s.certificateSeconds));
   }
+  if (s.searching > 0)
+    lines.push_back(fmt::format("Search for the densest packing: {} {} more", s.searching, s.unit()));
   return lines;
 }
 

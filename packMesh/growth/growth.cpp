@@ -70,9 +70,8 @@ std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const GrowthScene& scene) 
 double Growth::range(std::int64_t count) const {
   double reach = 0.0;
   for (std::size_t s = 0; s < lengths_.size(); ++s) {
-    const Sphere sphere = boundingSphere(scene_.shapes[s]->hierarchy(), Placement());
     const double moved = static_cast<double>(planeFunction_.lifetime()) * farthest(1.0, lengths_[s]);
-    reach = std::max(reach, sphere.center.norm() + sphere.radius + moved + paddingAt(1.0, lengths_[s]));
+    reach = std::max(reach, scene_.shapes[s]->reach() + moved + paddingAt(1.0, lengths_[s]));
   }
   return std::max(2.0 * reach + scene_.clearance, planeFunction_.range(count));
 }
@@ -146,6 +145,8 @@ bool Growth::growTo(double barrier, std::int64_t iterations) {
     at_.gaveUp = ++at_.failures == settings_.giveUpAfter;
     if (at_.gaveUp) return true;
   }
+  // In large packings the last cells approach the barrier very slowly.
+  if (at_.sweeps > 0.0 && !anyFrozen_) relaxed(barrier);
   return true;
 }
 

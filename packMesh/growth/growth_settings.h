@@ -40,8 +40,8 @@ struct GrowthSettings {
   /// increased by less than `stalledGrowth` of the deficit (not in the thesis).
   int patience = 5;
   double stalledGrowth = 0.2;
-  /// On a stall, all cells are set to the barrier's scale and relaxed for at most this many sweeps, more
-  /// after a failure; 0: never (not in the thesis).
+  /// On a stall, and after maxIterations, all cells are set to the barrier's scale and relaxed for at most
+  /// this many sweeps, more after a failure; 0: never (not in the thesis).
   int relaxationSweeps = 400;
   /// Growth ends after this many stalls at one barrier if no relaxation helped; 0: it continues, to the next
   /// barrier after maxIterations, as in the thesis.

@@ -114,11 +114,6 @@ void GrowthStage::resume(const PackingState& state) {
   attempt_ = state.growth.attempt;
   statistics_.growth->iterations = state.growth.iterations;
   scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
-  const auto bodiesOf = [](const std::vector<BodyState>& states) {
-    std::vector<Body> bodies;
-    for (const BodyState& body : states) bodies.push_back(bodyOf(body));
-    return bodies;
-  };
   keepBest(bodiesOf(state.growth.best));
   growFrom(bodiesOf(state.cells), state.growth.progress);
 }
@@ -191,16 +186,12 @@ bool GrowthStage::anyReserve() const {
 /// Called by all ranks together. Swapping may gain volume from full cells that become smaller: if that
 /// reduces the volume of the full cells, the state is left unchanged.
 void GrowthStage::escapeFromBest() {
-  std::vector<BodyState> own;
-  for (const Body& cell : best_) own.push_back(stateOf(cell));
-  std::vector<Body> state;
-  for (const BodyState& cell : problem_.communicator.gatherAll(own)) state.push_back(bodyOf(cell));
+  std::vector<Body> state = bodiesOf(problem_.communicator.gatherAll(statesOf(best_)));
   std::sort(state.begin(), state.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
   const double before = fullVolume(state);
   GrowthScene scene = scene_;
   scene.communicator = Communicator();
   if (!problem_.communicator.alone()) scene.stop = {};  // ranks must take the same decisions
-  const Timer watch(statistics_.growthSeconds);
   const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
     return makePlaneFunction(problem_.planeSource, part, tetrahedra_);
   };

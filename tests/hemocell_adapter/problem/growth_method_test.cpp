@@ -77,7 +77,8 @@ TEST_CASE("The executable passes on the growth parameters", "[executable]") {
     CAPTURE(other);
     CHECK(posOf(std::string("--growth ") + other) != plain);
   }
-  Ran ran = run(folder.path(), command + "--growth iterations 1 --growth barriers 1");
+  Ran ran =
+      run(folder.path(), command + "--growth iterations 1 --growth barriers 1 --growth relaxationSweeps 0");
   CHECK(ran.exitCode == 3);
   ran = run(folder.path(), command + "--growth iterations 0");
   CHECK(ran.exitCode == 1);
