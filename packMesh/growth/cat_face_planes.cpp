@@ -2,28 +2,25 @@
 #include "packMesh/growth/cat_face_planes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/growth/face_planes.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/tetrahedralise.h"
-#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 namespace {
-
-/// Distance outside the bounds up to which images of cells are included, in mean spacings of cells and
-/// largest radii: cells further away do not affect growth.
-constexpr double marginSpacings = 1.0;
 
 /// Limit of the cosine between the normal of a face and the gap, below which a face belongs to a sliver (see
 /// planesOfFaces()).
 constexpr double sliverCosine = 0.3;
 
 /// Cells per block: the surrounding cells, which are included in the runs of several blocks, should not
-/// outnumber them by much.
+/// outnumber them.
 constexpr std::int64_t cellsOfBlock = 100;
 
 /// TetGen takes nearly all of the time. Between two runs, the corners of its tetrahedra move with the cells:
@@ -49,17 +46,6 @@ CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int
 
 std::int64_t CatFacePlanes::cellsAtOnce() const {
   return cellsOfBlock;
-}
-
-double CatFacePlanes::range(std::int64_t count) const {
-  double largest = 0.0;
-  for (const Shape* shape : scene_.shapes) largest = std::max(largest, shape->radius());
-  return margin(largest, count) + 2.0 * largest;
-}
-
-/// Distance from the bodies within which images and cells of other blocks are included [µm].
-double CatFacePlanes::margin(double largestRadius, std::int64_t count) const {
-  return largestRadius + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(count));
 }
 
 std::int64_t CatFacePlanes::lifetime() const {
@@ -92,30 +78,31 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   return planes;
 }
 
-/// Collects the requested cells and those of which an image is within the margin of them.
-void CatFacePlanes::chooseMembers(const PlaneRequest& request, Around& around) {
-  const std::vector<Body>& cells = request.surroundings.cells();
-  around.members.clear();
-  input_.primary.clear();
-  if (static_cast<std::int64_t>(request.wanted.size()) == request.count) {
-    around.members = request.wanted;
-    return;
+/// Collects the requested cells, and the cells and images that they can reach before the next run.
+void CatFacePlanes::chooseBodies(const PlaneRequest& request, Around& around) {
+  using Image = std::pair<std::int64_t, std::array<double, 3>>;
+  std::vector<Image> images;
+  const auto add = [&](std::int64_t cell, const Vec3& shift) {
+    images.push_back({cell, {shift.x(), shift.y(), shift.z()}});
+  };
+  const auto isWanted = [&](std::int64_t cell) {
+    return std::binary_search(request.wanted.begin(), request.wanted.end(), cell);
+  };
+  for (const std::int64_t cell : request.wanted) add(cell, Vec3::Zero());
+  const double further = 2.0 * static_cast<double>(iterationsPerRun - 1) * request.motion;
+  for (const NearPair& pair : request.surroundings.pairsOf(request.wanted, further)) {
+    if (isWanted(pair.first)) add(pair.second, pair.shift);
+    if (isWanted(pair.second)) add(pair.first, -pair.shift);
   }
-  const Vec3& first = cells[request.wanted.front()].position;
-  input_.region = Box{first, first};
-  for (const std::int64_t cell : request.wanted) input_.region.add(cells[cell].position);
-  for (std::int64_t cell = 0; cell < static_cast<std::int64_t>(cells.size()); ++cell) {
-    const Body& body = cells[cell];
-    const double reach = input_.margin + 2.0 * body.scale * scene_.shapes[body.species]->radius();
-    const bool wanted = std::binary_search(request.wanted.begin(), request.wanted.end(), cell);
-    bool near = wanted;
-    forEachImage(body.position, reach, input_.bounds, input_.period, [&](const ImageShift& n) {
-      const Vec3 image = body.position + displacement(n, input_.period);
-      near = near || input_.region.squaredDistance(image) < reach * reach;
-    });
-    if (!near) continue;
-    around.members.push_back(cell);
-    input_.primary.push_back(wanted);
+  std::sort(images.begin(), images.end());
+  images.erase(std::unique(images.begin(), images.end()), images.end());
+  around.members.clear();
+  input_.bodies.clear();
+  for (const auto& [cell, shift] : images) {
+    if (around.members.empty() || around.members.back() != cell) around.members.push_back(cell);
+    const Vec3 by(shift[0], shift[1], shift[2]);
+    input_.bodies.push_back(
+        {static_cast<int>(around.members.size()) - 1, by, by.isZero(0.0) && isWanted(cell)});
   }
 }
 
@@ -124,9 +111,8 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
   const std::vector<Body>& cells = request.surroundings.cells();
   around.tetrahedra = Tetrahedra();
   around.failed = false;
-  input_.margin = margin(request.largestRadius, request.count);
-  chooseMembers(request, around);
-  if (around.members.size() < 2 && input_.period.isZero()) {
+  chooseBodies(request, around);
+  if (input_.bodies.size() < 2) {
     around.members.clear();
     return;
   }

@@ -339,7 +339,8 @@ Tetrahedra tetrahedralise(const TetrahedraInput& input) {
   if (!input.valid) requireValid(input);
   if (input.objects.empty()) throw InputError("tetrahedralisation needs at least one object");
   const bool periodic = (input.period.array() > 0.0).any();
-  const double margin = periodic && !(input.margin > 0.0) ? sufficientMargin(input) : input.margin;
+  const bool measured = periodic && input.bodies.empty() && !(input.margin > 0.0);
+  const double margin = measured ? sufficientMargin(input) : input.margin;
   if (periodic && input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace)
     return periodicFreeSpace(input, margin);
   return tetrahedraWithin(input, margin).result;
