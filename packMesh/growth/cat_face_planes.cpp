@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "packMesh/core/error.h"
@@ -27,6 +28,23 @@ constexpr std::int64_t cellsOfBlock = 100;
 /// for so few iterations, their faces remain nearly those of new tetrahedra.
 constexpr std::int64_t iterationsPerRun = 4;
 
+/// Which vertices of a mesh are also vertices of another.
+std::vector<char> sharedVertices(const TriangleMesh& mesh, const TriangleMesh& other) {
+  const auto key = [](const Vec3& v) { return std::array<double, 3>{v.x(), v.y(), v.z()}; };
+  std::set<std::array<double, 3>> others;
+  for (const Vec3& v : other.vertices) others.insert(key(v));
+  std::vector<char> shared;
+  for (const Vec3& v : mesh.vertices) shared.push_back(others.count(key(v)) > 0);
+  return shared;
+}
+
+/// Adds the vertices of all triangles with a chosen vertex.
+void addRing(const TriangleMesh& mesh, std::vector<char>& chosen) {
+  const std::vector<char> before = chosen;
+  for (const Triangle& t : mesh.triangles)
+    if (before[t[0]] || before[t[1]] || before[t[2]]) chosen[t[0]] = chosen[t[1]] = chosen[t[2]] = 1;
+}
+
 }  // namespace
 
 CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts)
@@ -34,8 +52,11 @@ CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int
   for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
     const LevelsOfDetail& levels = chords_.levels(static_cast<int>(s));
     levels_.emplace_back();
-    for (int level = 0; level < levels.count(); ++level)
+    outlines_.emplace_back();
+    for (int level = 0; level < levels.count(); ++level) {
       levels_.back().push_back(std::make_unique<MeshHierarchy>(levels.mesh(level)));
+      outlines_.back().push_back(sharedVertices(levels.mesh(level), levels.mesh(levels.count() - 1)));
+    }
   }
   input_.period = scene.container->period();
   input_.bounds = scene.container->bounds();
@@ -78,6 +99,30 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   return planes;
 }
 
+/// Chooses the points: the vertices within reach of another cell, and of the remaining surfaces few.
+void CatFacePlanes::choosePoints(const PlaneRequest& request, const Around& around) {
+  std::vector<std::vector<char>>& points = input_.points;
+  points.assign(around.members.size(), {});
+  const auto meshOf = [&](std::size_t object) { return &input_.objects[object].mesh->mesh(); };
+  const auto objectOf = [&](std::int64_t cell) {
+    return static_cast<std::size_t>(std::lower_bound(around.members.begin(), around.members.end(), cell) -
+                                    around.members.begin());
+  };
+  for (std::size_t object = 0; object < points.size(); ++object)
+    points[object].assign(meshOf(object)->vertices.size(), 0);
+  for (const NearPair& pair : around.pairs) {
+    const std::size_t a = objectOf(pair.first), b = objectOf(pair.second);
+    chords_.markWithinReach(request, pair, {meshOf(a), meshOf(b)}, {&points[a], &points[b]});
+  }
+  for (std::size_t object = 0; object < points.size(); ++object) {
+    addRing(*meshOf(object), points[object]);
+    const int species = request.surroundings.cells()[around.members[object]].species;
+    std::size_t level = 0;
+    while (levels_[species][level].get() != input_.objects[object].mesh) ++level;
+    for (std::size_t v = 0; v < points[object].size(); ++v) points[object][v] |= outlines_[species][level][v];
+  }
+}
+
 /// Collects the requested cells, and the cells and images that they can reach before the next run.
 void CatFacePlanes::chooseBodies(const PlaneRequest& request, Around& around) {
   using Image = std::pair<std::int64_t, std::array<double, 3>>;
@@ -90,7 +135,8 @@ void CatFacePlanes::chooseBodies(const PlaneRequest& request, Around& around) {
   };
   for (const std::int64_t cell : request.wanted) add(cell, Vec3::Zero());
   const double further = 2.0 * static_cast<double>(iterationsPerRun - 1) * request.motion;
-  for (const NearPair& pair : request.surroundings.pairsOf(request.wanted, further)) {
+  around.pairs = request.surroundings.pairsOf(request.wanted, further);
+  for (const NearPair& pair : around.pairs) {
     if (isWanted(pair.first)) add(pair.second, pair.shift);
     if (isWanted(pair.second)) add(pair.first, -pair.shift);
   }
@@ -129,6 +175,7 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
       input_.objects.push_back({levels_[cell.species][index].get(), scene_.placement(cell.pose())});
     }
     around.objects = input_.objects;
+    choosePoints(request, around);
     try {
       input_.stop = scene_.stop;
       around.tetrahedra = packmesh::tetrahedralise(input_);

@@ -43,11 +43,13 @@ class CatFacePlanes : public PlaneFunction {
   /// The tetrahedra around one group of cells.
   struct Around {
     std::vector<std::int64_t> members;  ///< the cells included
+    std::vector<NearPair> pairs;        ///< that can come within reach
     std::vector<PlacedMesh> objects;    ///< these, at their positions when the points were last moved
     Tetrahedra tetrahedra;
     bool failed = false;
   };
 
+  void choosePoints(const PlaneRequest& request, const Around& around);
   void tetrahedralise(const PlaneRequest& request, Around& around);
   void chooseBodies(const PlaneRequest& request, Around& around);
   void follow(const PlaneRequest& request, Around& around) const;
@@ -55,6 +57,8 @@ class CatFacePlanes : public PlaneFunction {
   const GrowthScene& scene_;
   ChordPlanes chords_;
   std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
+  /// Per species and level, which vertices are those of the coarsest level.
+  std::vector<std::vector<std::vector<char>>> outlines_;
   TetrahedraInput input_;
   std::vector<Around> around_;  ///< per batch
   ChordalFaces split_;

@@ -58,6 +58,9 @@ struct TetrahedraInput {
   /// Objects and images of them to be tetrahedralised, in any order; only `object`, `shift` and `primary` are
   /// read. Empty: all objects within the bounds, as primary bodies, and their images up to the margin.
   std::vector<TetrahedraBody> bodies;
+  /// Per object, which of its vertices are points, and with them the triangles between these; empty: all. For
+  /// TetrahedraKept::joining, where parts of surfaces that face no other within reach can do with few.
+  std::vector<std::vector<char>> points;
   /// Images of objects up to this distance outside the bounds are included [µm]; 0: as far as necessary for
   /// the tetrahedra at primary bodies to be those of the infinite periodic arrangement.
   double margin = 0.0;
