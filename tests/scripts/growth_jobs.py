@@ -12,6 +12,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -428,6 +429,21 @@ def planes_from_faces_in_a_periodic_box(j):
     j.pack("10 10 10 --rbc 1 --plt 1 --ends periodic --orient RBC 0 0 1 30 --builder cat-faces")
     require_axes(j.cells(), (0, 0, 1), 30)
     j.check("--box 10 10 10 --ends periodic")
+
+
+@job
+def growth_frames(j):
+    j.pack("--cylinder x 6 12 --rbc 4 --growth-frames 15")
+    frames = j.folders[0] / "growth_frames"
+    for series in ("growth.pvd", "cat_cells.pvd"):
+        files = re.findall(r'timestep="(\d+)" file="([^"]+)"', (frames / series).read_text())
+        require(len(files) >= 2 and [int(state) for state, _ in files] == list(range(0, 15 * len(files), 15)), f"{series}: {files}")
+        for _, name in files:
+            head = (frames / name).read_bytes()[:2000].decode(errors="replace")
+            polygons = int(re.search(r'NumberOfPolys="(\d+)"', head).group(1))
+            require(polygons == 4 * 1280 if series == "growth.pvd" else polygons > 4 * 100, f"{name}: {polygons} polygons")
+    j.pack("9 9 9 --rbc 2 --ends periodic --growth-frames 30 --output-dir periodic")
+    require((j.folders[0] / "periodic" / "growth_frames" / "cat_cells_0000.vtp").exists(), "no CAT cells in a periodic box")
 
 
 @job
