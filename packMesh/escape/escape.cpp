@@ -78,7 +78,8 @@ class Escape {
       if (!stopped()) work(phase);
     }
     const std::vector<Body> own = cells_.own();
-    std::vector<std::int64_t> sums = {phase.tried, phase.changed, static_cast<std::int64_t>(own.size()), 0, 0};
+    std::vector<std::int64_t> sums = {phase.tried, phase.changed, static_cast<std::int64_t>(own.size()), 0,
+                                      0};
     for (const Body& cell : own) {
       const double share = scene_.shapes[cell.species]->volume() / scene_.container->volume();
       sums[3] += cell.scale == 1.0;
@@ -118,22 +119,24 @@ class Escape {
     for (int colour = 0; colour < BlockGrid::colours; ++colour) {
       if (!cells_.grid().has(colour)) continue;
       if (stopped()) return;
-      std::int64_t tried = 0, mostTrials = trials_;
+      std::int64_t tried = 0;
+      Rooms::Counters most = counters_;
       std::vector<Body> added;
       for (const GrowingCells::Block& block : cells_.blocksOf(colour)) {
         if (!chosen(block.number)) continue;
-        Rooms::Trials trials{permittedIn(block.number), [this] { return stoppedHere(); }, trials_};
+        Rooms::Trials trials{permittedIn(block.number), [this] { return stoppedHere(); }, counters_};
         BlockEscape escape(scene_, settings_, rooms_, trials, cells_.grid().boxOf(block.number),
                            cellsOf(block),
                            nextId_ + static_cast<std::int64_t>(block.number) * settings_.holes);
         work(block.number, escape);
         tried += escape.tried();
         phase.changed += escape.changed();
-        mostTrials = std::max<std::int64_t>(mostTrials, trials.count);
+        most.trials = std::max(most.trials, trials.counters.trials);
+        most.iterations = std::max(most.iterations, trials.counters.iterations);
         takeBack(block, escape.cells(), added);
       }
       phase.tried += tried;
-      trials_ = static_cast<std::uint32_t>(-ranks.min(-mostTrials));
+      counters_ = {-ranks.min(-most.trials), -ranks.min(-most.iterations)};
       if (ranks.any(tried > 0)) exchange(std::move(added));
     }
   }
@@ -148,9 +151,7 @@ class Escape {
 
   LocalGrowth::Permitted permittedIn(int block) const {
     if (cells_.grid().count() == 1) return {};
-    return [this, block](const Vec3& p) {
-      return cells_.grid().squaredDistance(p, block) < drift_ * drift_;
-    };
+    return [this, block](const Vec3& p) { return cells_.grid().squaredDistance(p, block) < drift_ * drift_; };
   }
 
   /// Of a block and, frozen, those around it.
@@ -281,7 +282,7 @@ class Escape {
   double drift_;  ///< [µm]
   GrowingCells cells_;
   Rooms rooms_;
-  std::uint32_t trials_ = 0;  ///< most in one block so far, over all phases
+  Rooms::Counters counters_;  ///< the largest of any block so far, so that no block repeats random numbers
   bool left_ = false;         ///< this rank has abandoned work
   std::vector<EscapePhase> phases_;
 };

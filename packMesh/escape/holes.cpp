@@ -90,6 +90,7 @@ std::vector<Vec3> Holes::circumcentres(const Surroundings& around) const {
     input.objects.push_back({coarse_[cell.species].get(), cell.pose().placement()});
   input.period = around.period;
   input.bounds = scene_.container->bounds();
+  if (std::isfinite(around.range)) input.margin = around.range;
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
   input.valid = true;  // only vertices are used

@@ -33,7 +33,7 @@ class Holes {
   std::vector<Vec3> circumcentres(const Surroundings& around) const;
 
   const GrowthScene& scene_;
-  std::vector<SurfaceDistance> fields_;                ///< per species
+  std::vector<SurfaceDistance> fields_;                 ///< per species
   std::vector<std::unique_ptr<MeshHierarchy>> coarse_;  ///< per species: its coarsest mesh
 };
 

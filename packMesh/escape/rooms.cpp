@@ -26,8 +26,7 @@ Rooms::Rooms(const GrowthScene& scene, const GrowthSettings& settings, const Pla
              int orientations)
     : scene_(scene), growth_(scene, settingsOfTrials(settings), factory), orientations_(orientations) {}
 
-std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, int species,
-                                   Trials& trials) {
+std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials) {
   std::optional<Pose> best;
   Body& body = state[cell];
   const Body before = body;
@@ -36,7 +35,7 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
     Pose pose = before.pose();
     if (scene_.rotate) {
       const auto u = uniform4(scene_.seed, RandomStream::orientation, static_cast<std::uint64_t>(body.id),
-                              ++trials.count);
+                              static_cast<std::uint32_t>(++trials.counters.trials));
       pose.orientation = uniformRotation(u[0], u[1], u[2]);
       const Freedom* freedom = scene_.freedomOf(species);
       if (freedom && freedom->cone) pose.orientation = freedom->cone->nearest(pose.orientation);
@@ -48,7 +47,7 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
       fits = growth_.valid({cell}, state);
     }
     if (!fits) continue;
-    const bool full = growth_.grow({cell}, trials.stop, state, statistics_, trials.permitted);
+    const bool full = grow(state, cell, trials);
     if (!best || body.scale > best->scale) best = body.pose();
     if (full || !scene_.rotate) break;
   }
@@ -56,8 +55,16 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
   return best;
 }
 
-void Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, const Trials& trials) {
-  growth_.grow({cell}, trials.stop, state, statistics_, trials.permitted);
+void Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
+  grow(state, cell, trials);
+}
+
+bool Rooms::grow(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
+  GrowthStatistics statistics;
+  statistics.iterations = trials.counters.iterations;
+  const bool full = growth_.grow({cell}, trials.stop, state, statistics, trials.permitted);
+  trials.counters.iterations = statistics.iterations;
+  return full;
 }
 
 }  // namespace packmesh

@@ -20,11 +20,15 @@ class Rooms {
   Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
         int orientations);
 
+  /// Numbers so far, which determine the random numbers of the next trial.
+  struct Counters {
+    std::int64_t trials = 0, iterations = 0;
+  };
   /// What the trials of a part of the state have in common.
   struct Trials {
     LocalGrowth::Permitted permitted;
     std::function<bool()> stop;
-    std::uint32_t count = 0;  ///< so far; determines, with the id of the cell, the random numbers
+    Counters counters;
   };
 
   /// The largest size that a body of `species` reaches in the room of `cell` in its place: the suitability
@@ -34,7 +38,7 @@ class Rooms {
   std::optional<Pose> largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials);
 
   /// Grows `cell` from its present pose. Never lowers its scale.
-  void enlarge(std::vector<Body>& state, std::int64_t cell, const Trials& trials);
+  void enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials);
 
   /// True if two cells could meet.
   bool neighbours(const Body& a, const Body& b) const { return growth_.near(a, b, scene_.clearance); }
@@ -45,10 +49,11 @@ class Rooms {
   }
 
  private:
+  bool grow(std::vector<Body>& state, std::int64_t cell, Trials& trials);
+
   const GrowthScene& scene_;
   LocalGrowth growth_;
   int orientations_;
-  GrowthStatistics statistics_;
 };
 
 }  // namespace packmesh

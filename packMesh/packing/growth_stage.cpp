@@ -215,7 +215,8 @@ std::vector<Body> GrowthStage::bySpecies(const std::vector<Body>& cells) const {
   std::vector<std::int64_t> next = ranks.sumBefore(counts);
   ranks.sum(counts);
   for (std::size_t s = 1; s < next.size(); ++s)
-    next[s] += std::accumulate(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(s), std::int64_t{0});
+    next[s] +=
+        std::accumulate(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(s), std::int64_t{0});
   for (Body& cell : numbered) cell = makeBody(next[cell.species]++, cell.species, cell.pose());
   std::sort(numbered.begin(), numbered.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
   return numbered;
