@@ -448,7 +448,7 @@ def escape_in_several_blocks(j):
            "--best-effort --growth iterations 6 --growth attempts 1 --growth relaxationSweeps 0 --report r.json")
     phases = j.report()["statistics"]["escape"]
     require(phases[-1]["coverage"] > phases[0]["coverage"] and phases[-1]["changed"] > 0, f"no gain: {phases}")
-    j.check("--box 16 5.5 5.5 --ends periodic")
+    j.check("--box 16 5.5 5.5 --ends periodic --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1")
 
 
 @job
