@@ -359,11 +359,7 @@ void Attempt::take(const PackingResult& fewer) {
   // Ids of the cells in the complete problem: the first ones of every species.
   std::vector<std::int64_t> counts(problem_.species.size(), 0);
   for (const PlacedCell& cell : fewer.cells) ++counts[cell.species];
-  std::vector<std::int64_t> before(counts.size(), 0);  // number of cells per species on lower ranks
-  const std::size_t species = counts.size();
-  const std::vector<std::int64_t> all = problem_.communicator.gatherAll(counts);
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (static_cast<int>(i / species) < problem_.communicator.rank()) before[i % species] += all[i];
+  std::vector<std::int64_t> before = problem_.communicator.sumBefore(counts);
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < fewer.cells.size(); ++i) {
     const int of = fewer.cells[i].species;

@@ -459,6 +459,15 @@ def escape(j):
 
 
 @job
+def escape_in_several_blocks(j):
+    j.pack("16 5.5 5.5 --rbc 0 --plt 0 --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1 --ends periodic --escape --stock Small 5 "
+           "--best-effort --growth iterations 6 --growth attempts 1 --growth relaxationSweeps 0 --report r.json")
+    phases = j.report()["statistics"]["escape"]
+    require(phases[-1]["coverage"] > phases[0]["coverage"] and phases[-1]["changed"] > 0, f"no gain: {phases}")
+    j.check("--box 16 5.5 5.5 --ends periodic --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1")
+
+
+@job
 def escape_keeps_fixed_cells(j):
     j.prepare("--sphere 7 --plt 6 --rbc 1 --seed 8 --output-dir first")
     j.pack("--sphere 7 --plt 6 --rbc 5 --fixed first/PLT.pos --fixed first/RBC.pos --cell Ball 4 2.2 2.2 2.2 --best-effort "
