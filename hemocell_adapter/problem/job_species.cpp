@@ -140,6 +140,20 @@ void useCase(const CaseConfig& config, const SpeciesRequest& request, CellSpecie
   species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
 }
 
+/// The template of a running HemoCell.
+void useRunning(const RunningCase& running, const SpeciesRequest& request, CellSpecies& species) {
+  const BuiltCell* built = running.cell(request.name);
+  if (!built) {
+    std::vector<std::string> names;
+    for (const BuiltCell& cell : running.cells) names.push_back(cell.name);
+    throw InputError(fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(names)));
+  }
+  species.kind = CellSpecies::Template::built;
+  species.builtMesh = built->mesh;
+  species.model.hemocellVolume = built->hemocellVolume;
+  species.origin = "built by HemoCell";
+}
+
 /// The shape of cells of this name in HemoCell and packCells.
 void useDefault(CellSpecies& species) {
   if (const auto model = defaultModel(species.name)) {
@@ -155,6 +169,7 @@ void useDefault(CellSpecies& species) {
 
 /// The shape of the cells.
 void resolveTemplate(const Job& job, const SpeciesRequest& request, CellSpecies& species) {
+  if (job.running) return useRunning(*job.running, request, species);
   if (request.meshFile) return useMesh(request, species);
   if (request.meshScale || request.meshFrame)
     throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
@@ -280,9 +295,22 @@ class PackedSpecies {
   /// Species whose number is determined by the hematocrit.
   void addRedCells() {
     if (fillerOf(all_)) return;
-    if (find(all_, "RBC") != all_.end())
-      throw InputError("the number of 'RBC' follows from the hematocrit, so they cannot have a count");
-    add("RBC", 0);
+    const std::string name = nameOfRedCells();
+    if (find(all_, name) != all_.end())
+      throw InputError(
+          fmt::format("the number of '{}' follows from the hematocrit, so they cannot have a count", name));
+    add(name, 0);
+  }
+
+  /// RBC; in a running HemoCell without cells of that name, its first red ones.
+  std::string nameOfRedCells() const {
+    if (!job_.running || job_.running->cell("RBC")) return "RBC";
+    for (const BuiltCell& cell : job_.running->cells) {
+      SpeciesRequest request;
+      request.name = cell.name;
+      if (isRedCell(request)) return cell.name;
+    }
+    return "RBC";
   }
 
   void addPlatelets() {
@@ -297,6 +325,11 @@ class PackedSpecies {
 
   /// @throws InputError if they are requested and the case does not have them
   bool knowsPlatelets() const {
+    if (job_.running) {
+      if (!job_.running->cell("PLT") && plateletRatio_)
+        throw InputError("the case has no cell type 'PLT'; --plt_ratio asks for platelets");
+      return job_.running->cell("PLT");
+    }
     if (!job_.config || isThere(job_.config->folder / "PLT.xml")) return true;
     if (plateletRatio_)
       throw InputError(fmt::format("{}: no such file; --plt_ratio asks for platelets",

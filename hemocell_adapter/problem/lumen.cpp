@@ -162,7 +162,7 @@ Lumen domainBox(const Job& job) {
 Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string> notices) {
   Lumen lumen;
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
-  lumen.container = makeVoxelLumen(lumen.lattice, periodic);
+  lumen.container = makeVoxelLumen(lumen.lattice, {periodic, false, false});
   lumen.note = fmt::format(
       "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
       "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
@@ -421,7 +421,62 @@ Lumen ownLumen(const Job& job) {
 
 }  // namespace
 
+namespace {
+
+/// The nodes that are fluid, if they are those of a box: its corners, both included.
+std::optional<std::array<std::array<int, 3>, 2>> fluidBox(const Lattice& lattice) {
+  const std::array<int, 3> n = lattice.nodes();
+  std::array<int, 3> lo = n, hi = {-1, -1, -1};
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i) {
+        if (!lattice.fluid(i, j, k)) continue;
+        const std::array<int, 3> at = {i, j, k};
+        for (int a = 0; a < 3; ++a) {
+          lo[a] = std::min(lo[a], at[a]);
+          hi[a] = std::max(hi[a], at[a]);
+        }
+      }
+  std::int64_t nodes = 1;
+  for (int a = 0; a < 3; ++a) nodes *= std::max(0, hi[a] - lo[a] + 1);
+  if (nodes == 0 || nodes != lattice.fluidNodes()) return {};
+  return std::array<std::array<int, 3>, 2>{lo, hi};
+}
+
+/// The fluid nodes of a running HemoCell. Boxes of them are the boxes that domainBox() makes.
+Lumen runningLumen(const Job& job) {
+  const RunningCase& running = *job.running;
+  Lumen lumen;
+  lumen.lattice = running.lattice;
+  lumen.acceptedOnly = true;
+  lumen.note = fmt::format("the fluid nodes of {}, whose volume the hematocrit refers to",
+                           running.isPreInlet ? "HemoCell's pre-inlet" : "the running HemoCell");
+  std::array<bool, 3> periodic = running.periodic;
+  for (bool& axis : periodic) axis = axis && *job.periodicEnds;
+  if (const auto box = fluidBox(*running.lattice)) {
+    const double dx = running.lattice->dx();
+    Box bounds = running.lattice->keptRegion();
+    lumen.solidWalls = false;
+    for (int k = 0; k < 3; ++k) {
+      const bool walls = (*box)[0][k] > 0 || (*box)[1][k] < running.lattice->nodes()[k] - 1;
+      periodic[k] = periodic[k] && !walls;
+      lumen.solidWalls = lumen.solidWalls || walls;
+      if (!walls) continue;
+      bounds.lo[k] = dx * ((*box)[0][k] - 0.5);
+      bounds.hi[k] = dx * ((*box)[1][k] + 0.5);
+    }
+    lumen.container = makeBox(bounds, periodic);
+  } else {
+    lumen.container = makeVoxelLumen(running.lattice, periodic);
+  }
+  lumen.periodic = periodic[0] || periodic[1] || periodic[2];
+  return lumen;
+}
+
+}  // namespace
+
 Lumen makeLumen(const Job& job) {
+  if (job.running) return runningLumen(job);
   if (job.container) return ownLumen(job);
   if (job.boxSize) return boxLumen(job);
   if (job.config->domain.geometry) return vesselLumen(job);
