@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include <fmt/format.h>
-
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -72,6 +71,8 @@ std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& r
   auto running = std::make_shared<RunningCase>();
   hemocell::together(ranks, [&] { running->config = hemocell::packingConfigOf(system.config, "config.xml"); });
   hemocell::Settings& packing = running->config.packing;
+  for (const CellType& type : system.types)  // in HemoCell's order, before unknown names
+    if (request.counts.count(type.name) + request.ratios.count(type.name) > 0) speciesNamed(packing, type.name);
   for (const auto& [name, count] : request.counts) speciesNamed(packing, name).count = count;
   for (const auto& [name, ratio] : request.ratios) speciesNamed(packing, name).ratio = ratio;
   running->lattice = latticeOf(system, ranks);
@@ -162,23 +163,88 @@ class Distribution {
   std::vector<Region> regions_;
 };
 
-}  // namespace
+/// The rigid motion of the template that fits best (Kabsch): largest trace of R sum (v - v0) (p - p0)^T.
+hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningCase& running) {
+  const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
+  std::vector<Vec3> points;
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    const auto& v = cell.vertices[i];
+    points.push_back(system.dx * Vec3(v[0] - double(system.first[0]), v[1] - double(system.first[1]),
+                                      v[2] - double(system.first[2])));
+    from += shape[i];
+    to += points.back();
+  }
+  from /= double(shape.size());
+  to /= double(shape.size());
+  Mat3 moments = Mat3::Zero();
+  for (std::size_t i = 0; i < shape.size(); ++i) moments += (points[i] - to) * (shape[i] - from).transpose();
+  const Eigen::JacobiSVD<Mat3> parts(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vec3 signs = Vec3::Ones();
+  if ((parts.matrixU() * parts.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
+  const Mat3 rotation = parts.matrixU() * signs.asDiagonal() * parts.matrixV().transpose();
+  hemocell::MovedCell moved;
+  moved.type = cell.type;
+  moved.id = cell.id;
+  moved.pose.orientation = Quaternion(rotation).normalized();
+  moved.pose.position = to - rotation * from;
+  for (std::size_t i = 0; i < shape.size(); ++i)
+    moved.residual += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();
+  moved.residual = std::sqrt(moved.residual / double(shape.size()));
+  for (int a = 0; a < 3; ++a) {  // into the first period
+    const double period = running.lattice->nodes()[a] * system.dx, lo = -0.5 * system.dx;
+    double& p = moved.pose.position[a];
+    if (system.periodic[a]) p -= period * std::floor((p - lo) / period);
+  }
+  return moved;
+}
 
-Filling fill(const System& system, const Request& request) {
+/// Calls work(running, ranks), and turns exceptions into a message.
+template <class Work>
+Filling guarded(const System& system, const Request& request, const Work& work) {
   Filling filling;
   try {
     const Communicator ranks = Communicator::copyOf(system.ranks);
     hemocell::log::setLevel(ranks.rank() > 0 ? hemocell::log::Level::silent : hemocell::log::Level::normal);
-    const std::shared_ptr<const RunningCase> running = caseOf(system, request, ranks);
-    const hemocell::Filling packed = hemocell::fill(running, request.words, ranks);
-    filling.counts = packed.counts;
-    filling.cells = Distribution(system, *running, ranks)(packed.cells);
+    filling = work(caseOf(system, request, ranks), ranks);
   } catch (...) {
     const hemocell::Failure failure = hemocell::failureOfException();
     filling.exitCode = int(failure.code);
     filling.message = failure.message;
   }
   return filling;
+}
+
+Filling distributed(const hemocell::Filling& packed, const System& system, const RunningCase& running,
+                    const Communicator& ranks) {
+  Filling filling;
+  filling.counts = packed.counts;
+  filling.cells = Distribution(system, running, ranks)(packed.cells);
+  return filling;
+}
+
+}  // namespace
+
+Filling fill(const System& system, const Request& request) {
+  return guarded(system, request, [&](const auto& running, const Communicator& ranks) {
+    return distributed(hemocell::fill(running, request.words, ranks), system, *running, ranks);
+  });
+}
+
+Filling load(const System& system, const std::string& stateFile) {
+  return guarded(system, {}, [&](const auto& running, const Communicator& ranks) {
+    return distributed(hemocell::fillFromState(running, stateFile, ranks), system, *running, ranks);
+  });
+}
+
+Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
+             const std::string& stateFile) {
+  return guarded(system, {}, [&](const auto& running, const Communicator& ranks) {
+    std::vector<hemocell::MovedCell> moved;
+    for (const DeformedCell& cell : cells) moved.push_back(fitted(cell, system, *running));
+    hemocell::saveCells(running, moved, iteration, stateFile, ranks);
+    return Filling();
+  });
 }
 
 }  // namespace packmesh::plugin

@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/packing/state_cells.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -48,6 +49,15 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
   return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
 }
 
+/// The cells of a kind in a state, as their lines in a .pos file.
+std::vector<PosLine> linesOfState(const fs::path& file, const std::string& name) {
+  const StateCells state = readStateCells(file, Communicator());
+  std::vector<PosLine> lines;
+  for (const StateCell& cell : state.cells)
+    if (state.species[cell.species].name == name) lines.push_back(posLineOf(cell.pose));
+  return lines;
+}
+
 /// Reads existing cells.
 void readPresent(const SpeciesRequest& request, CellSpecies& species, std::vector<std::string>& warnings) {
   std::error_code ignored;
@@ -57,7 +67,7 @@ void readPresent(const SpeciesRequest& request, CellSpecies& species, std::vecto
                     request.name, request.fixed->string()));
   const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
     if (!file) return;
-    lines = readPos(*file, &warnings);
+    lines = isState(*file) ? linesOfState(*file, request.name) : readPos(*file, &warnings);
     from = file->string();
   };
   read(request.fixed, species.fixed, species.fixedFrom);
@@ -354,6 +364,16 @@ class PackedSpecies {
 
 }  // namespace
 
+void nameSpeciesOfStates(Settings& settings) {
+  const auto take = [&](const std::vector<fs::path>& files, std::optional<fs::path> SpeciesRequest::*member) {
+    for (const fs::path& file : files)
+      for (const StateCells::Kind& kind : readStateCells(file, Communicator()).species)
+        speciesNamed(settings, kind.name).*member = file;
+  };
+  take(settings.fixedStates, &SpeciesRequest::fixed);
+  take(settings.startStates, &SpeciesRequest::start);
+}
+
 void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
   for (const SpeciesRequest& request : PackedSpecies(job, std::move(settings), options)())
     job.species.push_back(resolved(job, request));
@@ -363,13 +383,17 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
 void chooseCheckedSpecies(Job& job, const Settings& settings) {
   std::error_code error;
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(job.outputDirectory, error)) {
-    if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
+  if (!settings.startStates.empty()) {
+    for (const SpeciesRequest& request : settings.species)
+      if (request.start) names.push_back(request.name);
+  } else {
+    for (const auto& entry : fs::directory_iterator(job.outputDirectory, error))
+      if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
   }
   if (error) throw InputError(fmt::format("{}: cannot be read as a folder", job.outputDirectory.string()));
   std::sort(names.begin(), names.end());
   for (const SpeciesRequest& request : settings.species) {
-    if (std::find(names.begin(), names.end(), request.name) == names.end()) {
+    if (settings.startStates.empty() && std::find(names.begin(), names.end(), request.name) == names.end()) {
       job.warnings.push_back(fmt::format("there is no {}.pos", request.name));
     }
   }

@@ -190,6 +190,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
 
   const Settings options = commandLine.settings();
   settings = withOptions(settings, commandLine);
+  nameSpeciesOfStates(settings);
   takeSettings(job, settings);
   chooseEnds(job);
   if (job.running && !job.periodicEnds) job.periodicEnds = true;  // where the running system is
@@ -204,7 +205,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   }
   if (job.command == Command::check) {
     if (folderToCheck) job.outputDirectory = *folderToCheck;
-    if (!folderToCheck) job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
+    if (!folderToCheck && settings.startStates.empty()) job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);

@@ -156,10 +156,13 @@ inline std::vector<hemo::Array<T, 3>> centredTemplate(const CellType& type) {
 /// one, with the number that HemoCell gives to the part of a cell that has crossed that face.
 class Adding {
  public:
-  Adding(hemo::HemoCell& hemocell, const System& system) : fields_(*hemocell.cellfields), system_(system) {
+  explicit Adding(hemo::HemoCell& hemocell)
+      : fields_(*hemocell.cellfields),
+        first_(low(hemocell.lattice->getBoundingBox())),
+        last_(high(hemocell.lattice->getBoundingBox())) {
     for (const plb::plint id : fields_.immersedParticles->getLocalInfo().getBlocks())
       blocks_.push_back(&fields_.immersedParticles->getComponent(id));
-    for (const CellType& type : system.types) templates_.push_back(centredTemplate(type));
+    for (unsigned int t = 0; t < fields_.size(); ++t) templates_.push_back(centredTemplate(typeOf(*fields_[t])));
   }
 
   void operator()(const Cell& cell) {
@@ -184,10 +187,10 @@ class Adding {
     const plb::plint steps[3] = {1, fields_.periodicity_limit_offset_y, fields_.periodicity_limit_offset_z};
     plb::plint offset = 0;
     for (int a = 0; a < 3; ++a) {
-      if (!system_.periodic[a]) continue;
-      const double period = static_cast<double>(system_.last[a] - system_.first[a] + 1);
+      if (!fields_.immersedParticles->periodicity().get(a)) continue;
+      const double period = static_cast<double>(last_[a] - first_[a] + 1);
       // Vertices at -0.5 < p - first <= period - 0.5 are in the lattice.
-      const double images = std::ceil((p[a] - system_.first[a] + 0.5) / period) - 1.0;
+      const double images = std::ceil((p[a] - first_[a] + 0.5) / period) - 1.0;
       p[a] -= images * period;
       offset -= steps[a] * static_cast<plb::plint>(images);
     }
@@ -195,7 +198,7 @@ class Adding {
   }
 
   hemo::HemoCellFields& fields_;
-  const System& system_;
+  std::array<std::int64_t, 3> first_, last_;
   std::vector<hemo::HemoCellParticleField*> blocks_;
   std::vector<std::vector<hemo::Array<T, 3>>> templates_;
 };
@@ -230,10 +233,16 @@ inline void requireComplete(hemo::HemoCell& hemocell, const std::vector<std::int
                ". Is <particleEnvelope> longer than the cells, and no atomic block smaller than it?");
 }
 
-/// Calls fill() on the ranks that have cells, and tells the others.
-inline Filling fillOnRanksWithCells(hemo::HemoCell& hemocell, const System& system, const Request& request) {
+/// Calls work(system) on the ranks that have cells, and ends the program on all ranks if it failed.
+template <class Work>
+Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
+  MPI_Comm ranks;
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_split(MPI_COMM_WORLD, hasCells(hemocell) ? 1 : 0, rank, &ranks);
   Filling filling;
-  if (hasCells(hemocell)) filling = fill(system, request);
+  if (hasCells(hemocell)) filling = work(systemOf(hemocell, ranks));
+  MPI_Comm_free(&ranks);
   int code = filling.exitCode;
   MPI_Allreduce(MPI_IN_PLACE, &code, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (code != 0) stop(code, filling.message);
@@ -243,21 +252,8 @@ inline Filling fillOnRanksWithCells(hemo::HemoCell& hemocell, const System& syst
   return filling;
 }
 
-}  // namespace plugin
-
-/// Packs cells into the fluid nodes of `hemocell` and adds them, instead of hemocell.loadParticles(). After the lattice,
-/// its boundaries, the cell types and periodicity are set. Collective. Ends the program with a message if the packing is
-/// not feasible, or HemoCell does not keep every cell.
-inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const PackingOptions& options = PackingOptions()) {
-  MPI_Comm ranks;
-  int rank = 0;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  MPI_Comm_split(MPI_COMM_WORLD, plugin::hasCells(hemocell) ? 1 : 0, rank, &ranks);
-  const plugin::System system = plugin::systemOf(hemocell, ranks);
-  const plugin::Filling filling =
-      plugin::fillOnRanksWithCells(hemocell, system, plugin::requestOf(options));
-  MPI_Comm_free(&ranks);
-
+/// Adds cells as HemoCell's loader does, and verifies that it keeps them.
+inline LoadedParticles loadInto(hemo::HemoCell& hemocell, const Filling& filling) {
   LoadedParticles loaded;
   loaded.counts = filling.counts;
   for (const std::int64_t count : loaded.counts) loaded.cells += count;
@@ -267,12 +263,68 @@ inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const PackingOpti
     hemo::HemoCellParticleField& block = fields.immersedParticles->getComponent(id);
     block.removeParticles(block.getBoundingBox());
   }
-  plugin::Adding add(hemocell, system);
-  for (const plugin::Cell& cell : filling.cells) add(cell);
+  Adding add(hemocell);
+  for (const Cell& cell : filling.cells) add(cell);
   fields.syncEnvelopes();
   fields.deleteIncompleteCells(false);
-  plugin::requireComplete(hemocell, loaded.counts);
+  requireComplete(hemocell, loaded.counts);
   return loaded;
+}
+
+/// The complete cells whose first vertex this rank has. Pre: envelopes are up to date.
+inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
+  std::vector<DeformedCell> cells;
+  hemo::HemoCellFields& fields = *hemocell.cellfields;
+  for (const plb::plint block : fields.immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& field = fields.immersedParticles->getComponent(block);
+    for (const auto& numbered : field.get_particles_per_cell()) {
+      const std::vector<int>& at = numbered.second;
+      if (std::count(at.begin(), at.end(), -1) > 0) continue;
+      const auto& first = field.particles[at[0]].sv;
+      if (!field.isContainedABS(first.position, field.localDomain)) continue;
+      DeformedCell cell;
+      cell.type = first.celltype;
+      cell.id = fields.base_cell_id(numbered.first);
+      for (const int i : at) {
+        const auto& p = field.particles[i].sv.position;
+        cell.vertices.push_back({{p[0], p[1], p[2]}});
+      }
+      cells.push_back(cell);
+    }
+  }
+  return cells;
+}
+
+}  // namespace plugin
+
+/// Packs cells into the fluid nodes of `hemocell` and adds them, instead of hemocell.loadParticles(). After the lattice,
+/// its boundaries, the cell types and periodicity are set. Collective. Ends the program with a message if the packing is
+/// not feasible, or HemoCell does not keep every cell.
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const PackingOptions& options = PackingOptions()) {
+  return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
+    return plugin::fill(system, plugin::requestOf(options));
+  }));
+}
+
+/// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a part. Cells that
+/// are not those of a finished packing are the start of one.
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile) {
+  return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
+    return plugin::load(system, stateFile);
+  }));
+}
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const char* stateFile) {
+  return loadParticles(hemocell, std::string(stateFile));
+}
+
+/// Writes the cells as they are now to a state file, as rigid templates that fit best; their residual is stated. With a
+/// pre-inlet: the cells in it. Collective.
+inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile) {
+  hemocell.cellfields->syncEnvelopes();
+  hemocell.cellfields->deleteIncompleteCells(false);
+  plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
+    return plugin::save(system, plugin::cellsOf(hemocell), hemocell.iter, stateFile);
+  });
 }
 
 }  // namespace packmesh

@@ -62,8 +62,23 @@ struct Filling {
   std::vector<Cell> cells;
 };
 
+/// A cell of a running simulation, all of whose vertices this rank has.
+struct DeformedCell {
+  int type;
+  std::int64_t id;
+  std::vector<std::array<double, 3>> vertices;  ///< in one piece [nodes]
+};
+
 /// Packs the cells that the request and `<packing>` ask for. All ranks of `system.ranks` call. Throws nothing.
 __attribute__((visibility("default"))) Filling fill(const System& system, const Request& request);
+
+/// The cells of a state file. All ranks of `system.ranks` call. Throws nothing.
+__attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile);
+
+/// Writes cells to a state file, as the rigid templates that fit best. Every cell comes from one rank. All ranks of
+/// `system.ranks` call. Throws nothing. @return only exit code and message
+__attribute__((visibility("default"))) Filling save(const System& system, const std::vector<DeformedCell>& cells,
+                                                    std::int64_t iteration, const std::string& stateFile);
 
 }  // namespace plugin
 }  // namespace packmesh
