@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
+#include <fmt/format.h>
+
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -7,12 +9,15 @@
 #include "hemocell_adapter/app/fill.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/shared_nodes.h"
 #include "packMesh/hemocell_system.h"
+#include "packMesh/parallel/arrival.h"
 
 namespace packmesh::plugin {
 namespace {
 
 using hemocell::AddedCell;
+using hemocell::FluidRun;
 using hemocell::Lattice;
 using hemocell::RunningCase;
 
@@ -28,13 +33,8 @@ hemocell::BuiltCell builtCell(const CellType& type, double dx) {
   return cell;
 }
 
-/// A row of fluid nodes along x, in nodes of the whole lattice.
-struct Run {
-  std::int32_t from, to, j, k;
-};
-
-std::vector<Run> fluidRuns(const System& system) {
-  std::vector<Run> runs;
+std::vector<FluidRun> fluidRuns(const System& system) {
+  std::vector<FluidRun> runs;
   for (const Block& block : system.blocks) {
     std::array<std::int64_t, 3> n{}, at{};
     for (int a = 0; a < 3; ++a) {
@@ -59,11 +59,8 @@ std::vector<Run> fluidRuns(const System& system) {
 std::shared_ptr<const Lattice> latticeOf(const System& system, const Communicator& ranks) {
   std::array<int, 3> nodes{};
   for (int a = 0; a < 3; ++a) nodes[a] = int(system.last[a] - system.first[a] + 1);
-  auto lattice = std::make_shared<Lattice>(nodes, system.dx);
-  for (int k = 0; k < nodes[2]; ++k)
-    for (int j = 0; j < nodes[1]; ++j) lattice->setFluid(0, nodes[0] - 1, j, k, false);
-  for (const Run& run : ranks.gatherAll(fluidRuns(system))) lattice->setFluid(run.from, run.to, run.j, run.k, true);
-  return lattice;
+  const std::int64_t most = system.mostNodesOnEveryRank < 0 ? hemocell::mostNodesOnEveryRank : system.mostNodesOnEveryRank;
+  return latticeOfRuns(nodes, system.dx, fluidRuns(system), ranks, most);
 }
 
 std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& request,
@@ -202,13 +199,24 @@ hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const
 /// Calls work(running, ranks), and turns exceptions into a message.
 template <class Work>
 Filling guarded(const System& system, const Request& request, const Work& work) {
+  const Communicator ranks = Communicator::copyOf(system.ranks);
+  hemocell::log::setLevel(ranks.rank() > 0 ? hemocell::log::Level::silent : hemocell::log::Level::normal);
+  Arrival failures(ranks);
   Filling filling;
   try {
-    const Communicator ranks = Communicator::copyOf(system.ranks);
-    hemocell::log::setLevel(ranks.rank() > 0 ? hemocell::log::Level::silent : hemocell::log::Level::normal);
     filling = work(caseOf(system, request, ranks), ranks);
+  } catch (const hemocell::AgreedFailure& failure) {
+    filling.exitCode = int(failure.code());
+    filling.message = failure.what();
   } catch (...) {
     const hemocell::Failure failure = hemocell::failureOfException();
+    // As in the program: what is invalid is so on all ranks; a rank that fails alone ends the others.
+    const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
+    if (!ranks.alone() && !failures.ofAll(patience)) {
+      hemocell::log::setLevel(hemocell::log::Level::normal);
+      hemocell::log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
+      ranks.abort(int(failure.code));
+    }
     filling.exitCode = int(failure.code);
     filling.message = failure.message;
   }

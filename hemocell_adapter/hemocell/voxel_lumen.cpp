@@ -105,18 +105,7 @@ class VoxelLumen final : public Container, public Wall {
 
   /// Around the fluid nodes; one period along periodic axes.
   static Box boundsOf(const Lattice& lattice, const std::array<bool, 3>& periodic) {
-    const auto [nx, ny, nz] = lattice.nodes();
-    std::array<int, 3> first = lattice.nodes(), last{};
-    for (int k = 0; k < nz; ++k)
-      for (int j = 0; j < ny; ++j)
-        for (int i = 0; i < nx; ++i) {
-          if (!lattice.fluid(i, j, k)) continue;
-          const std::array<int, 3> at = {i, j, k};
-          for (int a = 0; a < 3; ++a) {
-            first[a] = std::min(first[a], at[a]);
-            last[a] = std::max(last[a], at[a]);
-          }
-        }
+    const auto [first, last] = *lattice.fluidRange();
     const double dx = lattice.dx();
     Box box = {dx * (Vec3(first[0], first[1], first[2]).array() - 0.5),
                dx * (Vec3(last[0] + 1, last[1] + 1, last[2] + 1).array() - 0.5)};
@@ -209,7 +198,7 @@ class VoxelLumen final : public Container, public Wall {
 
 std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice,
                                           const std::array<bool, 3>& periodic) {
-  if (lattice->fluidNodes() == 0) throw InputError("the lumen has no fluid node");
+  if (!lattice->hasFluidNodes()) throw InputError("the lumen has no fluid node");
   return std::make_unique<VoxelLumen>(std::move(lattice), periodic);
 }
 

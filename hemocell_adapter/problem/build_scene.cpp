@@ -98,7 +98,7 @@ void refuseHeapedStart(const CellSpecies& species) {
 
 /// Refuses a kind of cell of which HemoCell would delete every one, wherever it is.
 void refuseWithoutNode(const CellSpecies& species) {
-  if (!species.acceptance || species.acceptance->allowedNodes().fluidNodes() > 0) return;
+  if (!species.acceptance || species.acceptance->allowedNodes().hasFluidNodes()) return;
   throw InputError(
       fmt::format("cell '{}': no node of the lattice is further than {} µm from all solid nodes, "
                   "so HemoCell would delete every such cell",

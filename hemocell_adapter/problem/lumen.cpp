@@ -412,7 +412,11 @@ Lumen ownLumen(const Job& job) {
     lumen.container = subtractObstacles(outer, std::move(obstacles));
     lumen.solidWalls = true;
   }
-  if (job.config) {
+  if (job.running) {
+    lumen.lattice = job.running->lattice;
+    lumen.acceptedOnly = true;
+    lumen.note = "the lumen of <container> and the fluid nodes of the running HemoCell; the hematocrit refers to the lumen";
+  } else if (job.config) {
     lumen.lattice = latticeOf(job, *outer, solids, lumen.notices);
     lumen.acceptedOnly = true;
   }
@@ -425,22 +429,11 @@ namespace {
 
 /// The nodes that are fluid, if they are those of a box: its corners, both included.
 std::optional<std::array<std::array<int, 3>, 2>> fluidBox(const Lattice& lattice) {
-  const std::array<int, 3> n = lattice.nodes();
-  std::array<int, 3> lo = n, hi = {-1, -1, -1};
-  for (int k = 0; k < n[2]; ++k)
-    for (int j = 0; j < n[1]; ++j)
-      for (int i = 0; i < n[0]; ++i) {
-        if (!lattice.fluid(i, j, k)) continue;
-        const std::array<int, 3> at = {i, j, k};
-        for (int a = 0; a < 3; ++a) {
-          lo[a] = std::min(lo[a], at[a]);
-          hi[a] = std::max(hi[a], at[a]);
-        }
-      }
+  const auto range = lattice.fluidRange();
+  if (!range) return {};
   std::int64_t nodes = 1;
-  for (int a = 0; a < 3; ++a) nodes *= std::max(0, hi[a] - lo[a] + 1);
-  if (nodes == 0 || nodes != lattice.fluidNodes()) return {};
-  return std::array<std::array<int, 3>, 2>{lo, hi};
+  for (int a = 0; a < 3; ++a) nodes *= (*range)[1][a] - (*range)[0][a] + 1;
+  return nodes == lattice.fluidNodes() ? range : std::nullopt;
 }
 
 /// The fluid nodes of a running HemoCell. Boxes of them are the boxes that domainBox() makes.
@@ -476,7 +469,7 @@ Lumen runningLumen(const Job& job) {
 }  // namespace
 
 Lumen makeLumen(const Job& job) {
-  if (job.running) return runningLumen(job);
+  if (job.running && !job.container) return runningLumen(job);
   if (job.container) return ownLumen(job);
   if (job.boxSize) return boxLumen(job);
   if (job.config->domain.geometry) return vesselLumen(job);

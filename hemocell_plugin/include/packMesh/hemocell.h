@@ -30,6 +30,7 @@ struct PackingOptions {
   std::string stateFile;        ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
   std::string posFolder;        ///< to write .pos files to, too
   bool periodic = true;         ///< cells cross the periodic faces of the system; false: none does
+  std::int64_t mostNodesOnEveryRank = -1;  ///< larger lattices are distributed over the ranks; negative: the default
   std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "1h"}
 };
 
@@ -40,6 +41,9 @@ struct LoadedParticles {
 };
 
 namespace plugin {
+
+/// A position in HemoCell: three numbers.
+typedef decltype(hemo::HemoCellParticle::serializeValues_t::position) Point;
 
 inline std::string textOf(double value) {
   std::ostringstream text;
@@ -139,16 +143,19 @@ inline System systemOf(hemo::HemoCell& hemocell, const MPI_Comm& ranks) {
 }
 
 /// Where HemoCell keeps the vertices of one type of cell, relative to the cell: the template, centred.
-inline std::vector<hemo::Array<T, 3>> centredTemplate(const CellType& type) {
+inline std::vector<Point> centredTemplate(const CellType& type) {
   std::array<double, 3> lo = type.vertices.front(), hi = lo;
   for (const auto& v : type.vertices)
     for (int a = 0; a < 3; ++a) {
       lo[a] = std::min(lo[a], v[a]);
       hi[a] = std::max(hi[a], v[a]);
     }
-  std::vector<hemo::Array<T, 3>> centred;
-  for (const auto& v : type.vertices)
-    centred.push_back({v[0] - 0.5 * (lo[0] + hi[0]), v[1] - 0.5 * (lo[1] + hi[1]), v[2] - 0.5 * (lo[2] + hi[2])});
+  std::vector<Point> centred;
+  for (const auto& v : type.vertices) {
+    Point p;
+    for (int a = 0; a < 3; ++a) p[a] = v[a] - 0.5 * (lo[a] + hi[a]);
+    centred.push_back(p);
+  }
   return centred;
 }
 
@@ -166,9 +173,9 @@ class Adding {
   }
 
   void operator()(const Cell& cell) {
-    const std::vector<hemo::Array<T, 3>>& shape = templates_[cell.type];
+    const std::vector<Point>& shape = templates_[cell.type];
     for (std::size_t i = 0; i < shape.size(); ++i) {
-      hemo::Array<T, 3> p;
+      Point p;
       for (int row = 0; row < 3; ++row)
         p[row] = cell.linear[3 * row] * shape[i][0] + cell.linear[3 * row + 1] * shape[i][1] +
                  cell.linear[3 * row + 2] * shape[i][2] + cell.translation[row];
@@ -183,7 +190,7 @@ class Adding {
 
  private:
   /// Moves p into the lattice along periodic axes. @return what HemoCell adds to the number of the cell
-  plb::plint wrap(hemo::Array<T, 3>& p) const {
+  plb::plint wrap(Point& p) const {
     const plb::plint steps[3] = {1, fields_.periodicity_limit_offset_y, fields_.periodicity_limit_offset_z};
     plb::plint offset = 0;
     for (int a = 0; a < 3; ++a) {
@@ -200,7 +207,7 @@ class Adding {
   hemo::HemoCellFields& fields_;
   std::array<std::int64_t, 3> first_, last_;
   std::vector<hemo::HemoCellParticleField*> blocks_;
-  std::vector<std::vector<hemo::Array<T, 3>>> templates_;
+  std::vector<std::vector<Point>> templates_;
 };
 
 /// The vertices of each type that HemoCell now has, on all ranks.
@@ -241,7 +248,10 @@ Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_split(MPI_COMM_WORLD, hasCells(hemocell) ? 1 : 0, rank, &ranks);
   Filling filling;
-  if (hasCells(hemocell)) filling = work(systemOf(hemocell, ranks));
+  if (hasCells(hemocell)) {
+    System system = systemOf(hemocell, ranks);
+    filling = work(system);
+  }
   MPI_Comm_free(&ranks);
   int code = filling.exitCode;
   MPI_Allreduce(MPI_IN_PLACE, &code, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
@@ -301,7 +311,8 @@ inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
 /// its boundaries, the cell types and periodicity are set. Collective. Ends the program with a message if the packing is
 /// not feasible, or HemoCell does not keep every cell.
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const PackingOptions& options = PackingOptions()) {
-  return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
+  return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
+    system.mostNodesOnEveryRank = options.mostNodesOnEveryRank;
     return plugin::fill(system, plugin::requestOf(options));
   }));
 }
@@ -325,6 +336,12 @@ inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile
   plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
     return plugin::save(system, plugin::cellsOf(hemocell), hemocell.iter, stateFile);
   });
+}
+
+/// HemoCell counts its cells in .pos files again after loadCheckPoint(), doRestructure() and setSystemPeriodicity(). Call this
+/// then with the number that loadParticles() returned: the numbers of cells across periodic faces depend on it.
+inline void restoreNumberOfCells(hemo::HemoCell& hemocell, std::int64_t cells) {
+  hemocell.cellfields->number_of_cells = static_cast<int>(cells);
 }
 
 }  // namespace packmesh

@@ -35,6 +35,7 @@ struct System {
   std::array<bool, 3> periodic;
   bool isPreInlet = false;
   int particleEnvelope = 0;  ///< [nodes]
+  std::int64_t mostNodesOnEveryRank = -1;  ///< larger lattices are distributed; negative: the default. For tests
   std::string config;        ///< text of config.xml
   std::vector<CellType> types;
   std::vector<Block> blocks;
