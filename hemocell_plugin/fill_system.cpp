@@ -59,17 +59,20 @@ std::vector<FluidRun> fluidRuns(const System& system) {
 std::shared_ptr<const Lattice> latticeOf(const System& system, const Communicator& ranks) {
   std::array<int, 3> nodes{};
   for (int a = 0; a < 3; ++a) nodes[a] = int(system.last[a] - system.first[a] + 1);
-  const std::int64_t most = system.mostNodesOnEveryRank < 0 ? hemocell::mostNodesOnEveryRank : system.mostNodesOnEveryRank;
+  const std::int64_t most =
+      system.mostNodesOnEveryRank < 0 ? hemocell::mostNodesOnEveryRank : system.mostNodesOnEveryRank;
   return latticeOfRuns(nodes, system.dx, fluidRuns(system), ranks, most);
 }
 
 std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& request,
                                           const Communicator& ranks) {
   auto running = std::make_shared<RunningCase>();
-  hemocell::together(ranks, [&] { running->config = hemocell::packingConfigOf(system.config, "config.xml"); });
+  hemocell::together(ranks,
+                     [&] { running->config = hemocell::packingConfigOf(system.config, "config.xml"); });
   hemocell::Settings& packing = running->config.packing;
   for (const CellType& type : system.types)  // in HemoCell's order, before unknown names
-    if (request.counts.count(type.name) + request.ratios.count(type.name) > 0) speciesNamed(packing, type.name);
+    if (request.counts.count(type.name) + request.ratios.count(type.name) > 0)
+      speciesNamed(packing, type.name);
   for (const auto& [name, count] : request.counts) speciesNamed(packing, name).count = count;
   for (const auto& [name, ratio] : request.ratios) speciesNamed(packing, name).ratio = ratio;
   running->lattice = latticeOf(system, ranks);

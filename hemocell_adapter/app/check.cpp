@@ -30,9 +30,9 @@ FoundCells readCells(const Scene& scene) {
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const CellSpecies& species = scene.species[s];
     std::vector<std::string> warnings;
-    const std::vector<PosLine> lines = isState(species.startFrom)
-                                           ? species.start
-                                           : readPos(scene.outputDirectory / (species.name + ".pos"), &warnings);
+    const std::vector<PosLine> lines =
+        isState(species.startFrom) ? species.start
+                                   : readPos(scene.outputDirectory / (species.name + ".pos"), &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       found.cells.push_back({int(s), placementOf(lines[i])});
@@ -139,7 +139,8 @@ class Report {
   std::string nameOf(std::int64_t cell) const {
     const CellSpecies& species = scene_.species[found_.cells[cell].species];
     const std::int64_t line = found_.lineNumber[cell];
-    if (isState(species.startFrom)) return fmt::format("{}: {} {}", species.startFrom, species.name, line - 1);
+    if (isState(species.startFrom))
+      return fmt::format("{}: {} {}", species.startFrom, species.name, line - 1);
     return fmt::format("{}.pos:{}", species.name, line);
   }
 

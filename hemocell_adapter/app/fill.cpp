@@ -59,7 +59,8 @@ Filling numbered(const Scene& scene, const PackingResult& result, const Communic
 }
 
 /// The running case without what its `<packing>` section says: with these cells of each type.
-std::shared_ptr<const RunningCase> withCounts(const RunningCase& running, const std::vector<std::int64_t>& counts) {
+std::shared_ptr<const RunningCase> withCounts(const RunningCase& running,
+                                              const std::vector<std::int64_t>& counts) {
   auto copy = std::make_shared<RunningCase>(running);
   copy->config.packing = {};
   for (std::size_t t = 0; t < counts.size(); ++t)
@@ -67,14 +68,16 @@ std::shared_ptr<const RunningCase> withCounts(const RunningCase& running, const 
   return copy;
 }
 
-/// Only cells that HemoCell keeps are added: it adds vertices where they are, and deletes cells on solid nodes.
+/// Only cells that HemoCell keeps are added: it adds vertices where they are, and deletes cells on solid
+/// nodes.
 void requireCertified(const Scene& scene, const PackingResult& result) {
   if (result.certificate.clean() && result.certificate.cells == result.cellCount) return;
-  throw AgreedFailure({ExitCode::internal,
-                       fmt::format("the packing failed verification ({} overlapping pairs, {} cells misplaced); no cells "
-                                   "were added. This is an internal error; please report it with the case {}",
-                                   result.certificate.overlapping.size(), result.certificate.misplaced.size(),
-                                   scene.config->file.string())});
+  throw AgreedFailure(
+      {ExitCode::internal,
+       fmt::format("the packing failed verification ({} overlapping pairs, {} cells misplaced); no cells "
+                   "were added. This is an internal error; please report it with the case {}",
+                   result.certificate.overlapping.size(), result.certificate.misplaced.size(),
+                   scene.config->file.string())});
 }
 
 }  // namespace
@@ -103,7 +106,8 @@ Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(scene, result, tally);
     if (!scene.bestEffort || result.cellCount == 0)
-      throw AgreedFailure({ExitCode::outOfReach, reached + "; no cells were added (--best-effort adds those)"});
+      throw AgreedFailure(
+          {ExitCode::outOfReach, reached + "; no cells were added (--best-effort adds those)"});
     log::warning(reached + "; adding those (--best-effort)");
   }
   requireCertified(scene, result);
@@ -120,18 +124,22 @@ Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::
 
 namespace {
 
-/// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type, or builds it differently
-std::vector<std::int32_t> typesOf(const StateCells& state, const RunningCase& running, const std::string& file) {
+/// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type, or builds it
+/// differently
+std::vector<std::int32_t> typesOf(const StateCells& state, const RunningCase& running,
+                                  const std::string& file) {
   std::vector<std::int32_t> types;
   for (const StateCells::Kind& kind : state.species) {
     const BuiltCell* built = running.cell(kind.name);
-    if (!built) throw InputError(fmt::format("{}: has cells of type '{}', the case has none", file, kind.name));
+    if (!built)
+      throw InputError(fmt::format("{}: has cells of type '{}', the case has none", file, kind.name));
     constexpr double rounding = 1e-6;  // of templates built alike [µm]
     bool same = kind.mesh.vertices.size() == built->mesh.vertices.size();
     for (std::size_t i = 0; same && i < kind.mesh.vertices.size(); ++i)
       same = (kind.mesh.vertices[i] - built->mesh.vertices[i]).cwiseAbs().maxCoeff() < rounding;
     if (!same)
-      throw InputError(fmt::format("{}: its template of '{}' is not the one that HemoCell builds", file, kind.name));
+      throw InputError(
+          fmt::format("{}: its template of '{}' is not the one that HemoCell builds", file, kind.name));
     types.push_back(static_cast<std::int32_t>(built - running.cells.data()));
   }
   return types;
@@ -145,10 +153,12 @@ void requireKept(const Scene& scene, const StateCells& state, const std::vector<
       if (species.name != state.species[state.cells[i].species].name) continue;
       const Wall* wall = species.wall ? species.wall.get() : scene.lumen.container->wall();
       if (!wall) continue;
-      if (const auto violation = wall->examine({species.shape->hierarchy(), cells[i].placement}, 0.0).violation)
-        throw InputError(fmt::format("{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm {}: is this a state of the same case?",
-                                     file, species.name, cells[i].placement.translation[0],
-                                     cells[i].placement.translation[1], cells[i].placement.translation[2], *violation));
+      if (const auto violation =
+              wall->examine({species.shape->hierarchy(), cells[i].placement}, 0.0).violation)
+        throw InputError(fmt::format(
+            "{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm {}: is this a state of the same case?", file,
+            species.name, cells[i].placement.translation[0], cells[i].placement.translation[1],
+            cells[i].placement.translation[2], *violation));
     }
 }
 
@@ -163,15 +173,16 @@ Filling fillFromState(std::shared_ptr<const RunningCase> running, const std::fil
   std::vector<std::int64_t> counts(running->cells.size(), 0);
   for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
   if (!state.certified) {
-    log::info(fmt::format("{}: the cells are not those of a finished packing ({}); packing starts from them", file.string(),
-                          fmt::join(state.command, " ")));
+    log::info(fmt::format("{}: the cells are not those of a finished packing ({}); packing starts from them",
+                          file.string(), fmt::join(state.command, " ")));
     return fill(withCounts(*running, counts), {"--start", file.string()}, ranks);
   }
   std::vector<AddedCell> cells;
   for (const StateCell& cell : state.cells)
     cells.push_back({types[cell.species], 0, placementOf(posLineOf(cell.pose))});
   together(ranks, [&] {
-    const Scene scene = buildScene(jobOf(withCounts(*running, counts), {"--best-effort", "--clearance", "0", "--wall-clearance", "0"}));
+    const Scene scene = buildScene(
+        jobOf(withCounts(*running, counts), {"--best-effort", "--clearance", "0", "--wall-clearance", "0"}));
     requireKept(scene, state, cells, file.string());
   });
   Filling filling = numbered(std::move(cells), running->cells.size(), ranks);
@@ -181,8 +192,8 @@ Filling fillFromState(std::shared_ptr<const RunningCase> running, const std::fil
   return filling;
 }
 
-void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<MovedCell>& cells, std::int64_t iteration,
-               const std::filesystem::path& file, const Communicator& ranks) {
+void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<MovedCell>& cells,
+               std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks) {
   struct Key {
     std::int64_t type, id;
     bool operator<(const Key& other) const { return std::tie(type, id) < std::tie(other.type, other.id); }
@@ -205,7 +216,8 @@ void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<Mov
   problem.communicator = ranks;
   std::vector<std::int32_t> partOf(counts.size(), 0);
   for (std::size_t p = 0; p < scene->parts.size(); ++p)
-    partOf[running->cell(scene->species[scene->parts[p].species].name) - running->cells.data()] = std::int32_t(p);
+    partOf[running->cell(scene->species[scene->parts[p].species].name) - running->cells.data()] =
+        std::int32_t(p);
   PackingState state;
   state.position.stage = Stage::certificate;
   state.cellCount = std::int64_t(keys.size());
@@ -221,7 +233,8 @@ void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<Mov
   }
   std::sort(bodies.begin(), bodies.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
   state.cells = IdShares(state.cellCount, ranks).collect(bodies);
-  const std::string origin = fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
+  const std::string origin =
+      fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
   writeState(file, problem, {"savePositions", origin}, state);
   std::string names;
   for (std::size_t t = 0; t < counts.size(); ++t)

@@ -35,21 +35,24 @@ struct Filling {
   std::vector<AddedCell> cells;      ///< this rank's share
 };
 
-/// Packs cells into the fluid nodes of a running HemoCell, as the program packs a case: reports, states and other files
-/// that `words` or `<packing>` ask for are written. .pos files are not, except to a stated output folder.
+/// Packs cells into the fluid nodes of a running HemoCell, as the program packs a case: reports, states and
+/// other files that `words` or `<packing>` ask for are written. .pos files are not, except to a stated output
+/// folder.
 /// @param words options of the command line
 /// @throws AgreedFailure, InputError, OutputError. Nothing is interrupted by signals. All ranks call
-Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words, const Communicator& ranks);
+Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words,
+             const Communicator& ranks);
 
-/// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against the fluid nodes;
-/// others are the start of a packing of the same cells.
+/// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against
+/// the fluid nodes; others are the start of a packing of the same cells.
 /// @throws AgreedFailure, InputError. All ranks call
 Filling fillFromState(std::shared_ptr<const RunningCase> running, const std::filesystem::path& file,
                       const Communicator& ranks);
 
-/// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in HemoCell.
+/// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in
+/// HemoCell.
 /// @throws OutputError, AgreedFailure, InputError. All ranks call
-void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<MovedCell>& cells, std::int64_t iteration,
-               const std::filesystem::path& file, const Communicator& ranks);
+void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<MovedCell>& cells,
+               std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

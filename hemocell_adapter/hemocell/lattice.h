@@ -26,8 +26,8 @@ inline Box keptRegion(const std::array<int, 3>& nodes, double dx) {
 /// Nodes of HemoCell's lattice with their flags; node (i,j,k) is at (i,j,k)·dx µm in the coordinate system of
 /// .pos files.
 ///
-/// One bit per node; each row along x starts with a new word, whose unused bits are 0. A lattice can also consist of
-/// pages, which are made when they are read (lattice_pages.h).
+/// One bit per node; each row along x starts with a new word, whose unused bits are 0. A lattice can also
+/// consist of pages, which are made when they are read (lattice_pages.h).
 class Lattice {
  public:
   /// Initially all nodes are fluid.
@@ -51,7 +51,8 @@ class Lattice {
   /// Counts those of a lattice of pages, if their number is not known: reads all.
   std::int64_t fluidNodes() const;
   bool hasFluidNodes() const;
-  /// The range of the fluid nodes, corners included; reads no pages if it is known. Nothing if there are none.
+  /// The range of the fluid nodes, corners included; reads no pages if it is known. Nothing if there are
+  /// none.
   std::optional<std::array<std::array<int, 3>, 2>> fluidRange() const;
   void setFluidRange(const std::array<std::array<int, 3>, 2>& range) { fluidRange_ = range; }
   double fluidVolume() const;  ///< fluid nodes · dx³ [µm³]
@@ -85,7 +86,7 @@ class Lattice {
   int wordsPerRow_;
   std::vector<std::uint64_t> words_;
   std::shared_ptr<const LatticePages> pages_;
-  std::optional<std::int64_t> fluidNodes_;                             ///< of pages
+  std::optional<std::int64_t> fluidNodes_;  ///< of pages
   std::optional<std::array<std::array<int, 3>, 2>> fluidRange_;
 };
 

@@ -21,7 +21,8 @@ std::uint64_t existing(int nodes, int w) {
 
 std::array<int, 3> blocksOf(const std::array<int, 3>& nodes) {
   std::array<int, 3> blocks;
-  for (int a = 0; a < 3; ++a) blocks[a] = (nodes[a] + LatticePages::blockNodes - 1) / LatticePages::blockNodes;
+  for (int a = 0; a < 3; ++a)
+    blocks[a] = (nodes[a] + LatticePages::blockNodes - 1) / LatticePages::blockNodes;
   return blocks;
 }
 
@@ -87,7 +88,8 @@ class ErodedPages final : public LatticePages {
   void make(const std::array<int, 3>& page, LatticePage& out) const override {
     const int w = page[0];
     for (int k = 0; k < nodesYZ; ++k)
-      for (int j = 0; j < nodesYZ; ++j) out[j + nodesYZ * k] = eroded(w, nodesYZ * page[1] + j, nodesYZ * page[2] + k);
+      for (int j = 0; j < nodesYZ; ++j)
+        out[j + nodesYZ * k] = eroded(w, nodesYZ * page[1] + j, nodesYZ * page[2] + k);
   }
 
  private:
@@ -145,7 +147,8 @@ class RepeatedPages final : public LatticePages {
         if (y >= nodes()[1] || z >= nodes()[2]) continue;
         for (int bit = 0, i = 64 * page[0]; bit < 64 && i < nodes()[0]; ++bit, ++i) {
           const int x = wrapped(i - margin_[0], 0);
-          word |= (of_->word(x >> 6, wrapped(y - margin_[1], 1), wrapped(z - margin_[2], 2)) >> (x & 63) & 1u) << bit;
+          word |= (of_->word(x >> 6, wrapped(y - margin_[1], 1), wrapped(z - margin_[2], 2)) >> (x & 63) & 1u)
+                  << bit;
         }
       }
   }

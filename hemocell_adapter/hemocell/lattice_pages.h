@@ -14,7 +14,8 @@ class Lattice;
 /// Flags of 64 x 8 x 8 nodes: word [j + 8 k] holds a row of 64 nodes along x; nodes that do not exist are 0.
 using LatticePage = std::array<std::uint64_t, 64>;
 
-/// Blocks of 8³ nodes, one node of a small lattice for each: those that are all fluid, and those with any fluid node.
+/// Blocks of 8³ nodes, one node of a small lattice for each: those that are all fluid, and those with any
+/// fluid node.
 struct CoarseNodes {
   std::shared_ptr<const Lattice> all, any;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A case as a running HemoCell has built it: what the program otherwise derives from files and C++ code.
+/// @file A case as a running HemoCell has built it: what the program otherwise derives from files and C++
+/// code.
 #pragma once
 
 #include <array>

@@ -55,11 +55,14 @@ class SharedNodes final : public LatticePages {
       flags.push_back(flagsOf(words));
     }
     classify(ranks.gatherAll(flags));
-    shared_ = std::make_unique<SharedPages>(ranks, pages, static_cast<int>(LatticePage().size()), std::move(own));
+    shared_ =
+        std::make_unique<SharedPages>(ranks, pages, static_cast<int>(LatticePage().size()), std::move(own));
   }
 
  protected:
-  void make(const std::array<int, 3>& page, LatticePage& out) const override { shared_->read(number(page), out.data()); }
+  void make(const std::array<int, 3>& page, LatticePage& out) const override {
+    shared_->read(number(page), out.data());
+  }
 
  private:
   std::vector<std::vector<PagePart>> partsFor(const std::vector<FluidRun>& runs, std::int64_t pages,
@@ -98,8 +101,9 @@ class SharedNodes final : public LatticePages {
 
 }  // namespace
 
-std::shared_ptr<const Lattice> latticeOfRuns(const std::array<int, 3>& nodes, double dx, const std::vector<FluidRun>& runs,
-                                             const Communicator& ranks, std::int64_t mostOnEveryRank) {
+std::shared_ptr<const Lattice> latticeOfRuns(const std::array<int, 3>& nodes, double dx,
+                                             const std::vector<FluidRun>& runs, const Communicator& ranks,
+                                             std::int64_t mostOnEveryRank) {
   if (std::int64_t(nodes[0]) * nodes[1] * nodes[2] <= mostOnEveryRank) {
     auto lattice = std::make_shared<Lattice>(nodes, dx);
     for (int k = 0; k < nodes[2]; ++k)
@@ -123,7 +127,8 @@ std::shared_ptr<const Lattice> latticeOfRuns(const std::array<int, 3>& nodes, do
     range[0][a] = static_cast<int>(ranks.min(std::int64_t(range[0][a])));
     range[1][a] = static_cast<int>(-ranks.min(std::int64_t(-range[1][a])));
   }
-  auto lattice = std::make_shared<Lattice>(std::make_shared<const SharedNodes>(nodes, runs, ranks), dx, fluid);
+  auto lattice =
+      std::make_shared<Lattice>(std::make_shared<const SharedNodes>(nodes, runs, ranks), dx, fluid);
   lattice->setFluidRange(range);
   return lattice;
 }

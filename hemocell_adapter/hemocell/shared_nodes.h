@@ -18,10 +18,11 @@ struct FluidRun {
 /// Lattices of more nodes are distributed: this many flags are 2 MB.
 constexpr std::int64_t mostNodesOnEveryRank = 1 << 24;
 
-/// The lattice in which the runs of all ranks are fluid, and all other nodes solid. On every rank, or, if it is larger
-/// than `mostOnEveryRank` nodes, in pages: each rank has a share of them and copies of those it has read. All ranks call;
-/// they all release it together, too.
-std::shared_ptr<const Lattice> latticeOfRuns(const std::array<int, 3>& nodes, double dx, const std::vector<FluidRun>& runs,
-                                             const Communicator& ranks, std::int64_t mostOnEveryRank);
+/// The lattice in which the runs of all ranks are fluid, and all other nodes solid. On every rank, or, if it
+/// is larger than `mostOnEveryRank` nodes, in pages: each rank has a share of them and copies of those it has
+/// read. All ranks call; they all release it together, too.
+std::shared_ptr<const Lattice> latticeOfRuns(const std::array<int, 3>& nodes, double dx,
+                                             const std::vector<FluidRun>& runs, const Communicator& ranks,
+                                             std::int64_t mostOnEveryRank);
 
 }  // namespace packmesh::hemocell

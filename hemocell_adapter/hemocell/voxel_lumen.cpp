@@ -30,8 +30,9 @@ class VoxelLumen final : public Container, public Wall {
       : lattice_(std::move(lattice)),
         periodic_(periodic),
         margin_(marginsOf(*lattice_, periodic)),
-        repeated_(margin_ != std::array<int, 3>{} ? std::make_unique<const Lattice>(lattice_->repeated(margin_))
-                                                  : nullptr),
+        repeated_(margin_ != std::array<int, 3>{}
+                      ? std::make_unique<const Lattice>(lattice_->repeated(margin_))
+                      : nullptr),
         voxels_(repeated_ ? *repeated_ : *lattice_),
         lo_(lattice_->keptRegion().lo),
         bounds_(boundsOf(*lattice_, periodic)) {}
@@ -52,8 +53,8 @@ class VoxelLumen final : public Container, public Wall {
     std::string axes;
     for (int k = 0; k < 3; ++k)
       if (periodic_[k]) axes += axes.empty() ? std::string(1, "xyz"[k]) : fmt::format(", {}", "xyz"[k]);
-    return fmt::format("{} fluid nodes in {:.6g} x {:.6g} x {:.6g} µm, {}", lattice_->fluidNodes(), size.x(), size.y(),
-                       size.z(), axes.empty() ? "closed" : "periodic along " + axes);
+    return fmt::format("{} fluid nodes in {:.6g} x {:.6g} x {:.6g} µm, {}", lattice_->fluidNodes(), size.x(),
+                       size.y(), size.z(), axes.empty() ? "closed" : "periodic along " + axes);
   }
 
   WallDistance distance(const Vec3& p) const override { return voxels_.at(inFrame(p)); }
@@ -73,20 +74,21 @@ class VoxelLumen final : public Container, public Wall {
     for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
     double nearest = gapOfInterest;
     bool encloses = false;
-    forEachHierarchy(box.grownBy(gapOfInterest + tolerance::culling), [&](const MeshHierarchy& faces, const Vec3& shift) {
-      const Placement image{Mat3::Identity(), shift};
-      const double gap = surfaceGap(cell.hierarchy, cell.placement, faces, image, nearest);
-      nearest = std::min(nearest, gap);
-      if (gap == 0.0) {
-        verdict.violation = "meets the wall";
-        return false;
-      }
-      for (const int v : faces.tree().samples) {
-        const Vec3 sample = image(faces.mesh().vertices[v]);
-        encloses = encloses || (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement));
-      }
-      return true;
-    });
+    forEachHierarchy(
+        box.grownBy(gapOfInterest + tolerance::culling), [&](const MeshHierarchy& faces, const Vec3& shift) {
+          const Placement image{Mat3::Identity(), shift};
+          const double gap = surfaceGap(cell.hierarchy, cell.placement, faces, image, nearest);
+          nearest = std::min(nearest, gap);
+          if (gap == 0.0) {
+            verdict.violation = "meets the wall";
+            return false;
+          }
+          for (const int v : faces.tree().samples) {
+            const Vec3 sample = image(faces.mesh().vertices[v]);
+            encloses = encloses || (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement));
+          }
+          return true;
+        });
     if (verdict.violation) return verdict;
     for (const int v : cell.hierarchy.tree().samples)
       if (!contains(cell.vertex(v))) verdict.violation = "is outside the lumen";
@@ -134,8 +136,8 @@ class VoxelLumen final : public Container, public Wall {
   /// Pre: p is not on the surface.
   bool contains(const Vec3& p) const { return voxels_.at(inFrame(p)).distance > 0.0; }
 
-  /// Calls visit(faces, shift) for the hierarchies of all blocks of nodes that a box meets, in every image of the
-  /// lumen, as long as it returns true. `shift` moves them there.
+  /// Calls visit(faces, shift) for the hierarchies of all blocks of nodes that a box meets, in every image of
+  /// the lumen, as long as it returns true. `shift` moves them there.
   template <class Visit>
   void forEachHierarchy(const Box& box, Visit&& visit) const {
     std::array<int, 3> firstImage, lastImage;

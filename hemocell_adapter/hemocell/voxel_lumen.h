@@ -11,8 +11,8 @@
 namespace packmesh::hemocell {
 
 /// The union of the cubes (node ± dx/2) of the fluid nodes, for vessels whose surface does not bound the
-/// lumen. Its wall consists of the faces between fluid and solid nodes and, along axes that are not periodic, those of
-/// the lattice; examine() is exact for them. The volume is that of the fluid nodes.
+/// lumen. Its wall consists of the faces between fluid and solid nodes and, along axes that are not periodic,
+/// those of the lattice; examine() is exact for them. The volume is that of the fluid nodes.
 /// @param periodic axes along which the lattice repeats
 /// @throws InputError if no node is fluid
 std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice,
@@ -23,7 +23,8 @@ std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice
 /// @param periodic axes along which the first plane follows the last
 TriangleMesh voxelSurface(const Lattice& lattice, const std::array<bool, 3>& periodic);
 
-/// The same of a part: the faces at the low sides of the nodes first ... last, which can be one beyond the lattice.
+/// The same of a part: the faces at the low sides of the nodes first ... last, which can be one beyond the
+/// lattice.
 TriangleMesh voxelSurface(const Lattice& lattice, const std::array<bool, 3>& periodic,
                           const std::array<int, 3>& first, const std::array<int, 3>& last);
 

@@ -81,7 +81,7 @@ class SurfaceBuilder {
   const Lattice& lattice_;
   std::array<bool, 3> periodic_;
   std::array<int, 3> first_, last_;
-  std::size_t rowLength_;  ///< of layers_
+  std::size_t rowLength_;                   ///< of layers_
   std::array<std::vector<int>, 2> layers_;  ///< numbers of corners, -1: none yet
   TriangleMesh mesh_;
 };

@@ -29,7 +29,8 @@ struct Job : RunSettings {
   std::optional<CaseConfig> config;  ///< a case
   CaseSource source;                 ///< of a case: its C++ code
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
-  std::shared_ptr<const RunningCase> running;  ///< inside a running HemoCell, which has the case; else nullptr
+  std::shared_ptr<const RunningCase>
+      running;  ///< inside a running HemoCell, which has the case; else nullptr
   std::vector<CellSpecies> species;
   std::optional<PreInletPlace> preInlet;
   std::optional<PreInletPlace> preInletInCode;  ///< place in the code, if a different one is stated

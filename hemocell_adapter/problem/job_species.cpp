@@ -156,7 +156,8 @@ void useRunning(const RunningCase& running, const SpeciesRequest& request, CellS
   if (!built) {
     std::vector<std::string> names;
     for (const BuiltCell& cell : running.cells) names.push_back(cell.name);
-    throw InputError(fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(names)));
+    throw InputError(
+        fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(names)));
   }
   species.kind = CellSpecies::Template::built;
   species.builtMesh = built->mesh;

@@ -415,7 +415,9 @@ Lumen ownLumen(const Job& job) {
   if (job.running) {
     lumen.lattice = job.running->lattice;
     lumen.acceptedOnly = true;
-    lumen.note = "the lumen of <container> and the fluid nodes of the running HemoCell; the hematocrit refers to the lumen";
+    lumen.note =
+        "the lumen of <container> and the fluid nodes of the running HemoCell; the hematocrit refers to the "
+        "lumen";
   } else if (job.config) {
     lumen.lattice = latticeOf(job, *outer, solids, lumen.notices);
     lumen.acceptedOnly = true;

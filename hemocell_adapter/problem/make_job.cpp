@@ -205,7 +205,8 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   }
   if (job.command == Command::check) {
     if (folderToCheck) job.outputDirectory = *folderToCheck;
-    if (!folderToCheck && settings.startStates.empty()) job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
+    if (!folderToCheck && settings.startStates.empty())
+      job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);

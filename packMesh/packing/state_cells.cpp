@@ -64,9 +64,11 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     StateCell cell;
     cell.pose.position = {p[0], p[1], p[2]};
     cell.pose.orientation = Quaternion(q[0], q[1], q[2], q[3]);
-    if (species[i] < 0 || !cell.pose.position.allFinite() || !(std::abs(cell.pose.orientation.norm() - 1.0) < rounding))
+    if (species[i] < 0 || !cell.pose.position.allFinite() ||
+        !(std::abs(cell.pose.orientation.norm() - 1.0) < rounding))
       in.fail("is damaged: it contains values out of range");
-    if (std::abs(scale[i] - 1.0) > rounding) in.fail("has cells that still grow: continue that run first (--restart)");
+    if (std::abs(scale[i] - 1.0) > rounding)
+      in.fail("has cells that still grow: continue that run first (--restart)");
     cell.species = kinds[species[i]];
     ++state.species[cell.species].count;
     state.cells.push_back(cell);

@@ -33,7 +33,8 @@ struct StateCells {
 };
 
 /// Reads the cells; every rank a part of its own. All ranks call.
-/// @throws InputError on all ranks if the file is not a state of this version, damaged, or of cells that still grow
+/// @throws InputError on all ranks if the file is not a state of this version, damaged, or of cells that
+/// still grow
 StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks);
 
 }  // namespace packmesh

@@ -22,12 +22,14 @@ std::int64_t SharedPages::firstOf(int rank, std::int64_t pages, int ranks) {
   return std::min(rank * share, pages);
 }
 
-SharedPages::SharedPages(const Communicator& ranks, std::int64_t pages, int words, std::vector<std::uint64_t> own)
+SharedPages::SharedPages(const Communicator& ranks, std::int64_t pages, int words,
+                         std::vector<std::uint64_t> own)
     : ranks_(ranks), pages_(pages), words_(words), own_(std::move(own)) {
   if (ranks_.alone()) return;
   window_ = std::make_unique<Window>();
-  MPI_Win_create(own_.data(), static_cast<MPI_Aint>(own_.size() * sizeof(std::uint64_t)), sizeof(std::uint64_t),
-                 MPI_INFO_NULL, *static_cast<const MPI_Comm*>(ranks_.mpi()), &window_->win);
+  MPI_Win_create(own_.data(), static_cast<MPI_Aint>(own_.size() * sizeof(std::uint64_t)),
+                 sizeof(std::uint64_t), MPI_INFO_NULL, *static_cast<const MPI_Comm*>(ranks_.mpi()),
+                 &window_->win);
   MPI_Win_lock_all(MPI_MODE_NOCHECK, window_->win);
 }
 

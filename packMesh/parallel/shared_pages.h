@@ -10,8 +10,8 @@
 
 namespace packmesh {
 
-/// Pages of equal size, in equal shares of consecutive pages on the ranks. Any rank can read any page without the owner
-/// taking part (one-sided communication); its contents do not change.
+/// Pages of equal size, in equal shares of consecutive pages on the ranks. Any rank can read any page without
+/// the owner taking part (one-sided communication); its contents do not change.
 class SharedPages {
  public:
   /// All ranks call. @param own this rank's share, in order. @param words of a page

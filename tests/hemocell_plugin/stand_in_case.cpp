@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // A case of the stand-in: stand_in_case <lumen> <blocks x> <y> <z> <what> [file]
-//   lumen  box: 48 x 40 x 40 nodes without walls, periodic along all axes; planes: the same with walls at both ends of z;
-//          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a pre-inlet at x >= 20,
-//          of the ranks but the last
-//   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE, save FILE, short (an envelope of 4 nodes)
-// Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex, position.
+//   lumen  box: 48 x 40 x 40 nodes without walls, periodic along all axes; planes: the same with walls at
+//   both ends of z;
+//          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a
+//          pre-inlet at x >= 20, of the ranks but the last
+//   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE, save FILE, short (an envelope
+//   of 4 nodes)
+// Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex,
+// position.
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -44,16 +47,21 @@ struct Lumen {
 };
 
 Lumen lumenOf(const std::string& name) {
-  const auto inPipe = [](double y, double z) { return (y - 21.5) * (y - 21.5) + (z - 21.5) * (z - 21.5) <= 20.0 * 20.0; };
-  if (name == "box") return {{0, 47, 0, 39, 0, 39}, {true, true, true}, [](long, long, long) { return false; }};
+  const auto inPipe = [](double y, double z) {
+    return (y - 21.5) * (y - 21.5) + (z - 21.5) * (z - 21.5) <= 20.0 * 20.0;
+  };
+  if (name == "box")
+    return {{0, 47, 0, 39, 0, 39}, {true, true, true}, [](long, long, long) { return false; }};
   if (name == "planes")
     return {{0, 47, 0, 39, 0, 39}, {true, true, false}, [](long, long, long z) { return z <= 0 || z >= 39; }};
   if (name == "inlet")
-    return {{20, 69, 3, 46, 0, 43}, {true, false, false}, [=](long, long y, long z) { return !inPipe(y - 3, z); }};
+    return {{20, 69, 3, 46, 0, 43}, {true, false, false}, [=](long, long y, long z) {
+              return !inPipe(y - 3, z);
+            }};
   const bool step = name == "channel";
-  return {{0, 59, 0, 43, 0, 43},
-          {true, false, false},
-          [=](long x, long y, long z) { return !inPipe(y, z) || (step && x > 20 && x < 40 && y + 0.3 * x < 22); }};
+  return {{0, 59, 0, 43, 0, 43}, {true, false, false}, [=](long x, long y, long z) {
+            return !inPipe(y, z) || (step && x > 20 && x < 40 && y + 0.3 * x < 22);
+          }};
 }
 
 /// Sets up blocks; with a pre-inlet, the last rank has none of them.
@@ -106,8 +114,8 @@ void writeParticles(hemo::HemoCell& hemocell) {
     for (const hemo::HemoCellParticle& p : block.particles) {
       if (!block.isContainedABS(p.sv.position, block.localDomain)) continue;
       char line[200];
-      std::snprintf(line, sizeof line, "%d %8ld %5d %.12g %.12g %.12g\n", p.sv.celltype, p.sv.cellId, p.sv.vertexId,
-                    p.sv.position[0], p.sv.position[1], p.sv.position[2]);
+      std::snprintf(line, sizeof line, "%d %8ld %5d %.12g %.12g %.12g\n", p.sv.celltype, p.sv.cellId,
+                    p.sv.vertexId, p.sv.position[0], p.sv.position[1], p.sv.position[2]);
       mine += line;
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Writes the templates that HemoCell builds from <Cell>.xml of the working directory to <Cell>.off: write_templates RBC PLT
+// Writes the templates that HemoCell builds from <Cell>.xml of the working directory to <Cell>.off:
+// write_templates RBC PLT
 #include <cstdio>
 #include <fstream>
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file Fills a running HemoCell: packmesh::loadParticles(hemocell) instead of hemocell.loadParticles().
 ///
-/// Include it after hemocell.h, in the C++ file of the case. C++11. Only HemoCell's public interfaces are used.
+/// Include it after hemocell.h, in the C++ file of the case. C++11. Only HemoCell's public interfaces are
+/// used.
 #pragma once
 
 #include <mpi.h>
@@ -20,17 +21,18 @@ namespace packmesh {
 
 /// What to pack. Everything that is not set is as `<packing>` in config.xml says, or the program's default.
 struct PackingOptions {
-  double hematocrit = -1.0;         ///< of the fluid nodes, by the volume of the meshes; negative: not set
-  std::map<std::string, long> counts;     ///< by name of the cell type
-  std::map<std::string, double> ratios;   ///< cells of a type per red cell
+  double hematocrit = -1.0;            ///< of the fluid nodes, by the volume of the meshes; negative: not set
+  std::map<std::string, long> counts;  ///< by name of the cell type
+  std::map<std::string, double> ratios;  ///< cells of a type per red cell
   long seed = -1;
   double clearance = -1.0;      ///< least gap between membranes [µm]
   double wallClearance = -1.0;  ///< least gap to the wall [µm]
   std::string method;           ///< "relaxation" or "cat"
-  std::string stateFile;        ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
-  std::string posFolder;        ///< to write .pos files to, too
-  bool periodic = true;         ///< cells cross the periodic faces of the system; false: none does
-  std::int64_t mostNodesOnEveryRank = -1;  ///< larger lattices are distributed over the ranks; negative: the default
+  std::string stateFile;  ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
+  std::string posFolder;  ///< to write .pos files to, too
+  bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
+  std::int64_t mostNodesOnEveryRank =
+      -1;                         ///< larger lattices are distributed over the ranks; negative: the default
   std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "1h"}
 };
 
@@ -77,8 +79,12 @@ inline bool hasCells(hemo::HemoCell& hemocell) {
   return !(hemocell.preInlet && hemocell.preInlet->initialized) || hemocell.partOfpreInlet;
 }
 
-inline std::array<std::int64_t, 3> low(const plb::Box3D& box) { return {{box.x0, box.y0, box.z0}}; }
-inline std::array<std::int64_t, 3> high(const plb::Box3D& box) { return {{box.x1, box.y1, box.z1}}; }
+inline std::array<std::int64_t, 3> low(const plb::Box3D& box) {
+  return {{box.x0, box.y0, box.z0}};
+}
+inline std::array<std::int64_t, 3> high(const plb::Box3D& box) {
+  return {{box.x1, box.y1, box.z1}};
+}
 
 inline std::string configText(hemo::HemoCell& hemocell) {
   tinyxml2::XMLPrinter printer;
@@ -159,8 +165,8 @@ inline std::vector<Point> centredTemplate(const CellType& type) {
   return centred;
 }
 
-/// Adds vertices to the blocks of this rank in which they lie. A vertex beyond a periodic face is added at the opposite
-/// one, with the number that HemoCell gives to the part of a cell that has crossed that face.
+/// Adds vertices to the blocks of this rank in which they lie. A vertex beyond a periodic face is added at
+/// the opposite one, with the number that HemoCell gives to the part of a cell that has crossed that face.
 class Adding {
  public:
   explicit Adding(hemo::HemoCell& hemocell)
@@ -169,7 +175,8 @@ class Adding {
         last_(high(hemocell.lattice->getBoundingBox())) {
     for (const plb::plint id : fields_.immersedParticles->getLocalInfo().getBlocks())
       blocks_.push_back(&fields_.immersedParticles->getComponent(id));
-    for (unsigned int t = 0; t < fields_.size(); ++t) templates_.push_back(centredTemplate(typeOf(*fields_[t])));
+    for (unsigned int t = 0; t < fields_.size(); ++t)
+      templates_.push_back(centredTemplate(typeOf(*fields_[t])));
   }
 
   void operator()(const Cell& cell) {
@@ -232,7 +239,8 @@ inline void requireComplete(hemo::HemoCell& hemocell, const std::vector<std::int
     hemo::HemoCellField& field = *(*hemocell.cellfields)[static_cast<unsigned int>(t)];
     const std::int64_t lost = counts[t] * field.numVertex - vertices[t];
     if (lost == 0) continue;
-    missing += (missing.empty() ? "" : ", ") + std::to_string((lost + field.numVertex - 1) / field.numVertex) + " of " +
+    missing += (missing.empty() ? "" : ", ") +
+               std::to_string((lost + field.numVertex - 1) / field.numVertex) + " of " +
                std::to_string(counts[t]) + " " + field.name;
   }
   if (missing.empty()) return;
@@ -257,8 +265,8 @@ Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
   MPI_Allreduce(MPI_IN_PLACE, &code, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (code != 0) stop(code, filling.message);
   filling.counts.resize(hemocell.cellfields->size(), 0);
-  MPI_Allreduce(MPI_IN_PLACE, filling.counts.data(), static_cast<int>(filling.counts.size()), MPI_INT64_T, MPI_MAX,
-                MPI_COMM_WORLD);
+  MPI_Allreduce(MPI_IN_PLACE, filling.counts.data(), static_cast<int>(filling.counts.size()), MPI_INT64_T,
+                MPI_MAX, MPI_COMM_WORLD);
   return filling;
 }
 
@@ -307,29 +315,30 @@ inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
 
 }  // namespace plugin
 
-/// Packs cells into the fluid nodes of `hemocell` and adds them, instead of hemocell.loadParticles(). After the lattice,
-/// its boundaries, the cell types and periodicity are set. Collective. Ends the program with a message if the packing is
-/// not feasible, or HemoCell does not keep every cell.
-inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const PackingOptions& options = PackingOptions()) {
+/// Packs cells into the fluid nodes of `hemocell` and adds them, instead of hemocell.loadParticles(). After
+/// the lattice, its boundaries, the cell types and periodicity are set. Collective. Ends the program with a
+/// message if the packing is not feasible, or HemoCell does not keep every cell.
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
+                                     const PackingOptions& options = PackingOptions()) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
-    system.mostNodesOnEveryRank = options.mostNodesOnEveryRank;
-    return plugin::fill(system, plugin::requestOf(options));
-  }));
+                            system.mostNodesOnEveryRank = options.mostNodesOnEveryRank;
+                            return plugin::fill(system, plugin::requestOf(options));
+                          }));
 }
 
-/// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a part. Cells that
-/// are not those of a finished packing are the start of one.
+/// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a
+/// part. Cells that are not those of a finished packing are the start of one.
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
-    return plugin::load(system, stateFile);
-  }));
+                            return plugin::load(system, stateFile);
+                          }));
 }
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const char* stateFile) {
   return loadParticles(hemocell, std::string(stateFile));
 }
 
-/// Writes the cells as they are now to a state file, as rigid templates that fit best; their residual is stated. With a
-/// pre-inlet: the cells in it. Collective.
+/// Writes the cells as they are now to a state file, as rigid templates that fit best; their residual is
+/// stated. With a pre-inlet: the cells in it. Collective.
 inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile) {
   hemocell.cellfields->syncEnvelopes();
   hemocell.cellfields->deleteIncompleteCells(false);
@@ -338,8 +347,9 @@ inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile
   });
 }
 
-/// HemoCell counts its cells in .pos files again after loadCheckPoint(), doRestructure() and setSystemPeriodicity(). Call this
-/// then with the number that loadParticles() returned: the numbers of cells across periodic faces depend on it.
+/// HemoCell counts its cells in .pos files again after loadCheckPoint(), doRestructure() and
+/// setSystemPeriodicity(). Call this then with the number that loadParticles() returned: the numbers of cells
+/// across periodic faces depend on it.
 inline void restoreNumberOfCells(hemo::HemoCell& hemocell, std::int64_t cells) {
   hemocell.cellfields->number_of_cells = static_cast<int>(cells);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file What the plug-in's two halves exchange: the half that is compiled with HemoCell's headers, in the standard and
-/// with the flags of HemoCell (packMesh/hemocell.h), and the library, which knows none of them. C++11, plain data.
+/// @file What the plug-in's two halves exchange: the half that is compiled with HemoCell's headers, in the
+/// standard and with the flags of HemoCell (packMesh/hemocell.h), and the library, which knows none of them.
+/// C++11, plain data.
 #pragma once
 
 #include <array>
@@ -35,15 +36,16 @@ struct System {
   std::array<bool, 3> periodic;
   bool isPreInlet = false;
   int particleEnvelope = 0;  ///< [nodes]
-  std::int64_t mostNodesOnEveryRank = -1;  ///< larger lattices are distributed; negative: the default. For tests
-  std::string config;        ///< text of config.xml
+  std::int64_t mostNodesOnEveryRank =
+      -1;              ///< larger lattices are distributed; negative: the default. For tests
+  std::string config;  ///< text of config.xml
   std::vector<CellType> types;
   std::vector<Block> blocks;
 };
 
 /// What to pack.
 struct Request {
-  std::vector<std::string> words;  ///< options of the program packMesh
+  std::vector<std::string> words;              ///< options of the program packMesh
   std::map<std::string, std::int64_t> counts;  ///< as `<species name="..." count="..."/>` in `<packing>`
   std::map<std::string, double> ratios;
 };
@@ -57,8 +59,8 @@ struct Cell {
 };
 
 struct Filling {
-  int exitCode = 0;     ///< that of the program; 0: all went well
-  std::string message;  ///< why not
+  int exitCode = 0;                  ///< that of the program; 0: all went well
+  std::string message;               ///< why not
   std::vector<std::int64_t> counts;  ///< cells of each type, on all ranks
   std::vector<Cell> cells;
 };
@@ -70,15 +72,17 @@ struct DeformedCell {
   std::vector<std::array<double, 3>> vertices;  ///< in one piece [nodes]
 };
 
-/// Packs the cells that the request and `<packing>` ask for. All ranks of `system.ranks` call. Throws nothing.
+/// Packs the cells that the request and `<packing>` ask for. All ranks of `system.ranks` call. Throws
+/// nothing.
 __attribute__((visibility("default"))) Filling fill(const System& system, const Request& request);
 
 /// The cells of a state file. All ranks of `system.ranks` call. Throws nothing.
 __attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile);
 
-/// Writes cells to a state file, as the rigid templates that fit best. Every cell comes from one rank. All ranks of
-/// `system.ranks` call. Throws nothing. @return only exit code and message
-__attribute__((visibility("default"))) Filling save(const System& system, const std::vector<DeformedCell>& cells,
+/// Writes cells to a state file, as the rigid templates that fit best. Every cell comes from one rank. All
+/// ranks of `system.ranks` call. Throws nothing. @return only exit code and message
+__attribute__((visibility("default"))) Filling save(const System& system,
+                                                    const std::vector<DeformedCell>& cells,
                                                     std::int64_t iteration, const std::string& stateFile);
 
 }  // namespace plugin

@@ -72,7 +72,8 @@ TEST_CASE("Distances in a distributed lattice have the right sign and are lower 
   const Communicator ranks = Communicator::world();
   const std::array<int, 3> nodes = {100, 60, 50};
   const std::vector<FluidRun> runs = runsOf(nodes, ranks, 5);
-  const auto whole = latticeOfRuns(nodes, 0.5, runs, ranks, 1 << 30), shared = latticeOfRuns(nodes, 0.5, runs, ranks, 0);
+  const auto whole = latticeOfRuns(nodes, 0.5, runs, ranks, 1 << 30),
+             shared = latticeOfRuns(nodes, 0.5, runs, ranks, 0);
   const VoxelDistance near(*whole), distributed(*shared);
   std::mt19937 random(3);
   int wrongSide = 0, differsNear = 0, tooFar = 0;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file A stand-in of the part of HemoCell that the plug-in uses, written from docs/reference/plugin.md, which lists these
-/// interfaces. Blocks of a lattice are distributed over the ranks; particles have envelopes, cross periodic faces under new
-/// numbers, and are deleted with their cell if it is incomplete, as there. No flow, no mechanics.
+/// @file A stand-in of the part of HemoCell that the plug-in uses, written from docs/reference/plugin.md,
+/// which lists these interfaces. Blocks of a lattice are distributed over the ranks; particles have
+/// envelopes, cross periodic faces under new numbers, and are deleted with their cell if it is incomplete, as
+/// there. No flow, no mechanics.
 #pragma once
 
 #include <mpi.h>
@@ -123,7 +124,8 @@ class Config {
  public:
   explicit Config(std::string const& file) { document.LoadFile(file.c_str()); }
   XMLElement operator[](std::string name) const {
-    return XMLElement(const_cast<tinyxml2::XMLDocument&>(document).RootElement()->FirstChildElement(name.c_str()));
+    return XMLElement(
+        const_cast<tinyxml2::XMLDocument&>(document).RootElement()->FirstChildElement(name.c_str()));
   }
 
  private:
@@ -143,7 +145,8 @@ class HemoCellParticle {
     unsigned short vertexId;
     unsigned char celltype;
   };
-  HemoCellParticle(Array<double, 3> position, plb::plint cellId, plb::plint vertexId, unsigned long celltype) {
+  HemoCellParticle(Array<double, 3> position, plb::plint cellId, plb::plint vertexId,
+                   unsigned long celltype) {
     sv.position = position;
     sv.cellId = cellId;
     sv.vertexId = static_cast<unsigned short>(vertexId);
@@ -287,7 +290,8 @@ inline void HemoCellFields::syncEnvelopes() {
   std::vector<int> origin;
   for (const plb::plint id : immersedParticles->getLocalInfo().getBlocks()) {
     HemoCellParticleField& block = immersedParticles->getComponent(id);
-    block.removeIf([&](HemoCellParticle const& p) { return !block.isContainedABS(p.sv.position, block.localDomain); });
+    block.removeIf(
+        [&](HemoCellParticle const& p) { return !block.isContainedABS(p.sv.position, block.localDomain); });
     for (HemoCellParticle const& p : block.particles) mine.push_back(p.sv);
   }
   int ranks = 1, bytes = static_cast<int>(mine.size() * sizeof(Values));
@@ -296,7 +300,8 @@ inline void HemoCellFields::syncEnvelopes() {
   MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, MPI_COMM_WORLD);
   for (int r = 1; r < ranks; ++r) starts[r] = starts[r - 1] + sizes[r - 1];
   std::vector<Values> all((starts.back() + sizes.back()) / sizeof(Values));
-  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE, MPI_COMM_WORLD);
+  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE,
+                 MPI_COMM_WORLD);
   const plb::Box3D box = hemocell.lattice->getBoundingBox();
   const plb::plint n[3] = {box.x1 - box.x0 + 1, box.y1 - box.y0 + 1, box.z1 - box.z0 + 1};
   const plb::plint steps[3] = {1, periodicity_limit_offset_y, periodicity_limit_offset_z};
@@ -307,7 +312,8 @@ inline void HemoCellFields::syncEnvelopes() {
       for (image[1] = -1; image[1] <= 1; ++image[1])
         for (image[2] = -1; image[2] <= 1; ++image[2]) {
           bool possible = true;
-          for (int a = 0; a < 3; ++a) possible = possible && (image[a] == 0 || immersedParticles->periodicity().get(a));
+          for (int a = 0; a < 3; ++a)
+            possible = possible && (image[a] == 0 || immersedParticles->periodicity().get(a));
           if (!possible) continue;
           for (Values moved : all) {
             for (int a = 0; a < 3; ++a) {

@@ -19,10 +19,12 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   std::optional<test::TemporaryFolder> folder;
   if (ranks.rank() == 0) folder.emplace();
   const fs::path file = fs::path(ranks.broadcast(folder ? folder->path().string() : "", 0)) / "state.h5";
-  PackingProblem problem = test::mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.3, 5);
+  PackingProblem problem =
+      test::mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.3, 5);
   problem.species[1].name = problem.species[0].name + ", region 1";  // two parts of one species
   problem.communicator = ranks;
-  problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { writeState(file, problem, {"packMesh"}, state); }};
+  problem.checkpoints =
+      Checkpoints{{}, [&](const PackingState& state) { writeState(file, problem, {"packMesh"}, state); }};
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
 
@@ -36,8 +38,10 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   CHECK(state.species[0].mesh.vertices == problem.species[0].shape->mesh().vertices);
   CHECK(state.species[0].mesh.triangles == problem.species[0].shape->mesh().triangles);
   std::vector<double> read, packed;
-  for (const StateCell& cell : state.cells) read.insert(read.end(), cell.pose.position.data(), cell.pose.position.data() + 3);
-  for (const Pose& pose : result.poses) packed.insert(packed.end(), pose.position.data(), pose.position.data() + 3);
+  for (const StateCell& cell : state.cells)
+    read.insert(read.end(), cell.pose.position.data(), cell.pose.position.data() + 3);
+  for (const Pose& pose : result.poses)
+    packed.insert(packed.end(), pose.position.data(), pose.position.data() + 3);
   CHECK(ranks.gatherAll(read) == ranks.gatherAll(packed));
 
   if (ranks.rank() == 0) std::ofstream(file, std::ios::app) << "more";
