@@ -96,7 +96,8 @@ std::int64_t Lattice::fluidNodes() const {
 bool Lattice::hasFluidNodes() const {
   if (!pages_) return fluidNodes() > 0;
   if (fluidNodes_) return *fluidNodes_ > 0;
-  if (pages_->coarse().all->fluidNodes() > 0) return true;
+  const std::vector<bool>& blocks = pages_->coarse().all->flags;
+  if (std::find(blocks.begin(), blocks.end(), true) != blocks.end()) return true;
   for (int k = 0; k < nodes_[2]; ++k)
     for (int j = 0; j < nodes_[1]; ++j)
       for (int w = 0; w < wordsPerRow_; ++w)

@@ -5,8 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "hemocell_adapter/hemocell/lattice.h"
-
 namespace packmesh::hemocell {
 namespace {
 
@@ -26,18 +24,12 @@ std::array<int, 3> blocksOf(const std::array<int, 3>& nodes) {
   return blocks;
 }
 
-std::shared_ptr<Lattice> solidLattice(const std::array<int, 3>& nodes) {
-  auto lattice = std::make_shared<Lattice>(nodes, 1.0);
-  for (int k = 0; k < nodes[2]; ++k)
-    for (int j = 0; j < nodes[1]; ++j) lattice->setFluid(0, nodes[0] - 1, j, k, false);
-  return lattice;
-}
-
 /// Classifies blocks: classify(block) returns whether all and whether any of its nodes are fluid.
 template <class Classify>
 CoarseNodes classified(const std::array<int, 3>& nodes, const Classify& classify) {
   const std::array<int, 3> blocks = blocksOf(nodes);
-  const auto all = solidLattice(blocks), any = solidLattice(blocks);
+  const auto all = std::make_shared<BlockFlagsOfLattice>(blocks),
+             any = std::make_shared<BlockFlagsOfLattice>(blocks);
   for (int k = 0; k < blocks[2]; ++k)
     for (int j = 0; j < blocks[1]; ++j)
       for (int i = 0; i < blocks[0]; ++i) {
@@ -183,13 +175,13 @@ const LatticePage& LatticePages::pageAt(const std::array<int, 3>& page) const {
   if (at == lastNumber_) return *last_;
   // Most pages are uniform and need no copy.
   static const LatticePage solid{}, fluid = [] {
-    LatticePage page;
-    page.fill(allBits);
-    return page;
+    LatticePage all;
+    all.fill(allBits);
+    return all;
   }();
   bool all = true, any = false;
   for (int i = blocksPerPage * page[0]; i < blocksPerPage * (page[0] + 1); ++i) {
-    const bool exists = i < coarse_.all->nodes()[0];
+    const bool exists = i < coarse_.all->blocks[0];
     all = all && exists && coarse_.all->fluid(i, page[1], page[2]);
     any = any || (exists && coarse_.any->fluid(i, page[1], page[2]));
   }

@@ -3,21 +3,32 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <unordered_map>
+#include <vector>
 
 namespace packmesh::hemocell {
-
-class Lattice;
 
 /// Flags of 64 x 8 x 8 nodes: word [j + 8 k] holds a row of 64 nodes along x; nodes that do not exist are 0.
 using LatticePage = std::array<std::uint64_t, 64>;
 
-/// Blocks of 8³ nodes, one node of a small lattice for each: those that are all fluid, and those with any
-/// fluid node.
+/// A flag for each block of 8³ nodes.
+struct BlockFlagsOfLattice {
+  std::array<int, 3> blocks;
+  std::vector<bool> flags;
+
+  explicit BlockFlagsOfLattice(const std::array<int, 3>& count)
+      : blocks(count), flags(std::size_t(count[0]) * count[1] * count[2], false) {}
+  std::size_t at(int i, int j, int k) const { return i + blocks[0] * (j + std::size_t(blocks[1]) * k); }
+  bool fluid(int i, int j, int k) const { return flags[at(i, j, k)]; }
+  void setFluid(int i, int j, int k, bool fluid) { flags[at(i, j, k)] = fluid; }
+};
+
+/// The blocks of nodes that are all fluid, and those with any fluid node.
 struct CoarseNodes {
-  std::shared_ptr<const Lattice> all, any;
+  std::shared_ptr<const BlockFlagsOfLattice> all, any;
 };
 
 /// Not thread-safe.

@@ -85,7 +85,8 @@ class SharedNodes final : public LatticePages {
   void classify(const std::vector<BlockFlags>& flags) {
     std::array<int, 3> blocks;
     for (int a = 0; a < 3; ++a) blocks[a] = (nodes()[a] + blockNodes - 1) / blockNodes;
-    const auto all = std::make_shared<Lattice>(blocks, 1.0), any = std::make_shared<Lattice>(blocks, 1.0);
+    const auto all = std::make_shared<BlockFlagsOfLattice>(blocks),
+               any = std::make_shared<BlockFlagsOfLattice>(blocks);
     for (int k = 0; k < blocks[2]; ++k)
       for (int j = 0; j < blocks[1]; ++j)
         for (int i = 0; i < blocks[0]; ++i) {

@@ -250,10 +250,14 @@ void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
 
 WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
   constexpr double edge = LatticePages::blockNodes;
-  const Lattice& blocks = *inside_.pages()->coarse().all;
   if (transform_.value.empty()) {
+    const BlockFlagsOfLattice& flags = *inside_.pages()->coarse().all;
+    Lattice blocks(flags.blocks, 1.0);
+    for (int k = 0; k < flags.blocks[2]; ++k)
+      for (int j = 0; j < flags.blocks[1]; ++j)
+        for (int i = 0; i < flags.blocks[0]; ++i) blocks.setFluid(i, j, k, flags.fluid(i, j, k));
     std::array<int, 3> samples;
-    for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k] = blocks.nodes()[k] + 1;
+    for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k] = flags.blocks[k] + 1;
     transform_.spacing = 1;
     transform_.value = voxelTransform(blocks, 1, samples);
   }
