@@ -8,6 +8,7 @@ scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model|growt
   model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, compares them with the model, and prints
           predictions for up to 1,024 ranks and 10^9 cells (docs/explanation/scaling.md)
   growth  --method cat, planes from chords, at 0.40: 1,000, 10,000 and 100,000 cells on 1 and 2 ranks
+  growth-model  the model for --method cat, from 1,000 and 10,000 cells on 1, 2, 4 and 8 ranks
 
 Without a name: ranks and model. Tables are Markdown.
 """
@@ -30,7 +31,7 @@ LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
 MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
 WRITING = 5e8  # [byte/s]: .pos files go through the first rank
 LINE = 115  # [byte] of a .pos file
-REDUCTIONS = 2  # per sweep, over all ranks
+REDUCTIONS, GROWTH_REDUCTIONS = 2, 8  # per sweep and per iteration of growth, over all ranks
 
 
 class Run:
@@ -63,31 +64,30 @@ class Run:
             found = re.search(pattern, output)
             return float(found.group(1)) if found else 0.0
 
-        self.sweeps = number(r"Packing: (\d+) sweeps")
-        self.iterations = number(r"Growth: (\d+) iterations")
-        self.growth = number(r"growth ([\d.]+) s, certificate")
-        self.relaxation = number(r"relaxation ([\d.]+) s")
+        # With --method cat, what is said of sweeps here holds for the iterations of growth.
+        self.sweeps = number(r"Growth: (\d+) iterations" if growth else r"Packing: (\d+) sweeps")
+        self.relaxation = number(r"growth ([\d.]+) s, certificate" if growth else r"relaxation ([\d.]+) s")
         self.certificate = number(r"certificate ([\d.]+) s")
         self.cpu = number(r"Time: ([\d.]+) s CPU")
         self.messages = number(r"sent ([\d.]+) messages")
-        self.kilobytes = number(r"and ([\d.]+) kB per sweep")
+        self.kilobytes = number(r"and ([\d.]+) kB per (?:sweep|iteration)")
 
 
 def median(runs, what):
     return statistics.median(getattr(run, what) for run in runs)
 
 
-MEASURED = {}  # runs of all tables, by cells and ranks
+MEASURED = {}, {}  # runs of all tables, by cells and ranks: relaxation, growth
 
 
-def interleaved(program, cases, repeats):
+def interleaved(program, cases, repeats, growth=False):
     """Runs all cases in turn, repeatedly, so that other load on the machine affects all of them alike."""
     for repeat in range(repeats):
         for cells, ranks in cases:
-            runs = MEASURED.setdefault((cells, ranks), [])
+            runs = MEASURED[growth].setdefault((cells, ranks), [])
             if len(runs) <= repeat and not (cells >= LARGE and runs):
-                runs.append(Run(program, cells, ranks))
-    return MEASURED
+                runs.append(Run(program, cells, ranks, growth=growth))
+    return MEASURED[growth]
 
 
 def sizes(program, repeats):
@@ -138,7 +138,7 @@ def growth(program, repeats):
         for n, of in runs.items():
             wall = median(of, "wall") - (start if n > 1 else 0.0)
             memory = median(of, "memory")
-            print(f"| {cells:,} | {n} | {median(of, 'iterations'):.0f} | {1e3 * n * wall / cells:.2f} | {median(of, 'wall'):.1f} "
+            print(f"| {cells:,} | {n} | {median(of, 'sweeps'):.0f} | {1e3 * n * wall / cells:.2f} | {median(of, 'wall'):.1f} "
                   f"| {one / (n * wall):.2f} | {memory / 1e6:.0f} | {(memory - median(few[n], 'memory')) * n / cells / 1e3:.2f} |", flush=True)
     print(f"\nEfficiency and times of all ranks without mpirun's start, {start:.2f} s. Memory per cell: beyond that of a "
           "packing of one cell, over all ranks.\n")
@@ -150,14 +150,17 @@ class Model:
     Work per cell is measured on one rank; the bytes that ranks exchange on two.
     """
 
-    def __init__(self, alone, shared, start):
+    def __init__(self, alone, shared, start, growth=False):
         """alone: runs on one rank, of several sizes; shared: the same on two ranks."""
         self.start = start
+        self.reductions = GROWTH_REDUCTIONS if growth else REDUCTIONS
         logs = [math.log10(runs[0].cells) for runs in alone]
         sweeps = [median(runs, "sweeps") for runs in alone]
         mean = sum(logs) / len(logs)
         self.slope = sum((x - mean) * y for x, y in zip(logs, sweeps)) / sum((x - mean) ** 2 for x in logs)
         self.offset = sum(sweeps) / len(sweeps) - self.slope * mean
+        if growth:  # the last of many iterations move few cells: work per cell does not grow with their number
+            self.slope, self.offset = 0.0, sweeps[-1]
         largest = alone[-1]
         cells = largest[0].cells
         self.per_sweep = median(largest, "relaxation") / (cells * median(largest, "sweeps"))  # [s per cell]
@@ -188,20 +191,22 @@ class Model:
         if n == 1:
             return compute, 0.0, 0.0
         latency, bandwidth = network
-        messages = self.messages_per_neighbour * min(n - 1, 26) + REDUCTIONS * math.ceil(math.log2(n))
+        messages = self.messages_per_neighbour * min(n - 1, 26) + self.reductions * math.ceil(math.log2(n))
         exchange = sweeps * (messages * latency + faces * self.bytes_per_face_cell / bandwidth)
         return self.start + compute, exchange, cells * LINE / writing
 
 
-def model(program, repeats):
-    small, middle, large = 1000, 10000, 100000
-    cases = [(small, 1), (small, 2)] + [(c, n) for c in (middle, large) for n in (1, 2, 4, 8)]
-    runs = interleaved(program, cases, repeats)
+def model(program, repeats, growth=False):
+    sizes_measured = (1000, 10000) if growth else (1000, 10000, 100000)
+    small = sizes_measured[0]
+    cases = [(small, 1), (small, 2)] + [(c, n) for c in sizes_measured[1:] for n in (1, 2, 4, 8)]
+    runs = interleaved(program, cases, repeats, growth)
     start = max(0.0, median(runs[small, 2], "wall") - median(runs[small, 1], "wall") / 2)
-    of = Model([runs[c, 1] for c in (small, middle, large)], [runs[c, 2] for c in (middle, large)], start)
-    print(f"Measured: {1e6 * of.per_sweep:.2f} µs per cell and sweep, {1e6 * of.once:.0f} µs per cell once, "
-          f"{of.offset:.1f} + {of.slope:.1f} log10(cells) sweeps; per sweep and cell at the faces {of.bytes_per_face_cell:.0f} "
-          f"bytes and {1e6 * of.per_face_cell:.1f} µs; {of.messages_per_neighbour:.0f} messages per sweep and neighbour, "
+    of = Model([runs[c, 1] for c in sizes_measured], [runs[c, 2] for c in sizes_measured[1:]], start, growth)
+    sweep = "iteration" if growth else "sweep"
+    print(f"Measured: {1e6 * of.per_sweep:.2f} µs per cell and {sweep}, {1e6 * of.once:.0f} µs per cell once, "
+          f"{of.offset:.1f} + {of.slope:.1f} log10(cells) {sweep}s; per {sweep} and cell at the faces {of.bytes_per_face_cell:.0f} "
+          f"bytes and {1e6 * of.per_face_cell:.1f} µs; {of.messages_per_neighbour:.0f} messages per {sweep} and neighbour, "
           f"{of.start:.2f} s to start.\n")
     print("| cells | ranks | measured [s] | model [s] | model / measured |\n| --- | --- | --- | --- | --- |")
     for cells, n in cases:
@@ -233,10 +238,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--packMesh", default=os.path.join(here, "..", "build", "bin", "packMesh"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("tables", nargs="*", choices=["sizes", "ranks", "model", "growth", []], default=["ranks", "model"])
+    parser.add_argument("tables", nargs="*", choices=["sizes", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
     options = parser.parse_args()
     for table in options.tables:
-        {"sizes": sizes, "ranks": ranks, "model": model, "growth": growth}[table](os.path.abspath(options.packMesh), options.repeats)
+        of = {"sizes": sizes, "ranks": ranks, "model": model, "growth": growth,
+              "growth-model": lambda program, repeats: model(program, repeats, growth=True)}
+        of[table](os.path.abspath(options.packMesh), options.repeats)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/output/growth_frames.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
@@ -90,6 +91,11 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
   problem.limits.maxSeconds = limits.maxSeconds;
   if (limits.maxSweeps > 0) problem.limits.maxSweeps = std::min(limits.maxSweeps, problem.limits.maxSweeps);
   problem.limits.fewerCells = limits.fewerCells;
+  std::optional<GrowthFrames> frames;
+  if (scene_.growthFrames > 0) {
+    frames.emplace(problem, scene_.outputDirectory / "growth_frames", scene_.growthFrames);
+    problem.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
+  }
   StateFiles states(scene_, problem);
   if (scene_.stateFile) problem.checkpoints = states.checkpoints();
   if (scene_.restart && !begun_) problem.resume = stateToContinue(scene_, problem);

@@ -157,7 +157,7 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
 }
 
 Report statisticsOf(const Statistics& s) {
-  Report all = {{"blocks", s.blocks}, {"sweeps", s.sweeps}, {"repairs", s.repairs}};
+  Report all = {{"blocks", s.blocks}, {"sweeps", s.sweeps}, {"repairs", s.repairs}, {"search", s.searching}};
   all["growth"] = nullptr;
   if (s.growth)
     all["growth"] = {{"iterations", s.growth->iterations},

@@ -280,11 +280,15 @@ class Page {
     std::string words;
     for (const Json& word : r_["command"]) words += (words.empty() ? "" : " ") + quoted(word);
     const Json &times = r_["times"], &statistics = r_["statistics"];
+    const Json& growth = statistics["growth"];
+    const auto effort = (growth.is_null() ? statistics["sweeps"] : growth["iterations"]).get<std::int64_t>() +
+                        statistics["search"].get<std::int64_t>();
     return "<pre>" + escaped(words) + "</pre>\n" +
-           note(fmt::format("Run time {} on {} rank{}; {} sweeps, {} rounds of repair. The same command and "
+           note(fmt::format("Run time {} on {} rank{}; {} {}, {} rounds of repair. The same command and "
                             "version write the same .pos files, on any number of ranks.",
                             durationText(times["wall"].get<double>()), shown(times["ranks"]),
-                            times["ranks"] == 1 ? "" : "s", shown(statistics["sweeps"]),
+                            times["ranks"] == 1 ? "" : "s", effort,
+                            growth.is_null() ? "sweeps" : "iterations of growth",
                             shown(statistics["repairs"])));
   }
 

@@ -99,10 +99,8 @@ std::string reachedText(const Scene& scene, const PackingResult& result, const T
       fmt::format("{} {}{}; {} done, including the search for fewer cells",
                   scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time, done.effort());
   const std::string what =
-      result.searched
-          ? "the densest certified packing found"
-          : std::string(scene.escape ? "" : "the time limit ended the search for the densest packing; ") +
-                "a certified packing found";
+      result.searched ? "the densest certified packing found"
+                      : "the time limit ended the search for the densest packing; a certified packing found";
   return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
                      what, tally.redMesh / scene.referenceVolume(),
                      scene.fluidVolume ? "fluid nodes" : "lumen", counts);
@@ -285,6 +283,8 @@ std::vector<std::string> effortLines(const Statistics& s) {
                     "certificate {:.3f} s",
                     s.sweeps, s.repairs, s.placementSeconds, s.relaxationSeconds, s.certificateSeconds));
   }
+  if (s.searching > 0)
+    lines.push_back(fmt::format("Search for the densest packing: {} {} more", s.searching, s.unit()));
   return lines;
 }
 

@@ -83,8 +83,9 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
                 "number of iterations over which stalling is judged"),
       attribute("stalledGrowth", &G::stalledGrowth, nonNegative("fraction of the missing growth", 1e3),
                 "mean growth below which cells count as stalled"),
-      attribute("relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
-                "sweeps of the relaxation after growth stalls; 0: none, as in the thesis"),
+      attribute(
+          "relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
+          "sweeps of the relaxation after growth stalls or its iterations end; 0: none, as in the thesis"),
       attribute("giveUpAfter", &G::giveUpAfter, integerFrom(0),
                 "give up after this many stalls at one barrier despite relaxation; 0: never"),
       attribute("attempts", &G::attempts, integerFrom(1),

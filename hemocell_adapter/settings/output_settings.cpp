@@ -59,6 +59,12 @@ std::vector<Setting> outputSettings() {
       flagSetting("vtp-meshes", &R::vtpMeshes,
                   "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)")
           .notForCheck(),
+      setting("growth-frames", &R::growthFrames, integer("n", "states", 1, 1e9),
+              "with --method cat: write every n-th state of growth to the folder growth_frames, as series of "
+              "membranes and CAT cells for ParaView (about 65 kB per red cell and state)")
+          .byDefault("none")
+          .onlyFor(Method::cat)
+          .notForCheck(),
       setting("report", &R::reportFile, file(),
               "write a report: file.json, or file.html (with file.json beside it)")
           .notForCheck(),

@@ -3,50 +3,72 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <map>
 #include <utility>
 
 #include "packMesh/core/timer.h"
-#include "packMesh/escape/assignment.h"
-#include "packMesh/escape/holes.h"
+#include "packMesh/escape/block_escape.h"
 
 namespace packmesh {
 namespace {
 
-/// Gains below this fraction of a cell's volume count as zero.
-constexpr double leastGain = 1e-6;
+/// Unit in which volumes are summed as integers [fraction of the lumen], so that the sum does not depend on
+/// the order.
+constexpr double unitsOfVolume = 0x1p60;
 
-/// A body is tried in a hole if the hole's sphere has at least this fraction of its volume.
-constexpr double holeFraction = 0.05;
+/// Work of a cell below full size in multiples of that of others, for load balancing.
+constexpr std::int64_t workOfLacking = 16;
 
 class Escape {
  public:
   Escape(const GrowthScene& scene, const GrowthSettings& growth, const EscapeSettings& settings,
          const PlaneFunctionFactory& factory, const std::function<bool()>& stop,
-         const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body>& state)
+         const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body> own)
       : scene_(scene),
         growth_(growth),
         settings_(settings),
+        factory_(factory),
         stop_(stop),
         observe_(observe),
         reserve_(settings.reserve),
-        state_(state),
-        planeFunction_(factory(scene)),
+        nextId_(1 - scene.communicator.min(-largestId(own))),
+        // A cell that its block changes stays this near to the block: so do those of other blocks of the
+        // colour, which therefore need not be known.
+        drift_(largestReach(scene.shapes)),
+        cells_(scene, std::move(own), range(), 0, range() + drift_),
         rooms_(scene, growth, factory, settings.orientations) {
     reserve_.resize(scene.shapes.size(), 0);
   }
 
   std::vector<EscapePhase> operator()() {
     phase("start", [](EscapePhase&) {});
-    phase("swapping", [this](EscapePhase& p) { swap(p); });
-    phase("enlargement", [this](EscapePhase& p) { enlarge(p); });
-    phase("replacement", [this](EscapePhase& p) { replace(p); });
+    phase("swapping", [this](EscapePhase& p) { inAllBlocks(p, [](BlockEscape& block) { block.swap(); }); });
+    phase("enlargement",
+          [this](EscapePhase& p) { inAllBlocks(p, [](BlockEscape& block) { block.enlarge(); }); });
+    phase("replacement", [this](EscapePhase& p) {
+      withReserve(p, [](BlockEscape& block, ReserveShare& share) { block.replace(share); });
+    });
     phase("growth", [this](EscapePhase& p) { growAll(p); });
-    phase("hole filling", [this](EscapePhase& p) { fillHoles(p); });
+    phase("hole filling", [this](EscapePhase& p) {
+      if (noReserve()) return;
+      const Holes holes(scene_);
+      withReserve(p, [&](BlockEscape& block, ReserveShare& share) { block.fillHoles(holes, share); });
+    });
     return std::move(phases_);
   }
 
+  std::vector<Body> cells() const { return cells_.own(); }
+
  private:
+  static std::int64_t largestId(const std::vector<Body>& cells) {
+    std::int64_t largest = -1;
+    for (const Body& cell : cells) largest = std::max(largest, cell.id);
+    return largest;
+  }
+
+  /// Distance from a block within which cells matter to it [µm].
+  double range() const { return drift_ + 2.0 * largestReach(scene_.shapes) + scene_.clearance; }
+
   template <class Work>
   void phase(const char* name, Work&& work) {
     EscapePhase phase;
@@ -55,153 +77,164 @@ class Escape {
       const Timer watch(phase.seconds);
       if (!stopped()) work(phase);
     }
-    for (const Body& cell : state_) {
-      phase.coverage += volume(cell.species, cell.scale) / scene_.container->volume();
-      phase.full += cell.scale == 1.0;
+    const std::vector<Body> own = cells_.own();
+    std::vector<std::int64_t> sums = {phase.tried, phase.changed, static_cast<std::int64_t>(own.size()), 0,
+                                      0};
+    for (const Body& cell : own) {
+      const double share = scene_.shapes[cell.species]->volume() / scene_.container->volume();
+      sums[3] += cell.scale == 1.0;
+      sums[4] += std::llround(cell.scale * cell.scale * cell.scale * share * unitsOfVolume);
     }
-    phase.cells = static_cast<std::int64_t>(state_.size());
+    scene_.communicator.sum(sums);
+    phase.tried = sums[0];
+    phase.changed = sums[1];
+    phase.cells = sums[2];
+    phase.full = sums[3];
+    phase.coverage = static_cast<double>(sums[4]) / unitsOfVolume;
     phases_.push_back(phase);
-    if (observe_) observe_(state_);
+    if (observe_) observe_(own);
   }
 
-  bool stopped() const { return stop_ && stop_(); }
-
-  double volume(int species, double scale) const {
-    return scale * scale * scale * scene_.shapes[species]->volume();
+  bool stopped() { return scene_.communicator.any(left_) || (stop_ && stop_()); }
+  bool stoppedHere() {
+    left_ = left_ || (scene_.stop && scene_.stop());
+    return left_;
   }
-  double volumeOf(std::int64_t cell) const { return volume(state_[cell].species, state_[cell].scale); }
 
-  /// Cells below full size, in descending order of missing volume.
-  std::vector<std::int64_t> lacking() const {
-    std::vector<std::pair<double, std::int64_t>> order;
-    for (std::size_t i = 0; i < state_.size(); ++i)
-      if (state_[i].scale < 1.0)
-        order.emplace_back(volumeOf(static_cast<std::int64_t>(i)) - volume(state_[i].species, 1.0),
-                           static_cast<std::int64_t>(i));
-    std::sort(order.begin(), order.end());
-    std::vector<std::int64_t> cells;
-    for (const auto& entry : order) cells.push_back(entry.second);
+  bool noReserve() const {
+    return std::all_of(reserve_.begin(), reserve_.end(), [](std::int64_t bodies) { return bodies <= 0; });
+  }
+
+  void balance() {
+    for (std::size_t i = 0; i < cells_.all().size(); ++i)
+      if (cells_.isOwn(static_cast<std::int64_t>(i)))
+        cells_.addWork(static_cast<std::int64_t>(i), cells_.all()[i].scale < 1.0 ? workOfLacking : 1);
+    cells_.distribute();
+  }
+
+  /// Calls work(number, block) for this rank's blocks for which chosen(number).
+  template <class Chosen, class Work>
+  void inBlocks(EscapePhase& phase, Chosen&& chosen, Work&& work) {
+    const Communicator& ranks = scene_.communicator;
+    for (int colour = 0; colour < BlockGrid::colours; ++colour) {
+      if (!cells_.grid().has(colour)) continue;
+      if (stopped()) return;
+      std::int64_t tried = 0;
+      Rooms::Counters most = counters_;
+      std::vector<Body> added;
+      for (const GrowingCells::Block& block : cells_.blocksOf(colour)) {
+        if (!chosen(block.number)) continue;
+        Rooms::Trials trials{permittedIn(block.number), [this] { return stoppedHere(); }, counters_};
+        BlockEscape escape(scene_, settings_, rooms_, trials, cells_.grid().boxOf(block.number),
+                           cellsOf(block),
+                           nextId_ + static_cast<std::int64_t>(block.number) * settings_.holes);
+        work(block.number, escape);
+        tried += escape.tried();
+        phase.changed += escape.changed();
+        most.trials = std::max(most.trials, trials.counters.trials);
+        most.iterations = std::max(most.iterations, trials.counters.iterations);
+        takeBack(block, escape.cells(), added);
+      }
+      phase.tried += tried;
+      counters_ = {-ranks.min(-most.trials), -ranks.min(-most.iterations)};
+      if (ranks.any(tried > 0)) exchange(std::move(added));
+    }
+  }
+
+  /// The same for all blocks.
+  template <class Work>
+  void inAllBlocks(EscapePhase& phase, Work&& work) {
+    balance();
+    inBlocks(
+        phase, [](int) { return true; }, [&](int, BlockEscape& block) { work(block); });
+  }
+
+  LocalGrowth::Permitted permittedIn(int block) const {
+    if (cells_.grid().count() == 1) return {};
+    return [this, block](const Vec3& p) { return cells_.grid().squaredDistance(p, block) < drift_ * drift_; };
+  }
+
+  /// Of a block and, frozen, those around it.
+  std::vector<Body> cellsOf(const GrowingCells::Block& block) const {
+    std::vector<Body> cells;
+    for (const std::int64_t i : block.cells) cells.push_back(cells_.all()[i]);
+    for (const std::int64_t i : block.around) {
+      cells.push_back(cells_.all()[i]);
+      cells.back().frozen = true;
+    }
     return cells;
   }
 
-  /// A group of cells no two of which are neighbours: some below full size, and others to swap with.
-  std::vector<std::int64_t> group(const std::vector<std::int64_t>& wanted) const {
-    std::vector<std::int64_t> order = wanted, members;
-    for (std::size_t i = 0; i < state_.size(); ++i)
-      if (state_[i].scale == 1.0 && !scene_.isFixed(state_[i])) order.push_back(static_cast<std::int64_t>(i));
-    for (const std::int64_t cell : order) {
-      if (static_cast<int>(members.size()) == settings_.groupSize) break;
-      // At most half of them are below full size: full-size cells may have more room than they need.
-      if (state_[cell].scale < 1.0 && static_cast<int>(members.size()) >= settings_.groupSize / 2) continue;
-      const bool apart = std::none_of(members.begin(), members.end(), [&](std::int64_t other) {
-        return other == cell || rooms_.neighbours(state_, cell, other);
-      });
-      if (apart) members.push_back(cell);
-    }
-    return members;
+  void takeBack(const GrowingCells::Block& block, const std::vector<Body>& cells, std::vector<Body>& added) {
+    for (std::size_t k = 0; k < block.cells.size(); ++k) cells_.all()[block.cells[k]] = cells[k];
+    added.insert(added.end(),
+                 cells.begin() + static_cast<std::ptrdiff_t>(block.cells.size() + block.around.size()),
+                 cells.end());
   }
 
-  void swap(EscapePhase& phase) {
-    std::vector<std::int64_t> wanted = lacking();
-    for (int round = 0; round < settings_.swapRounds && !wanted.empty() && !stopped(); ++round) {
-      const std::vector<std::int64_t> members = group(wanted);
-      for (const std::int64_t cell : members)
-        wanted.erase(std::remove(wanted.begin(), wanted.end(), cell), wanted.end());
-      swapWithin(members, phase);
-    }
+  /// Numbers the new cells, in the order of the blocks, and tells other ranks what has changed.
+  void exchange(std::vector<Body> added) {
+    const auto own = static_cast<std::int64_t>(added.size());
+    const std::int64_t first = nextId_ + scene_.communicator.sumBefore({own})[0];
+    for (std::size_t k = 0; k < added.size(); ++k) added[k].id = first + static_cast<std::int64_t>(k);
+    nextId_ += scene_.communicator.sum(own);
+    cells_.add(added);
+    cells_.distribute();
   }
 
-  void swapWithin(const std::vector<std::int64_t>& members, EscapePhase& phase) {
-    const std::size_t n = members.size();
-    // By room and species: bodies of one species differ only in position.
-    std::vector<std::vector<std::optional<Pose>>> reached(n);
-    std::vector<std::vector<double>> score(n, std::vector<double>(n, 0.0));
-    for (std::size_t room = 0; room < n; ++room) {
-      reached[room].resize(scene_.shapes.size());
-      std::vector<char> tried(scene_.shapes.size(), 0);
-      for (const std::int64_t cell : members) {
-        const int species = state_[cell].species;
-        if (std::exchange(tried[species], 1)) continue;
-        if (species == state_[members[room]].species) {
-          reached[room][species] = state_[members[room]].pose();
-        } else {
-          ++phase.tried;
-          reached[room][species] = rooms_.largest(state_, members[room], species, stop_);
-        }
+  /// Of `parts` blocks, the one at this place: shares differ by one at most, evenly spread, and the last one
+  /// is not empty.
+  ReserveShare shareAt(std::int64_t place, std::int64_t parts) const {
+    ReserveShare share;
+    for (const std::int64_t bodies : reserve_) {
+      const auto upTo = [&](std::int64_t n) { return n * (bodies / parts) + n * (bodies % parts) / parts; };
+      share.bodies.push_back(upTo(place + 1) - upTo(place));
+      share.elsewhere.push_back(bodies - share.bodies.back());
+    }
+    return share;
+  }
+
+  /// Calls work(block, share) with shares of the reserve for blocks that have not had enough, until all have
+  /// or nothing is left. The last of the blocks always has a share of every species, so each round either
+  /// uses some of it or leaves fewer blocks.
+  template <class Work>
+  void withReserve(EscapePhase& phase, Work&& work) {
+    balance();
+    std::vector<int> waiting = cells_.ownBlocks();
+    while (!noReserve() && !stopped()) {
+      const auto own = static_cast<std::int64_t>(waiting.size());
+      const std::int64_t all = scene_.communicator.sum(own);
+      if (all == 0) return;
+      const std::int64_t first = scene_.communicator.sumBefore({own})[0];
+      std::map<int, ReserveShare> shares;
+      for (std::size_t k = 0; k < waiting.size(); ++k) {
+        ReserveShare share = shareAt(first + static_cast<std::int64_t>(k), all);
+        const bool empty = std::all_of(share.bodies.begin(), share.bodies.end(),
+                                       [](std::int64_t bodies) { return bodies == 0; });
+        if (!empty) shares.emplace(waiting[k], std::move(share));
       }
-    }
-    double before = 0.0, after = 0.0;
-    for (std::size_t body = 0; body < n; ++body)
-      for (std::size_t room = 0; room < n; ++room) {
-        const int species = state_[members[body]].species;
-        const auto& pose = reached[room][species];
-        score[body][room] = pose ? volume(species, pose->scale) : -scene_.container->volume();
-      }
-    const std::vector<int> roomOf = bestAssignment(score);
-    for (std::size_t body = 0; body < n; ++body) {
-      before += score[body][body];
-      after += score[body][roomOf[body]];
-    }
-    if (after <= (1.0 + leastGain) * before) return;
-    std::vector<Body> swapped = state_;
-    for (std::size_t body = 0; body < n; ++body) {
-      const int species = state_[members[body]].species;
-      Body& place = swapped[members[roomOf[body]]];
-      phase.changed += place.species != species;
-      place.species = species;
-      place.setPose(*reached[roomOf[body]][species]);
-    }
-    std::vector<std::int64_t> sorted = members;
-    std::sort(sorted.begin(), sorted.end());
-    if (StepHalving(scene_).examine(swapped, sorted).clean()) state_ = std::move(swapped);
-  }
-
-  /// Tries another body in the room of a cell, or the same one rotated, and keeps it if that gains volume.
-  bool take(std::int64_t cell, int species) {
-    const std::optional<Pose> pose = rooms_.largest(state_, cell, species, stop_);
-    if (!pose || volume(species, pose->scale) <= (1.0 + leastGain) * volumeOf(cell)) return false;
-    state_[cell].species = species;
-    state_[cell].setPose(*pose);
-    return true;
-  }
-
-  void enlarge(EscapePhase& phase) {
-    for (const std::int64_t cell : lacking()) {
-      if (stopped()) return;
-      ++phase.tried;
-      const double before = volumeOf(cell);
-      rooms_.enlarge(state_, cell, stop_);
-      if (state_[cell].scale < 1.0) take(cell, state_[cell].species);
-      phase.changed += volumeOf(cell) > before;
-    }
-  }
-
-  /// Species in the reserve, in descending order of size.
-  std::vector<int> inStock() const {
-    std::vector<int> species;
-    for (std::size_t s = 0; s < reserve_.size(); ++s)
-      if (reserve_[s] > 0) species.push_back(static_cast<int>(s));
-    std::stable_sort(species.begin(), species.end(),
-                     [&](int a, int b) { return volume(a, 1.0) > volume(b, 1.0); });
-    return species;
-  }
-
-  void replace(EscapePhase& phase) {
-    for (const std::int64_t cell : lacking()) {
-      if (stopped()) return;
-      ++phase.tried;
-      const int first = state_[cell].species;
-      for (const int species : inStock())
-        if (species != state_[cell].species && volume(species, 1.0) > volumeOf(cell)) take(cell, species);
-      if (state_[cell].species == first) continue;
-      ++phase.changed;
-      ++reserve_[first];
-      --reserve_[state_[cell].species];
+      std::vector<std::int64_t> used(reserve_.size(), 0);
+      inBlocks(
+          phase, [&](int block) { return shares.count(block) > 0; },
+          [&](int number, BlockEscape& block) {
+            ReserveShare& share = shares.at(number);
+            for (std::size_t s = 0; s < used.size(); ++s) used[s] += share.bodies[s];
+            work(block, share);
+            for (std::size_t s = 0; s < used.size(); ++s) used[s] -= share.bodies[s];
+            if (!block.missed()) waiting.erase(std::find(waiting.begin(), waiting.end(), number));
+          });
+      scene_.communicator.sum(used);
+      for (std::size_t s = 0; s < used.size(); ++s) reserve_[s] -= used[s];
     }
   }
 
   void growAll(EscapePhase& phase) {
-    if (lacking().empty()) return;
+    std::vector<Body> own = cells_.own();
+    std::vector<IdScale> before;
+    for (const Body& cell : own)
+      if (cell.scale < 1.0) before.push_back({cell.id, cell.scale});
+    if (!scene_.communicator.any(!before.empty())) return;
+    phase.tried = static_cast<std::int64_t>(before.size());
     GrowthSettings last = growth_;
     last.barriers = {growth_.barriers.back()};
     last.initialScale = 0.0;
@@ -209,48 +242,48 @@ class Escape {
     GrowthCallbacks callbacks;
     callbacks.stop = stop_;
     GrowthStatistics statistics;
-    const std::vector<std::int64_t> cells = lacking();
-    std::vector<double> before;
-    for (const std::int64_t cell : cells) before.push_back(state_[cell].scale);
-    for (std::size_t i = 0; i < state_.size(); ++i) state_[i].id = static_cast<std::int64_t>(i);
-    grow(scene_, last, *planeFunction_, callbacks, state_, statistics);
-    phase.tried = static_cast<std::int64_t>(cells.size());
-    for (std::size_t k = 0; k < cells.size(); ++k) phase.changed += state_[cells[k]].scale > before[k];
+    grow(scene_, last, *factory_(scene_), callbacks, own, statistics);
+    std::vector<IdScale> after;
+    for (const Body& cell : own) after.push_back({cell.id, cell.scale});
+    phase.changed = larger(before, after);
+    cells_.replace(std::move(own));
   }
 
-  void fillHoles(EscapePhase& phase) {
-    std::vector<int> species = inStock();
-    if (species.empty()) return;
-    const double least = std::cbrt(0.75 / M_PI * holeFraction * volume(species.back(), 1.0));
-    for (const Sphere& hole : findHoles(scene_, state_, least)) {
-      if (phase.tried == settings_.holes || stopped()) return;
-      ++phase.tried;
-      const double room = 4.0 / 3.0 * M_PI * hole.radius * hole.radius * hole.radius;
-      for (const int s : inStock()) {
-        if (room < holeFraction * volume(s, 1.0)) continue;
-        const auto cell = static_cast<std::int64_t>(state_.size());
-        state_.push_back(makeBody(cell, s, Pose{1.0, Quaternion::Identity(), hole.center}));
-        const std::optional<Pose> pose = rooms_.largest(state_, cell, s, stop_);
-        if (pose && pose->scale == 1.0) {
-          state_[cell].setPose(*pose);
-          --reserve_[s];
-          ++phase.changed;
-          break;
-        }
-        state_.pop_back();
-      }
-    }
+  struct IdScale {
+    std::int64_t id;
+    double scale;
+  };
+
+  /// Number of cells whose scale was less before, as far as this rank counts: those of certain ids, since
+  /// cells can have changed ranks.
+  std::int64_t larger(const std::vector<IdScale>& before, const std::vector<IdScale>& after) const {
+    const auto countedHere = [&](const std::vector<IdScale>& own) {
+      const int ranks = scene_.communicator.size();
+      std::vector<std::vector<IdScale>> to(ranks);
+      for (const IdScale& cell : own) to[cell.id % ranks].push_back(cell);
+      std::map<std::int64_t, double> scales;
+      for (const std::vector<IdScale>& some : scene_.communicator.exchange(to))
+        for (const IdScale& cell : some) scales.emplace(cell.id, cell.scale);
+      return scales;
+    };
+    const std::map<std::int64_t, double> first = countedHere(before), last = countedHere(after);
+    return std::count_if(first.begin(), first.end(),
+                         [&](const auto& cell) { return last.at(cell.first) > cell.second; });
   }
 
   const GrowthScene& scene_;
   const GrowthSettings& growth_;
   const EscapeSettings& settings_;
+  const PlaneFunctionFactory& factory_;
   const std::function<bool()>& stop_;
   const std::function<void(const std::vector<Body>&)>& observe_;
   std::vector<std::int64_t> reserve_;  ///< bodies left, per species
-  std::vector<Body>& state_;
-  std::unique_ptr<PlaneFunction> planeFunction_;
+  std::int64_t nextId_;
+  double drift_;  ///< [µm]
+  GrowingCells cells_;
   Rooms rooms_;
+  Rooms::Counters counters_;  ///< the largest of any block so far, so that no block repeats random numbers
+  bool left_ = false;         ///< this rank has abandoned work
   std::vector<EscapePhase> phases_;
 };
 
@@ -260,8 +293,11 @@ std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& 
                                 const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
                                 const std::function<void(const std::vector<Body>&)>& observe,
-                                std::vector<Body>& state) {
-  return Escape(scene, growth, settings, factory, stop, observe, state)();
+                                std::vector<Body>& own) {
+  Escape escape(scene, growth, settings, factory, stop, observe, std::move(own));
+  std::vector<EscapePhase> phases = escape();
+  own = escape.cells();
+  return phases;
 }
 
 }  // namespace packmesh

@@ -7,19 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/escape/rooms.h"
+#include "packMesh/escape/escape_settings.h"
+#include "packMesh/growth/local_growth.h"
 
 namespace packmesh {
 
-struct EscapeSettings {
-  int orientations = 3;               ///< number of random orientations tried in each room
-  int swapRounds = 6;                 ///< maximum number of groups of cells that exchange places
-  int groupSize = 12;                 ///< number of cells in a group
-  int holes = 60;                     ///< number of holes tried, largest first
-  std::vector<std::int64_t> reserve;  ///< per species: number of bodies that can be added; empty: none
-};
-
-/// Result of one phase.
+/// Result of one phase: sums over all ranks, CPU time of this rank.
 struct EscapePhase {
   std::string name;
   double coverage = 0.0;                ///< afterwards: volume of all cells as scaled / volume of the lumen
@@ -40,13 +33,20 @@ struct EscapePhase {
 /// - Hole filling: circumspheres of tetrahedra in the free space, largest first, are rooms for bodies from
 /// the
 /// reserve; bodies that do not reach full size are rejected.
-/// @param state free of overlap; cells can be added at its end and can change their species
-/// @param observe called after every phase; can be empty
+///
+/// All phases but growth work block by block: blocks of one colour at the same time, each on the rank that
+/// owns it. No rank has all cells, and states do not depend on the number of ranks. The reserve is divided
+/// evenly among the blocks; what they leave is divided again among those that could use more.
+/// @param stop asked between the blocks of two colours by all ranks together; the same on all. Within blocks,
+///   GrowthScene::stop abandons the work of this rank; then `stop` must become true
+/// @param observe called after every phase with this rank's cells; can be empty
+/// @param own this rank's cells, in any distribution; all together free of overlap. On return sorted by id;
+///   cells can have been added, with the next free ids, and can have another species
 /// @return the initial state and every phase
 std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
                                 const EscapeSettings& settings, const PlaneFunctionFactory& factory,
                                 const std::function<bool()>& stop,
                                 const std::function<void(const std::vector<Body>&)>& observe,
-                                std::vector<Body>& state);
+                                std::vector<Body>& own);
 
 }  // namespace packmesh

@@ -4,53 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
+#include <utility>
 
 #include "packMesh/growth/levels_of_detail.h"
-#include "packMesh/growth/resampling.h"
 #include "packMesh/growth/tetrahedra.h"
 #include "packMesh/growth/tetrahedralise.h"
-#include "packMesh/shape/surface_distance.h"
+#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 namespace {
-
-/// Distances from a point to the surrounding surfaces.
-class FreeSpace {
- public:
-  FreeSpace(const GrowthScene& scene, const std::vector<Body>& state) : scene_(scene), state_(state) {
-    for (const Shape* shape : scene.shapes) fields_.emplace_back(*shape);
-    for (const Body& cell : state) inverse_.push_back(cell.orientation.conjugate());
-  }
-
-  /// Radius of a sphere around `p` that contains no surface, up to the errors of the distance fields [µm].
-  double around(const Vec3& p) const {
-    double free = std::numeric_limits<double>::infinity();
-    for (const Wall* wall : scene_.walls)
-      if (wall) free = std::min(free, wall->distance(p).distance - wall->slack());
-    const Vec3 period = scene_.container->period();
-    for (std::size_t i = 0; i < state_.size() && free > 0.0; ++i) {
-      const Body& pose = state_[i];
-      const SurfaceDistance& field = fields_[state_[i].species];
-      Vec3 offset = p - pose.position;
-      for (int k = 0; k < 3; ++k)
-        if (period[k] > 0.0) offset[k] -= period[k] * std::round(offset[k] / period[k]);
-      const Vec3 q = inverse_[i] * offset / pose.scale;
-      if (pose.scale * field.lowerBound(q) > free) continue;
-      const DistanceSample sample = field.sample(q);
-      const double distance = sample.distance > 0.0 ? (field.foot(q, sample) - q).norm() : sample.distance;
-      free = std::min(free, pose.scale * std::min(distance, std::abs(sample.distance)));
-      if (sample.distance <= 0.0) return 0.0;
-    }
-    return free;
-  }
-
- private:
-  const GrowthScene& scene_;
-  const std::vector<Body>& state_;
-  std::vector<SurfaceDistance> fields_;
-  std::vector<Quaternion> inverse_;
-};
 
 Vec3 circumcentre(const Tetrahedra& t, int index) {
   const Vec3& o = t.corner(index, 0);
@@ -59,35 +21,98 @@ Vec3 circumcentre(const Tetrahedra& t, int index) {
   return o + (a.squaredNorm() * bc + b.squaredNorm() * ca + c.squaredNorm() * ab) / (2.0 * a.dot(bc));
 }
 
-/// Unconstrained Delaunay tetrahedra between coarse meshes: their circumspheres are as empty as those of
+}  // namespace
+
+/// The cells around a region.
+struct Holes::Surroundings {
+  std::vector<Body> cells;     ///< also as periodic images, except along axes of which the region has all
+  Vec3 period = Vec3::Zero();  ///< along these axes [µm]
+  double range = std::numeric_limits<double>::infinity();  ///< surfaces nearer than this are known [µm]
+};
+
+Holes::Holes(const GrowthScene& scene) : scene_(scene) {
+  for (const Shape* shape : scene.shapes) {
+    fields_.emplace_back(*shape);
+    coarse_.push_back(std::make_unique<MeshHierarchy>(LevelsOfDetail(shape->mesh()).level(0.0)));
+  }
+}
+
+Holes::Surroundings Holes::surroundingsOf(const Box& region, const std::vector<Body>& state) const {
+  Surroundings around;
+  const Vec3 whole = scene_.container->bounds().size();
+  if (region.size() == whole) {
+    around.cells = state;
+    around.period = scene_.container->period();
+    return around;
+  }
+  around.range = 0.0;
+  for (const Shape* shape : scene_.shapes) around.range = std::max(around.range, shape->radius());
+  Vec3 imaged = scene_.container->period();
+  for (int k = 0; k < 3; ++k)
+    if (region.size()[k] == whole[k]) around.period[k] = std::exchange(imaged[k], 0.0);
+  for (const Body& cell : state) {
+    const double reach = cell.scale * scene_.shapes[cell.species]->radius() + around.range;
+    forEachImage(cell.position, reach, region, imaged, [&](const ImageShift& shift) {
+      Body image = cell;
+      image.position += displacement(shift, imaged);
+      if (region.squaredDistance(image.position) < reach * reach) around.cells.push_back(image);
+    });
+  }
+  return around;
+}
+
+/// Radius of a sphere around `p` that contains no surface, up to the errors of the distance fields [µm].
+double Holes::freeAround(const Vec3& p, const Surroundings& around) const {
+  double free = around.range;
+  for (const Wall* wall : scene_.walls)
+    if (wall) free = std::min(free, wall->distance(p).distance - wall->slack());
+  for (const Body& cell : around.cells) {
+    if (free <= 0.0) break;
+    const SurfaceDistance& field = fields_[cell.species];
+    Vec3 offset = p - cell.position;
+    for (int k = 0; k < 3; ++k)
+      if (around.period[k] > 0.0) offset[k] -= around.period[k] * std::round(offset[k] / around.period[k]);
+    const Vec3 q = cell.orientation.conjugate() * offset / cell.scale;
+    if (cell.scale * field.lowerBound(q) > free) continue;
+    const DistanceSample sample = field.sample(q);
+    const double distance = sample.distance > 0.0 ? (field.foot(q, sample) - q).norm() : sample.distance;
+    free = std::min(free, cell.scale * std::min(distance, std::abs(sample.distance)));
+    if (sample.distance <= 0.0) return 0.0;
+  }
+  return free;
+}
+
+/// Of unconstrained Delaunay tetrahedra between coarse meshes: their circumspheres are as empty as those of
 /// constrained ones, and their positions are checked later.
-Tetrahedra tetrahedraBetween(const GrowthScene& scene, const std::vector<Body>& state) {
-  std::vector<std::unique_ptr<MeshHierarchy>> coarse;
-  for (const Shape* shape : scene.shapes)
-    coarse.push_back(std::make_unique<MeshHierarchy>(LevelsOfDetail(shape->mesh()).level(0.0)));
+std::vector<Vec3> Holes::circumcentres(const Surroundings& around) const {
   TetrahedraInput input;
-  for (const Body& cell : state)
-    input.objects.push_back({coarse[cell.species].get(), cell.pose().placement()});
-  input.period = scene.container->period();
-  input.bounds = scene.container->bounds();
+  for (const Body& cell : around.cells)
+    input.objects.push_back({coarse_[cell.species].get(), cell.pose().placement()});
+  input.period = around.period;
+  input.bounds = scene_.container->bounds();
+  if (std::isfinite(around.range)) input.margin = around.range;
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
   input.valid = true;  // only vertices are used
-  return tetrahedralise(input);
+  input.explain = false;
+  input.stop = scene_.stop;
+  std::vector<Vec3> centres;
+  try {
+    const Tetrahedra tetrahedra = tetrahedralise(input);
+    for (int t = 0; t < static_cast<int>(tetrahedra.tetrahedra.size()); ++t)
+      centres.push_back(circumcentre(tetrahedra, t));
+  } catch (const TetrahedraError&) {
+  }
+  return centres;
 }
 
-}  // namespace
-
-std::vector<Sphere> findHoles(const GrowthScene& scene, const std::vector<Body>& state, double least) {
+std::vector<Sphere> Holes::in(const Box& region, const std::vector<Body>& state, double least) const {
   std::vector<Sphere> found;
-  if (state.size() < 2) return found;
-  const Tetrahedra tetrahedra = tetrahedraBetween(scene, state);
-  const FreeSpace space(scene, state);
-  const Box bounds = scene.container->bounds();
-  for (int t = 0; t < static_cast<int>(tetrahedra.tetrahedra.size()); ++t) {
-    const Vec3 center = circumcentre(tetrahedra, t);
-    if (!center.allFinite() || !bounds.contains(center)) continue;
-    const double radius = space.around(center);
+  const Surroundings around = surroundingsOf(region, state);
+  if (around.cells.size() < 2) return found;
+  for (const Vec3& center : circumcentres(around)) {
+    if (!center.allFinite() || !region.contains(center)) continue;
+    const double radius = freeAround(center, around);
     if (radius >= least) found.push_back({center, radius});
   }
   std::sort(found.begin(), found.end(), [](const Sphere& a, const Sphere& b) {
@@ -95,7 +120,7 @@ std::vector<Sphere> findHoles(const GrowthScene& scene, const std::vector<Body>&
     return std::lexicographical_compare(a.center.data(), a.center.data() + 3, b.center.data(),
                                         b.center.data() + 3);
   });
-  const Vec3 period = scene.container->period();
+  const Vec3 period = scene_.container->period();
   std::vector<Sphere> holes;
   for (const Sphere& sphere : found) {
     const bool apart = std::all_of(holes.begin(), holes.end(), [&](const Sphere& hole) {

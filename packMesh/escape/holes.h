@@ -2,16 +2,39 @@
 /// @file Holes between cells.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "packMesh/growth/growth_scene.h"
+#include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/sphere_grid.h"
+#include "packMesh/shape/surface_distance.h"
 
 namespace packmesh {
 
-/// Disjoint spheres in the free space of a packing, the largest first: circumspheres of the tetrahedra
-/// between cells (thesis 3.1.3), shrunk until they touch neither cell nor wall.
-/// @param least smallest radius of interest [µm]
-std::vector<Sphere> findHoles(const GrowthScene& scene, const std::vector<Body>& state, double least);
+/// Finds holes: disjoint spheres in the free space of a packing, circumspheres of the tetrahedra between
+/// cells (thesis 3.1.3), shrunk until they touch neither cell nor wall.
+class Holes {
+ public:
+  /// References the scene, which must outlive this.
+  explicit Holes(const GrowthScene& scene);
+
+  /// Holes with centres in a region, the largest first; none if TetGen fails.
+  /// @param state the cells as far as they matter: if the region is only part of the container, those that
+  ///   may be nearer to it than the largest radius of a shape. No hole is larger then
+  /// @param region a block of the container's bounds
+  /// @param least smallest radius of interest [µm]
+  std::vector<Sphere> in(const Box& region, const std::vector<Body>& state, double least) const;
+
+ private:
+  struct Surroundings;
+  Surroundings surroundingsOf(const Box& region, const std::vector<Body>& state) const;
+  double freeAround(const Vec3& p, const Surroundings& around) const;
+  std::vector<Vec3> circumcentres(const Surroundings& around) const;
+
+  const GrowthScene& scene_;
+  std::vector<SurfaceDistance> fields_;                 ///< per species
+  std::vector<std::unique_ptr<MeshHierarchy>> coarse_;  ///< per species: its coarsest mesh
+};
 
 }  // namespace packmesh

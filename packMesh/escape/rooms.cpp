@@ -26,17 +26,16 @@ Rooms::Rooms(const GrowthScene& scene, const GrowthSettings& settings, const Pla
              int orientations)
     : scene_(scene), growth_(scene, settingsOfTrials(settings), factory), orientations_(orientations) {}
 
-std::optional<Pose> Rooms::largest(const std::vector<Body>& state, std::int64_t cell, int species,
-                                   const std::function<bool()>& stop) {
+std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials) {
   std::optional<Pose> best;
-  StepHalving judge(scene_);
+  Body& body = state[cell];
+  const Body before = body;
+  body.species = species;
   for (int k = 0; k < orientations_; ++k) {
-    std::vector<Body> trial = state;
-    trial[cell].species = species;
-    Pose pose = trial[cell].pose();
+    Pose pose = before.pose();
     if (scene_.rotate) {
-      const auto u =
-          uniform4(scene_.seed, RandomStream::orientation, static_cast<std::uint64_t>(cell), ++trials_);
+      const auto u = uniform4(scene_.seed, RandomStream::orientation, static_cast<std::uint64_t>(body.id),
+                              static_cast<std::uint32_t>(++trials.counters.trials));
       pose.orientation = uniformRotation(u[0], u[1], u[2]);
       const Freedom* freedom = scene_.freedomOf(species);
       if (freedom && freedom->cone) pose.orientation = freedom->cone->nearest(pose.orientation);
@@ -44,24 +43,28 @@ std::optional<Pose> Rooms::largest(const std::vector<Body>& state, std::int64_t 
     pose.scale = firstScale;
     bool fits = false;
     for (int halving = 0; halving < halvings && !fits; ++halving, pose.scale *= fits ? 1.0 : 0.5) {
-      trial[cell].setPose(pose);
-      fits = judge.examine(trial, {cell}).clean();
+      body.setPose(pose);
+      fits = growth_.valid({cell}, state);
     }
     if (!fits) continue;
-    const bool full = growth_.grow({cell}, stop, trial, statistics_);
-    if (!best || trial[cell].scale > best->scale) best = trial[cell].pose();
+    const bool full = grow(state, cell, trials);
+    if (!best || body.scale > best->scale) best = body.pose();
     if (full || !scene_.rotate) break;
   }
+  body = before;
   return best;
 }
 
-void Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, const std::function<bool()>& stop) {
-  growth_.grow({cell}, stop, state, statistics_);
+void Rooms::enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
+  grow(state, cell, trials);
 }
 
-bool Rooms::neighbours(const std::vector<Body>& state, std::int64_t a, std::int64_t b) const {
-  const std::vector<std::int64_t> near = growth_.neighboursOf({a}, state, scene_.clearance);
-  return std::binary_search(near.begin(), near.end(), b);
+bool Rooms::grow(std::vector<Body>& state, std::int64_t cell, Trials& trials) {
+  GrowthStatistics statistics;
+  statistics.iterations = trials.counters.iterations;
+  const bool full = growth_.grow({cell}, trials.stop, state, statistics, trials.permitted);
+  trials.counters.iterations = statistics.iterations;
+  return full;
 }
 
 }  // namespace packmesh

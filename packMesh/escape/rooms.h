@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "packMesh/growth/local_growth.h"
 
@@ -19,26 +20,40 @@ class Rooms {
   Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
         int orientations);
 
+  /// Numbers so far, which determine the random numbers of the next trial.
+  struct Counters {
+    std::int64_t trials = 0, iterations = 0;
+  };
+  /// What the trials of a part of the state have in common.
+  struct Trials {
+    LocalGrowth::Permitted permitted;
+    std::function<bool()> stop;
+    Counters counters;
+  };
+
   /// The largest size that a body of `species` reaches in the room of `cell` in its place: the suitability
   /// score of thesis 3.1.3. Planes are recomputed as it grows.
+  /// @param state changed only during the call
   /// @return its pose; empty if not even a small one fits
-  std::optional<Pose> largest(const std::vector<Body>& state, std::int64_t cell, int species,
-                              const std::function<bool()>& stop);
+  std::optional<Pose> largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials);
 
   /// Grows `cell` from its present pose. Never lowers its scale.
-  void enlarge(std::vector<Body>& state, std::int64_t cell, const std::function<bool()>& stop);
+  void enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials);
 
   /// True if two cells could meet.
-  bool neighbours(const std::vector<Body>& state, std::int64_t a, std::int64_t b) const;
+  bool neighbours(const Body& a, const Body& b) const { return growth_.near(a, b, scene_.clearance); }
 
-  const GrowthStatistics& statistics() const { return statistics_; }
+  /// Whether these cells (indices, ascending) violate nothing.
+  bool valid(const std::vector<std::int64_t>& cells, const std::vector<Body>& state) const {
+    return growth_.valid(cells, state);
+  }
 
  private:
+  bool grow(std::vector<Body>& state, std::int64_t cell, Trials& trials);
+
   const GrowthScene& scene_;
   LocalGrowth growth_;
   int orientations_;
-  std::uint32_t trials_ = 0;
-  GrowthStatistics statistics_;
 };
 
 }  // namespace packmesh

@@ -5,8 +5,12 @@
 #include <functional>
 
 #include "packMesh/growth/growing_cells.h"
+#include "packMesh/relaxation/relaxation.h"
 
 namespace packmesh {
+
+/// The input of a relaxation with all constraints of the scene.
+RelaxationInput relaxationInputOf(const GrowthScene& scene);
 
 /// Relaxes cells, enlarged to at least `scale`, as rigid bodies for at most the given number of sweeps: the
 /// contact relaxation of the default method, with all constraints of the scene. If the exact test finds the

@@ -22,8 +22,9 @@ Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body) 
 }
 
 std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin) {
-  std::vector<TetrahedraBody> bodies;
-  for (std::size_t i = 0; i < input.objects.size(); ++i) {
+  std::vector<TetrahedraBody> bodies = input.bodies;
+  const std::size_t complete = bodies.empty() ? input.objects.size() : 0;
+  for (std::size_t i = 0; i < complete; ++i) {
     const Sphere sphere = boundingSphere(*input.objects[i].mesh, input.objects[i].placement);
     Vec3 home = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
@@ -32,14 +33,7 @@ std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin
     forEachImage(sphere.center + home, sphere.radius + margin, input.bounds, input.period,
                  [&](const ImageShift& n) {
                    const Vec3 shift = home + displacement(n, input.period);
-                   bool primary = n == ImageShift{0, 0, 0};
-                   if (!input.primary.empty()) {
-                     primary = primary && input.primary[i];
-                     const double reach = sphere.radius + margin;
-                     if (!primary && input.region.squaredDistance(sphere.center + shift) > reach * reach)
-                       return;
-                   }
-                   bodies.push_back({static_cast<int>(i), shift, primary, 0});
+                   bodies.push_back({static_cast<int>(i), shift, n == ImageShift{0, 0, 0}, 0});
                  });
   }
   const auto before = [&](const TetrahedraBody& a, const TetrahedraBody& b) {

@@ -13,8 +13,8 @@ namespace packmesh {
 /// "object 3", or its name if it has one.
 std::string nameOf(const TetrahedraInput& input, int object);
 
-/// Objects translated by whole periods into the bounds, and their images up to `margin` outside, sorted by
-/// position. Their points are not numbered yet.
+/// TetrahedraInput::bodies, or objects translated by whole periods into the bounds and their images up to
+/// `margin` outside; sorted by position. Their points are not numbered yet.
 std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin);
 
 /// Placement of a body.

@@ -2,33 +2,48 @@
 #include "packMesh/growth/cat_face_planes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/growth/face_planes.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/tetrahedralise.h"
-#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh {
 namespace {
-
-/// Distance outside the bounds up to which images of cells are included, in mean spacings of cells and
-/// largest radii: cells further away do not affect growth.
-constexpr double marginSpacings = 1.0;
 
 /// Limit of the cosine between the normal of a face and the gap, below which a face belongs to a sliver (see
 /// planesOfFaces()).
 constexpr double sliverCosine = 0.3;
 
 /// Cells per block: the surrounding cells, which are included in the runs of several blocks, should not
-/// outnumber them by much.
+/// outnumber them.
 constexpr std::int64_t cellsOfBlock = 100;
 
 /// TetGen takes nearly all of the time. Between two runs, the corners of its tetrahedra move with the cells:
 /// for so few iterations, their faces remain nearly those of new tetrahedra.
 constexpr std::int64_t iterationsPerRun = 4;
+
+/// Which vertices of a mesh are also vertices of another.
+std::vector<char> sharedVertices(const TriangleMesh& mesh, const TriangleMesh& other) {
+  const auto key = [](const Vec3& v) { return std::array<double, 3>{v.x(), v.y(), v.z()}; };
+  std::set<std::array<double, 3>> others;
+  for (const Vec3& v : other.vertices) others.insert(key(v));
+  std::vector<char> shared;
+  for (const Vec3& v : mesh.vertices) shared.push_back(others.count(key(v)) > 0);
+  return shared;
+}
+
+/// Adds the vertices of all triangles with a chosen vertex.
+void addRing(const TriangleMesh& mesh, std::vector<char>& chosen) {
+  const std::vector<char> before = chosen;
+  for (const Triangle& t : mesh.triangles)
+    if (before[t[0]] || before[t[1]] || before[t[2]]) chosen[t[0]] = chosen[t[1]] = chosen[t[2]] = 1;
+}
 
 }  // namespace
 
@@ -37,8 +52,11 @@ CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int
   for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
     const LevelsOfDetail& levels = chords_.levels(static_cast<int>(s));
     levels_.emplace_back();
-    for (int level = 0; level < levels.count(); ++level)
+    outlines_.emplace_back();
+    for (int level = 0; level < levels.count(); ++level) {
       levels_.back().push_back(std::make_unique<MeshHierarchy>(levels.mesh(level)));
+      outlines_.back().push_back(sharedVertices(levels.mesh(level), levels.mesh(levels.count() - 1)));
+    }
   }
   input_.period = scene.container->period();
   input_.bounds = scene.container->bounds();
@@ -49,17 +67,6 @@ CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int
 
 std::int64_t CatFacePlanes::cellsAtOnce() const {
   return cellsOfBlock;
-}
-
-double CatFacePlanes::range(std::int64_t count) const {
-  double largest = 0.0;
-  for (const Shape* shape : scene_.shapes) largest = std::max(largest, shape->radius());
-  return margin(largest, count) + 2.0 * largest;
-}
-
-/// Distance from the bodies within which images and cells of other blocks are included [µm].
-double CatFacePlanes::margin(double largestRadius, std::int64_t count) const {
-  return largestRadius + marginSpacings * std::cbrt(input_.bounds.volume() / static_cast<double>(count));
 }
 
 std::int64_t CatFacePlanes::lifetime() const {
@@ -92,30 +99,56 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   return planes;
 }
 
-/// Collects the requested cells and those of which an image is within the margin of them.
-void CatFacePlanes::chooseMembers(const PlaneRequest& request, Around& around) {
-  const std::vector<Body>& cells = request.surroundings.cells();
-  around.members.clear();
-  input_.primary.clear();
-  if (static_cast<std::int64_t>(request.wanted.size()) == request.count) {
-    around.members = request.wanted;
-    return;
+/// Chooses the points: the vertices within reach of another cell, and of the remaining surfaces few.
+void CatFacePlanes::choosePoints(const PlaneRequest& request, const Around& around) {
+  std::vector<std::vector<char>>& points = input_.points;
+  points.assign(around.members.size(), {});
+  const auto meshOf = [&](std::size_t object) { return &input_.objects[object].mesh->mesh(); };
+  const auto objectOf = [&](std::int64_t cell) {
+    return static_cast<std::size_t>(std::lower_bound(around.members.begin(), around.members.end(), cell) -
+                                    around.members.begin());
+  };
+  for (std::size_t object = 0; object < points.size(); ++object)
+    points[object].assign(meshOf(object)->vertices.size(), 0);
+  for (const NearPair& pair : around.pairs) {
+    const std::size_t a = objectOf(pair.first), b = objectOf(pair.second);
+    chords_.markWithinReach(request, pair, {meshOf(a), meshOf(b)}, {&points[a], &points[b]});
   }
-  const Vec3& first = cells[request.wanted.front()].position;
-  input_.region = Box{first, first};
-  for (const std::int64_t cell : request.wanted) input_.region.add(cells[cell].position);
-  for (std::int64_t cell = 0; cell < static_cast<std::int64_t>(cells.size()); ++cell) {
-    const Body& body = cells[cell];
-    const double reach = input_.margin + 2.0 * body.scale * scene_.shapes[body.species]->radius();
-    const bool wanted = std::binary_search(request.wanted.begin(), request.wanted.end(), cell);
-    bool near = wanted;
-    forEachImage(body.position, reach, input_.bounds, input_.period, [&](const ImageShift& n) {
-      const Vec3 image = body.position + displacement(n, input_.period);
-      near = near || input_.region.squaredDistance(image) < reach * reach;
-    });
-    if (!near) continue;
-    around.members.push_back(cell);
-    input_.primary.push_back(wanted);
+  for (std::size_t object = 0; object < points.size(); ++object) {
+    addRing(*meshOf(object), points[object]);
+    const int species = request.surroundings.cells()[around.members[object]].species;
+    std::size_t level = 0;
+    while (levels_[species][level].get() != input_.objects[object].mesh) ++level;
+    for (std::size_t v = 0; v < points[object].size(); ++v) points[object][v] |= outlines_[species][level][v];
+  }
+}
+
+/// Collects the requested cells, and the cells and images that they can reach before the next run.
+void CatFacePlanes::chooseBodies(const PlaneRequest& request, Around& around) {
+  using Image = std::pair<std::int64_t, std::array<double, 3>>;
+  std::vector<Image> images;
+  const auto add = [&](std::int64_t cell, const Vec3& shift) {
+    images.push_back({cell, {shift.x(), shift.y(), shift.z()}});
+  };
+  const auto isWanted = [&](std::int64_t cell) {
+    return std::binary_search(request.wanted.begin(), request.wanted.end(), cell);
+  };
+  for (const std::int64_t cell : request.wanted) add(cell, Vec3::Zero());
+  const double further = 2.0 * static_cast<double>(iterationsPerRun - 1) * request.motion;
+  around.pairs = request.surroundings.pairsOf(request.wanted, further);
+  for (const NearPair& pair : around.pairs) {
+    if (isWanted(pair.first)) add(pair.second, pair.shift);
+    if (isWanted(pair.second)) add(pair.first, -pair.shift);
+  }
+  std::sort(images.begin(), images.end());
+  images.erase(std::unique(images.begin(), images.end()), images.end());
+  around.members.clear();
+  input_.bodies.clear();
+  for (const auto& [cell, shift] : images) {
+    if (around.members.empty() || around.members.back() != cell) around.members.push_back(cell);
+    const Vec3 by(shift[0], shift[1], shift[2]);
+    input_.bodies.push_back(
+        {static_cast<int>(around.members.size()) - 1, by, by.isZero(0.0) && isWanted(cell)});
   }
 }
 
@@ -124,9 +157,8 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
   const std::vector<Body>& cells = request.surroundings.cells();
   around.tetrahedra = Tetrahedra();
   around.failed = false;
-  input_.margin = margin(request.largestRadius, request.count);
-  chooseMembers(request, around);
-  if (around.members.size() < 2 && input_.period.isZero()) {
+  chooseBodies(request, around);
+  if (input_.bodies.size() < 2) {
     around.members.clear();
     return;
   }
@@ -143,6 +175,7 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
       input_.objects.push_back({levels_[cell.species][index].get(), scene_.placement(cell.pose())});
     }
     around.objects = input_.objects;
+    choosePoints(request, around);
     try {
       input_.stop = scene_.stop;
       around.tetrahedra = packmesh::tetrahedralise(input_);

@@ -26,8 +26,8 @@ struct TetrahedraSums {
 /// Planes from CAT faces, except for those of slivers: TetGen divides the space between the cells. Planes at
 /// walls are those of ChordPlanes: the distance to the wall is exact, a triangulation of it is not.
 ///
-/// Cells that are requested together are tetrahedralised together with those around them, independently of
-/// the rank. If TetGen fails, their planes are those of ChordPlanes.
+/// Cells that are requested together are tetrahedralised together with those that they can reach before the
+/// next run, independently of the rank. If TetGen fails, their planes are those of ChordPlanes.
 class CatFacePlanes : public PlaneFunction {
  public:
   /// References the scene and the sums, which must outlive this.
@@ -36,7 +36,6 @@ class CatFacePlanes : public PlaneFunction {
   CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts = 0);
 
   PlaneConstraints operator()(const PlaneRequest& request) override;
-  double range(std::int64_t count) const override;
   std::int64_t cellsAtOnce() const override;
   std::int64_t lifetime() const override;
 
@@ -44,19 +43,22 @@ class CatFacePlanes : public PlaneFunction {
   /// The tetrahedra around one group of cells.
   struct Around {
     std::vector<std::int64_t> members;  ///< the cells included
+    std::vector<NearPair> pairs;        ///< that can come within reach
     std::vector<PlacedMesh> objects;    ///< these, at their positions when the points were last moved
     Tetrahedra tetrahedra;
     bool failed = false;
   };
 
+  void choosePoints(const PlaneRequest& request, const Around& around);
   void tetrahedralise(const PlaneRequest& request, Around& around);
-  void chooseMembers(const PlaneRequest& request, Around& around);
+  void chooseBodies(const PlaneRequest& request, Around& around);
   void follow(const PlaneRequest& request, Around& around) const;
-  double margin(double largestRadius, std::int64_t count) const;
 
   const GrowthScene& scene_;
   ChordPlanes chords_;
   std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
+  /// Per species and level, which vertices are those of the coarsest level.
+  std::vector<std::vector<std::vector<char>>> outlines_;
   TetrahedraInput input_;
   std::vector<Around> around_;  ///< per batch
   ChordalFaces split_;

@@ -26,10 +26,11 @@ CellSurroundings::CellSurroundings(const GrowthScene& scene, const std::vector<B
       clearance_(scene.clearance),
       neighbors_(spheresAround(scene, cells, reach_), scene.container->period()) {}
 
-std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted) const {
+std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted,
+                                                double further) const {
   std::vector<NearPair> pairs;
   for (const std::int64_t cell : wanted)
-    neighbors_.forEachNear(cell, clearance_, false, [&](const NearPair& pair) {
+    neighbors_.forEachNear(cell, clearance_ + further, false, [&](const NearPair& pair) {
       const std::int64_t other = pair.first == cell ? pair.second : pair.first;
       if (other < cell && std::binary_search(wanted.begin(), wanted.end(), other)) return;  // already visited
       pairs.push_back(pair);

@@ -21,8 +21,9 @@ class CellSurroundings {
   const std::vector<Body>& cells() const { return cells_; }
   double reach(std::int64_t cell) const { return reach_[cell]; }
   /// Pairs of cells (or periodic images), at least one of them in `wanted` (ascending), that can come within
-  /// the clearance of each other; each once, in an order that does not depend on the rank.
-  std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted) const;
+  /// the clearance of each other, or within `further` of that [µm]; each once, in an order that does not
+  /// depend on the rank.
+  std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted, double further = 0.0) const;
 
  private:
   const std::vector<Body>& cells_;

@@ -94,6 +94,25 @@ PlaneConstraints ChordPlanes::atWalls(const PlaneRequest& request) const {
   return planes;
 }
 
+void ChordPlanes::markWithinReach(const PlaneRequest& request, const NearPair& pair,
+                                  const std::array<const TriangleMesh*, 2>& meshes,
+                                  const std::array<std::vector<char>*, 2>& marks) const {
+  const Cell cells[] = {cellOf(pair.first, request), cellOf(pair.second, request)};
+  const double limit = cells[0].reach + cells[1].reach + scene_.clearance;
+  for (int k = 0; k < 2; ++k) {
+    const Cell &a = cells[k], &b = cells[1 - k];
+    const SurfaceDistance& field = species_[b.species].field;
+    const Mat3 toBody = b.rotation.transpose() / b.scale;
+    const Mat3 linear = a.scale * toBody * a.rotation;
+    const Vec3 offset = toBody * (a.position - b.position - (k == 0 ? pair.shift : Vec3(-pair.shift)));
+    for (std::size_t v = 0; v < marks[k]->size(); ++v) {
+      const Vec3 p = linear * meshes[k]->vertices[v] + offset;
+      if (!(*marks[k])[v] && !field.isBeyond(p, limit / b.scale))
+        (*marks[k])[v] = field.sample(p).distance <= limit / b.scale;
+    }
+  }
+}
+
 void ChordPlanes::meetSurroundings(const PlaneRequest& request, PlaneConstraints& planes) const {
   for (std::size_t k = 0; k < request.wanted.size(); ++k) {
     Cell cell = cellOf(request.wanted[k], request);

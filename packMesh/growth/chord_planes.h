@@ -2,6 +2,7 @@
 /// @file Planes from chords between neighbours: the chordal surface without tetrahedra.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -31,6 +32,12 @@ class ChordPlanes : public PlaneFunction {
 
   /// Only the planes at walls and at the boundaries of regions.
   PlaneConstraints atWalls(const PlaneRequest& request) const;
+
+  /// Marks the vertices of meshes of the two cells of a pair, in their body frames, that are within reach of
+  /// the surface of the other cell.
+  void markWithinReach(const PlaneRequest& request, const NearPair& pair,
+                       const std::array<const TriangleMesh*, 2>& meshes,
+                       const std::array<std::vector<char>*, 2>& marks) const;
 
   const LevelsOfDetail& levels(int species) const { return species_[species].levels; }
 

@@ -24,11 +24,11 @@ double blockEdge(const Box& bounds, std::int64_t cells, std::int64_t cellsPerBlo
 }  // namespace
 
 GrowingCells::GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range,
-                           std::int64_t cellsPerBlock)
+                           std::int64_t cellsPerBlock, double leastEdge)
     : scene_(scene),
       range_(range),
-      // No colours are used, so edges of one range suffice: twice the argument of the grid.
-      blocks_(scene.container->bounds(), scene.container->period(), 0.5 * range,
+      // Growth uses no colours, so edges of one range suffice: twice the argument of the grid.
+      blocks_(scene.container->bounds(), scene.container->period(), 0.5 * std::max(range, leastEdge),
               blockEdge(scene.container->bounds(),
                         scene.communicator.sum(static_cast<std::int64_t>(own.size())), cellsPerBlock)),
       shared_(scene.communicator, blocks_),
@@ -85,6 +85,47 @@ std::vector<Body> GrowingCells::own() const {
     if (own_[i]) own.push_back(bodies_[i]);
   std::sort(own.begin(), own.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
   return own;
+}
+
+void GrowingCells::add(const std::vector<Body>& own) {
+  count_ += scene_.communicator.sum(static_cast<std::int64_t>(own.size()));
+  bodies_.insert(bodies_.end(), own.begin(), own.end());
+  own_.resize(bodies_.size(), true);
+}
+
+std::vector<int> GrowingCells::ownBlocks() const {
+  std::vector<std::pair<std::uint64_t, int>> order;
+  for (int block = 0; block < blocks_.count(); ++block)
+    if (shared_.owns(block)) order.emplace_back(blocks_.curvePosition(block), block);
+  std::sort(order.begin(), order.end());
+  std::vector<int> blocks;
+  for (const auto& entry : order) blocks.push_back(entry.second);
+  return blocks;
+}
+
+std::vector<GrowingCells::Block> GrowingCells::blocksOf(int colour) const {
+  std::vector<Block> blocks;
+  std::vector<std::int32_t> at(blocks_.count(), -1);
+  for (const int block : ownBlocks()) {
+    if (blocks_.colourOf(block) != colour) continue;
+    at[block] = static_cast<std::int32_t>(blocks.size());
+    blocks.push_back({block, {}, {}});
+  }
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies_.size()); ++i) {
+    const Body& body = bodies_[i];
+    if (at[body.block] >= 0) blocks[at[body.block]].cells.push_back(i);
+    // As in SharedBodies::distribute(), so that a rank has all of them.
+    for (const BlockGrid::Neighbor& neighbor : blocks_.neighbors(body.block)) {
+      if (neighbor.block == body.block || at[neighbor.block] < 0) continue;
+      if (blocks_.squaredDistance(body.position, body.block, neighbor.step) >= range_ * range_) continue;
+      std::vector<std::int64_t>& around = blocks[at[neighbor.block]].around;
+      if (around.empty() || around.back() != i) around.push_back(i);
+    }
+  }
+  for (Block& block : blocks)
+    std::sort(block.around.begin(), block.around.end(),
+              [&](std::int64_t a, std::int64_t b) { return bodies_[a].id < bodies_[b].id; });
+  return blocks;
 }
 
 std::vector<std::vector<std::int64_t>> GrowingCells::batches(std::size_t most) const {

@@ -15,18 +15,22 @@ namespace packmesh {
 /// range of its own. The memory of a rank does not grow with the total number of cells, except for one number
 /// per block, of which there are at most some 30 000.
 ///
-/// All ranks call distribute(), replace() and updateGhosts() together.
+/// All ranks call distribute(), replace(), add() and updateGhosts() together.
 class GrowingCells {
  public:
   /// @param own each cell on exactly one rank, no matter which
   /// @param range distance within which cells affect each other [µm]
   /// @param cellsPerBlock target; 0: blocks are as small as the range allows
-  GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range, std::int64_t cellsPerBlock);
+  /// @param leastEdge of blocks [µm], if that is more than the range
+  GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range, std::int64_t cellsPerBlock,
+               double leastEdge = 0.0);
 
   /// Moves every cell to the owner of its block, and updates the ghosts. Sorts by block, then by id.
   void distribute();
   /// Replaces the cells by others (or the same ones at other positions). @param own each on one rank
   void replace(std::vector<Body> own);
+  /// Adds cells, each on one rank, with new ids. Call distribute() afterwards.
+  void add(const std::vector<Body>& own);
   /// Ghosts receive the changes made by their owners (Body::changed); they are then marked as `touched`.
   void updateGhosts();
 
@@ -43,6 +47,18 @@ class GrowingCells {
   /// This rank's cells (indices, ascending) in groups of neighbouring cells: those of several blocks, up to
   /// about `most` cells in total, or of one block each if `most` is 0.
   std::vector<std::vector<std::int64_t>> batches(std::size_t most) const;
+
+  /// A block of this rank.
+  struct Block {
+    int number;
+    std::vector<std::int64_t> cells, around;  ///< its cells; the others within the range of it. By id
+  };
+  /// This rank's blocks of one colour, those without cells too, along the space-filling curve. The same
+  /// blocks on any number of ranks, with the same cells.
+  std::vector<Block> blocksOf(int colour) const;
+  /// This rank's blocks; those of all ranks together are in order along the space-filling curve.
+  std::vector<int> ownBlocks() const;
+  const BlockGrid& grid() const { return blocks_; }
 
   /// Adds the cost of a cell in the last iteration, in any unit, for load balancing.
   void addWork(std::int64_t cell, std::int64_t work) { work_[bodies_[cell].block] += work; }

@@ -48,8 +48,7 @@ Growth::Growth(const GrowthScene& scene, const GrowthSettings& settings, PlaneFu
       statistics_(statistics),
       at_(from),
       lengths_(lengthsOf(scene)),
-      cells_(scene, own, range(scene.communicator.sum(static_cast<std::int64_t>(own.size()))),
-             planeFunction.cellsAtOnce()),
+      cells_(scene, own, range(), planeFunction.cellsAtOnce()),
       anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
       stepHalving_(scene) {
   requireValid();
@@ -67,14 +66,13 @@ std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const GrowthScene& scene) 
 
 /// Distance within which cells affect each other in one iteration [µm]: for planes and, after any step, for
 /// the exact test.
-double Growth::range(std::int64_t count) const {
+double Growth::range() const {
   double reach = 0.0;
   for (std::size_t s = 0; s < lengths_.size(); ++s) {
-    const Sphere sphere = boundingSphere(scene_.shapes[s]->hierarchy(), Placement());
     const double moved = static_cast<double>(planeFunction_.lifetime()) * farthest(1.0, lengths_[s]);
-    reach = std::max(reach, sphere.center.norm() + sphere.radius + moved + paddingAt(1.0, lengths_[s]));
+    reach = std::max(reach, scene_.shapes[s]->reach() + moved + paddingAt(1.0, lengths_[s]));
   }
-  return std::max(2.0 * reach + scene_.clearance, planeFunction_.range(count));
+  return 2.0 * reach + scene_.clearance;
 }
 
 void Growth::requireValid() const {
@@ -146,6 +144,8 @@ bool Growth::growTo(double barrier, std::int64_t iterations) {
     at_.gaveUp = ++at_.failures == settings_.giveUpAfter;
     if (at_.gaveUp) return true;
   }
+  // In large packings the last cells approach the barrier very slowly.
+  if (at_.sweeps > 0.0 && !anyFrozen_) relaxed(barrier);
   return true;
 }
 
@@ -173,17 +173,19 @@ void Growth::iterate(double barrier) {
   if (callbacks_.accepted) callbacks_.accepted(cells_.own());
 }
 
-/// If few cells are still below the barrier, the others stay, except for those that could make space.
-std::vector<char> Growth::awakeCells(double barrier, const CellSurroundings& surroundings) const {
+/// If few cells are still below the barrier, the others stay, except for those that could make space. While
+/// data about the surroundings is reused, no others wake up.
+void Growth::wake(double barrier, const CellSurroundings& surroundings) {
   const std::vector<Body>& cells = cells_.all();
   std::vector<std::int64_t> growing;
   for (std::size_t i = 0; i < cells.size(); ++i)
     if (!scene_.isFixed(cells[i]) && cells[i].scale < barrier)
       growing.push_back(static_cast<std::int64_t>(i));
-  std::vector<char> awake(cells.size(), 0);
-  for (const std::int64_t i : growing) awake[i] = 1;
-  for (const NearPair& pair : surroundings.pairsOf(growing)) awake[pair.first] = awake[pair.second] = 1;
-  return awake;
+  awake_.assign(cells.size(), 0);
+  for (const std::int64_t i : growing) awake_[i] = 1;
+  for (const NearPair& pair : surroundings.pairsOf(growing)) awake_[pair.first] = awake_[pair.second] = 1;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (scene_.isFixed(cells[i])) awake_[i] = 0;
 }
 
 /// The step of each cell of this rank within its planes.
@@ -192,15 +194,14 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
   std::vector<double> reach;
   for (const Body& cell : cells) reach.push_back(reachOf(cell, barrier));
   const CellSurroundings surroundings(scene_, cells, std::move(reach));
-  const std::vector<char> awake = awakeCells(barrier, surroundings);
-  PlaneRequest request{surroundings, {}, detailAt(barrier), cells_.count(), largestRadius(), 0, anew};
+  if (anew) wake(barrier, surroundings);
+  PlaneRequest request{surroundings, {}, detailAt(barrier), largestMotion(barrier), 0, anew};
   std::vector<std::int64_t> sums = {0, -program_.pivots()};
   for (std::size_t i = 0; i < cells.size(); ++i) steps[i].scale = cells[i].scale;
   for (request.batch = 0; request.batch < batches_.size(); ++request.batch) {
     request.wanted.clear();
     for (const std::int64_t i : batches_[request.batch])
-      if (planeFunction_.cellsAtOnce() > 0 || (awake[i] && !scene_.isFixed(cells[i])))
-        request.wanted.push_back(i);
+      if (awake_[i]) request.wanted.push_back(i);
     PlaneConstraints planes;
     {
       const Timer watch(statistics_.planeSeconds);
@@ -209,7 +210,6 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
     const Timer watch(statistics_.programSeconds);
     for (std::size_t k = 0; k < request.wanted.size(); ++k) {
       const std::int64_t i = request.wanted[k];
-      if (!awake[i] || scene_.isFixed(cells[i])) continue;
       steps[i] = program_.solve(cells[i].pose(), planes[k], boundsOf(cells[i], barrier));
       cells_.addWork(i, 1 + static_cast<std::int64_t>(planes[k].size()));
       sums[0] += static_cast<std::int64_t>(planes[k].size());
@@ -219,13 +219,6 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
   scene_.communicator.sum(sums);
   statistics_.planes += sums[0];
   statistics_.pivots += sums[1];
-}
-
-double Growth::largestRadius() const {
-  double largest = 0.0;
-  for (const Body& cell : cells_.all())
-    largest = std::max(largest, cell.scale * lengths_[cell.species].radius);
-  return scene_.communicator.max(largest);
 }
 
 double Growth::detailAt(double barrier) const {
@@ -242,6 +235,13 @@ double Growth::paddingAt(double barrier, const SpeciesLengths& lengths) const {
 double Growth::farthest(double barrier, const SpeciesLengths& lengths) const {
   return std::sqrt(3.0) *
          (settings_.translationBound * lengths.size + rotationBound() * barrier * lengths.radius);
+}
+
+/// Largest expected displacement of points in one iteration without growth [µm].
+double Growth::largestMotion(double barrier) const {
+  double largest = 0.0;
+  for (const SpeciesLengths& l : lengths_) largest = std::max(largest, expectedShare * farthest(barrier, l));
+  return largest;
 }
 
 /// Expected displacement of the points of a cell in one iteration, by which planes are padded [µm].

@@ -86,19 +86,19 @@ class Growth {
   };
 
   static std::vector<SpeciesLengths> lengthsOf(const GrowthScene& scene);
-  double range(std::int64_t count) const;
+  double range() const;
   void requireValid() const;
   bool stopped(std::int64_t iterations) const;
   Missing missing(double scale) const;
   bool growTo(double barrier, std::int64_t iterations);
   void iterate(double barrier);
   void propose(double barrier, bool anew, std::vector<GrowthStep>& steps);
-  std::vector<char> awakeCells(double barrier, const CellSurroundings& surroundings) const;
-  double largestRadius() const;
+  void wake(double barrier, const CellSurroundings& surroundings);
   double detailAt(double barrier) const;
   double paddingAt(double barrier, const SpeciesLengths& lengths) const;
   double rotationBound() const { return scene_.rotate ? settings_.rotationBound : 0.0; }
   double farthest(double barrier, const SpeciesLengths& lengths) const;
+  double largestMotion(double barrier) const;
   double reachOf(const Body& cell, double barrier) const;
   GrowthBounds boundsOf(const Body& cell, double barrier) const;
   bool relaxed(double barrier);
@@ -113,6 +113,7 @@ class Growth {
   GrowingCells cells_;
   bool anyFrozen_;
   std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since the last distribution
+  std::vector<char> awake_;                         ///< per cell of cells_: those that take steps
   StepHalving stepHalving_;
   GrowthProgram program_;
 };

@@ -12,7 +12,7 @@ struct GrowthSettings {
   double initialScale = 0.1;
   static constexpr double smallestScale = 0.001;  ///< smallest valid initial scale
   /// Barriers b_i: no cell grows beyond one before all have reached it [0.1, 0.2, ... 1.0].
-  std::vector<double> barriers = {0.3, 0.5, 0.7, 0.8, 0.9, 1.0};
+  std::vector<double> barriers = {0.5, 0.7, 0.8, 0.9, 0.95, 1.0};
   /// Maximum number of iterations per barrier, itn_max; at the last barrier, the attempt ends.
   int maxIterations = 60;
 
@@ -25,7 +25,7 @@ struct GrowthSettings {
   /// [between 0 and 1]. On coarser levels, it is scaled with the square root of the mean area.
   double padding = 0.04;
   /// Number of linearisations of the rotation in one iteration (not in the thesis).
-  int linearisations = 2;
+  int linearisations = 1;
 
   /// Resampling, α and β of eq. 3.4 [0.05, 0.1].
   double alpha = 0.25, beta = 0.5;
@@ -39,9 +39,9 @@ struct GrowthSettings {
   /// Growth has stalled if within this many iterations the mean scale of the cells below the barrier
   /// increased by less than `stalledGrowth` of the deficit (not in the thesis).
   int patience = 5;
-  double stalledGrowth = 0.2;
-  /// On a stall, all cells are set to the barrier's scale and relaxed for at most this many sweeps, more
-  /// after a failure; 0: never (not in the thesis).
+  double stalledGrowth = 0.45;
+  /// On a stall, and after maxIterations, all cells are set to the barrier's scale and relaxed for at most
+  /// this many sweeps, more after a failure; 0: never (not in the thesis).
   int relaxationSweeps = 400;
   /// Growth ends after this many stalls at one barrier if no relaxation helped; 0: it continues, to the next
   /// barrier after maxIterations, as in the thesis.

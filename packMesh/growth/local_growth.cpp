@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-
-#include "packMesh/certificate/periodic_neighbors.h"
 
 namespace packmesh {
 namespace {
@@ -13,65 +10,91 @@ namespace {
 /// Expected displacement of cells in one local growth, in steps of the largest length.
 constexpr double expectedSteps = 8.0;
 
-std::vector<std::int64_t> joined(const std::vector<std::int64_t>& a, const std::vector<std::int64_t>& b) {
-  std::vector<std::int64_t> out;
-  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(out));
-  return out;
+/// More than by how much writing a cell moves a point of it [µm].
+constexpr double writtenDifference = 0.01;
+
+GrowthScene onThisRank(GrowthScene scene) {
+  scene.communicator = Communicator();
+  return scene;
+}
+
+bool contains(const std::vector<std::int64_t>& ascending, std::int64_t i) {
+  return std::binary_search(ascending.begin(), ascending.end(), i);
 }
 
 }  // namespace
 
 LocalGrowth::LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings,
                          const PlaneFunctionFactory& factory)
-    : scene_(scene), settings_(settings), planeFunction_(factory(scene_)) {
+    : scene_(onThisRank(scene)), settings_(settings), planeFunction_(factory(scene_)) {
   settings_.barriers = {settings.barriers.back()};
   settings_.relaxationSweeps = 0;
   settings_.initialScale = 0.0;
   settings_.giveUpAfter = 2;
 }
 
-std::vector<std::int64_t> LocalGrowth::neighboursOf(const std::vector<std::int64_t>& cells,
-                                                    const std::vector<Body>& state, double margin) const {
-  std::vector<Sphere> spheres;
-  for (const Body& cell : state) spheres.push_back({cell.position, scene_.shapes[cell.species]->radius()});
-  const PeriodicNeighbors neighbors(std::move(spheres), scene_.container->period());
-  std::vector<char> near(state.size(), 0);
-  for (const std::int64_t cell : cells)
-    neighbors.forEachNear(cell, margin, false,
-                          [&](const NearPair& pair) { near[pair.first] = near[pair.second] = 1; });
-  for (const std::int64_t cell : cells) near[cell] = 0;
-  std::vector<std::int64_t> out;
-  for (std::size_t i = 0; i < near.size(); ++i)
-    if (near[i]) out.push_back(static_cast<std::int64_t>(i));
-  return out;
+bool LocalGrowth::near(const Body& a, const Body& b, double margin) const {
+  const double reach =
+      scene_.shapes[a.species]->radius() + scene_.shapes[b.species]->radius() + std::max(0.0, margin);
+  const Vec3 period = scene_.container->period();
+  Vec3 between = b.position - a.position;
+  for (int k = 0; k < 3; ++k)
+    if (period[k] > 0.0) between[k] -= period[k] * std::round(between[k] / period[k]);
+  return between.squaredNorm() < reach * reach;
+}
+
+/// The cells and those near them, ascending.
+std::vector<std::int64_t> LocalGrowth::withNeighbours(const std::vector<std::int64_t>& cells,
+                                                      const std::vector<Body>& state, double margin) const {
+  std::vector<std::int64_t> members;
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(state.size()); ++i)
+    if (contains(cells, i) || std::any_of(cells.begin(), cells.end(), [&](std::int64_t cell) {
+          return near(state[cell], state[i], margin);
+        }))
+      members.push_back(i);
+  return members;
+}
+
+bool LocalGrowth::valid(const std::vector<std::int64_t>& cells, const std::vector<Body>& state) const {
+  std::vector<Body> part;
+  std::vector<std::int64_t> which;
+  for (const std::int64_t i : withNeighbours(cells, state, scene_.clearance + writtenDifference)) {
+    if (contains(cells, i)) which.push_back(static_cast<std::int64_t>(part.size()));
+    part.push_back(state[i]);
+  }
+  return StepHalving(scene_).examine(part, which).clean();
 }
 
 bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop,
-                       std::vector<Body>& state, GrowthStatistics& statistics) {
+                       std::vector<Body>& state, GrowthStatistics& statistics, const Permitted& permitted) {
   double step = 0.0;
   for (const std::int64_t i : growing)
     step = std::max(step, settings_.translationBound * std::cbrt(scene_.shapes[state[i].species]->volume()));
-  const double margin = expectedSteps * step + scene_.clearance;
-  const std::vector<std::int64_t> members = joined(growing, neighboursOf(growing, state, margin));
+  const std::vector<std::int64_t> members =
+      withNeighbours(growing, state, expectedSteps * step + scene_.clearance);
 
   std::vector<Body> part;
   for (const std::int64_t i : members) {
     part.push_back(makeBody(static_cast<std::int64_t>(part.size()), state[i].species, state[i].pose()));
-    part.back().frozen = !std::binary_search(growing.begin(), growing.end(), i);
+    part.back().frozen = !contains(growing, i);
   }
   GrowthCallbacks callbacks;
   callbacks.stop = stop;
   packmesh::grow(scene_, settings_, *planeFunction_, callbacks, part, statistics);
 
-  const std::vector<Body> before = state;
-  for (std::size_t k = 0; k < members.size(); ++k) state[members[k]].setPose(part[k].pose());
-  // Some cell may have moved beyond the range in which neighbours were searched.
-  StepHalving judge(scene_);
-  if (!judge.examine(state, growing).clean()) {
-    state = before;
-    return false;
+  std::vector<Pose> before;
+  bool full = true, kept = true;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    if (part[k].frozen) continue;
+    before.push_back(state[members[k]].pose());
+    state[members[k]].setPose(part[k].pose());
+    full = full && part[k].scale == 1.0;
+    kept = kept && (!permitted || permitted(part[k].position));
   }
-  return std::all_of(growing.begin(), growing.end(), [&](std::int64_t i) { return state[i].scale == 1.0; });
+  // Some cell may have moved beyond the range in which neighbours were searched.
+  if (kept && valid(growing, state)) return full;
+  for (std::size_t k = 0; k < growing.size(); ++k) state[growing[k]].setPose(before[k]);
+  return false;
 }
 
 }  // namespace packmesh

@@ -15,25 +15,33 @@ namespace packmesh {
 using PlaneFunctionFactory = std::function<std::unique_ptr<PlaneFunction>(const GrowthScene&)>;
 
 /// Growth of some cells of a state to scale 1, up to the surfaces of their neighbours, as in CDT cells: all
-/// other cells stay fixed. The cost is that of the cells near them.
+/// other cells stay fixed. The cost is that of the cells near them. Only this rank takes part.
 class LocalGrowth {
  public:
-  /// References the scene and settings, which must outlive this. There is no relaxation at barriers, since it
-  /// would move all cells. Only the last barrier is used.
+  /// References the settings, and what the scene references, which must outlive this. There is no relaxation
+  /// at barriers, since it would move all cells. Only the last barrier is used.
   LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory);
 
+  /// Whether a cell may have its centre there; empty: anywhere.
+  using Permitted = std::function<bool(const Vec3&)>;
+
   /// @param growing indices into the state, ascending
-  /// @param state free of overlap; also on return, with no cell smaller than before
+  /// @param state free of overlap; also on return, with no cell smaller than before. Unchanged if a cell
+  ///   would end where it is not permitted
   /// @return whether all of `growing` reached scale 1
   bool grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop,
-            std::vector<Body>& state, GrowthStatistics& statistics);
+            std::vector<Body>& state, GrowthStatistics& statistics, const Permitted& permitted = {});
 
-  /// The cells whose bounding spheres, all at scale 1, come nearer than `margin` [µm] to those of `cells`,
-  /// excluding these; ascending.
-  std::vector<std::int64_t> neighboursOf(const std::vector<std::int64_t>& cells,
-                                         const std::vector<Body>& state, double margin) const;
+  /// Whether these cells (indices, ascending) violate nothing.
+  bool valid(const std::vector<std::int64_t>& cells, const std::vector<Body>& state) const;
+
+  /// Whether the bounding spheres of two cells, both at scale 1, come nearer than `margin` [µm].
+  bool near(const Body& a, const Body& b, double margin) const;
 
  private:
+  std::vector<std::int64_t> withNeighbours(const std::vector<std::int64_t>& cells,
+                                           const std::vector<Body>& state, double margin) const;
+
   GrowthScene scene_;
   GrowthSettings settings_;
   std::unique_ptr<PlaneFunction> planeFunction_;

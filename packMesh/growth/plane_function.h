@@ -15,10 +15,9 @@ struct PlaneRequest {
   const CellSurroundings& surroundings;
   std::vector<std::int64_t> wanted;  ///< cells whose planes are requested, ascending
   double detail = 1.0;               ///< fraction of the vertices to be used (eq. 3.4)
-  std::int64_t count = 0;            ///< total number of cells on all ranks
-  double largestRadius = 0.0;        ///< of the bounding spheres at the current scales [µm]
+  double motion = 0.0;               ///< expected displacement of points in one iteration, growth apart [µm]
   /// Index of this group of cells on this rank. Unless `anew`, the surroundings have the same cells in the
-  /// same order, and the groups the same members, as in the previous request.
+  /// same order as in the previous request, and the same cells are requested.
   std::size_t batch = 0;
   bool anew = true;
 };
@@ -34,14 +33,11 @@ class PlaneFunction {
   /// Pre: no two cells overlap. Ranks call it independently of each other.
   virtual PlaneConstraints operator()(const PlaneRequest& request) = 0;
 
-  /// Distance from the centre of a requested cell within which other cells matter [µm], for this total number
-  /// of cells.
-  virtual double range(std::int64_t /*count*/) const { return 0.0; }
-
   /// Number of iterations for which data about the surroundings can be reused.
   virtual std::int64_t lifetime() const { return 1; }
 
-  /// Number of cells per request, always the same cells together because the planes depend on it; 0: any.
+  /// Number of cells per request, of the same blocks on any number of ranks because the planes of a cell
+  /// depend on the others in its request; 0: any.
   virtual std::int64_t cellsAtOnce() const { return 0; }
 };
 

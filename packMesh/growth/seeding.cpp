@@ -13,15 +13,6 @@ namespace {
 /// More than sufficient for cells that fill a thousandth of the lumen.
 constexpr int relaxationSweeps = 1000;
 
-double rangeOf(const GrowthScene& scene) {
-  double reach = 0.0;
-  for (const Shape* shape : scene.shapes) {
-    const Sphere sphere = boundingSphere(shape->hierarchy(), Placement());
-    reach = std::max(reach, sphere.center.norm() + sphere.radius);
-  }
-  return 2.0 * reach + scene.clearance;
-}
-
 /// Halves cells that violate constraints only because of their size.
 /// @return whether any were halved, on any rank
 bool shrinkViolating(const GrowthScene& scene, double smallest, GrowingCells& cells) {
@@ -48,7 +39,7 @@ bool shrinkViolating(const GrowthScene& scene, double smallest, GrowingCells& ce
 
 bool seed(const GrowthScene& scene, double smallest, const std::function<bool()>& stop,
           std::vector<Body>& own) {
-  GrowingCells cells(scene, std::move(own), rangeOf(scene), 0);
+  GrowingCells cells(scene, std::move(own), 2.0 * largestReach(scene.shapes) + scene.clearance, 0);
   while (shrinkViolating(scene, smallest, cells)) {
     if (stop && stop()) return false;
   }

@@ -29,6 +29,14 @@ struct PlacedMesh {
   Placement placement;
 };
 
+/// An object, or a periodic image of one, in a tetrahedralisation.
+struct TetrahedraBody {
+  int object;
+  Vec3 shift;          ///< translation from the given position [µm]
+  bool primary;        ///< the tetrahedra at it are wanted
+  int firstPoint = 0;  ///< its points are numbered from here on, its mesh's vertices first
+};
+
 enum class TetrahedraKind {
   constrained,  ///< surfaces are unions of faces of tetrahedra (CDT)
   delaunay,     ///< of the vertices alone: tetrahedra may intersect surfaces. Takes a quarter of the time
@@ -47,10 +55,12 @@ struct TetrahedraInput {
       nullptr;                 ///< closed surface; nullptr: up to the convex hull, or periodic images
   Vec3 period = Vec3::Zero();  ///< [µm], 0: not periodic along this axis
   Box bounds;                  ///< of one period, needed along periodic axes
-  /// Objects that are primary at their given positions, all of them inside `region`; images up to the margin
-  /// outside of it are included. Empty: all that are given, within the bounds.
-  std::vector<bool> primary;
-  Box region;
+  /// Objects and images of them to be tetrahedralised, in any order; only `object`, `shift` and `primary` are
+  /// read. Empty: all objects within the bounds, as primary bodies, and their images up to the margin.
+  std::vector<TetrahedraBody> bodies;
+  /// Per object, which of its vertices are points, and with them the triangles between these; empty: all. For
+  /// TetrahedraKept::joining, where parts of surfaces that face no other within reach can do with few.
+  std::vector<std::vector<char>> points;
   /// Images of objects up to this distance outside the bounds are included [µm]; 0: as far as necessary for
   /// the tetrahedra at primary bodies to be those of the infinite periodic arrangement.
   double margin = 0.0;
@@ -63,14 +73,6 @@ struct TetrahedraInput {
   std::function<bool()> stop = {};  ///< see runTetgen()
   int failingAttempts = 0;          ///< for tests: number of attempts that are treated as failed
   int failingObject = -1;           ///< for tests: all attempts with this object are treated as failed
-};
-
-/// An object, or a periodic image of one, in a tetrahedralisation.
-struct TetrahedraBody {
-  int object;
-  Vec3 shift;      ///< translation from the given position [µm]
-  bool primary;    ///< the one whose bounding sphere has its centre within the bounds; see TetrahedraInput
-  int firstPoint;  ///< its points are numbered from here on, its mesh's vertices first
 };
 
 /// Label of the container's points.

@@ -41,14 +41,20 @@ struct Run {
   bool sparse = false;  ///< no regions to remove: triangles that are present need no constraint
 };
 
-void addSurface(const TriangleMesh& mesh, int meshVertices, const Vec3& shift, int label, Run& run) {
-  const int first = static_cast<int>(run.tetgen.points.size());
-  for (const Vec3& v : mesh.vertices) run.tetgen.points.push_back(v + shift);
-  for (const Triangle& t : mesh.triangles)
-    run.tetgen.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  run.tetgen.triangleLabels.resize(run.tetgen.triangles.size(), 1 + label);
-  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v)
+/// @param chosen the vertices to be added; nullptr: all
+void addSurface(const TriangleMesh& mesh, int meshVertices, const Vec3& shift, int label,
+                const std::vector<char>* chosen, Run& run) {
+  std::vector<int> number(mesh.vertices.size(), -1);
+  for (int v = 0; v < static_cast<int>(mesh.vertices.size()); ++v) {
+    if (chosen && !(*chosen)[v]) continue;
+    number[v] = static_cast<int>(run.tetgen.points.size());
+    run.tetgen.points.push_back(mesh.vertices[v] + shift);
     run.result.vertices.push_back(v < meshVertices ? v : -1);
+  }
+  for (const Triangle& t : mesh.triangles)
+    if (number[t[0]] >= 0 && number[t[1]] >= 0 && number[t[2]] >= 0)
+      run.tetgen.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+  run.tetgen.triangleLabels.resize(run.tetgen.triangles.size(), 1 + label);
 }
 
 /// Surfaces of the objects at their given positions, with Steiner points that are imposed.
@@ -65,14 +71,15 @@ Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surface
     const TriangleMesh& mesh = input.objects[body.object].mesh->mesh();
     const int vertices = static_cast<int>(mesh.vertices.size());
     if (surfaces)
-      addSurface((*surfaces)[body.object], vertices, body.shift, label, run);
+      addSurface((*surfaces)[body.object], vertices, body.shift, label, nullptr, run);
     else
-      addSurface(placed(mesh, placementOf(input, body)), vertices, Vec3::Zero(), label, run);
+      addSurface(placed(mesh, placementOf(input, body)), vertices, Vec3::Zero(), label,
+                 input.points.empty() ? nullptr : &input.points[body.object], run);
     run.result.labels.resize(run.tetgen.points.size(), label++);
   }
   if (run.container) {
     const TriangleMesh& mesh = run.container->mesh();
-    addSurface(mesh, static_cast<int>(mesh.vertices.size()), Vec3::Zero(), label, run);
+    addSurface(mesh, static_cast<int>(mesh.vertices.size()), Vec3::Zero(), label, nullptr, run);
   }
   run.result.labels.resize(run.tetgen.points.size(), wallLabel);
   if (input.kind == TetrahedraKind::delaunay) run.tetgen.triangles.clear();
@@ -339,7 +346,8 @@ Tetrahedra tetrahedralise(const TetrahedraInput& input) {
   if (!input.valid) requireValid(input);
   if (input.objects.empty()) throw InputError("tetrahedralisation needs at least one object");
   const bool periodic = (input.period.array() > 0.0).any();
-  const double margin = periodic && !(input.margin > 0.0) ? sufficientMargin(input) : input.margin;
+  const bool measured = periodic && input.bodies.empty() && !(input.margin > 0.0);
+  const double margin = measured ? sufficientMargin(input) : input.margin;
   if (periodic && input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace)
     return periodicFreeSpace(input, margin);
   return tetrahedraWithin(input, margin).result;

@@ -9,6 +9,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
+#include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/packing/placed_cells.h"
 #include "packMesh/relaxation/schedule.h"
 
@@ -100,13 +101,12 @@ void Attempt::resume(const PackingState& state) {
   failures_ = state.failures;
   demandedOfWall_ = state.demandedOfWall;
   shares_ = IdShares(std::max(cells_, state.cellCount), problem_.communicator);
-  std::vector<Body> bodies;
-  for (const BodyState& cell : state.cells) bodies.push_back(bodyOf(cell));
-  relaxFrom(std::move(bodies), state.relaxation);
+  relaxFrom(bodiesOf(state.cells), state.relaxation);
 }
 
 void Attempt::relaxFrom(std::vector<Body> bodies, const RelaxationState& state) {
-  relaxation_.emplace(relaxationInput(), std::move(bodies), problem_.communicator, state);
+  relaxation_.emplace(relaxationInputOf(growthSceneOf(problem_)), std::move(bodies), problem_.communicator,
+                      state);
 }
 
 /// Whether all cells have grown to full size; if so, they are ready for the certificate.
@@ -129,21 +129,6 @@ void Attempt::takeGrown() {
   result_.statistics.tetrahedra = growth_->tetrahedra();
   relaxFrom(std::move(cells));
   at_ = {Stage::certificate, false, 0, {}};
-}
-
-RelaxationInput Attempt::relaxationInput() const {
-  RelaxationInput input;
-  for (const Species& species : problem_.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem_.wallOf(species));
-    input.freedoms.push_back(species.freedom);
-  }
-  input.bounds = problem_.container->bounds();
-  input.period = problem_.container->period();
-  input.clearance = problem_.clearance + tolerance::relaxationMargin;
-  input.wallClearance = problem_.wallClearance + tolerance::relaxationMargin;
-  input.rotate = problem_.rotate;
-  return input;
 }
 
 /// If initial poses are given for all cells and they form a valid packing, it is kept unchanged.
@@ -374,11 +359,7 @@ void Attempt::take(const PackingResult& fewer) {
   // Ids of the cells in the complete problem: the first ones of every species.
   std::vector<std::int64_t> counts(problem_.species.size(), 0);
   for (const PlacedCell& cell : fewer.cells) ++counts[cell.species];
-  std::vector<std::int64_t> before(counts.size(), 0);  // number of cells per species on lower ranks
-  const std::size_t species = counts.size();
-  const std::vector<std::int64_t> all = problem_.communicator.gatherAll(counts);
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (static_cast<int>(i / species) < problem_.communicator.rank()) before[i % species] += all[i];
+  std::vector<std::int64_t> before = problem_.communicator.sumBefore(counts);
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < fewer.cells.size(); ++i) {
     const int of = fewer.cells[i].species;

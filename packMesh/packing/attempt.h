@@ -45,6 +45,9 @@ class Attempt {
   /// Replaces the cells by those of another attempt, certified, at fewer cells of the same species.
   void take(const PackingResult& fewer);
 
+  /// Of the cells delivered so far.
+  const Certificate& certificate() const { return result_.certificate; }
+
   /// Whether cells have been placed, so that there is a state to save.
   bool hasBegun() const { return relaxation_ || (growth_ && growth_->hasBegun()); }
 
@@ -61,7 +64,6 @@ class Attempt {
   PackingResult takeResult();
 
  private:
-  RelaxationInput relaxationInput() const;
   void begin();
   void resume(const PackingState& state);
   bool grown(std::int64_t iterations);

@@ -121,6 +121,8 @@ class Search {
     PackingProblem part = problem_;
     part.resume.reset();
     part.checkpoints.reset();
+    part.escape.reset();
+    part.observe = {};
     part.limits.maxSweeps = std::max(part.limits.maxSweeps, sweepsOfRelax(fewestParts));
     // A trial that stalls is abandoned: a lower rung takes less time than relaxations of a hopeless one.
     if (part.growth.giveUpAfter == 0) part.growth.giveUpAfter = 1;

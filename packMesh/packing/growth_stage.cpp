@@ -2,6 +2,7 @@
 #include "packMesh/packing/growth_stage.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "packMesh/core/timer.h"
@@ -114,11 +115,6 @@ void GrowthStage::resume(const PackingState& state) {
   attempt_ = state.growth.attempt;
   statistics_.growth->iterations = state.growth.iterations;
   scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
-  const auto bodiesOf = [](const std::vector<BodyState>& states) {
-    std::vector<Body> bodies;
-    for (const BodyState& body : states) bodies.push_back(bodyOf(body));
-    return bodies;
-  };
   keepBest(bodiesOf(state.growth.best));
   growFrom(bodiesOf(state.cells), state.growth.progress);
 }
@@ -169,15 +165,21 @@ std::optional<TetrahedraSums> GrowthStage::tetrahedra() const {
 
 /// On all ranks.
 std::int64_t GrowthStage::countFull(const std::vector<Body>& cells) const {
-  return problem_.communicator.sum(static_cast<std::int64_t>(
-      std::count_if(cells.begin(), cells.end(), [](const Body& cell) { return cell.scale == 1.0; })));
+  const std::vector<std::int64_t> full = countFullBySpecies(cells);
+  return std::accumulate(full.begin(), full.end(), std::int64_t{0});
+}
+
+/// On all ranks.
+std::vector<std::int64_t> GrowthStage::countFullBySpecies(const std::vector<Body>& cells) const {
+  std::vector<std::int64_t> full(problem_.species.size(), 0);
+  for (const Body& cell : cells) full[cell.species] += cell.scale == 1.0;
+  problem_.communicator.sum(full);
+  return full;
 }
 
 /// Whether there are as many full cells of each species as requested, or more from the reserve.
 bool GrowthStage::complete(const std::vector<Body>& cells) const {
-  std::vector<std::int64_t> full(problem_.species.size(), 0);
-  for (const Body& cell : cells) full[cell.species] += cell.scale == 1.0;
-  problem_.communicator.sum(full);
+  const std::vector<std::int64_t> full = countFullBySpecies(cells);
   for (std::size_t s = 0; s < full.size(); ++s)
     if (full[s] < problem_.species[s].count) return false;
   return true;
@@ -188,44 +190,44 @@ bool GrowthStage::anyReserve() const {
   return std::any_of(reserve.begin(), reserve.end(), [](std::int64_t cells) { return cells > 0; });
 }
 
-/// Called by all ranks together. Swapping may gain volume from full cells that become smaller: if that
-/// reduces the volume of the full cells, the state is left unchanged.
+/// Swapping may gain volume from full cells that become smaller: if that reduces the volume of the full
+/// cells, the state is left unchanged.
 void GrowthStage::escapeFromBest() {
-  std::vector<BodyState> own;
-  for (const Body& cell : best_) own.push_back(stateOf(cell));
-  std::vector<Body> state;
-  for (const BodyState& cell : problem_.communicator.gatherAll(own)) state.push_back(bodyOf(cell));
-  std::sort(state.begin(), state.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
-  const double before = fullVolume(state);
-  GrowthScene scene = scene_;
-  scene.communicator = Communicator();
-  if (!problem_.communicator.alone()) scene.stop = {};  // ranks must take the same decisions
-  const Timer watch(statistics_.growthSeconds);
+  std::vector<Body> state = best_;
   const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
     return makePlaneFunction(problem_.planeSource, part, tetrahedra_);
   };
   const auto observe = [this](const std::vector<Body>& now) {
     if (problem_.observe) problem_.observe(placed(now));
   };
-  // All ranks poll equally often; agreeing each time would take longer than the work between two polls.
-  const auto stop = [this, polls = std::int64_t{0}, ended = false]() mutable {
-    constexpr std::int64_t pollsPerAgreement = 64;
-    ended = ended || (polls++ % pollsPerAgreement == 0 && stopped());
-    return ended;
-  };
-  statistics_.escape = escape(scene, problem_.growth, *problem_.escape, factory, stop, observe, state);
-  if (fullVolume(state) < before) return;
-  std::stable_sort(state.begin(), state.end(),
-                   [](const Body& a, const Body& b) { return a.species < b.species; });
-  best_.clear();
-  const auto [first, end] = IdShares(static_cast<std::int64_t>(state.size()), problem_.communicator).own();
-  for (std::int64_t i = first; i < end; ++i) best_.push_back(makeBody(i, state[i].species, state[i].pose()));
+  statistics_.escape = escape(
+      scene_, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
+  if (fullVolume(state) >= fullVolume(best_)) best_ = bySpecies(state);
 }
 
+/// Numbered by species, then by id. Pre: ids 0 ... cells - 1
+std::vector<Body> GrowthStage::bySpecies(const std::vector<Body>& cells) const {
+  const Communicator& ranks = problem_.communicator;
+  const IdShares shares(ranks.sum(static_cast<std::int64_t>(cells.size())), ranks);
+  std::vector<Body> numbered = bodiesOf(shares.collect(cells));
+  std::vector<std::int64_t> counts(problem_.species.size(), 0);
+  for (const Body& cell : numbered) ++counts[cell.species];
+  std::vector<std::int64_t> next = ranks.sumBefore(counts);
+  ranks.sum(counts);
+  for (std::size_t s = 1; s < next.size(); ++s)
+    next[s] +=
+        std::accumulate(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(s), std::int64_t{0});
+  for (Body& cell : numbered) cell = makeBody(next[cell.species]++, cell.species, cell.pose());
+  std::sort(numbered.begin(), numbered.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
+  return numbered;
+}
+
+/// Of the full cells on all ranks.
 double GrowthStage::fullVolume(const std::vector<Body>& cells) const {
+  const std::vector<std::int64_t> full = countFullBySpecies(cells);
   double volume = 0.0;
-  for (const Body& cell : cells)
-    if (cell.scale == 1.0) volume += scene_.shapes[cell.species]->volume();
+  for (std::size_t s = 0; s < full.size(); ++s)
+    volume += static_cast<double>(full[s]) * scene_.shapes[s]->volume();
   return volume;
 }
 

@@ -53,9 +53,11 @@ class GrowthStage {
   void growFrom(std::vector<Body> cells, const GrowthProgress& from);
   void keepBest(std::vector<Body> cells);
   std::int64_t countFull(const std::vector<Body>& cells) const;
+  std::vector<std::int64_t> countFullBySpecies(const std::vector<Body>& cells) const;
   bool complete(const std::vector<Body>& cells) const;
   bool anyReserve() const;
   void escapeFromBest();
+  std::vector<Body> bySpecies(const std::vector<Body>& cells) const;
   double fullVolume(const std::vector<Body>& cells) const;
   std::vector<PlacedCell> placed(const std::vector<Body>& cells) const;
   bool stopped();

@@ -10,9 +10,7 @@ std::pair<std::int64_t, std::int64_t> IdShares::of(int rank) const {
 }
 
 std::vector<BodyState> IdShares::collect(const std::vector<Body>& bodies) const {
-  std::vector<BodyState> states;
-  for (const Body& body : bodies) states.push_back(stateOf(body));
-  return collect(states);
+  return collect(statesOf(bodies));
 }
 
 }  // namespace packmesh

@@ -32,20 +32,19 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
       if (ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
     };
   stopAfter(timeWithSearch);
-  Densest densest;
-  if (!problem.escape)  // escapes have already done what is possible
-    densest = findDensest(problem, control, [&](std::int64_t sweeps) {
-      stopAfter(timeForAll);
-      const bool packed = all.certifyAll(sweeps);
-      if (!control.stopped()) stopAfter(timeWithSearch);
-      return packed;
-    });
+  Densest densest = findDensest(problem, control, [&](std::int64_t sweeps) {
+    stopAfter(timeForAll);
+    const bool packed = all.certifyAll(sweeps);
+    if (!control.stopped()) stopAfter(timeWithSearch);
+    return packed;
+  });
   control.atPolls = {};
   if (control.interrupted() || densest.whole) return densest;
-  if (densest.packing)
+  // The state after escapes may be denser than what the search, which has none, has found.
+  const bool keepsOwn = (problem.escape || !densest.packing) && all.leaveOutFailing();
+  if (densest.packing &&
+      !(keepsOwn && all.certificate().cellVolume >= densest.packing->certificate.cellVolume))
     all.take(*densest.packing);
-  else
-    all.leaveOutFailing();
   return densest;
 }
 
@@ -82,8 +81,7 @@ PackingResult pack(const PackingProblem& problem) {
   }
   PackingResult result = all.takeResult();
   result.searched = fewer.ended && !packed;
-  (result.statistics.growth ? result.statistics.growth->iterations : result.statistics.sweeps) +=
-      fewer.sweeps;
+  result.statistics.searching = fewer.sweeps;
   return result;
 }
 

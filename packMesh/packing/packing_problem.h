@@ -100,7 +100,8 @@ struct PackingProblem {
   /// the interruption. Pre: of the same problem, except for limits and ranks.
   std::optional<PackingState> resume;
   std::optional<Checkpoints> checkpoints;
-  /// Called with every state that growth accepts (Method::cat): all cells at their current scales.
+  /// Called with every state that growth accepts (Method::cat): this rank's cells at their current
+  /// scales.
   std::function<void(const std::vector<PlacedCell>&)> observe;
 
   std::int64_t cellCount() const {

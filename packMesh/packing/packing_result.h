@@ -21,17 +21,18 @@ enum class Outcome {
 };
 
 struct Statistics {
-  std::int64_t blocks = 0;   ///< number of blocks of the domain; additional ranks are idle
-  std::int64_t sweeps = 0;   ///< of the relaxation
-  std::int64_t repairs = 0;  ///< rounds in which pairs failing the exact test got more clearance
+  std::int64_t blocks = 0;     ///< number of blocks of the domain; additional ranks are idle
+  std::int64_t sweeps = 0;     ///< of the relaxation
+  std::int64_t repairs = 0;    ///< rounds in which pairs failing the exact test got more clearance
+  std::int64_t searching = 0;  ///< sweeps or iterations of the search for fewer cells
   std::optional<GrowthStatistics> growth;    ///< of Method::cat
   std::optional<TetrahedraSums> tetrahedra;  ///< of PlaneSource::catFaces
   std::vector<EscapePhase> escape;           ///< where local maxima were escaped
   /// CPU time of this rank [s]
   double placementSeconds = 0.0, relaxationSeconds = 0.0, growthSeconds = 0.0, certificateSeconds = 0.0;
 
-  /// Sweeps of relaxation, or iterations of growth, and what they are called.
-  std::int64_t effort() const { return growth ? growth->iterations : sweeps; }
+  /// All sweeps of relaxation, or iterations of growth, and what they are called.
+  std::int64_t effort() const { return (growth ? growth->iterations : sweeps) + searching; }
   const char* unit() const { return growth ? "iterations" : "sweeps"; }
 };
 
@@ -44,7 +45,7 @@ struct PackingResult {
   std::vector<Pose> poses;     ///< the same cells as poses
   std::int64_t cellCount = 0;  ///< of all ranks
   /// If not feasible: the search for the densest packing was completed. Otherwise it was stopped by the time
-  /// limit, or (with escapes) there was none, and the cells are merely some that could be certified.
+  /// limit, and the cells are merely some that could be certified.
   bool searched = false;
   Certificate certificate;  ///< of exactly the `cells` of all ranks; pairs and cells by id
   Statistics statistics;

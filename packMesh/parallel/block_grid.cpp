@@ -14,7 +14,7 @@ constexpr double mostBlocks = 1000.0;
 }  // namespace
 
 BlockGrid::BlockGrid(const Box& bounds, const Vec3& period, double interactionRange, double preferredEdge)
-    : lo_(bounds.lo) {
+    : bounds_(bounds) {
   const double edge = std::max(2.0 * interactionRange, preferredEdge);
   for (int k = 0; k < 3; ++k) {
     int n = edge > 0.0 ? std::max(1, static_cast<int>(std::min(bounds.size()[k] / edge, mostBlocks))) : 1;
@@ -25,10 +25,20 @@ BlockGrid::BlockGrid(const Box& bounds, const Vec3& period, double interactionRa
   }
 }
 
+Box BlockGrid::boxOf(int block) const {
+  const std::array<int, 3> index = indexOf(block);
+  Box box = bounds_;
+  for (int k = 0; k < 3; ++k) {
+    if (index[k] > 0) box.lo[k] = bounds_.lo[k] + index[k] / blocksPerLength_[k];
+    if (index[k] + 1 < blocks_[k]) box.hi[k] = bounds_.lo[k] + (index[k] + 1) / blocksPerLength_[k];
+  }
+  return box;
+}
+
 int BlockGrid::blockOf(const Vec3& p) const {
   int index[3];
   for (int k = 0; k < 3; ++k) {
-    const double b = std::floor((p[k] - lo_[k]) * blocksPerLength_[k]);
+    const double b = std::floor((p[k] - bounds_.lo[k]) * blocksPerLength_[k]);
     index[k] = b <= 0.0 ? 0 : b >= blocks_[k] - 1 ? blocks_[k] - 1 : static_cast<int>(b);
   }
   return index[0] + blocks_[0] * (index[1] + blocks_[1] * index[2]);
@@ -96,11 +106,20 @@ double BlockGrid::squaredDistance(const Vec3& p, int block, const Step& step) co
   double squared = 0.0;
   for (int k = 0; k < 3; ++k) {
     if (step[k] == 0) continue;
-    const double edge = 1.0 / blocksPerLength_[k], fromLow = p[k] - lo_[k] - index[k] * edge;
+    const double edge = 1.0 / blocksPerLength_[k], fromLow = p[k] - bounds_.lo[k] - index[k] * edge;
     const double distance = std::max(0.0, step[k] < 0 ? fromLow : edge - fromLow);
     squared += distance * distance;
   }
   return squared;
+}
+
+double BlockGrid::squaredDistance(const Vec3& p, int block) const {
+  const Box box = boxOf(block);
+  const Vec3 size = bounds_.size();
+  Vec3 offset = p - box.center();
+  for (int k = 0; k < 3; ++k)
+    if (periodic_[k]) offset[k] -= size[k] * std::round(offset[k] / size[k]);
+  return (offset.cwiseAbs() - 0.5 * box.size()).cwiseMax(0.0).squaredNorm();
 }
 
 }  // namespace packmesh

@@ -26,6 +26,8 @@ class BlockGrid {
   int count() const { return blocks_[0] * blocks_[1] * blocks_[2]; }
   std::array<int, 3> counts() const { return blocks_; }
 
+  Box boxOf(int block) const;
+
   /// The block of a point; points outside the bounds belong to the nearest block.
   int blockOf(const Vec3& p) const;
 
@@ -59,8 +61,12 @@ class BlockGrid {
   /// Squared distance between a point in a block and that block's neighbour in direction `step` [µm²].
   double squaredDistance(const Vec3& p, int block, const Step& step) const;
 
+  /// Squared distance between a point, or its nearest periodic image, and a block [µm²]; 0 inside.
+  double squaredDistance(const Vec3& p, int block) const;
+
  private:
-  Vec3 lo_, blocksPerLength_;
+  Box bounds_;
+  Vec3 blocksPerLength_;
   std::array<int, 3> blocks_;
   std::array<bool, 3> periodic_;
 };

@@ -105,6 +105,13 @@ std::int64_t Communicator::min(std::int64_t value) const {
   return impl_ ? impl_->reduced(value, MPI_INT64_T, MPI_MIN) : value;
 }
 
+std::vector<std::int64_t> Communicator::sumBefore(const std::vector<std::int64_t>& values) const {
+  const std::vector<std::int64_t> all = gatherAll(values);
+  std::vector<std::int64_t> sums(values.size(), 0);
+  for (std::size_t i = 0; i < rank() * values.size(); ++i) sums[i % values.size()] += all[i];
+  return sums;
+}
+
 void Communicator::sumAndMax(std::vector<std::int64_t>& sums, std::vector<double>& maxima) const {
   if (!impl_) return;
   static_assert(sizeof(double) == sizeof(std::int64_t));

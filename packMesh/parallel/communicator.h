@@ -42,6 +42,8 @@ class Communicator {
   double max(double value) const;
   double min(double value) const;
   std::int64_t min(std::int64_t value) const;
+  /// Sums over the ranks before this one. Pre: the size is the same on all ranks
+  std::vector<std::int64_t> sumBefore(const std::vector<std::int64_t>& values) const;
   /// Sums and maxima over all ranks, in one message. Pre: the sizes are the same on all ranks
   void sumAndMax(std::vector<std::int64_t>& sums, std::vector<double>& maxima) const;
   bool any(bool value) const { return !alone() ? max(value ? 1.0 : 0.0) > 0.0 : value; }

@@ -50,4 +50,18 @@ Body bodyOf(const BodyState& state) {
   return body;
 }
 
+std::vector<BodyState> statesOf(const std::vector<Body>& bodies) {
+  std::vector<BodyState> states;
+  states.reserve(bodies.size());
+  for (const Body& body : bodies) states.push_back(stateOf(body));
+  return states;
+}
+
+std::vector<Body> bodiesOf(const std::vector<BodyState>& states) {
+  std::vector<Body> bodies;
+  bodies.reserve(states.size());
+  for (const BodyState& state : states) bodies.push_back(bodyOf(state));
+  return bodies;
+}
+
 }  // namespace packmesh

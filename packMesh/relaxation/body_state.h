@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "packMesh/relaxation/body.h"
 
@@ -29,5 +30,8 @@ struct BodyState {
 
 BodyState stateOf(const Body& body);
 Body bodyOf(const BodyState& state);
+
+std::vector<BodyState> statesOf(const std::vector<Body>& bodies);
+std::vector<Body> bodiesOf(const std::vector<BodyState>& states);
 
 }  // namespace packmesh

@@ -113,15 +113,6 @@ double largestRadius(const RelaxationInput& input) {
   return radius;
 }
 
-double largestReach(const RelaxationInput& input) {
-  double reach = 0.0;
-  for (const Shape* shape : input.shapes) {
-    const Sphere sphere = boundingSphere(shape->hierarchy(), Placement());
-    reach = std::max(reach, sphere.center.norm() + sphere.radius);
-  }
-  return reach;
-}
-
 /// Distance from a cell's centre within which the certificate can look for neighbours [µm].
 double certifiedRange(double reach, double clearance) {
   return 2.0 * (reach + Relaxation::certifiedMotion) + std::max(gapOfInterest, clearance);
@@ -138,7 +129,7 @@ Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
       solver_(makeSolver(input, state_.counts)),
       halfThickness_(medianHalfThickness(input, state_.counts)),
       largestRadius_(largestRadius(input)),
-      largestReach_(largestReach(input)),
+      largestReach_(largestReach(input.shapes)),
       blocks_(input.bounds, input.period,
               std::max((2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
                        0.5 * certifiedRange(largestReach_, input.clearance)),

@@ -95,4 +95,15 @@ Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
 Shape::Shape(const TriangleMesh& mesh)
     : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(gridOf(mesh))) {}
 
+double Shape::reach() const {
+  const Sphere sphere = boundingSphere(hierarchy_, Placement());
+  return sphere.center.norm() + sphere.radius;
+}
+
+double largestReach(const std::vector<const Shape*>& shapes) {
+  double reach = 0.0;
+  for (const Shape* shape : shapes) reach = std::max(reach, shape->reach());
+  return reach;
+}
+
 }  // namespace packmesh

@@ -52,6 +52,8 @@ class Shape {
   double radius() const {
     return radius_;
   }  ///< radius of the smallest enclosing sphere around the body origin [µm]
+  /// Radius around the body origin that contains the bounding sphere of the mesh [µm].
+  double reach() const;
   double halfThickness() const { return halfThickness_; }  ///< largest depth of a point inside [µm]
   const SupportBound& bound() const { return bound_; }
   double sampleSpacing() const;  ///< approximate largest distance of a surface point from a sample [µm]
@@ -68,5 +70,8 @@ class Shape {
   SamplePoints samples_, coarseSamples_;
   std::variant<ProfileSurface, DistanceGrid> field_;
 };
+
+/// The largest Shape::reach() [µm].
+double largestReach(const std::vector<const Shape*>& shapes);
 
 }  // namespace packmesh

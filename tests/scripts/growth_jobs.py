@@ -432,6 +432,21 @@ def planes_from_faces_in_a_periodic_box(j):
 
 
 @job
+def growth_frames(j):
+    j.pack("--cylinder x 6 12 --rbc 4 --growth-frames 15")
+    frames = j.folders[0] / "growth_frames"
+    for series in ("growth.pvd", "cat_cells.pvd"):
+        files = re.findall(r'timestep="(\d+)" file="([^"]+)"', (frames / series).read_text())
+        require(len(files) >= 2 and [int(state) for state, _ in files] == list(range(0, 15 * len(files), 15)), f"{series}: {files}")
+        for _, name in files:
+            head = (frames / name).read_bytes()[:2000].decode(errors="replace")
+            polygons = int(re.search(r'NumberOfPolys="(\d+)"', head).group(1))
+            require(polygons == 4 * 1280 if series == "growth.pvd" else polygons > 4 * 100, f"{name}: {polygons} polygons")
+    j.pack("9 9 9 --rbc 2 --ends periodic --growth-frames 30 --output-dir periodic")
+    require((j.folders[0] / "periodic" / "growth_frames" / "cat_cells_0000.vtp").exists(), "no CAT cells in a periodic box")
+
+
+@job
 def planes_from_faces_in_a_cylinder(j):
     j.pack("--cylinder x 6 10 --rbc 3 --cell-free-layer 0.5 --wall-clearance 0.2 --clearance 0.1 --builder cat-faces")
     j.check("--cylinder x 6 10 --cell-free-layer 0.5 --wall-clearance 0.2 --clearance 0.1")
@@ -441,6 +456,15 @@ def planes_from_faces_in_a_cylinder(j):
 def escape(j):
     j.pack("--sphere 6 --rbc 4 --plt 3 --escape --stock PLT 1 --best-effort --growth iterations 12 --growth attempts 1")
     j.check("--sphere 6")
+
+
+@job
+def escape_in_several_blocks(j):
+    j.pack("16 5.5 5.5 --rbc 0 --plt 0 --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1 --ends periodic --escape --stock Small 5 "
+           "--best-effort --growth iterations 6 --growth attempts 1 --growth relaxationSweeps 0 --report r.json")
+    phases = j.report()["statistics"]["escape"]
+    require(phases[-1]["coverage"] > phases[0]["coverage"] and phases[-1]["changed"] > 0, f"no gain: {phases}")
+    j.check("--box 16 5.5 5.5 --ends periodic --cell Ball 65 1.8 1.8 1.8 --cell Small 6 1 1 1")
 
 
 @job

@@ -35,12 +35,9 @@ inline std::vector<Body> seeded(const GrowthScene& scene, const std::vector<std:
 inline PlaneConstraints planesOf(PlaneFunction& planeFunction, const GrowthScene& scene,
                                  const std::vector<Body>& cells, double reach, double detail = 1.0) {
   const CellSurroundings surroundings(scene, cells, std::vector<double>(cells.size(), reach));
-  PlaneRequest request{surroundings, {}, detail, static_cast<std::int64_t>(cells.size()), 0.0};
+  PlaneRequest request{surroundings, {}, detail, reach};
   request.wanted.resize(cells.size());
   std::iota(request.wanted.begin(), request.wanted.end(), std::int64_t{0});
-  for (const Body& cell : cells)
-    request.largestRadius =
-        std::max(request.largestRadius, cell.scale * scene.shapes[cell.species]->radius());
   return planeFunction(request);
 }
 

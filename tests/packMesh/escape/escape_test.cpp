@@ -6,6 +6,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/escape/holes.h"
 #include "packMesh/growth/plane_source.h"
+#include "tests/packMesh/escape/escape_scene.h"
 #include "tests/support/bodies.h"
 #include "tests/support/growing.h"
 
@@ -111,7 +112,7 @@ TEST_CASE("Holes are empty, disjoint and sorted by size") {
   for (const double x : {1.5, 6.5})
     for (const double y : {1.5, 6.5})
       for (const double z : {1.5, 6.5}) s.add(0, 1.0, Vec3(x, y, z));
-  const std::vector<Sphere> holes = findHoles(s.scene, s.state, 0.5);
+  const std::vector<Sphere> holes = Holes(s.scene).in(s.lumen->bounds(), s.state, 0.5);
   REQUIRE(!holes.empty());
   // The middle is the largest one.
   CHECK((holes[0].center - Vec3::Constant(4.0)).norm() < 0.05);
@@ -140,6 +141,65 @@ TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up") 
   REQUIRE(s.state.size() == 10);
   CHECK(s.state[8].species == 1);
   CHECK(s.state[9].species == 0);
+}
+
+TEST_CASE("Parts of the container have the holes that the whole has there") {
+  test::LongBox box;
+  const Holes holes(box.scene);
+  const Box bounds = box.lumen->bounds();
+  const auto apart = [&](Vec3 between) {
+    for (int k = 0; k < 3; ++k) between[k] -= bounds.hi[k] * std::round(between[k] / bounds.hi[k]);
+    return between.norm();
+  };
+  std::vector<Sphere> ofParts;
+  for (int part = 0; part < 4; ++part) {
+    Box region = bounds;
+    if (part > 0) region.lo[0] = 0.25 * part * bounds.hi[0];
+    if (part < 3) region.hi[0] = 0.25 * (part + 1) * bounds.hi[0];
+    for (const Sphere& hole : holes.in(region, box.state, 0.4)) {
+      ofParts.push_back(hole);
+      CHECK(region.contains(hole.center));
+      for (const Body& cell : box.state)
+        CHECK(apart(hole.center - cell.position) >=
+              hole.radius + 0.97 * cell.scale * box.scene.shapes[cell.species]->radius());
+    }
+  }
+  const std::vector<Sphere> all = holes.in(bounds, box.state, 0.4);
+  REQUIRE(!all.empty());
+  const double largest = box.scene.shapes[2]->radius();  // holes of parts are not larger
+  for (const Sphere& hole : all)
+    CHECK(std::any_of(ofParts.begin(), ofParts.end(), [&](const Sphere& other) {
+      return apart(hole.center - other.center) < hole.radius + other.radius &&
+             other.radius >= 0.99 * std::min(hole.radius, largest);
+    }));
+}
+
+TEST_CASE("Escapes in several blocks gain coverage in every phase and share the reserve") {
+  test::LongBox box;
+  const std::size_t before = box.state.size();
+  std::vector<Body> state = box.state;
+  const std::vector<EscapePhase> phases = box.escapeFrom(
+      state, [&](const std::vector<Body>& now) { CHECK(test::examine(box.scene, now).clean()); });
+  REQUIRE(phases.size() == 6);
+  for (std::size_t k = 1; k < phases.size(); ++k) {
+    INFO(phases[k].name);
+    CHECK(phases[k].coverage >= phases[k - 1].coverage);
+    CHECK(phases[k].tried > 0);
+  }
+  CHECK(phases[1].changed > 0);
+  CHECK(phases[2].changed > 0);
+  CHECK(phases[5].changed > 0);
+  CHECK(phases[5].full > phases[0].full);
+  // No more than the reserve has, and all cells are numbered without gaps.
+  std::vector<std::int64_t> counts(3, 0);
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    CHECK(state[i].id == static_cast<std::int64_t>(i));
+    ++counts[state[i].species];
+  }
+  for (const Body& cell : box.state) --counts[cell.species];
+  CHECK(state.size() == before + 9);
+  CHECK(counts[0] == 6);
+  CHECK(counts[1] == 3);
 }
 
 TEST_CASE("No phase of an escape of a mixture in a vase lowers the coverage, and all states are valid") {

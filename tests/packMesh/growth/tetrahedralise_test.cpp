@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 #include <map>
+#include <set>
 
 #include "packMesh/growth/missing_triangles.h"
 #include "packMesh/growth/tetrahedralise.h"
@@ -245,6 +246,43 @@ TEST_CASE("Unconstrained Delaunay tetrahedra have empty circumspheres", "[tetrah
     if (!(offset.norm() < 1e3)) continue;  // flat: the sphere is a plane
     for (const Vec3& p : t.points) CHECK((p - center).norm() > offset.norm() * (1.0 - 1e-7));
   }
+}
+
+TEST_CASE("With fewer points on surfaces, the tetrahedra of the remaining points are kept", "[tetrahedra]") {
+  CatScene scene = redCellsInSphere(8, 0.3);
+  scene.input.container = nullptr;
+  scene.input.kind = TetrahedraKind::delaunay;
+  scene.input.kept = TetrahedraKept::joining;
+  const Tetrahedra all = tetrahedralise(scene.input);
+  for (const PlacedMesh& object : scene.input.objects) {
+    scene.input.points.emplace_back();
+    int v = 0;
+    for (const Vec3& vertex : object.mesh->mesh().vertices)
+      scene.input.points.back().push_back(vertex.x() > 0.0 || v++ % 8 == 0);
+  }
+  const Tetrahedra some = tetrahedralise(scene.input);
+  CHECK(2 * some.points.size() < 3 * all.points.size() / 2);
+  // By body and vertex, which number the same points in both.
+  using Corner = std::pair<int, int>;
+  const auto cornersOf = [](const Tetrahedra& t, const Tetrahedron& tetrahedron) {
+    std::array<Corner, 4> corners;
+    for (int k = 0; k < 4; ++k)
+      corners[k] = {t.bodies[t.labels[tetrahedron[k]]].object, t.vertices[tetrahedron[k]]};
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  std::set<std::array<Corner, 4>> found;
+  for (const Tetrahedron& t : some.tetrahedra) found.insert(cornersOf(some, t));
+  std::int64_t expected = 0;
+  for (const Tetrahedron& t : all.tetrahedra) {
+    const std::array<Corner, 4> corners = cornersOf(all, t);
+    if (!std::all_of(corners.begin(), corners.end(),
+                     [&](const Corner& c) { return scene.input.points[c.first][c.second]; }))
+      continue;
+    ++expected;
+    CHECK(found.count(corners) == 1);
+  }
+  CHECK(expected > 100);
 }
 
 TEST_CASE("TetGen gives the same tetrahedra in a child process and can be stopped there", "[tetrahedra]") {

@@ -72,14 +72,14 @@ TEST_CASE("A problem packed at once gives the same result with and without a tim
   const PackingResult free = pack(problem), limited = packedWith(problem, 100.0, 50.0);
   REQUIRE(free.outcome == Outcome::certified);
   REQUIRE(test::sameBits(limited, free));
-  REQUIRE(limited.statistics.sweeps == free.statistics.sweeps);
+  REQUIRE(limited.statistics.effort() == free.statistics.effort());
 }
 
 TEST_CASE("Cells that take long are packed as without a time limit", "[densest]") {
   const PackingProblem problem = redCellProblem(periodicCube(25.0), 0.6);
   const PackingResult free = pack(problem), limited = packedWith(problem, 100.0, 50.0);
   REQUIRE(free.outcome == Outcome::certified);
-  REQUIRE(free.statistics.sweeps > 300);  // not at once
+  REQUIRE(free.statistics.effort() > 300);  // not at once
   REQUIRE(limited.outcome == Outcome::certified);
   REQUIRE(test::sameBits(limited, free));
 }
@@ -130,7 +130,7 @@ TEST_CASE("An attempt gives all cells or none", "[densest]") {
   REQUIRE(none.outcome == Outcome::outOfReach);
   REQUIRE(none.cells.empty());
   REQUIRE(none.cellCount == 0);
-  REQUIRE(none.statistics.sweeps == 300);  // jammed
+  REQUIRE(none.statistics.effort() == 300);  // jammed
 }
 
 TEST_CASE("A time limit ends attempt and search, and the result is not reported as the densest",

@@ -98,7 +98,7 @@ TEST_CASE("Method cat gives the same bits for the same problem") {
 
 TEST_CASE("Method cat packs with planes from tetrahedra") {
   const std::pair<std::shared_ptr<const Container>, double> lumens[] = {
-      {test::periodicCube(10.0), 0.15}, {makeSphere(Vec3::Zero(), 6.5), 0.25}};
+      {test::periodicCube(10.0), 0.3}, {makeSphere(Vec3::Zero(), 6.5), 0.25}};
   for (const auto& [container, fraction] : lumens) {
     CAPTURE(container->describe());
     PackingProblem problem = grown(container, fraction);

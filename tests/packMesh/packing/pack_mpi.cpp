@@ -15,7 +15,7 @@ namespace {
 
 struct Outline {
   Outcome outcome;
-  std::int64_t sweeps, repairs, pairsTested, cells;
+  std::int64_t effort, repairs, pairsTested, cells;
   double minimumGap, minimumWallGap;
   std::vector<double> numbers;  // of all cells, in order; on rank 0
 };
@@ -28,7 +28,7 @@ Outline outlineOf(const PackingProblem& problem, const Examine& examine) {
   REQUIRE(result.certificate.cells == result.cellCount);
   examine(result);
   Outline outline{result.outcome,
-                  result.statistics.sweeps,
+                  result.statistics.effort(),
                   result.statistics.repairs,
                   result.certificate.pairsTested,
                   result.cellCount,
@@ -56,7 +56,7 @@ void requireSameOnAllRanks(
   problem.communicator = Communicator();
   const Outline alone = outlineOf(problem, examine);
   REQUIRE(shared.outcome == alone.outcome);
-  REQUIRE(shared.sweeps == alone.sweeps);
+  REQUIRE(shared.effort == alone.effort);
   REQUIRE(shared.repairs == alone.repairs);
   REQUIRE(shared.cells == alone.cells);
   REQUIRE(shared.pairsTested == alone.pairsTested);

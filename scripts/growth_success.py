@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Packs problems with --method cat, each with several seeds, and prints how many succeed, how large the coverage is, how many
+iterations it takes, how many pairs of cells overlapped after a full step (and were stepped back), and the CPU time.
+
+growth_success.py [--packMesh PROGRAM] [--seeds N] [PATTERN ...]
+
+PATTERN: only problems whose name contains a match of one of these regular expressions. The table is Markdown.
+"""
+import argparse
+import os
+import pathlib
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+PIPE = HERE.parent / "examples" / "pipe"
+CUBE = "--ends periodic --clearance 0 --plt_ratio 0 --hematocrit"
+
+# name, arguments, largest number of seeds, programs that make files first
+PROBLEMS = [
+    ("periodic box 25³, 0.30", f"25 25 25 {CUBE} 0.30", 99, []),
+    ("periodic box 25³, 0.40", f"25 25 25 {CUBE} 0.40", 99, []),
+    ("periodic box 25³, 0.45", f"25 25 25 {CUBE} 0.45", 99, []),
+    ("periodic box 25³, 0.50", f"25 25 25 {CUBE} 0.50", 99, []),
+    ("periodic box 25³, 0.55", f"25 25 25 {CUBE} 0.55", 99, []),
+    ("periodic box 50³, 0.50", f"50 50 50 {CUBE} 0.50", 3, []),
+    ("periodic box 50³, 0.55", f"50 50 50 {CUBE} 0.55", 3, []),
+    ("pipe of HemoCell, 0.45", "config.xml --hematocrit 0.45", 5, [["make_tube.sh", "tube.stl"]]),
+    ("bifurcation, 0.40", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.40", 5,
+     [["make_vessel.py", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
+    ("aneurysm, 0.40", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.40", 5,
+     [["make_vessel.py", "aneurysm", "vessel.stl", "--radius", "12", "--length", "80"]]),
+    ("white cells, platelets and red cells in a cylinder, 0.35", "--cylinder x 14 50 --hematocrit 0.35 --plt_ratio 0.1 --wbc 3", 5, []),
+    ("red cells, platelets 1:1 in a sphere, 0.40", "--sphere 14 --hematocrit 0.40 --plt_ratio 1", 5, []),
+    ("ellipsoids of 1.5 to 5 µm in a box", "24 24 24 --cell Small 400 1.5 1.5 1.5 --cell Flat 200 4 1 3 --cell Large 50 5 4 4", 5, []),
+    ("20 sickled among 80 red cells in a box of 30 µm", "30 30 30 --keep-all --rbc 80 --cell-mesh Sickled 20 sickle.stl", 5,
+     [["make_cell.py", "sickle", "sickle.stl", "--length", "12", "--volume", "75"]]),
+    ("planes from CAT faces: periodic box 25³, 0.30", f"25 25 25 {CUBE} 0.30 --builder cat-faces", 3, []),
+    ("planes from CAT faces: periodic box 25³, 0.40", f"25 25 25 {CUBE} 0.40 --builder cat-faces", 3, []),
+    ("planes from CAT faces: bifurcation, 0.30", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.30 --builder cat-faces", 1,
+     [["make_vessel.py", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
+]
+
+
+def make(folder, command):
+    words = [str(HERE / command[0])] + command[1:]
+    if command[0].endswith(".sh"):  # prints the file
+        with open(folder / words.pop(), "wb") as out:
+            subprocess.run(words, stdout=out, check=True)
+    else:
+        subprocess.run(words, cwd=folder, stdout=subprocess.DEVNULL, check=True)
+
+
+def number(pattern, text):
+    found = re.search(pattern, text)
+    return float(found.group(1)) if found else 0.0
+
+
+def row(program, name, arguments, seeds, files):
+    with tempfile.TemporaryDirectory() as name_of_folder:
+        folder = pathlib.Path(name_of_folder)
+        for file in PIPE.glob("*.xml"):
+            shutil.copy(file, folder)
+        for command in files:
+            make(folder, command)
+        cells, shares, iterations, overlaps, seconds = 0, [], [], [], []
+        for seed in range(1, seeds + 1):
+            done = subprocess.run([program, *arguments.split(), "--method", "cat", "--seed", str(seed), "--verbose"],
+                                  cwd=folder, capture_output=True, text=True, check=False)
+            if done.returncode not in (0, 3):
+                sys.exit(f"{name}, seed {seed}:\n{done.stdout}{done.stderr}")
+            if done.returncode == 3:
+                continue
+            if "Certificate: clean" not in done.stdout:
+                sys.exit(f"{name}, seed {seed}: no certificate\n{done.stdout}")
+            cells = number(r"no overlap \((\d+) cells", done.stdout)
+            shares.append(sum(map(float, re.findall(r"placed, volume fraction ([\d.]+)", done.stdout))))
+            iterations.append(number(r"Growth: (\d+) iterations", done.stdout))
+            overlaps.append(number(r"(\d+) of \d+ steps overlapped", done.stdout))
+            seconds.append(number(r"Time: ([\d.]+) s CPU", done.stdout))
+    print(f"| {name} | {cells:.0f} | {len(shares)} of {seeds} | "
+          + (f"{max(shares):.3f} | {statistics.mean(iterations):.0f} | {statistics.mean(overlaps):.0f} | {statistics.mean(seconds):.2f} |"
+             if shares else "| | | |"), flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--packMesh", default=HERE.parent / "build" / "bin" / "packMesh")
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("patterns", nargs="*", default=["."])
+    options = parser.parse_args()
+    print("| problem | cells | seeds certified | coverage | iterations | overlaps stepped back | CPU [s] |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for name, arguments, seeds, files in PROBLEMS:
+        if any(re.search(pattern, name) for pattern in options.patterns):
+            row(str(pathlib.Path(options.packMesh).resolve()), name, arguments, min(seeds, options.seeds), files)
+
+
+if __name__ == "__main__":
+    main()
