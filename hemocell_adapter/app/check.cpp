@@ -28,9 +28,11 @@ struct FoundCells {
 FoundCells readCells(const Scene& scene) {
   FoundCells found;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const CellSpecies& species = scene.species[s];
     std::vector<std::string> warnings;
     const std::vector<PosLine> lines =
-        readPos(scene.outputDirectory / (scene.species[s].name + ".pos"), &warnings);
+        isState(species.startFrom) ? species.start
+                                   : readPos(scene.outputDirectory / (species.name + ".pos"), &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       found.cells.push_back({int(s), placementOf(lines[i])});
@@ -135,7 +137,11 @@ class Report {
   bool droppedIsFault() const { return scene_.lumen.acceptedOnly && !scene_.periodicEnds.value_or(false); }
 
   std::string nameOf(std::int64_t cell) const {
-    return fmt::format("{}.pos:{}", scene_.species[found_.cells[cell].species].name, found_.lineNumber[cell]);
+    const CellSpecies& species = scene_.species[found_.cells[cell].species];
+    const std::int64_t line = found_.lineNumber[cell];
+    if (isState(species.startFrom))
+      return fmt::format("{}: {} {}", species.startFrom, species.name, line - 1);
+    return fmt::format("{}.pos:{}", species.name, line);
   }
 
   void printHead() const {

@@ -10,6 +10,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/growth_frames.h"
 #include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
@@ -45,6 +46,34 @@ bool isPossible(const PackingProblem& problem) {
   return true;
 }
 
+/// Prints statistics of packing, in detail.
+void tellEffort(const Statistics& statistics, const Communicator& ranks) {
+  for (const std::string& line : effortLines(statistics)) log::detail(line);
+  if (!ranks.alone()) {
+    const double each = 1.0 / double(std::max<std::int64_t>(1, statistics.effort()));
+    log::detail(fmt::format(
+        "Rank 0 sent {:.1f} messages and {:.1f} kB per {}", each * double(ranks.traffic().messages),
+        1e-3 * each * double(ranks.traffic().bytes), statistics.growth ? "iteration" : "sweep"));
+  }
+  if (!statistics.growth && statistics.blocks < ranks.size())
+    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
+                          statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
+}
+
+/// Warns of cells at the wall, which are soon lost.
+void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing, const Scene& scene) {
+  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
+                    packing.clearances.membranes > levels.back().membranes;
+  if (room || packing.result.outcome != Outcome::certified || !scene.lumen.solidWalls ||
+      !scene.lumen.container->wall())
+    return;
+  log::warning(fmt::format(
+      "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
+      "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
+      "loses fewer",
+      levels.front().wall));
+}
+
 }  // namespace
 
 PackingProblem PackingAttempts::problemWith(const Clearances& clearances) {
@@ -78,6 +107,17 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
         "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
         clearances.membranes, clearances.wall, result.statistics.effort(), result.statistics.unit()));
   return result;
+}
+
+RoomyPacking PackingAttempts::withRoom(const Timer& timer) {
+  const std::vector<Clearances> levels = clearanceLevels(scene_);
+  RoomyPacking packing = packWithRoom(
+      scene_, levels, firstLevel(levels), scene_.mostCells(), [&] { return ranks_.max(timer.wall()); },
+      [&](const Clearances& clearances, const AttemptLimits& limits) { return (*this)(clearances, limits); });
+  if (packing.result.outcome == Outcome::interrupted || ranks_.any(interrupted())) return packing;
+  tellEffort(packing.result.statistics, ranks_);
+  warnOfNoRoom(levels, packing, scene_);
+  return packing;
 }
 
 std::size_t PackingAttempts::firstLevel(const std::vector<Clearances>& levels) {

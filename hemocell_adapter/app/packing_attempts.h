@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/app/progress_log.h"
 #include "hemocell_adapter/problem/clearances.h"
+#include "packMesh/core/timer.h"
 
 namespace packmesh::hemocell {
 
@@ -21,6 +22,10 @@ class PackingAttempts {
   /// @return nothing if the clearances are impossible and fewer cells are not requested
   /// @throws InputError, AgreedFailure
   std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
+
+  /// Packs with the widest clearances that are found quickly, as packWithRoom() does, and reports effort and
+  /// clearances unless interrupted. @param timer since packing began
+  RoomyPacking withRoom(const Timer& timer);
 
   /// The level to which the state of the job's `restart` belongs; 0 without one, the last if it belongs to
   /// none.

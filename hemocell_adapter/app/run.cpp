@@ -21,7 +21,6 @@
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
-#include "hemocell_adapter/problem/clearances.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/scene.h"
 #include "hemocell_adapter/problem/tiling.h"
@@ -68,26 +67,6 @@ ExitCode endInterrupted(const Job& job, bool saved) {
   return ExitCode::interrupted;
 }
 
-/// Description of the result if not all cells could be packed.
-std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally) {
-  std::string counts;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
-                          scene.species[s].name);
-  }
-  const std::string time = scene.maxSeconds > 0 ? fmt::format(", {}", durationText(scene.maxSeconds)) : "";
-  const Statistics& done = result.statistics;
-  const std::string limits =
-      fmt::format("{} {}{}; {} done, including the search for fewer cells",
-                  scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time, done.effort());
-  const std::string what =
-      result.searched ? "the densest certified packing found"
-                      : "the time limit ended the search for the densest packing; a certified packing found";
-  return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
-                     what, tally.redMesh / scene.referenceVolume(),
-                     scene.fluidVolume ? "fluid nodes" : "lumen", counts);
-}
-
 /// Why nothing is written if not all cells could be packed.
 std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
   const Statistics& done = result.statistics;
@@ -99,20 +78,6 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
          (result.cellCount == 0 ? "; not even one cell could be packed. Nothing was written"
                                 : "; nothing was written (--best-effort writes that one)") +
          (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
-}
-
-/// Prints statistics of packing, in detail.
-void tellEffort(const Statistics& statistics, const Communicator& ranks) {
-  for (const std::string& line : effortLines(statistics)) log::detail(line);
-  if (!ranks.alone()) {
-    const double each = 1.0 / double(std::max<std::int64_t>(1, statistics.effort()));
-    log::detail(fmt::format(
-        "Rank 0 sent {:.1f} messages and {:.1f} kB per {}", each * double(ranks.traffic().messages),
-        1e-3 * each * double(ranks.traffic().bytes), statistics.growth ? "iteration" : "sweep"));
-  }
-  if (!statistics.growth && statistics.blocks < ranks.size())
-    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
-                          statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
 }
 
 Scene builtScene(const Job& job, const Communicator& ranks) {
@@ -246,44 +211,16 @@ void tellForecast(const Scene& scene, const Communicator& ranks) {
     log::detail(fmt::format("Expected CPU time: {:.4g} s", *seconds));
 }
 
-std::int64_t mostCells(const Scene& scene) {
-  std::int64_t cells = 0;
-  for (const CellSpecies& species : scene.species) cells += species.mostCells();
-  return cells;
-}
-
-/// Warns of cells at the wall, which are soon lost.
-void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing, const Scene& scene) {
-  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
-                    packing.clearances.membranes > levels.back().membranes;
-  if (room || packing.result.outcome != Outcome::certified || !scene.lumen.solidWalls ||
-      !scene.lumen.container->wall())
-    return;
-  log::warning(fmt::format(
-      "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
-      "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
-      "loses fewer",
-      levels.front().wall));
-}
-
 /// Packs the prepared scene and writes the result.
 RunEnd packScene(Scene& scene, const Timer& timer, const Communicator& ranks) {
-  const std::int64_t cells = mostCells(scene);
-  together(ranks, [&] { requireMemory(cells, ranks); });
+  together(ranks, [&] { requireMemory(scene.mostCells(), ranks); });
   pollInterruption();
   if (scene.stateFile) SharedFiles(ranks).makeFolder(scene.stateFile->parent_path());
   PackingAttempts attempts(scene, ranks);
-  const std::vector<Clearances> levels = clearanceLevels(scene);
-  RoomyPacking packing = packWithRoom(
-      scene, levels, attempts.firstLevel(levels), cells, [&] { return ranks.max(timer.wall()); },
-      [&](const Clearances& clearances, const AttemptLimits& limits) {
-        return attempts(clearances, limits);
-      });
+  RoomyPacking packing = attempts.withRoom(timer);
   PackingResult& result = packing.result;
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
     return {endInterrupted(scene, attempts.saved()), {}};
-  tellEffort(result.statistics, ranks);
-  warnOfNoRoom(levels, packing, scene);
   if (scene.largestClearance) setClearances(scene, packing.clearances);  // the last attempt may have failed
   RunEnd end =
       isTiled(scene) ? deliverTiled(scene, result, timer, ranks) : deliver(scene, result, timer, ranks);

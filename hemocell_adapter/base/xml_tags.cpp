@@ -67,7 +67,10 @@ void refuseManyAttributes(const std::string& content, const fs::path& file) {
 }  // namespace
 
 void loadXml(tinyxml2::XMLDocument& document, const fs::path& file) {
-  const std::string content = contentOf(file, "an XML file");
+  parseXml(document, contentOf(file, "an XML file"), file);
+}
+
+void parseXml(tinyxml2::XMLDocument& document, const std::string& content, const fs::path& file) {
   refuseManyAttributes(content, file);
   switch (document.Parse(content.data(), content.size())) {
     case tinyxml2::XML_SUCCESS:

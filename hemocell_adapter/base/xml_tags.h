@@ -14,6 +14,9 @@ namespace packmesh::hemocell {
 /// Reads a file. @throws InputError if it cannot be read or is not well-formed
 void loadXml(tinyxml2::XMLDocument& document, const std::filesystem::path& file);
 
+/// The same of a text. @param file its name, for messages
+void parseXml(tinyxml2::XMLDocument& document, const std::string& content, const std::filesystem::path& file);
+
 /// "config.xml:12: <dx>".
 std::string placeOf(const tinyxml2::XMLElement& element, const std::filesystem::path& file);
 

@@ -128,6 +128,13 @@ void refuseStrayPacking(const tinyxml2::XMLDocument& document, const fs::path& f
   document.Accept(&search);
 }
 
+void takePacking(const XMLElement& root, CaseConfig& config) {
+  const XMLElement* packing = onlyChild(root, "packing", config.file);
+  if (!packing) return;
+  config.hasPacking = true;
+  config.packing = readPackingSection(*packing, config.file);
+}
+
 }  // namespace
 
 CaseConfig readCaseConfig(const fs::path& file) {
@@ -151,10 +158,20 @@ CaseConfig readCaseConfig(const fs::path& file) {
       result.preInletLength = int(std::get<std::int64_t>(required(*parameters, lengthNTag, file)));
   }
   refuseStrayPacking(document, file);
-  if (const XMLElement* packing = onlyChild(*root, "packing", file)) {
-    result.hasPacking = true;
-    result.packing = readPackingSection(*packing, file);
-  }
+  takePacking(*root, result);
+  return result;
+}
+
+CaseConfig packingConfigOf(const std::string& text, const fs::path& file) {
+  tinyxml2::XMLDocument document;
+  parseXml(document, text, file);
+  const XMLElement* root = document.RootElement();
+  if (root && std::string(root->Name()) == "Checkpoint") root = root->FirstChildElement("hemocell");
+  if (!root) throw InputError(fmt::format("{}: expected the root <hemocell>", file.string()));
+  CaseConfig result;
+  result.file = file;
+  result.folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  takePacking(*root, result);
   return result;
 }
 

@@ -37,4 +37,10 @@ struct CaseConfig {
 /// @throws InputError with file, line, tag, value and what was expected
 CaseConfig readCaseConfig(const std::filesystem::path& file);
 
+/// Only what config.xml says about packing: its `<packing>` section, read as strictly. For a running
+/// HemoCell, which has read the rest.
+/// @param text the XML; the root is `<hemocell>`, or `<Checkpoint>` around it
+/// @param file its name, for messages and as the base of relative paths
+CaseConfig packingConfigOf(const std::string& text, const std::filesystem::path& file);
+
 }  // namespace packmesh::hemocell

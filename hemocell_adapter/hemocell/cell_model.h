@@ -63,6 +63,11 @@ TriangleMesh meshFromStl(TriangleMesh mesh, double dx);
 std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx,
                                        std::vector<std::string>* warnings = nullptr);
 
+/// The template that a running HemoCell has built: as makeShape() makes it from `<Cell>.xml` in the working
+/// directory, if one of the constructions gives that mesh; otherwise from the mesh alone.
+/// @throws MeshError if the mesh is not a closed surface
+std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const std::string& name, double dx);
+
 /// The closed form used by makeShape for the template mesh `mesh` of `model`; empty for MESH_FROM_STL.
 std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMesh& mesh);
 

@@ -133,6 +133,28 @@ std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx,
   return std::make_shared<const Shape>(std::move(mesh), surface);
 }
 
+std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const std::string& name, double dx) {
+  const auto isBuilt = [&](const TriangleMesh& other) {
+    constexpr double rounding = 1e-7;  // of constructions that agree, as buildTemplate() says [µm]
+    bool same = mesh.vertices.size() == other.vertices.size() && mesh.triangles == other.triangles;
+    for (std::size_t i = 0; same && i < mesh.vertices.size(); ++i)
+      same = (mesh.vertices[i] - other.vertices[i]).cwiseAbs().maxCoeff() < rounding;
+    return same;
+  };
+  for (const Construction construction : {Construction::rbcFromSphere, Construction::ellipsoidFromSphere,
+                                          Construction::wbcSphere, Construction::meshFromStl}) {
+    try {
+      const CellModel model = readCellXml(name + ".xml", name, construction);
+      if (isBuilt(buildTemplate(model, dx))) return makeShape(model, dx);
+    } catch (const InputError&) {
+      continue;  // its XML is not that of this construction
+    }
+  }
+  TriangleMesh own = mesh;
+  repairClosed(own, "the template of " + name);
+  return std::make_shared<const Shape>(std::move(own));
+}
+
 std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
   const Vec3 axes(e1, e2, e3);
   if (!axes.allFinite() || axes.minCoeff() <= 0.0)

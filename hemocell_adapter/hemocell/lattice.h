@@ -4,8 +4,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
+#include "hemocell_adapter/hemocell/lattice_pages.h"
 #include "packMesh/core/box.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
@@ -23,7 +26,8 @@ inline Box keptRegion(const std::array<int, 3>& nodes, double dx) {
 /// Nodes of HemoCell's lattice with their flags; node (i,j,k) is at (i,j,k)·dx µm in the coordinate system of
 /// .pos files.
 ///
-/// One bit per node; each row along x starts with a new word, whose unused bits are 0.
+/// One bit per node; each row along x starts with a new word, whose unused bits are 0. A lattice can also
+/// consist of pages, which are made when they are read (lattice_pages.h).
 class Lattice {
  public:
   /// Initially all nodes are fluid.
@@ -32,14 +36,25 @@ class Lattice {
   /// finite
   Lattice(std::array<int, 3> nodes, double dx);
 
+  /// A lattice of pages.
+  /// @param fluidNodes their number, if known
+  Lattice(std::shared_ptr<const LatticePages> pages, double dx, std::optional<std::int64_t> fluidNodes);
+
   std::array<int, 3> nodes() const { return nodes_; }
   double dx() const { return dx_; }  ///< [µm]
   /// Pre: the node exists.
-  bool fluid(int i, int j, int k) const { return row(j, k)[i >> 6] >> (i & 63) & 1u; }
+  bool fluid(int i, int j, int k) const { return word(i >> 6, j, k) >> (i & 63) & 1u; }
+  /// Pre: not of pages.
   void setFluid(int i, int j, int k, bool fluid);
   /// Sets the flags of the nodes from..to (inclusive, clipped to the lattice) of one row.
   void setFluid(int from, int to, int j, int k, bool fluid);
+  /// Counts those of a lattice of pages, if their number is not known: reads all.
   std::int64_t fluidNodes() const;
+  bool hasFluidNodes() const;
+  /// The range of the fluid nodes, corners included; reads no pages if it is known. Nothing if there are
+  /// none.
+  std::optional<std::array<std::array<int, 3>, 2>> fluidRange() const;
+  void setFluidRange(const std::array<std::array<int, 3>, 2>& range) { fluidRange_ = range; }
   double fluidVolume() const;  ///< fluid nodes · dx³ [µm³]
   /// Region in which HemoCell keeps vertices [µm].
   Box keptRegion() const { return packmesh::hemocell::keptRegion(nodes_, dx_); }
@@ -51,8 +66,14 @@ class Lattice {
   /// The lattice extended by `margin` nodes of its periodic images at both ends of each axis.
   Lattice repeated(const std::array<int, 3>& margin) const;
 
-  /// Flags of one row along x: node i is bit i % 64 of word i / 64.
+  /// Flags of one row along x: node i is bit i % 64 of word i / 64. Pre: not of pages.
   const std::uint64_t* row(int j, int k) const { return &words_[rowStart(j, k)]; }
+  /// Word w of that row.
+  std::uint64_t word(int w, int j, int k) const {
+    return pages_ ? pages_->word(w, j, k) : words_[rowStart(j, k) + w];
+  }
+  /// nullptr if all flags are here.
+  const LatticePages* pages() const { return pages_.get(); }
   int wordsPerRow() const { return wordsPerRow_; }
 
  private:
@@ -64,6 +85,9 @@ class Lattice {
   double dx_;
   int wordsPerRow_;
   std::vector<std::uint64_t> words_;
+  std::shared_ptr<const LatticePages> pages_;
+  std::optional<std::int64_t> fluidNodes_;  ///< of pages
+  std::optional<std::array<std::array<int, 3>, 2>> fluidRange_;
 };
 
 /// A vessel STL placed as by HemoCell.

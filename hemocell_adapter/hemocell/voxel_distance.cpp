@@ -85,13 +85,12 @@ Row lowered(const Row& row, const Row& other, int more) {
 unsigned patternOf(const Lattice& lattice, int first, int j, int k) {
   const std::array<int, 3> nodes = lattice.nodes();
   if (j < 0 || j >= nodes[1] || k < 0 || k >= nodes[2]) return 0;
-  const std::uint64_t* row = lattice.row(j, k);
   constexpr unsigned mask = (1u << window) - 1;
-  if (first < 0) return static_cast<unsigned>(row[0] << -first) & mask;
+  if (first < 0) return static_cast<unsigned>(lattice.word(0, j, k) << -first) & mask;
   const int w = first >> 6, shift = first & 63;
   if (w >= lattice.wordsPerRow()) return 0;
-  std::uint64_t bits = row[w] >> shift;
-  if (shift > 64 - window && w + 1 < lattice.wordsPerRow()) bits |= row[w + 1] << (64 - shift);
+  std::uint64_t bits = lattice.word(w, j, k) >> shift;
+  if (shift > 64 - window && w + 1 < lattice.wordsPerRow()) bits |= lattice.word(w + 1, j, k) << (64 - shift);
   return static_cast<unsigned>(bits) & mask;
 }
 
@@ -249,7 +248,30 @@ void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
     }
 }
 
+WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
+  constexpr double edge = LatticePages::blockNodes;
+  if (transform_.value.empty()) {
+    const BlockFlagsOfLattice& flags = *inside_.pages()->coarse().all;
+    Lattice blocks(flags.blocks, 1.0);
+    for (int k = 0; k < flags.blocks[2]; ++k)
+      for (int j = 0; j < flags.blocks[1]; ++j)
+        for (int i = 0; i < flags.blocks[0]; ++i) blocks.setFluid(i, j, k, flags.fluid(i, j, k));
+    std::array<int, 3> samples;
+    for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k] = flags.blocks[k] + 1;
+    transform_.spacing = 1;
+    transform_.value = voxelTransform(blocks, 1, samples);
+  }
+  WallDistance result = transform_.sample(w / edge);
+  result.distance = edge * (result.distance - coarsenesses[0].error);
+  std::array<int, 3> node;
+  for (int k = 0; k < 3; ++k) node[k] = std::clamp(static_cast<int>(w[k]), 0, nodes_[k] - 1);
+  const bool isInside = inside_.fluid(node[0], node[1], node[2]);
+  result.distance = isInside ? std::max(result.distance, farReach) : std::min(result.distance, -farReach);
+  return result;
+}
+
 WallDistance VoxelDistance::far(const Vec3& w) const {
+  if (inside_.pages()) return farByBlocks(w);
   if (transform_.value.empty()) {
     const int step = coarsenessOf(nodes_).step;
     std::array<int, 3> samples;

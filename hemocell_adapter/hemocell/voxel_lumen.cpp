@@ -3,12 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "hemocell_adapter/hemocell/voxel_distance.h"
-#include "packMesh/container/surface_wall.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/mesh/mesh_tree.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -17,31 +21,40 @@ namespace {
 /// [µm]: more than the radius of any blood cell, and than the blocks in which distances are sampled.
 constexpr double imageReach = 16.0;
 
+/// Edge of the blocks of nodes whose faces are put into one hierarchy when a cell is near [nodes].
+constexpr int blockNodes = 16;
+
 class VoxelLumen final : public Container, public Wall {
  public:
-  VoxelLumen(std::shared_ptr<const Lattice> lattice, int margin)
+  VoxelLumen(std::shared_ptr<const Lattice> lattice, const std::array<bool, 3>& periodic)
       : lattice_(std::move(lattice)),
-        margin_(margin),
-        repeated_(margin > 0 ? std::make_unique<const Lattice>(lattice_->repeated({margin, 0, 0})) : nullptr),
+        periodic_(periodic),
+        margin_(marginsOf(*lattice_, periodic)),
+        repeated_(margin_ != std::array<int, 3>{}
+                      ? std::make_unique<const Lattice>(lattice_->repeated(margin_))
+                      : nullptr),
         voxels_(repeated_ ? *repeated_ : *lattice_),
-        surface_(voxelSurface(*lattice_, margin > 0)),
-        bounds_(boundingBox(surface_)),
-        wall_(surface_, 0, lattice_->keptRegion().lo.x(), periodic() ? length() : 0.0) {
-    if (!periodic()) return;
-    bounds_.lo.x() = lattice_->keptRegion().lo.x();
-    bounds_.hi.x() = lattice_->keptRegion().hi.x();
-  }
+        lo_(lattice_->keptRegion().lo),
+        bounds_(boundsOf(*lattice_, periodic)) {}
 
   Box bounds() const override { return bounds_; }
-  Vec3 period() const override { return {periodic() ? length() : 0.0, 0.0, 0.0}; }
+  Vec3 period() const override {
+    Vec3 period = Vec3::Zero();
+    for (int k = 0; k < 3; ++k)
+      if (periodic_[k]) period[k] = length(k);
+    return period;
+  }
   double volume() const override { return lattice_->fluidVolume(); }
   const Wall* wall() const override { return this; }
-  TriangleMesh surface() const override { return surface_; }
+  TriangleMesh surface() const override { return voxelSurface(*lattice_, periodic_); }
 
   std::string describe() const override {
     const Vec3 size = bounds_.size();
-    return fmt::format("{} fluid nodes in {:.6g} x {:.6g} x {:.6g} µm, {} along x", lattice_->fluidNodes(),
-                       size.x(), size.y(), size.z(), periodic() ? "periodic" : "closed");
+    std::string axes;
+    for (int k = 0; k < 3; ++k)
+      if (periodic_[k]) axes += axes.empty() ? std::string(1, "xyz"[k]) : fmt::format(", {}", "xyz"[k]);
+    return fmt::format("{} fluid nodes in {:.6g} x {:.6g} x {:.6g} µm, {}", lattice_->fluidNodes(), size.x(),
+                       size.y(), size.z(), axes.empty() ? "closed" : "periodic along " + axes);
   }
 
   WallDistance distance(const Vec3& p) const override { return voxels_.at(inFrame(p)); }
@@ -56,38 +69,139 @@ class VoxelLumen final : public Container, public Wall {
   }
 
   WallVerdict examine(const PlacedHierarchy& cell, double gapOfInterest) const override {
-    return wall_.examine(cell, gapOfInterest, gapOfInterest, [&](const Vec3& p) { return contains(p); });
+    WallVerdict verdict;
+    Box box;
+    for (std::size_t i = 0; i < cell.vertexCount(); ++i) box.add(cell.vertex(i));
+    double nearest = gapOfInterest;
+    bool encloses = false;
+    forEachHierarchy(
+        box.grownBy(gapOfInterest + tolerance::culling), [&](const MeshHierarchy& faces, const Vec3& shift) {
+          const Placement image{Mat3::Identity(), shift};
+          const double gap = surfaceGap(cell.hierarchy, cell.placement, faces, image, nearest);
+          nearest = std::min(nearest, gap);
+          if (gap == 0.0) {
+            verdict.violation = "meets the wall";
+            return false;
+          }
+          for (const int v : faces.tree().samples) {
+            const Vec3 sample = image(faces.mesh().vertices[v]);
+            encloses = encloses || (box.contains(sample) && isInside(sample, cell.hierarchy, cell.placement));
+          }
+          return true;
+        });
+    if (verdict.violation) return verdict;
+    for (const int v : cell.hierarchy.tree().samples)
+      if (!contains(cell.vertex(v))) verdict.violation = "is outside the lumen";
+    if (!verdict.violation && encloses) verdict.violation = "encloses part of the wall";
+    if (!verdict.violation && nearest < gapOfInterest) verdict.gap = nearest;
+    return verdict;
   }
 
  private:
-  bool periodic() const { return margin_ > 0; }
-  double length() const { return lattice_->nodes()[0] * lattice_->dx(); }
+  static std::array<int, 3> marginsOf(const Lattice& lattice, const std::array<bool, 3>& periodic) {
+    std::array<int, 3> margins{};
+    for (int k = 0; k < 3; ++k)
+      if (periodic[k]) margins[k] = static_cast<int>(std::ceil(imageReach / lattice.dx()));
+    return margins;
+  }
+
+  /// Around the fluid nodes; one period along periodic axes.
+  static Box boundsOf(const Lattice& lattice, const std::array<bool, 3>& periodic) {
+    const auto [first, last] = *lattice.fluidRange();
+    const double dx = lattice.dx();
+    Box box = {dx * (Vec3(first[0], first[1], first[2]).array() - 0.5),
+               dx * (Vec3(last[0] + 1, last[1] + 1, last[2] + 1).array() - 0.5)};
+    for (int k = 0; k < 3; ++k) {
+      if (!periodic[k]) continue;
+      box.lo[k] = lattice.keptRegion().lo[k];
+      box.hi[k] = lattice.keptRegion().hi[k];
+    }
+    return box;
+  }
+
+  double length(int axis) const { return lattice_->nodes()[axis] * lattice_->dx(); }
+
+  /// The image of the lumen along an axis that contains x; 0 if it is not periodic.
+  int imageOf(double x, int axis) const {
+    return periodic_[axis] ? static_cast<int>(std::floor((x - lo_[axis]) / length(axis))) : 0;
+  }
 
   /// Position of p in the repeated lattice: in its central period, if the lumen repeats.
-  Vec3 inFrame(const Vec3& p) const {
-    if (!periodic()) return p;
-    const int shift = margin_ - wall_.imageOf(p.x()) * lattice_->nodes()[0];
-    return p + Vec3(shift * lattice_->dx(), 0.0, 0.0);
+  Vec3 inFrame(Vec3 p) const {
+    for (int k = 0; k < 3; ++k)
+      if (periodic_[k]) p[k] += (margin_[k] - imageOf(p[k], k) * lattice_->nodes()[k]) * lattice_->dx();
+    return p;
   }
 
   /// Pre: p is not on the surface.
   bool contains(const Vec3& p) const { return voxels_.at(inFrame(p)).distance > 0.0; }
 
+  /// Calls visit(faces, shift) for the hierarchies of all blocks of nodes that a box meets, in every image of
+  /// the lumen, as long as it returns true. `shift` moves them there.
+  template <class Visit>
+  void forEachHierarchy(const Box& box, Visit&& visit) const {
+    std::array<int, 3> firstImage, lastImage;
+    for (int k = 0; k < 3; ++k) {
+      firstImage[k] = imageOf(box.lo[k], k);
+      lastImage[k] = imageOf(box.hi[k], k);
+    }
+    for (int z = firstImage[2]; z <= lastImage[2]; ++z)
+      for (int y = firstImage[1]; y <= lastImage[1]; ++y)
+        for (int x = firstImage[0]; x <= lastImage[0]; ++x) {
+          const Vec3 shift(x * length(0), y * length(1), z * length(2));
+          if (!forEachHierarchyOfPeriod({box.lo - shift, box.hi - shift}, shift, visit)) return;
+        }
+  }
+
+  template <class Visit>
+  bool forEachHierarchyOfPeriod(const Box& box, const Vec3& shift, Visit& visit) const {
+    std::array<int, 3> first, last;  // blocks
+    for (int k = 0; k < 3; ++k) {
+      const auto blockAt = [&](double p) {  // faces are at the low sides of nodes 0 ... n
+        const double node = std::floor(p / lattice_->dx() + 0.5);
+        return static_cast<int>(std::clamp(node, 0.0, double(lattice_->nodes()[k]))) / blockNodes;
+      };
+      first[k] = blockAt(box.lo[k]);
+      last[k] = blockAt(box.hi[k]);
+    }
+    for (int k = first[2]; k <= last[2]; ++k)
+      for (int j = first[1]; j <= last[1]; ++j)
+        for (int i = first[0]; i <= last[0]; ++i)
+          if (const MeshHierarchy* faces = facesOf({i, j, k}); faces && !visit(*faces, shift)) return false;
+    return true;
+  }
+
+  /// The faces of a block of nodes; nullptr if there are none.
+  const MeshHierarchy* facesOf(const std::array<int, 3>& block) const {
+    const auto [at, isNew] = faces_.try_emplace(block);
+    if (isNew) {
+      std::array<int, 3> first, last;
+      for (int k = 0; k < 3; ++k) {
+        first[k] = blockNodes * block[k];
+        last[k] = std::min(first[k] + blockNodes - 1, lattice_->nodes()[k]);
+      }
+      const TriangleMesh mesh = voxelSurface(*lattice_, periodic_, first, last);
+      if (!mesh.triangles.empty()) at->second = std::make_unique<const MeshHierarchy>(mesh);
+    }
+    return at->second.get();
+  }
+
   std::shared_ptr<const Lattice> lattice_;
-  int margin_;  ///< nodes repeated at either end; 0: not periodic
+  std::array<bool, 3> periodic_;
+  std::array<int, 3> margin_;  ///< nodes repeated at either end of periodic axes
   std::unique_ptr<const Lattice> repeated_;
   VoxelDistance voxels_;
-  TriangleMesh surface_;
+  Vec3 lo_;  ///< low corner of the lattice's voxels [µm]
   Box bounds_;
-  SurfaceWall wall_;
+  mutable std::map<std::array<int, 3>, std::unique_ptr<const MeshHierarchy>> faces_;  ///< by block
 };
 
 }  // namespace
 
-std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice, bool periodic) {
-  if (lattice->fluidNodes() == 0) throw InputError("the lumen has no fluid node");
-  const int margin = periodic ? static_cast<int>(std::ceil(imageReach / lattice->dx())) : 0;
-  return std::make_unique<VoxelLumen>(std::move(lattice), margin);
+std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice,
+                                          const std::array<bool, 3>& periodic) {
+  if (!lattice->hasFluidNodes()) throw InputError("the lumen has no fluid node");
+  return std::make_unique<VoxelLumen>(std::move(lattice), periodic);
 }
 
 }  // namespace packmesh::hemocell

@@ -11,16 +11,20 @@ namespace {
 /// Collects faces slab by slab along z, so that vertex numbers of only two layers are kept.
 class SurfaceBuilder {
  public:
-  SurfaceBuilder(const Lattice& lattice, bool periodic) : lattice_(lattice), periodic_(periodic) {
-    const auto [nx, ny, nz] = lattice.nodes();
-    for (auto& layer : layers_) layer.assign(std::size_t(nx + 1) * (ny + 1), -1);
+  SurfaceBuilder(const Lattice& lattice, const std::array<bool, 3>& periodic, const std::array<int, 3>& first,
+                 const std::array<int, 3>& last)
+      : lattice_(lattice),
+        periodic_(periodic),
+        first_(first),
+        last_(last),
+        rowLength_(static_cast<std::size_t>(last[0] - first[0]) + 2) {
+    for (auto& layer : layers_) layer.assign(rowLength_ * (last[1] - first[1] + 2), -1);
   }
 
   TriangleMesh build() {
-    const auto [nx, ny, nz] = lattice_.nodes();
-    for (int k = 0; k <= nz; ++k) {
-      for (int j = 0; j <= ny; ++j)
-        for (int i = 0; i <= nx; ++i) facesBelow(i, j, k);
+    for (int k = first_[2]; k <= last_[2]; ++k) {
+      for (int j = first_[1]; j <= last_[1]; ++j)
+        for (int i = first_[0]; i <= last_[0]; ++i) facesBelow({i, j, k});
       std::swap(layers_[0], layers_[1]);
       layers_[1].assign(layers_[1].size(), -1);
     }
@@ -28,19 +32,25 @@ class SurfaceBuilder {
   }
 
  private:
-  bool fluid(int i, int j, int k) const {
-    const auto [nx, ny, nz] = lattice_.nodes();
-    if (periodic_) i = (i + nx) % nx;
-    return i >= 0 && i < nx && j >= 0 && j < ny && k >= 0 && k < nz && lattice_.fluid(i, j, k);
+  bool fluid(std::array<int, 3> at) const {
+    const std::array<int, 3> nodes = lattice_.nodes();
+    for (int a = 0; a < 3; ++a) {
+      if (periodic_[a]) at[a] = (at[a] + nodes[a]) % nodes[a];
+      if (at[a] < 0 || at[a] >= nodes[a]) return false;
+    }
+    return lattice_.fluid(at[0], at[1], at[2]);
   }
 
-  /// Adds the faces of node (i, j, k) towards the lower neighbour on each axis.
-  void facesBelow(int i, int j, int k) {
-    if (periodic_ && i == lattice_.nodes()[0]) return;  // same as plane 0
-    const bool here = fluid(i, j, k);
-    const std::array<bool, 3> below = {fluid(i - 1, j, k), fluid(i, j - 1, k), fluid(i, j, k - 1)};
-    for (int axis = 0; axis < 3; ++axis)
-      if (here != below[axis]) face({i, j, k}, axis, below[axis]);
+  /// Adds the faces of a node towards the lower neighbour on each axis.
+  void facesBelow(const std::array<int, 3>& at) {
+    for (int a = 0; a < 3; ++a)
+      if (periodic_[a] && at[a] == lattice_.nodes()[a]) return;  // same as plane 0
+    const bool here = fluid(at);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::array<int, 3> lower = at;
+      --lower[axis];
+      if (const bool below = fluid(lower); here != below) face(at, axis, below);
+    }
   }
 
   /// Adds the face at the low side of a node along an axis.
@@ -60,8 +70,7 @@ class SurfaceBuilder {
 
   /// @param slab layers_[0] is the layer of corners p with p[2] = slab
   int vertex(const std::array<int, 3>& p, int slab) {
-    const std::size_t row = static_cast<std::size_t>(lattice_.nodes()[0]) + 1;
-    int& number = layers_[p[2] - slab][p[0] + row * p[1]];
+    int& number = layers_[p[2] - slab][(p[0] - first_[0]) + rowLength_ * (p[1] - first_[1])];
     if (number < 0) {
       number = static_cast<int>(mesh_.vertices.size());
       mesh_.vertices.push_back(lattice_.dx() * (Vec3(p[0], p[1], p[2]).array() - 0.5));
@@ -70,15 +79,22 @@ class SurfaceBuilder {
   }
 
   const Lattice& lattice_;
-  bool periodic_;
+  std::array<bool, 3> periodic_;
+  std::array<int, 3> first_, last_;
+  std::size_t rowLength_;                   ///< of layers_
   std::array<std::vector<int>, 2> layers_;  ///< numbers of corners, -1: none yet
   TriangleMesh mesh_;
 };
 
 }  // namespace
 
-TriangleMesh voxelSurface(const Lattice& lattice, bool periodic) {
-  return SurfaceBuilder(lattice, periodic).build();
+TriangleMesh voxelSurface(const Lattice& lattice, const std::array<bool, 3>& periodic) {
+  return voxelSurface(lattice, periodic, {0, 0, 0}, lattice.nodes());
+}
+
+TriangleMesh voxelSurface(const Lattice& lattice, const std::array<bool, 3>& periodic,
+                          const std::array<int, 3>& first, const std::array<int, 3>& last) {
+  return SurfaceBuilder(lattice, periodic, first, last).build();
 }
 
 }  // namespace packmesh::hemocell

@@ -56,9 +56,7 @@ void writeSurfaces(const fs::path& file, const std::vector<Surface>& own, const 
   }
   SharedFiles files(ranks);
   files.begin(file);
-  const auto data = [&](const char* name, Type type) {
-    return VtpArray{Place::data, name, type, 1, all[1]};
-  };
+  const auto data = [&](const char* name, Type type) { return VtpArray{Place::data, name, type, 1, all[1]}; };
   const std::vector<VtpArray> arrays = {
       {Place::points, "", Type::float32, 3, all[0]},
       {Place::polygonConnectivity, "", Type::int64, 1, 3 * all[1]},
@@ -191,7 +189,8 @@ void GrowthFrames::writeSeries() const {
     files.begin(folder_ / name);
     files.append([&] {
       std::string text =
-          "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+          "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
+          "byte_order=\"LittleEndian\">\n"
           "  <Collection>\n";
       for (const Frame& frame : frames_)
         if (!catCells || frame.catCells)

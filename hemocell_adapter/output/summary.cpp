@@ -87,6 +87,25 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
 
 }  // namespace
 
+std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally) {
+  std::string counts;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
+                          scene.species[s].name);
+  }
+  const std::string time = scene.maxSeconds > 0 ? fmt::format(", {}", durationText(scene.maxSeconds)) : "";
+  const Statistics& done = result.statistics;
+  const std::string limits =
+      fmt::format("{} {}{}; {} done, including the search for fewer cells",
+                  scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time, done.effort());
+  const std::string what =
+      result.searched ? "the densest certified packing found"
+                      : "the time limit ended the search for the densest packing; a certified packing found";
+  return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
+                     what, tally.redMesh / scene.referenceVolume(),
+                     scene.fluidVolume ? "fluid nodes" : "lumen", counts);
+}
+
 std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts) {
   std::vector<std::string> lines;
   const double reference = scene.referenceVolume();

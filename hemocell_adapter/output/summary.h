@@ -30,6 +30,9 @@ struct Kept {
 std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const Certificate& certificate,
                                    const Kept& kept, const RunTimes& times);
 
+/// Description of the result if not all cells could be packed.
+std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally);
+
 /// Red cells and hematocrit of each region, by where their centres are. @param counts of the scene's parts
 std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts);
 

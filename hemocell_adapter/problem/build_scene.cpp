@@ -31,6 +31,8 @@ std::shared_ptr<const Shape> shapeOf(const CellSpecies& species, double dx,
         return makeShape(species.model, dx, &warnings);
       case CellSpecies::Template::mesh:
         return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, warnings);
+      case CellSpecies::Template::built:
+        return makeShapeOfBuilt(species.builtMesh, species.name, dx);
       case CellSpecies::Template::ellipsoid:
         return makeEllipsoid(species.ellipsoidAxes.x(), species.ellipsoidAxes.y(), species.ellipsoidAxes.z());
     }
@@ -43,6 +45,7 @@ std::shared_ptr<const Shape> shapeOf(const CellSpecies& species, double dx,
 /// Everything that determines a shape, except dx.
 std::string keyOf(const CellSpecies& s) {
   const CellModel& m = s.model;
+  if (s.kind == CellSpecies::Template::built) return s.name;
   return fmt::format("{} {} {} {} {} {} {} '{}' {} '{}'", int(s.meshFrame), int(s.kind), int(m.construction),
                      m.radius, m.minNumTriangles, m.aspectRatio, fmt::join(s.ellipsoidAxes, " "),
                      m.stlFile.string(), s.meshScale, s.meshFile.string());
@@ -95,7 +98,7 @@ void refuseHeapedStart(const CellSpecies& species) {
 
 /// Refuses a kind of cell of which HemoCell would delete every one, wherever it is.
 void refuseWithoutNode(const CellSpecies& species) {
-  if (!species.acceptance || species.acceptance->allowedNodes().fluidNodes() > 0) return;
+  if (!species.acceptance || species.acceptance->allowedNodes().hasFluidNodes()) return;
   throw InputError(
       fmt::format("cell '{}': no node of the lattice is further than {} µm from all solid nodes, "
                   "so HemoCell would delete every such cell",

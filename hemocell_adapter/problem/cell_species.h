@@ -20,7 +20,7 @@ namespace packmesh::hemocell {
 /// follows from these and from the lumen.
 struct CellSpecies {
   // Set by makeJob().
-  enum class Template { model, mesh, ellipsoid };
+  enum class Template { model, mesh, ellipsoid, built };
   std::string name;
   Template kind = Template::model;
   CellModel model;                 ///< model
@@ -28,6 +28,7 @@ struct CellSpecies {
   double meshScale = 1.0;          ///< mesh: µm per unit of the file
   MeshFrame meshFrame = MeshFrame::hemocell;
   Vec3 ellipsoidAxes = Vec3::Zero();  ///< ellipsoid: full lengths [µm]
+  TriangleMesh builtMesh;             ///< built: by a running HemoCell [µm]
   std::string origin;                 ///< "RBC.xml, RBC_FROM_SPHERE", for people
   bool redCell = false;
   /// A red cell included in the requested hematocrit; under packCells' convention those with a count are not.

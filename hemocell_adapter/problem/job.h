@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/case_source.h"
 #include "hemocell_adapter/hemocell/pre_inlet.h"
+#include "hemocell_adapter/hemocell/running_case.h"
 #include "hemocell_adapter/problem/cell_species.h"
 #include "hemocell_adapter/settings/command_line.h"
 
@@ -27,6 +29,8 @@ struct Job : RunSettings {
   std::optional<CaseConfig> config;  ///< a case
   CaseSource source;                 ///< of a case: its C++ code
   std::optional<Vec3> boxSize;       ///< a box from the command line [µm]
+  std::shared_ptr<const RunningCase>
+      running;  ///< inside a running HemoCell, which has the case; else nullptr
   std::vector<CellSpecies> species;
   std::optional<PreInletPlace> preInlet;
   std::optional<PreInletPlace> preInletInCode;  ///< place in the code, if a different one is stated
@@ -34,6 +38,7 @@ struct Job : RunSettings {
   Clearances demanded;  ///< 0 where none is stated
   /// Not specified, so that packing may keep more than demanded (clearances.h).
   bool autoClearance = false, autoWallClearance = false;
+  bool outputStated = false;  ///< outputDirectory is not a default
   std::int64_t firstRealisation = 1;
   std::vector<std::string> commandWords;              ///< program and arguments, but for --restart
   std::vector<std::string> unchecked;                 ///< .pos files that `check` cannot examine

@@ -78,6 +78,13 @@ void warnOfUnknownCalls(Job& job, const std::vector<std::string>& unstated) {
 }  // namespace
 
 void settleDistancesFromSolid(Job& job) {
+  if (job.running) {
+    for (CellSpecies& species : job.species) {
+      species.minimumDistanceFromSolid = job.running->cell(species.name)->minimumDistanceFromSolid;
+      species.distanceFromSolidOrigin = "of the running HemoCell";
+    }
+    return;
+  }
   if (!job.config) return;
   std::vector<std::string> unstated;
   for (const CellSpecies& species : job.species)

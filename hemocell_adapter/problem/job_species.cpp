@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/packing/state_cells.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -48,6 +49,15 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
   return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
 }
 
+/// The cells of a kind in a state, as their lines in a .pos file.
+std::vector<PosLine> linesOfState(const fs::path& file, const std::string& name) {
+  const StateCells state = readStateCells(file, Communicator());
+  std::vector<PosLine> lines;
+  for (const StateCell& cell : state.cells)
+    if (state.species[cell.species].name == name) lines.push_back(posLineOf(cell.pose));
+  return lines;
+}
+
 /// Reads existing cells.
 void readPresent(const SpeciesRequest& request, CellSpecies& species, std::vector<std::string>& warnings) {
   std::error_code ignored;
@@ -57,7 +67,7 @@ void readPresent(const SpeciesRequest& request, CellSpecies& species, std::vecto
                     request.name, request.fixed->string()));
   const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
     if (!file) return;
-    lines = readPos(*file, &warnings);
+    lines = isState(*file) ? linesOfState(*file, request.name) : readPos(*file, &warnings);
     from = file->string();
   };
   read(request.fixed, species.fixed, species.fixedFrom);
@@ -140,6 +150,21 @@ void useCase(const CaseConfig& config, const SpeciesRequest& request, CellSpecie
   species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
 }
 
+/// The template of a running HemoCell.
+void useRunning(const RunningCase& running, const SpeciesRequest& request, CellSpecies& species) {
+  const BuiltCell* built = running.cell(request.name);
+  if (!built) {
+    std::vector<std::string> names;
+    for (const BuiltCell& cell : running.cells) names.push_back(cell.name);
+    throw InputError(
+        fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(names)));
+  }
+  species.kind = CellSpecies::Template::built;
+  species.builtMesh = built->mesh;
+  species.model.hemocellVolume = built->hemocellVolume;
+  species.origin = "built by HemoCell";
+}
+
 /// The shape of cells of this name in HemoCell and packCells.
 void useDefault(CellSpecies& species) {
   if (const auto model = defaultModel(species.name)) {
@@ -155,6 +180,7 @@ void useDefault(CellSpecies& species) {
 
 /// The shape of the cells.
 void resolveTemplate(const Job& job, const SpeciesRequest& request, CellSpecies& species) {
+  if (job.running) return useRunning(*job.running, request, species);
   if (request.meshFile) return useMesh(request, species);
   if (request.meshScale || request.meshFrame)
     throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
@@ -280,9 +306,22 @@ class PackedSpecies {
   /// Species whose number is determined by the hematocrit.
   void addRedCells() {
     if (fillerOf(all_)) return;
-    if (find(all_, "RBC") != all_.end())
-      throw InputError("the number of 'RBC' follows from the hematocrit, so they cannot have a count");
-    add("RBC", 0);
+    const std::string name = nameOfRedCells();
+    if (find(all_, name) != all_.end())
+      throw InputError(
+          fmt::format("the number of '{}' follows from the hematocrit, so they cannot have a count", name));
+    add(name, 0);
+  }
+
+  /// RBC; in a running HemoCell without cells of that name, its first red ones.
+  std::string nameOfRedCells() const {
+    if (!job_.running || job_.running->cell("RBC")) return "RBC";
+    for (const BuiltCell& cell : job_.running->cells) {
+      SpeciesRequest request;
+      request.name = cell.name;
+      if (isRedCell(request)) return cell.name;
+    }
+    return "RBC";
   }
 
   void addPlatelets() {
@@ -297,6 +336,11 @@ class PackedSpecies {
 
   /// @throws InputError if they are requested and the case does not have them
   bool knowsPlatelets() const {
+    if (job_.running) {
+      if (!job_.running->cell("PLT") && plateletRatio_)
+        throw InputError("the case has no cell type 'PLT'; --plt_ratio asks for platelets");
+      return job_.running->cell("PLT");
+    }
     if (!job_.config || isThere(job_.config->folder / "PLT.xml")) return true;
     if (plateletRatio_)
       throw InputError(fmt::format("{}: no such file; --plt_ratio asks for platelets",
@@ -321,6 +365,16 @@ class PackedSpecies {
 
 }  // namespace
 
+void nameSpeciesOfStates(Settings& settings) {
+  const auto take = [&](const std::vector<fs::path>& files, std::optional<fs::path> SpeciesRequest::*member) {
+    for (const fs::path& file : files)
+      for (const StateCells::Kind& kind : readStateCells(file, Communicator()).species)
+        speciesNamed(settings, kind.name).*member = file;
+  };
+  take(settings.fixedStates, &SpeciesRequest::fixed);
+  take(settings.startStates, &SpeciesRequest::start);
+}
+
 void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
   for (const SpeciesRequest& request : PackedSpecies(job, std::move(settings), options)())
     job.species.push_back(resolved(job, request));
@@ -330,13 +384,17 @@ void choosePackedSpecies(Job& job, Settings settings, const Settings& options) {
 void chooseCheckedSpecies(Job& job, const Settings& settings) {
   std::error_code error;
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(job.outputDirectory, error)) {
-    if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
+  if (!settings.startStates.empty()) {
+    for (const SpeciesRequest& request : settings.species)
+      if (request.start) names.push_back(request.name);
+  } else {
+    for (const auto& entry : fs::directory_iterator(job.outputDirectory, error))
+      if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
   }
   if (error) throw InputError(fmt::format("{}: cannot be read as a folder", job.outputDirectory.string()));
   std::sort(names.begin(), names.end());
   for (const SpeciesRequest& request : settings.species) {
-    if (std::find(names.begin(), names.end(), request.name) == names.end()) {
+    if (settings.startStates.empty() && std::find(names.begin(), names.end(), request.name) == names.end()) {
       job.warnings.push_back(fmt::format("there is no {}.pos", request.name));
     }
   }

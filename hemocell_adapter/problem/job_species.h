@@ -11,7 +11,11 @@ namespace packmesh::hemocell {
 /// May clear job.hematocrit (counts on the command line replace one in the file).
 void choosePackedSpecies(Job& job, Settings settings, const Settings& options);
 
-/// The species to check: one for each .pos file in the folder whose template can be determined.
+/// Replaces state files by requests for the species in them. @throws InputError
+void nameSpeciesOfStates(Settings& settings);
+
+/// The species to check: one for each .pos file in the folder, or kind of cell in the states to start from,
+/// whose template can be determined.
 void chooseCheckedSpecies(Job& job, const Settings& settings);
 
 }  // namespace packmesh::hemocell

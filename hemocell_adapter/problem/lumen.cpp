@@ -162,7 +162,7 @@ Lumen domainBox(const Job& job) {
 Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string> notices) {
   Lumen lumen;
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
-  lumen.container = makeVoxelLumen(lumen.lattice, periodic);
+  lumen.container = makeVoxelLumen(lumen.lattice, {periodic, false, false});
   lumen.note = fmt::format(
       "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
       "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
@@ -412,7 +412,13 @@ Lumen ownLumen(const Job& job) {
     lumen.container = subtractObstacles(outer, std::move(obstacles));
     lumen.solidWalls = true;
   }
-  if (job.config) {
+  if (job.running) {
+    lumen.lattice = job.running->lattice;
+    lumen.acceptedOnly = true;
+    lumen.note =
+        "the lumen of <container> and the fluid nodes of the running HemoCell; the hematocrit refers to the "
+        "lumen";
+  } else if (job.config) {
     lumen.lattice = latticeOf(job, *outer, solids, lumen.notices);
     lumen.acceptedOnly = true;
   }
@@ -421,7 +427,51 @@ Lumen ownLumen(const Job& job) {
 
 }  // namespace
 
+namespace {
+
+/// The nodes that are fluid, if they are those of a box: its corners, both included.
+std::optional<std::array<std::array<int, 3>, 2>> fluidBox(const Lattice& lattice) {
+  const auto range = lattice.fluidRange();
+  if (!range) return {};
+  std::int64_t nodes = 1;
+  for (int a = 0; a < 3; ++a) nodes *= (*range)[1][a] - (*range)[0][a] + 1;
+  return nodes == lattice.fluidNodes() ? range : std::nullopt;
+}
+
+/// The fluid nodes of a running HemoCell. Boxes of them are the boxes that domainBox() makes.
+Lumen runningLumen(const Job& job) {
+  const RunningCase& running = *job.running;
+  Lumen lumen;
+  lumen.lattice = running.lattice;
+  lumen.acceptedOnly = true;
+  lumen.note = fmt::format("the fluid nodes of {}, whose volume the hematocrit refers to",
+                           running.isPreInlet ? "HemoCell's pre-inlet" : "the running HemoCell");
+  std::array<bool, 3> periodic = running.periodic;
+  for (bool& axis : periodic) axis = axis && *job.periodicEnds;
+  if (const auto box = fluidBox(*running.lattice)) {
+    const double dx = running.lattice->dx();
+    Box bounds = running.lattice->keptRegion();
+    lumen.solidWalls = false;
+    for (int k = 0; k < 3; ++k) {
+      const bool walls = (*box)[0][k] > 0 || (*box)[1][k] < running.lattice->nodes()[k] - 1;
+      periodic[k] = periodic[k] && !walls;
+      lumen.solidWalls = lumen.solidWalls || walls;
+      if (!walls) continue;
+      bounds.lo[k] = dx * ((*box)[0][k] - 0.5);
+      bounds.hi[k] = dx * ((*box)[1][k] + 0.5);
+    }
+    lumen.container = makeBox(bounds, periodic);
+  } else {
+    lumen.container = makeVoxelLumen(running.lattice, periodic);
+  }
+  lumen.periodic = periodic[0] || periodic[1] || periodic[2];
+  return lumen;
+}
+
+}  // namespace
+
 Lumen makeLumen(const Job& job) {
+  if (job.running && !job.container) return runningLumen(job);
   if (job.container) return ownLumen(job);
   if (job.boxSize) return boxLumen(job);
   if (job.config->domain.geometry) return vesselLumen(job);

@@ -50,7 +50,8 @@ Vec3 boxSizes(const CommandLine& commandLine, std::vector<std::string>& warnings
 void takeSettings(Job& job, const Settings& settings) {
   const std::filesystem::path folder = job.config ? job.config->folder : std::filesystem::path(".");
   static_cast<RunSettings&>(job) = settings;
-  if (job.outputDirectory.empty()) job.outputDirectory = folder;
+  job.outputStated = !job.outputDirectory.empty();
+  if (!job.outputStated) job.outputDirectory = folder;
   job.demanded = {settings.clearance.value_or(0.0), settings.wallClearance.value_or(0.0)};
   job.autoClearance = !settings.clearance && !job.largestClearance;
   job.autoWallClearance = !settings.wallClearance;
@@ -169,13 +170,18 @@ std::vector<std::filesystem::path> foldersOfRealisations(const std::filesystem::
 
 }  // namespace
 
-Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck) {
+Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck,
+            std::shared_ptr<const RunningCase> running) {
   Job job;
   job.command = commandLine.command;
   job.asPackCells = commandLine.asPackCells;
   job.commandWords = commandLine.words;
   Settings settings;
-  if (commandLine.configFile) {
+  job.running = std::move(running);
+  if (job.running) {
+    job.config = job.running->config;
+    settings = job.config->packing;
+  } else if (commandLine.configFile) {
     job.config = readCaseConfig(*commandLine.configFile);
     job.source = readCaseSource(job.config->folder);
     settings = job.config->packing;
@@ -184,20 +190,23 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
 
   const Settings options = commandLine.settings();
   settings = withOptions(settings, commandLine);
+  nameSpeciesOfStates(settings);
   takeSettings(job, settings);
   chooseEnds(job);
+  if (job.running && !job.periodicEnds) job.periodicEnds = true;  // where the running system is
   if (job.config) job.dx = job.config->domain.dx;
   warnOfUnits(job, options);
   if (job.asPackCells && !job.redCellVolume) job.redCellVolume = packCellsRedCellVolume;
   checkApplicability(job, settings, options);
   continueRealisations(job);
-  choosePreInlet(job, settings);
+  if (!job.running) choosePreInlet(job, settings);
   if (settings.ignoredScale) {
     job.warnings.push_back("--scale is ignored: there is no neighbour grid to tune");
   }
   if (job.command == Command::check) {
     if (folderToCheck) job.outputDirectory = *folderToCheck;
-    if (!folderToCheck) job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
+    if (!folderToCheck && settings.startStates.empty())
+      job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);

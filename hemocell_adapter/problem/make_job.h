@@ -13,7 +13,9 @@ namespace packmesh::hemocell {
 /// and resolves defaults and overrides.
 /// @param folderToCheck with `check`: the folder of the .pos files, regardless of other settings; without it,
 ///   a folder of realisations becomes a job with nothing but foldersToCheck
+/// @param running inside HemoCell: the case, of which no file is read
 /// @throws UsageError, InputError
-Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck = {});
+Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem::path>& folderToCheck = {},
+            std::shared_ptr<const RunningCase> running = nullptr);
 
 }  // namespace packmesh::hemocell

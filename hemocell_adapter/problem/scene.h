@@ -34,6 +34,13 @@ struct Scene : Job {
   ReadLines read;                    ///< existing cells
   std::vector<std::string> notices;  ///< how it was built, for the user
 
+  /// Cells of a packing, at most.
+  std::int64_t mostCells() const {
+    std::int64_t cells = 0;
+    for (const CellSpecies& one : species) cells += one.mostCells();
+    return cells;
+  }
+
   /// The volume to which the hematocrit refers [µm³].
   double referenceVolume() const { return fluidVolume ? lumen.fluidVolume() : lumen.container->volume(); }
 };

@@ -98,15 +98,27 @@ std::vector<Setting> cellSettings() {
       choiceSetting("", &R::fluidVolume, "", {{"lumen", false}, {"fluid", true}},
                     "volume that the hematocrit refers to: the true lumen or the fluid nodes")
           .withTag("hematocritVolume"),
-      setting("fixed", {file()},
-              "keep the cells of this .pos file (named after the cell) fixed; counts include them",
-              [](Settings& s, const Values& v) { cellsInFile(s, text(v[0])).fixed = text(v[0]); })
+      setting(
+          "fixed", {file()},
+          "keep the cells of this .pos file (named after the cell) or state (.h5) fixed; counts include them",
+          [](Settings& s, const Values& v) {
+            if (isState(text(v[0])))
+              s.fixedStates.emplace_back(text(v[0]));
+            else
+              cellsInFile(s, text(v[0])).fixed = text(v[0]);
+          })
           .withTag("fixed")
           .mayRepeat(),
-      setting("start", {file()},
-              "start from the cells of this .pos file; more are added at random; of too many, a random "
-              "subset is kept",
-              [](Settings& s, const Values& v) { cellsInFile(s, text(v[0])).start = text(v[0]); })
+      setting(
+          "start", {file()},
+          "start from the cells of this .pos file or state (.h5); more are added at random; of too many, a "
+          "random subset is kept. With check: examine the cells of this state, not those of .pos files",
+          [](Settings& s, const Values& v) {
+            if (isState(text(v[0])))
+              s.startStates.emplace_back(text(v[0]));
+            else
+              cellsInFile(s, text(v[0])).start = text(v[0]);
+          })
           .withTag("start")
           .mayRepeat(),
       setting("orient", {name(), component("x"), component("y"), component("z"), spread()},

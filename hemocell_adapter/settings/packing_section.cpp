@@ -252,7 +252,8 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
     if (name == "fixed" || name == "start")
       values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
     found->apply(settings, values);
-    if (name == "fixed" || name == "start") named.insert(settings.species.back().name);
+    if ((name == "fixed" || name == "start") && !isState(std::get<std::string>(values[0])))
+      named.insert(settings.species.back().name);
   }
   if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
   if (!settings.outputDirectory.empty())

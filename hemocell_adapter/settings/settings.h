@@ -106,6 +106,8 @@ struct RunSettings {
 
 /// All settings.
 struct Settings : RunSettings {
+  /// State files with existing cells of any species.
+  std::vector<std::filesystem::path> fixedStates, startStates;
   std::optional<double> plateletRatio;  ///< empty: packCellsPlateletRatio, where there may be platelets
   std::vector<SpeciesRequest> species;
   std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
@@ -121,6 +123,11 @@ struct Settings : RunSettings {
 
 /// Platelets per red cell that packCells adds to a hematocrit.
 constexpr double packCellsPlateletRatio = 0.07;
+
+/// Whether a file of existing cells is a state, by its name; otherwise it is a .pos file.
+inline bool isState(const std::filesystem::path& file) {
+  return file.extension() == ".h5";
+}
 
 /// Names of the export formats.
 inline constexpr const char* exportFormats[] = {"csv", "lammps", "mirheo"};

@@ -64,6 +64,19 @@ Communicator Communicator::world() {
   return impl->size > 1 ? Communicator(std::move(impl)) : Communicator();
 }
 
+Communicator Communicator::copyOf(const void* mpi) {
+  int size = 1;
+  MPI_Comm_size(*static_cast<const MPI_Comm*>(mpi), &size);
+  if (size == 1) return {};
+  MPI_Comm copy;
+  MPI_Comm_dup(*static_cast<const MPI_Comm*>(mpi), &copy);
+  const auto release = [](Impl* impl) {
+    MPI_Comm_free(&impl->comm);
+    delete impl;
+  };
+  return Communicator(std::shared_ptr<Impl>(new Impl(copy), release));
+}
+
 int Communicator::rank() const {
   return impl_ ? impl_->rank : 0;
 }

@@ -29,6 +29,9 @@ class Communicator {
   Communicator() = default;
   /// All ranks of the program. Pre: an MpiSession exists.
   static Communicator world();
+  /// A copy of the communicator of a program that uses MPI itself. Its ranks all call.
+  /// @param mpi pointer to its MPI_Comm
+  static Communicator copyOf(const void* mpi);
 
   int rank() const;
   int size() const;

@@ -18,7 +18,8 @@ block cmake > "$project/CMakeLists.txt"
 block cpp > "$project/capsule.cpp"
 block text > "$scratch/expected.txt"
 mkdir "$project/headers"
-(cd "$prefix/include" && find packMesh -name '*.h') | while IFS= read -r header; do
+# packMesh/hemocell.h needs HemoCell.
+(cd "$prefix/include" && find packMesh -name '*.h' ! -path packMesh/hemocell.h) | while IFS= read -r header; do
   echo "#include \"$header\"" > "$project/headers/${header//\//_}.cpp"
 done
 cat >> "$project/CMakeLists.txt" << 'HEADERS'

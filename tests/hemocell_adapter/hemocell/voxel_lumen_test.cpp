@@ -23,18 +23,24 @@ std::shared_ptr<const Lattice> randomLattice(const std::array<int, 3>& nodes, do
   return lattice;
 }
 
-/// Whether the cube of the node at p is fluid; along x the lattice may repeat.
-bool inFluid(const Lattice& lattice, const Vec3& p, bool periodic) {
+using Axes = std::array<bool, 3>;
+constexpr Axes none = {false, false, false};
+constexpr Axes someAxes[] = {none, {true, false, false}, {false, true, true}, {true, true, true}};
+
+/// Whether the cube of the node at p is fluid; the lattice may repeat.
+bool inFluid(const Lattice& lattice, const Vec3& p, const Axes& periodic) {
   std::array<int, 3> at;
-  for (int k = 0; k < 3; ++k) at[k] = static_cast<int>(std::floor(p[k] / lattice.dx() + 0.5));
-  const auto [nx, ny, nz] = lattice.nodes();
-  if (periodic) at[0] = ((at[0] % nx) + nx) % nx;
-  return at[0] >= 0 && at[0] < nx && at[1] >= 0 && at[1] < ny && at[2] >= 0 && at[2] < nz &&
-         lattice.fluid(at[0], at[1], at[2]);
+  for (int k = 0; k < 3; ++k) {
+    const int n = lattice.nodes()[k];
+    at[k] = static_cast<int>(std::floor(p[k] / lattice.dx() + 0.5));
+    if (periodic[k]) at[k] = ((at[k] % n) + n) % n;
+    if (at[k] < 0 || at[k] >= n) return false;
+  }
+  return lattice.fluid(at[0], at[1], at[2]);
 }
 
 /// Whether a box meets or lies in what is not fluid, cube by cube.
-bool meetsSolid(const Lattice& lattice, const Box& box, bool periodic) {
+bool meetsSolid(const Lattice& lattice, const Box& box, const Axes& periodic) {
   const double dx = lattice.dx();
   std::array<int, 3> lo, hi;
   for (int k = 0; k < 3; ++k) {  // closed cubes that the closed box meets
@@ -51,12 +57,12 @@ bool meetsSolid(const Lattice& lattice, const Box& box, bool periodic) {
 }  // namespace
 
 TEST_CASE("The surface of fluid nodes is closed and contains their volume", "[lattice][vessel]") {
-  for (const bool periodic : {false, true})
+  for (const Axes& periodic : someAxes)
     for (const std::array<int, 3> nodes : {std::array<int, 3>{1, 1, 1}, {9, 5, 6}, {70, 4, 3}, {2, 7, 1}}) {
       const auto lattice = randomLattice(nodes, 0.5, nodes[0]);
       const TriangleMesh surface = voxelSurface(*lattice, periodic);
-      CAPTURE(nodes[0], periodic);
-      if (!periodic) {
+      CAPTURE(nodes[0], periodic[0], periodic[1], periodic[2]);
+      if (periodic == none) {
         CHECK(signedVolume(surface) == Approx(lattice->fluidVolume()));
         CHECK(isFilledByParity(surface));
       }
@@ -66,7 +72,10 @@ TEST_CASE("The surface of fluid nodes is closed and contains their volume", "[la
           for (int i = -1; i <= nodes[0]; ++i)
             for (int axis = 0; axis < 3; ++axis) {
               const Vec3 p = 0.5 * Vec3(i, j, k), q = p + 0.5 * Vec3::Unit(axis);
-              if (periodic && (i < 0 || i == nodes[0])) continue;
+              const std::array<int, 3> at = {i, j, k};
+              bool image = false;
+              for (int a = 0; a < 3; ++a) image = image || (periodic[a] && (at[a] < 0 || at[a] == nodes[a]));
+              if (image) continue;
               faces += inFluid(*lattice, p, periodic) != inFluid(*lattice, q, periodic);
             }
       CHECK(surface.triangles.size() == 2 * faces);
@@ -77,12 +86,12 @@ TEST_CASE("A lumen of fluid nodes has the right distance and volume and exact wa
           "[lattice][vessel]") {
   std::mt19937 random(7);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<>(lo, hi)(random); };
-  for (const bool periodic : {false, true}) {
-    CAPTURE(periodic);
+  for (const Axes& periodic : someAxes) {
+    CAPTURE(periodic[0], periodic[1], periodic[2]);
     const auto lattice = randomLattice({8, 6, 7}, 0.5, 3);
     const auto lumen = makeVoxelLumen(lattice, periodic);
     CHECK(lumen->volume() == Approx(lattice->fluidVolume()));
-    CHECK(lumen->period() == Vec3(periodic ? 4.0 : 0.0, 0.0, 0.0));
+    CHECK(lumen->period() == Vec3(periodic[0] ? 4.0 : 0.0, periodic[1] ? 3.0 : 0.0, periodic[2] ? 3.5 : 0.0));
     const Box bounds = lumen->bounds();
     CHECK(bounds.size().x() == Approx(4.0));
     int wrongSide = 0, tooFar = 0;
@@ -130,7 +139,7 @@ TEST_CASE("A lumen of fluid nodes has the right distance and volume and exact wa
 TEST_CASE("The gap to the wall of fluid nodes is that to the nearest solid cube", "[lattice][vessel]") {
   auto lattice = std::make_shared<Lattice>(std::array<int, 3>{12, 12, 12}, 0.5);
   lattice->setFluid(6, 6, 6, false);  // its cube is [2.75, 3.25]³
-  const auto lumen = makeVoxelLumen(lattice, false);
+  const auto lumen = makeVoxelLumen(lattice, none);
   const auto gap = [&](const Vec3& lo, const Vec3& hi) {
     const MeshHierarchy box(sample::box(lo, hi));
     const WallVerdict verdict = lumen->wall()->examine({box, Placement()}, 1.0);
@@ -145,5 +154,5 @@ TEST_CASE("The gap to the wall of fluid nodes is that to the nearest solid cube"
   CHECK(lumen->wall()->violation(sample::box({2, 2, 2}, {2.75, 3, 3})) == "meets the wall");
   for (int k = 0; k < 12; ++k)
     for (int j = 0; j < 12; ++j) lattice->setFluid(0, 11, j, k, false);
-  CHECK_THROWS_AS(makeVoxelLumen(lattice, false), InputError);
+  CHECK_THROWS_AS(makeVoxelLumen(lattice, none), InputError);
 }

@@ -200,7 +200,7 @@ TEST_CASE("Escapes in several blocks gain coverage in every phase and share the 
   CHECK(state.size() > before + 6);
   CHECK(counts[0] <= 6);
   CHECK(counts[1] <= 3);
-  CHECK(counts[2] == 0);
+  CHECK(counts[2] <= 0);
 }
 
 TEST_CASE("No phase of an escape of a mixture in a vase lowers the coverage, and all states are valid") {

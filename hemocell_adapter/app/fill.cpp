@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/fill.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "hemocell_adapter/app/memory.h"
+#include "hemocell_adapter/app/packing_attempts.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/build_scene.h"
+#include "hemocell_adapter/problem/make_job.h"
+#include "packMesh/core/timer.h"
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/state_cells.h"
+#include "packMesh/packing/state_file.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+Job jobOf(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words) {
+  std::vector<std::string> all = {running->config.file.string()};
+  all.insert(all.end(), words.begin(), words.end());
+  return makeJob(parseCommandLine("packMesh", all), {}, std::move(running));
+}
+
+/// Numbers cells as HemoCell numbers those of .pos files. Pre: sorted by type, those of lower ranks before
+Filling numbered(std::vector<AddedCell> cells, std::size_t types, const Communicator& ranks) {
+  Filling filling;
+  std::vector<std::int64_t> here(types, 0), next(types, 0);
+  for (const AddedCell& cell : cells) ++here[cell.type];
+  filling.counts = here;
+  ranks.sum(filling.counts);
+  for (std::size_t t = 1; t < types; ++t) next[t] = next[t - 1] + filling.counts[t - 1];
+  const std::vector<std::int64_t> all = ranks.gatherAll(here);
+  for (int r = 0; r < ranks.rank(); ++r)
+    for (std::size_t t = 0; t < types; ++t) next[t] += all[r * types + t];
+  for (AddedCell& cell : cells) cell.id = next[cell.type]++;
+  filling.cells = std::move(cells);
+  return filling;
+}
+
+Filling numbered(const Scene& scene, const PackingResult& result, const Communicator& ranks) {
+  const std::vector<BuiltCell>& types = scene.running->cells;
+  std::vector<AddedCell> cells;
+  cells.reserve(result.cells.size());
+  for (const PlacedCell& cell : result.cells) {
+    const BuiltCell* type = scene.running->cell(scene.species[cell.species].name);
+    cells.push_back({static_cast<std::int32_t>(type - types.data()), 0, cell.placement});
+  }
+  return numbered(std::move(cells), types.size(), ranks);
+}
+
+/// The running case without what its `<packing>` section says: with these cells of each type.
+std::shared_ptr<const RunningCase> withCounts(const RunningCase& running,
+                                              const std::vector<std::int64_t>& counts) {
+  auto copy = std::make_shared<RunningCase>(running);
+  copy->config.packing = {};
+  for (std::size_t t = 0; t < counts.size(); ++t)
+    if (counts[t] > 0) speciesNamed(copy->config.packing, running.cells[t].name).count = counts[t];
+  return copy;
+}
+
+/// Only cells that HemoCell keeps are added: it adds vertices where they are, and deletes cells on solid
+/// nodes.
+void requireCertified(const Scene& scene, const PackingResult& result) {
+  if (result.certificate.clean() && result.certificate.cells == result.cellCount) return;
+  throw AgreedFailure(
+      {ExitCode::internal,
+       fmt::format("the packing failed verification ({} overlapping pairs, {} cells misplaced); no cells "
+                   "were added. This is an internal error; please report it with the case {}",
+                   result.certificate.overlapping.size(), result.certificate.misplaced.size(),
+                   scene.config->file.string())});
+}
+
+}  // namespace
+
+Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words,
+             const Communicator& ranks) {
+  const Timer timer;
+  std::optional<Scene> built;
+  together(ranks, [&] {
+    Job job = jobOf(std::move(running), words);
+    for (const std::string& warning : job.warnings) log::warning(warning);
+    built = buildScene(std::move(job));
+  });
+  Scene& scene = *built;
+  for (const std::string& notice : scene.notices) log::warning(notice);
+  for (const std::string& line : headLines(scene, ranks.size())) log::info(line);
+  together(ranks, [&] { requireMemory(scene.mostCells(), ranks); });
+
+  PackingAttempts attempts(scene, ranks);
+  PackingResult result = attempts.withRoom(timer).result;
+  std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
+  ranks.sum(countsOfParts);
+  std::vector<std::int64_t> counts = countsOf(scene, result.cells);
+  ranks.sum(counts);
+  const Tally tally = tallyOf(scene, counts);
+  if (result.outcome == Outcome::outOfReach) {
+    const std::string reached = reachedText(scene, result, tally);
+    if (!scene.bestEffort || result.cellCount == 0)
+      throw AgreedFailure(
+          {ExitCode::outOfReach, reached + "; no cells were added (--best-effort adds those)"});
+    log::warning(reached + "; adding those (--best-effort)");
+  }
+  requireCertified(scene, result);
+  const RunTimes times = {timer.cpu(), timer.wall()};
+  const Kept kept = {tally.counts, {}};  // by the certificate; counted once HemoCell has them
+  for (const std::string& line : footLines(scene, tally, result.certificate, kept, times)) log::info(line);
+  for (const std::string& line : regionLines(scene, countsOfParts)) log::info(line);
+  if (scene.outputStated)
+    for (const auto& file : writeCellFiles(scene, result, tally.counts, ranks))
+      log::info(fmt::format("Wrote {}", file.string()));
+  writeViews({scene, result, tally, kept, ranks, nullptr}, times);
+  return numbered(scene, result, ranks);
+}
+
+namespace {
+
+/// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type, or builds it
+/// differently
+std::vector<std::int32_t> typesOf(const StateCells& state, const RunningCase& running,
+                                  const std::string& file) {
+  std::vector<std::int32_t> types;
+  for (const StateCells::Kind& kind : state.species) {
+    const BuiltCell* built = running.cell(kind.name);
+    if (!built)
+      throw InputError(fmt::format("{}: has cells of type '{}', the case has none", file, kind.name));
+    constexpr double rounding = 1e-6;  // of templates built alike [µm]
+    bool same = kind.mesh.vertices.size() == built->mesh.vertices.size();
+    for (std::size_t i = 0; same && i < kind.mesh.vertices.size(); ++i)
+      same = (kind.mesh.vertices[i] - built->mesh.vertices[i]).cwiseAbs().maxCoeff() < rounding;
+    if (!same)
+      throw InputError(
+          fmt::format("{}: its template of '{}' is not the one that HemoCell builds", file, kind.name));
+    types.push_back(static_cast<std::int32_t>(built - running.cells.data()));
+  }
+  return types;
+}
+
+/// Cells that HemoCell would delete. @throws InputError
+void requireKept(const Scene& scene, const StateCells& state, const std::vector<AddedCell>& cells,
+                 const std::string& file) {
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    for (const CellSpecies& species : scene.species) {
+      if (species.name != state.species[state.cells[i].species].name) continue;
+      const Wall* wall = species.wall ? species.wall.get() : scene.lumen.container->wall();
+      if (!wall) continue;
+      if (const auto violation =
+              wall->examine({species.shape->hierarchy(), cells[i].placement}, 0.0).violation)
+        throw InputError(fmt::format(
+            "{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm {}: is this a state of the same case?", file,
+            species.name, cells[i].placement.translation[0], cells[i].placement.translation[1],
+            cells[i].placement.translation[2], *violation));
+    }
+}
+
+}  // namespace
+
+Filling fillFromState(std::shared_ptr<const RunningCase> running, const std::filesystem::path& file,
+                      const Communicator& ranks) {
+  const Timer timer;
+  const StateCells state = readStateCells(file, ranks);
+  std::vector<std::int32_t> types;
+  together(ranks, [&] { types = typesOf(state, *running, file.string()); });
+  std::vector<std::int64_t> counts(running->cells.size(), 0);
+  for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
+  if (!state.certified) {
+    log::info(fmt::format("{}: the cells are not those of a finished packing ({}); packing starts from them",
+                          file.string(), fmt::join(state.command, " ")));
+    return fill(withCounts(*running, counts), {"--start", file.string()}, ranks);
+  }
+  std::vector<AddedCell> cells;
+  for (const StateCell& cell : state.cells)
+    cells.push_back({types[cell.species], 0, placementOf(posLineOf(cell.pose))});
+  together(ranks, [&] {
+    const Scene scene = buildScene(
+        jobOf(withCounts(*running, counts), {"--best-effort", "--clearance", "0", "--wall-clearance", "0"}));
+    requireKept(scene, state, cells, file.string());
+  });
+  Filling filling = numbered(std::move(cells), running->cells.size(), ranks);
+  for (std::size_t t = 0; t < counts.size(); ++t)
+    log::info(fmt::format("{}: {} cells of {}", running->cells[t].name, counts[t], file.string()));
+  log::info(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall", timer.cpu(), timer.wall()));
+  return filling;
+}
+
+void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<MovedCell>& cells,
+               std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks) {
+  struct Key {
+    std::int64_t type, id;
+    bool operator<(const Key& other) const { return std::tie(type, id) < std::tie(other.type, other.id); }
+  };
+  std::vector<Key> keys;
+  std::vector<std::int64_t> counts(running->cells.size(), 0);
+  double largest = 0.0;
+  for (const MovedCell& cell : cells) {
+    keys.push_back({cell.type, cell.id});
+    ++counts[cell.type];
+    largest = std::max(largest, cell.residual);
+  }
+  ranks.sum(counts);
+  largest = ranks.max(largest);
+  keys = ranks.gatherAll(keys);
+  std::sort(keys.begin(), keys.end());
+  std::optional<Scene> scene;
+  together(ranks, [&] { scene = buildScene(jobOf(withCounts(*running, counts), {"--best-effort"})); });
+  PackingProblem problem = problemOf(*scene, {}, {});
+  problem.communicator = ranks;
+  std::vector<std::int32_t> partOf(counts.size(), 0);
+  for (std::size_t p = 0; p < scene->parts.size(); ++p)
+    partOf[running->cell(scene->species[scene->parts[p].species].name) - running->cells.data()] =
+        std::int32_t(p);
+  PackingState state;
+  state.position.stage = Stage::certificate;
+  state.cellCount = std::int64_t(keys.size());
+  std::vector<BodyState> bodies;
+  for (const MovedCell& cell : cells) {
+    BodyState body{};
+    for (int k = 0; k < 3; ++k) body.pose.position[k] = cell.pose.position[k];
+    for (int k = 0; k < 4; ++k) body.pose.orientation[k] = cell.pose.orientation.coeffs()[k];
+    body.scale = body.stepTaken = 1.0;
+    body.species = partOf[cell.type];
+    body.id = std::lower_bound(keys.begin(), keys.end(), Key{cell.type, cell.id}) - keys.begin();
+    bodies.push_back(body);
+  }
+  std::sort(bodies.begin(), bodies.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
+  state.cells = IdShares(state.cellCount, ranks).collect(bodies);
+  const std::string origin =
+      fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
+  writeState(file, problem, {"savePositions", origin}, state);
+  std::string names;
+  for (std::size_t t = 0; t < counts.size(); ++t)
+    names += fmt::format("{}{} {}", t ? ", " : "", counts[t], running->cells[t].name);
+  log::info(fmt::format("Wrote {}: {}; {}", file.string(), names, origin));
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "hemocell_adapter/app/fill.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/shared_nodes.h"
+#include "packMesh/hemocell_system.h"
+#include "packMesh/parallel/arrival.h"
+
+namespace packmesh::plugin {
+namespace {
+
+using hemocell::AddedCell;
+using hemocell::FluidRun;
+using hemocell::Lattice;
+using hemocell::RunningCase;
+
+hemocell::BuiltCell builtCell(const CellType& type, double dx) {
+  hemocell::BuiltCell cell;
+  cell.name = type.name;
+  cell.minimumDistanceFromSolid = type.minimumDistanceFromSolid;
+  if (type.volume > 0.0) cell.hemocellVolume = type.volume;
+  for (const auto& v : type.vertices) cell.mesh.vertices.push_back(dx * Vec3(v[0], v[1], v[2]));
+  cell.mesh.triangles = type.triangles;
+  const Vec3 center = boundingBox(cell.mesh).center();
+  for (Vec3& v : cell.mesh.vertices) v -= center;
+  return cell;
+}
+
+std::vector<FluidRun> fluidRuns(const System& system) {
+  std::vector<FluidRun> runs;
+  for (const Block& block : system.blocks) {
+    std::array<std::int64_t, 3> n{}, at{};
+    for (int a = 0; a < 3; ++a) {
+      n[a] = block.last[a] - block.first[a] + 1;
+      at[a] = block.first[a] - system.first[a];
+    }
+    for (std::int64_t k = 0; k < n[2]; ++k)
+      for (std::int64_t j = 0; j < n[1]; ++j) {
+        const auto fluid = [&](std::int64_t i) { return i < n[0] && block.fluid[(i * n[1] + j) * n[2] + k]; };
+        for (std::int64_t i = 0; i < n[0]; ++i) {
+          if (!fluid(i)) continue;
+          const std::int64_t from = i;
+          while (fluid(i + 1)) ++i;
+          runs.push_back({std::int32_t(at[0] + from), std::int32_t(at[0] + i), std::int32_t(at[1] + j),
+                          std::int32_t(at[2] + k)});
+        }
+      }
+  }
+  return runs;
+}
+
+std::shared_ptr<const Lattice> latticeOf(const System& system, const Communicator& ranks) {
+  std::array<int, 3> nodes{};
+  for (int a = 0; a < 3; ++a) nodes[a] = int(system.last[a] - system.first[a] + 1);
+  const std::int64_t most =
+      system.mostNodesOnEveryRank < 0 ? hemocell::mostNodesOnEveryRank : system.mostNodesOnEveryRank;
+  return latticeOfRuns(nodes, system.dx, fluidRuns(system), ranks, most);
+}
+
+std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& request,
+                                          const Communicator& ranks) {
+  auto running = std::make_shared<RunningCase>();
+  hemocell::together(ranks,
+                     [&] { running->config = hemocell::packingConfigOf(system.config, "config.xml"); });
+  hemocell::Settings& packing = running->config.packing;
+  for (const CellType& type : system.types)  // in HemoCell's order, before unknown names
+    if (request.counts.count(type.name) + request.ratios.count(type.name) > 0)
+      speciesNamed(packing, type.name);
+  for (const auto& [name, count] : request.counts) speciesNamed(packing, name).count = count;
+  for (const auto& [name, ratio] : request.ratios) speciesNamed(packing, name).ratio = ratio;
+  running->lattice = latticeOf(system, ranks);
+  running->periodic = system.periodic;
+  running->isPreInlet = system.isPreInlet;
+  for (const CellType& type : system.types) running->cells.push_back(builtCell(type, system.dx));
+  hemocell::Domain& domain = running->config.domain;
+  domain.dx = system.dx;
+  domain.dxWhere = "<dx>";
+  domain.boxNodes = running->lattice->nodes();
+  domain.particleEnvelope = system.particleEnvelope;
+  domain.particleEnvelopeWhere = "<particleEnvelope>";
+  return running;
+}
+
+Cell inNodes(const AddedCell& cell, const System& system) {
+  Cell result{};
+  result.type = cell.type;
+  result.id = cell.id;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      result.linear[3 * row + column] = cell.placement.linear(row, column);
+    result.translation[row] = cell.placement.translation[row] / system.dx + double(system.first[row]);
+  }
+  return result;
+}
+
+/// The region of a block in which it has vertices, in nodes of the whole lattice.
+struct Region {
+  std::int32_t rank;
+  float lo[3], hi[3];
+};
+
+/// Sends cells to the ranks that have vertices of them.
+class Distribution {
+ public:
+  Distribution(const System& system, const RunningCase& running, const Communicator& ranks)
+      : system_(system), running_(running), ranks_(ranks) {
+    std::vector<Region> mine;
+    for (const Block& block : system.blocks) {
+      Region region{};
+      region.rank = ranks.rank();
+      for (int a = 0; a < 3; ++a) {
+        region.lo[a] = float(block.first[a] - system.first[a]) - 0.5f;
+        region.hi[a] = float(block.last[a] - system.first[a]) + 0.5f;
+      }
+      mine.push_back(region);
+    }
+    regions_ = ranks.gatherAll(mine);
+  }
+
+  std::vector<Cell> operator()(const std::vector<AddedCell>& cells) const {
+    std::vector<std::vector<Cell>> to(ranks_.size());
+    for (const AddedCell& cell : cells) {
+      const Box box = boundingBox(placed(running_.cells[cell.type].mesh, cell.placement));
+      std::vector<bool> sent(ranks_.size(), false);
+      for (const Region& region : regions_)
+        if (!sent[region.rank] && meets(box, region)) {
+          to[region.rank].push_back(inNodes(cell, system_));
+          sent[region.rank] = true;
+        }
+    }
+    std::vector<Cell> received;
+    for (const std::vector<Cell>& part : ranks_.exchange(to))
+      received.insert(received.end(), part.begin(), part.end());
+    return received;
+  }
+
+ private:
+  /// Whether an image of a box [µm] and a region have common points, up to a margin for rounding.
+  bool meets(const Box& box, const Region& region) const {
+    constexpr double margin = 0.01;  // [nodes]
+    const double dx = running_.lattice->dx();
+    for (int a = 0; a < 3; ++a) {
+      const double lo = box.lo[a] / dx - margin, hi = box.hi[a] / dx + margin;
+      const int n = running_.lattice->nodes()[a];
+      bool any = false;
+      for (int image = running_.periodic[a] ? -1 : 0; image <= (running_.periodic[a] ? 1 : 0); ++image)
+        any = any || (lo + image * n <= region.hi[a] && hi + image * n >= region.lo[a]);
+      if (!any) return false;
+    }
+    return true;
+  }
+
+  const System& system_;
+  const RunningCase& running_;
+  const Communicator& ranks_;
+  std::vector<Region> regions_;
+};
+
+/// The rigid motion of the template that fits best (Kabsch): largest trace of R sum (v - v0) (p - p0)^T.
+hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningCase& running) {
+  const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
+  std::vector<Vec3> points;
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    const auto& v = cell.vertices[i];
+    points.push_back(system.dx * Vec3(v[0] - double(system.first[0]), v[1] - double(system.first[1]),
+                                      v[2] - double(system.first[2])));
+    from += shape[i];
+    to += points.back();
+  }
+  from /= double(shape.size());
+  to /= double(shape.size());
+  Mat3 moments = Mat3::Zero();
+  for (std::size_t i = 0; i < shape.size(); ++i) moments += (points[i] - to) * (shape[i] - from).transpose();
+  const Eigen::JacobiSVD<Mat3> parts(moments, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vec3 signs = Vec3::Ones();
+  if ((parts.matrixU() * parts.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
+  const Mat3 rotation = parts.matrixU() * signs.asDiagonal() * parts.matrixV().transpose();
+  hemocell::MovedCell moved;
+  moved.type = cell.type;
+  moved.id = cell.id;
+  moved.pose.orientation = Quaternion(rotation).normalized();
+  moved.pose.position = to - rotation * from;
+  for (std::size_t i = 0; i < shape.size(); ++i)
+    moved.residual += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();
+  moved.residual = std::sqrt(moved.residual / double(shape.size()));
+  for (int a = 0; a < 3; ++a) {  // into the first period
+    const double period = running.lattice->nodes()[a] * system.dx, lo = -0.5 * system.dx;
+    double& p = moved.pose.position[a];
+    if (system.periodic[a]) p -= period * std::floor((p - lo) / period);
+  }
+  return moved;
+}
+
+/// Calls work(running, ranks), and turns exceptions into a message.
+template <class Work>
+Filling guarded(const System& system, const Request& request, const Work& work) {
+  const Communicator ranks = Communicator::copyOf(system.ranks);
+  hemocell::log::setLevel(ranks.rank() > 0 ? hemocell::log::Level::silent : hemocell::log::Level::normal);
+  Arrival failures(ranks);
+  Filling filling;
+  try {
+    filling = work(caseOf(system, request, ranks), ranks);
+  } catch (const hemocell::AgreedFailure& failure) {
+    filling.exitCode = int(failure.code());
+    filling.message = failure.what();
+  } catch (...) {
+    const hemocell::Failure failure = hemocell::failureOfException();
+    // As in the program: what is invalid is so on all ranks; a rank that fails alone ends the others.
+    const double patience = 2.0 + 0.5 * ranks.rank();  // [s]
+    if (!ranks.alone() && !failures.ofAll(patience)) {
+      hemocell::log::setLevel(hemocell::log::Level::normal);
+      hemocell::log::error(fmt::format("rank {}: {}", ranks.rank(), failure.message));
+      ranks.abort(int(failure.code));
+    }
+    filling.exitCode = int(failure.code);
+    filling.message = failure.message;
+  }
+  return filling;
+}
+
+Filling distributed(const hemocell::Filling& packed, const System& system, const RunningCase& running,
+                    const Communicator& ranks) {
+  Filling filling;
+  filling.counts = packed.counts;
+  filling.cells = Distribution(system, running, ranks)(packed.cells);
+  return filling;
+}
+
+}  // namespace
+
+Filling fill(const System& system, const Request& request) {
+  return guarded(system, request, [&](const auto& running, const Communicator& ranks) {
+    return distributed(hemocell::fill(running, request.words, ranks), system, *running, ranks);
+  });
+}
+
+Filling load(const System& system, const std::string& stateFile) {
+  return guarded(system, {}, [&](const auto& running, const Communicator& ranks) {
+    return distributed(hemocell::fillFromState(running, stateFile, ranks), system, *running, ranks);
+  });
+}
+
+Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
+             const std::string& stateFile) {
+  return guarded(system, {}, [&](const auto& running, const Communicator& ranks) {
+    std::vector<hemocell::MovedCell> moved;
+    for (const DeformedCell& cell : cells) moved.push_back(fitted(cell, system, *running));
+    hemocell::saveCells(running, moved, iteration, stateFile, ranks);
+    return Filling();
+  });
+}
+
+}  // namespace packmesh::plugin

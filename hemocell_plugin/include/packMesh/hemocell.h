@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Fills a running HemoCell: packmesh::loadParticles(hemocell) instead of hemocell.loadParticles().
+///
+/// Include it after hemocell.h, in the C++ file of the case. C++11. Only HemoCell's public interfaces are
+/// used.
+#pragma once
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+#include <sstream>
+
+#include "hemocell.h"
+#include "packMesh/hemocell_system.h"
+
+namespace packmesh {
+
+/// What to pack. Everything that is not set is as `<packing>` in config.xml says, or the program's default.
+struct PackingOptions {
+  double hematocrit = -1.0;            ///< of the fluid nodes, by the volume of the meshes; negative: not set
+  std::map<std::string, long> counts;  ///< by name of the cell type
+  std::map<std::string, double> ratios;  ///< cells of a type per red cell
+  long seed = -1;
+  double clearance = -1.0;      ///< least gap between membranes [µm]
+  double wallClearance = -1.0;  ///< least gap to the wall [µm]
+  std::string method;           ///< "relaxation" or "cat"
+  std::string stateFile;  ///< to write the packing to, for loadParticles(hemocell, stateFile) and the program
+  std::string posFolder;  ///< to write .pos files to, too
+  bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
+  std::int64_t mostNodesOnEveryRank =
+      -1;                         ///< larger lattices are distributed over the ranks; negative: the default
+  std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "1h"}
+};
+
+/// What was added.
+struct LoadedParticles {
+  std::vector<std::int64_t> counts;  ///< cells of each type, in HemoCell's order, on all ranks
+  std::int64_t cells = 0;            ///< of all types
+};
+
+namespace plugin {
+
+/// A position in HemoCell: three numbers.
+typedef decltype(hemo::HemoCellParticle::serializeValues_t::position) Point;
+
+inline std::string textOf(double value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << value;
+  return text.str();
+}
+
+inline Request requestOf(const PackingOptions& options) {
+  Request request;
+  const auto add = [&](const std::string& name, const std::string& value) {
+    request.words.push_back("--" + name);
+    request.words.push_back(value);
+  };
+  if (options.hematocrit >= 0.0) add("hematocrit", textOf(options.hematocrit));
+  if (options.seed >= 0) add("seed", std::to_string(options.seed));
+  if (options.clearance >= 0.0) add("clearance", textOf(options.clearance));
+  if (options.wallClearance >= 0.0) add("wall-clearance", textOf(options.wallClearance));
+  if (!options.method.empty()) add("method", options.method);
+  if (!options.stateFile.empty()) add("state", options.stateFile);
+  if (!options.posFolder.empty()) add("output-dir", options.posFolder);
+  if (!options.periodic) add("ends", "closed");
+  request.words.insert(request.words.end(), options.more.begin(), options.more.end());
+  request.counts.insert(options.counts.begin(), options.counts.end());
+  request.ratios = options.ratios;
+  return request;
+}
+
+/// Whether this rank has cells: with a pre-inlet, only its ranks do.
+inline bool hasCells(hemo::HemoCell& hemocell) {
+  return !(hemocell.preInlet && hemocell.preInlet->initialized) || hemocell.partOfpreInlet;
+}
+
+inline std::array<std::int64_t, 3> low(const plb::Box3D& box) {
+  return {{box.x0, box.y0, box.z0}};
+}
+inline std::array<std::int64_t, 3> high(const plb::Box3D& box) {
+  return {{box.x1, box.y1, box.z1}};
+}
+
+inline std::string configText(hemo::HemoCell& hemocell) {
+  tinyxml2::XMLPrinter printer;
+  (*hemocell.cfg)["domain"].getOrig()->GetDocument()->Print(&printer);
+  return printer.CStr();
+}
+
+inline CellType typeOf(hemo::HemoCellField& field) {
+  CellType type;
+  type.name = field.name;
+  type.minimumDistanceFromSolid = static_cast<int>(field.minimumDistanceFromSolid);
+  type.volume = field.volume;
+  auto& mesh = field.getMesh();
+  for (plb::plint i = 0; i < mesh.getNumVertices(); ++i) {
+    const auto v = mesh.getVertex(i);
+    type.vertices.push_back({{v[0], v[1], v[2]}});
+  }
+  for (const auto& t : field.triangle_list)
+    type.triangles.push_back({{static_cast<int>(t[0]), static_cast<int>(t[1]), static_cast<int>(t[2])}});
+  return type;
+}
+
+/// The flags of a block, without its envelope.
+inline Block blockOf(hemo::HemoCell& hemocell, plb::plint id) {
+  const plb::Box3D bulk = hemocell.lattice->getMultiBlockManagement().getBulk(id);
+  auto& fluid = hemocell.lattice->getComponent(id);
+  const plb::Dot3D at = fluid.getLocation();
+  Block block;
+  block.first = low(bulk);
+  block.last = high(bulk);
+  for (plb::plint x = bulk.x0; x <= bulk.x1; ++x)
+    for (plb::plint y = bulk.y0; y <= bulk.y1; ++y)
+      for (plb::plint z = bulk.z0; z <= bulk.z1; ++z)
+        block.fluid.push_back(!fluid.get(x - at.x, y - at.y, z - at.z).getDynamics().isBoundary());
+  return block;
+}
+
+inline System systemOf(hemo::HemoCell& hemocell, const MPI_Comm& ranks) {
+  System system;
+  system.ranks = &ranks;
+  system.dx = hemo::param::dx * 1e6;
+  const plb::Box3D all = hemocell.lattice->getBoundingBox();
+  system.first = low(all);
+  system.last = high(all);
+  auto& particles = *hemocell.cellfields->immersedParticles;
+  for (int axis = 0; axis < 3; ++axis) system.periodic[axis] = particles.periodicity().get(axis);
+  system.isPreInlet = hemocell.preInlet && hemocell.preInlet->initialized;
+  system.particleEnvelope = static_cast<int>(hemocell.cellfields->envelopeSize);
+  system.config = configText(hemocell);
+  for (unsigned int t = 0; t < hemocell.cellfields->size(); ++t)
+    system.types.push_back(typeOf(*(*hemocell.cellfields)[t]));
+  for (const plb::plint id : hemocell.lattice->getLocalInfo().getBlocks())
+    system.blocks.push_back(blockOf(hemocell, id));
+  return system;
+}
+
+[[noreturn]] inline void stop(int code, const std::string& message) {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) std::cerr << "(packMesh) (Error) " << message << std::endl;
+  std::exit(code);
+}
+
+/// Where HemoCell keeps the vertices of one type of cell, relative to the cell: the template, centred.
+inline std::vector<Point> centredTemplate(const CellType& type) {
+  std::array<double, 3> lo = type.vertices.front(), hi = lo;
+  for (const auto& v : type.vertices)
+    for (int a = 0; a < 3; ++a) {
+      lo[a] = std::min(lo[a], v[a]);
+      hi[a] = std::max(hi[a], v[a]);
+    }
+  std::vector<Point> centred;
+  for (const auto& v : type.vertices) {
+    Point p;
+    for (int a = 0; a < 3; ++a) p[a] = v[a] - 0.5 * (lo[a] + hi[a]);
+    centred.push_back(p);
+  }
+  return centred;
+}
+
+/// Adds vertices to the blocks of this rank in which they lie. A vertex beyond a periodic face is added at
+/// the opposite one, with the number that HemoCell gives to the part of a cell that has crossed that face.
+class Adding {
+ public:
+  explicit Adding(hemo::HemoCell& hemocell)
+      : fields_(*hemocell.cellfields),
+        first_(low(hemocell.lattice->getBoundingBox())),
+        last_(high(hemocell.lattice->getBoundingBox())) {
+    for (const plb::plint id : fields_.immersedParticles->getLocalInfo().getBlocks())
+      blocks_.push_back(&fields_.immersedParticles->getComponent(id));
+    for (unsigned int t = 0; t < fields_.size(); ++t)
+      templates_.push_back(centredTemplate(typeOf(*fields_[t])));
+  }
+
+  void operator()(const Cell& cell) {
+    const std::vector<Point>& shape = templates_[cell.type];
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+      Point p;
+      for (int row = 0; row < 3; ++row)
+        p[row] = cell.linear[3 * row] * shape[i][0] + cell.linear[3 * row + 1] * shape[i][1] +
+                 cell.linear[3 * row + 2] * shape[i][2] + cell.translation[row];
+      const plb::plint id = cell.id + wrap(p);
+      for (hemo::HemoCellParticleField* block : blocks_) {
+        if (!block->isContainedABS(p, block->localDomain)) continue;
+        block->addParticle(hemo::HemoCellParticle(p, id, i, cell.type).sv);
+        break;
+      }
+    }
+  }
+
+ private:
+  /// Moves p into the lattice along periodic axes. @return what HemoCell adds to the number of the cell
+  plb::plint wrap(Point& p) const {
+    const plb::plint steps[3] = {1, fields_.periodicity_limit_offset_y, fields_.periodicity_limit_offset_z};
+    plb::plint offset = 0;
+    for (int a = 0; a < 3; ++a) {
+      if (!fields_.immersedParticles->periodicity().get(a)) continue;
+      const double period = static_cast<double>(last_[a] - first_[a] + 1);
+      // Vertices at -0.5 < p - first <= period - 0.5 are in the lattice.
+      const double images = std::ceil((p[a] - first_[a] + 0.5) / period) - 1.0;
+      p[a] -= images * period;
+      offset -= steps[a] * static_cast<plb::plint>(images);
+    }
+    return offset * fields_.number_of_cells;
+  }
+
+  hemo::HemoCellFields& fields_;
+  std::array<std::int64_t, 3> first_, last_;
+  std::vector<hemo::HemoCellParticleField*> blocks_;
+  std::vector<std::vector<Point>> templates_;
+};
+
+/// The vertices of each type that HemoCell now has, on all ranks.
+inline std::vector<std::int64_t> verticesOf(hemo::HemoCell& hemocell) {
+  auto& particles = *hemocell.cellfields->immersedParticles;
+  std::vector<std::int64_t> vertices(hemocell.cellfields->size(), 0);
+  for (const plb::plint id : particles.getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& block = particles.getComponent(id);
+    for (const hemo::HemoCellParticle& particle : block.particles)
+      if (block.isContainedABS(particle.sv.position, block.localDomain)) ++vertices[particle.sv.celltype];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, vertices.data(), static_cast<int>(vertices.size()), MPI_INT64_T, MPI_SUM,
+                MPI_COMM_WORLD);
+  return vertices;
+}
+
+/// Stops unless HemoCell has every vertex of every cell.
+inline void requireComplete(hemo::HemoCell& hemocell, const std::vector<std::int64_t>& counts) {
+  const std::vector<std::int64_t> vertices = verticesOf(hemocell);
+  std::string missing;
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    hemo::HemoCellField& field = *(*hemocell.cellfields)[static_cast<unsigned int>(t)];
+    const std::int64_t lost = counts[t] * field.numVertex - vertices[t];
+    if (lost == 0) continue;
+    missing += (missing.empty() ? "" : ", ") +
+               std::to_string((lost + field.numVertex - 1) / field.numVertex) + " of " +
+               std::to_string(counts[t]) + " " + field.name;
+  }
+  if (missing.empty()) return;
+  stop(70, "HemoCell deleted cells that were packed: " + missing +
+               ". Is <particleEnvelope> longer than the cells, and no atomic block smaller than it?");
+}
+
+/// Calls work(system) on the ranks that have cells, and ends the program on all ranks if it failed.
+template <class Work>
+Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
+  MPI_Comm ranks;
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_split(MPI_COMM_WORLD, hasCells(hemocell) ? 1 : 0, rank, &ranks);
+  Filling filling;
+  if (hasCells(hemocell)) {
+    System system = systemOf(hemocell, ranks);
+    filling = work(system);
+  }
+  MPI_Comm_free(&ranks);
+  int code = filling.exitCode;
+  MPI_Allreduce(MPI_IN_PLACE, &code, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  if (code != 0) stop(code, filling.message);
+  filling.counts.resize(hemocell.cellfields->size(), 0);
+  MPI_Allreduce(MPI_IN_PLACE, filling.counts.data(), static_cast<int>(filling.counts.size()), MPI_INT64_T,
+                MPI_MAX, MPI_COMM_WORLD);
+  return filling;
+}
+
+/// Adds cells as HemoCell's loader does, and verifies that it keeps them.
+inline LoadedParticles loadInto(hemo::HemoCell& hemocell, const Filling& filling) {
+  LoadedParticles loaded;
+  loaded.counts = filling.counts;
+  for (const std::int64_t count : loaded.counts) loaded.cells += count;
+  hemo::HemoCellFields& fields = *hemocell.cellfields;
+  fields.number_of_cells = static_cast<int>(loaded.cells);
+  for (const plb::plint id : fields.immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& block = fields.immersedParticles->getComponent(id);
+    block.removeParticles(block.getBoundingBox());
+  }
+  Adding add(hemocell);
+  for (const Cell& cell : filling.cells) add(cell);
+  fields.syncEnvelopes();
+  fields.deleteIncompleteCells(false);
+  requireComplete(hemocell, loaded.counts);
+  return loaded;
+}
+
+/// The complete cells whose first vertex this rank has. Pre: envelopes are up to date.
+inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
+  std::vector<DeformedCell> cells;
+  hemo::HemoCellFields& fields = *hemocell.cellfields;
+  for (const plb::plint block : fields.immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& field = fields.immersedParticles->getComponent(block);
+    for (const auto& numbered : field.get_particles_per_cell()) {
+      const std::vector<int>& at = numbered.second;
+      if (std::count(at.begin(), at.end(), -1) > 0) continue;
+      const auto& first = field.particles[at[0]].sv;
+      if (!field.isContainedABS(first.position, field.localDomain)) continue;
+      DeformedCell cell;
+      cell.type = first.celltype;
+      cell.id = fields.base_cell_id(numbered.first);
+      for (const int i : at) {
+        const auto& p = field.particles[i].sv.position;
+        cell.vertices.push_back({{p[0], p[1], p[2]}});
+      }
+      cells.push_back(cell);
+    }
+  }
+  return cells;
+}
+
+}  // namespace plugin
+
+/// Packs cells into the fluid nodes of `hemocell` and adds them, instead of hemocell.loadParticles(). After
+/// the lattice, its boundaries, the cell types and periodicity are set. Collective. Ends the program with a
+/// message if the packing is not feasible, or HemoCell does not keep every cell.
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
+                                     const PackingOptions& options = PackingOptions()) {
+  return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
+                            system.mostNodesOnEveryRank = options.mostNodesOnEveryRank;
+                            return plugin::fill(system, plugin::requestOf(options));
+                          }));
+}
+
+/// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a
+/// part. Cells that are not those of a finished packing are the start of one.
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile) {
+  return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
+                            return plugin::load(system, stateFile);
+                          }));
+}
+inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const char* stateFile) {
+  return loadParticles(hemocell, std::string(stateFile));
+}
+
+/// Writes the cells as they are now to a state file, as rigid templates that fit best; their residual is
+/// stated. With a pre-inlet: the cells in it. Collective.
+inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile) {
+  hemocell.cellfields->syncEnvelopes();
+  hemocell.cellfields->deleteIncompleteCells(false);
+  plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
+    return plugin::save(system, plugin::cellsOf(hemocell), hemocell.iter, stateFile);
+  });
+}
+
+/// HemoCell counts its cells in .pos files again after loadCheckPoint(), doRestructure() and
+/// setSystemPeriodicity(). Call this then with the number that loadParticles() returned: the numbers of cells
+/// across periodic faces depend on it.
+inline void restoreNumberOfCells(hemo::HemoCell& hemocell, std::int64_t cells) {
+  hemocell.cellfields->number_of_cells = static_cast<int>(cells);
+}
+
+}  // namespace packmesh

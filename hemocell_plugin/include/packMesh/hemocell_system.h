@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What the plug-in's two halves exchange: the half that is compiled with HemoCell's headers, in the
+/// standard and with the flags of HemoCell (packMesh/hemocell.h), and the library, which knows none of them.
+/// C++11, plain data.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace packmesh {
+namespace plugin {
+
+/// A cell type of HemoCell.
+struct CellType {
+  std::string name;
+  std::vector<std::array<double, 3>> vertices;  ///< of the template, around any point [nodes]
+  std::vector<std::array<int, 3>> triangles;
+  int minimumDistanceFromSolid = 0;  ///< [µm]
+  double volume = 0.0;               ///< `<Volume>` [µm³]; 0: none
+};
+
+/// A block of the lattice that this rank has, without its envelope.
+struct Block {
+  std::array<std::int64_t, 3> first, last;  ///< its nodes, both included
+  std::vector<unsigned char> fluid;         ///< 1 or 0 for each node, the last axis fastest
+};
+
+/// A running HemoCell, as one rank knows it.
+struct System {
+  const void* ranks = nullptr;              ///< pointer to the MPI_Comm of the ranks that have the cells
+  double dx = 0.0;                          ///< [µm]
+  std::array<std::int64_t, 3> first, last;  ///< nodes of the whole lattice, both included
+  std::array<bool, 3> periodic;
+  bool isPreInlet = false;
+  int particleEnvelope = 0;  ///< [nodes]
+  std::int64_t mostNodesOnEveryRank =
+      -1;              ///< larger lattices are distributed; negative: the default. For tests
+  std::string config;  ///< text of config.xml
+  std::vector<CellType> types;
+  std::vector<Block> blocks;
+};
+
+/// What to pack.
+struct Request {
+  std::vector<std::string> words;              ///< options of the program packMesh
+  std::map<std::string, std::int64_t> counts;  ///< as `<species name="..." count="..."/>` in `<packing>`
+  std::map<std::string, double> ratios;
+};
+
+/// A cell with vertices in a block of this rank, in one of its images.
+struct Cell {
+  int type;
+  std::int64_t id;
+  std::array<double, 9> linear;       ///< applied to the template centred on its bounding box; by rows
+  std::array<double, 3> translation;  ///< [nodes]
+};
+
+struct Filling {
+  int exitCode = 0;                  ///< that of the program; 0: all went well
+  std::string message;               ///< why not
+  std::vector<std::int64_t> counts;  ///< cells of each type, on all ranks
+  std::vector<Cell> cells;
+};
+
+/// A cell of a running simulation, all of whose vertices this rank has.
+struct DeformedCell {
+  int type;
+  std::int64_t id;
+  std::vector<std::array<double, 3>> vertices;  ///< in one piece [nodes]
+};
+
+/// Packs the cells that the request and `<packing>` ask for. All ranks of `system.ranks` call. Throws
+/// nothing.
+__attribute__((visibility("default"))) Filling fill(const System& system, const Request& request);
+
+/// The cells of a state file. All ranks of `system.ranks` call. Throws nothing.
+__attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile);
+
+/// Writes cells to a state file, as the rigid templates that fit best. Every cell comes from one rank. All
+/// ranks of `system.ranks` call. Throws nothing. @return only exit code and message
+__attribute__((visibility("default"))) Filling save(const System& system,
+                                                    const std::vector<DeformedCell>& cells,
+                                                    std::int64_t iteration, const std::string& stateFile);
+
+}  // namespace plugin
+}  // namespace packmesh

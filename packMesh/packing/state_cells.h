@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The cells of a state file, whatever problem they were packed for.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "packMesh/core/pose.h"
+#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh {
+
+/// A cell of a state, at full size.
+struct StateCell {
+  std::int32_t species = 0;  ///< index into StateCells::species
+  Pose pose;
+};
+
+struct StateCells {
+  /// A kind of cell. Parts of it that were packed under different constraints are one.
+  struct Kind {
+    std::string name;
+    TriangleMesh mesh;       ///< the template [µm]
+    std::int64_t count = 0;  ///< cells in the file
+  };
+  std::vector<Kind> species;
+  std::vector<StateCell> cells;      ///< this rank's share, in the order of the file
+  std::vector<std::string> command;  ///< of the run, or words that describe the origin of the cells
+  bool certified = false;            ///< they are those of a finished packing
+};
+
+/// Reads the cells; every rank a part of its own. All ranks call.
+/// @throws InputError on all ranks if the file is not a state of this version, damaged, or of cells that
+/// still grow
+StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks);
+
+}  // namespace packmesh

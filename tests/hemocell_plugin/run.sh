@@ -1,0 +1,142 @@
+#!/usr/bin/env bash
+# The plug-in in the stand-in of HemoCell: the same cells on any number of ranks and blocks, the same bytes as the program,
+# complete across periodic faces, from and to states.
+#   run.sh <test> <stand_in_case> <write_templates> <packMesh> <mpiexec> <cells' XML folder> <scratch folder>
+set -euo pipefail
+test=$1 stand_in=$2 templates=$3 program=$4 mpiexec=$5 xml=$6 scratch=$7
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
+rm -rf "$scratch"
+mkdir -p "$scratch"
+cd "$scratch"
+cp "$xml/RBC.xml" "$xml/PLT.xml" .
+"$templates" RBC PLT
+
+config() { # nodes x, y, z, text of <packing>
+  cat > config.xml << XML
+<?xml version="1.0" ?>
+<hemocell>
+  <domain> <dx> 5e-7 </dx> <nx> $1 </nx> <ny> $2 </ny> <nz> $3 </nz> <particleEnvelope> 20 </particleEnvelope> </domain>
+  <packing> $4 </packing>
+</hemocell>
+XML
+}
+case_on() { # ranks, then words
+  local ranks=$1
+  shift
+  "$mpiexec" -n "$ranks" "$stand_in" "$@"
+}
+fail() {
+  echo "$*"
+  exit 1
+}
+same() { cmp "$1" "$2" || fail "$1 and $2 differ"; }
+# Each cell has all its vertices once, under numbers that are the same up to multiples of the number of cells.
+complete() { # expected cells
+  awk -v cells="$1" '{ base = ($2 % cells + cells) % cells; key = base " " $3; if (key in seen) { print "twice: " $0; exit 1 }
+    seen[key] = 1; count[base]++; type[base] = $1 }
+    END { for (c in count) { all++; if (count[c] != (type[c] == 0 ? 642 : 66)) { print "cell " c " has " count[c]; exit 1 } }
+          if (all != cells) { print all " cells of " cells; exit 1 } }' particles.txt
+}
+
+case $test in
+  ranks)  # numbers of ranks and blocks change nothing; cells cross periodic faces
+    for lumen in box planes pipe channel; do
+      config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+      case_on 1 $lumen 1 1 1 | tee one.txt
+      mv particles.txt one.particles
+      case_on 2 $lumen 2 1 1 > two.txt
+      grep '^(stand-in)' one.txt > a; grep '^(stand-in)' two.txt > b
+      same a b
+      # The numbers of wrapped cells and all positions are the same, whichever block has them.
+      same one.particles particles.txt
+      case_on 4 $lumen 2 2 3 > /dev/null
+      same one.particles particles.txt
+      complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' one.txt)"
+      awk '$2 < 0 || $2 >= 10000 { wrapped++ } END { exit wrapped == 0 }' particles.txt || fail "$lumen: no cell crosses a periodic face"
+      grep -q "fluid nodes.*whose volume the hematocrit refers to" one.txt
+    done ;;
+  bytes)  # the .pos files of the program for the same problems
+    config 48 40 40 "<hematocrit> 0.30 </hematocrit> <walls> z </walls> <ends> periodic </ends>"
+    "$program" config.xml > program.txt
+    config 48 40 40 "<hematocrit> 0.30 </hematocrit>"
+    case_on 2 planes 2 1 1 --output-dir plugin > plugin.txt
+    same RBC.pos plugin/RBC.pos
+    same PLT.pos plugin/PLT.pos
+    config 48 40 40 "<hematocrit> 0.25 </hematocrit> <walls> z </walls> <method> cat </method>"
+    "$program" config.xml > program.txt
+    config 48 40 40 "<hematocrit> 0.25 </hematocrit>"
+    case_on 2 planes 2 1 1 --method cat --ends closed --output-dir plugin > plugin.txt
+    same RBC.pos plugin/RBC.pos
+    same PLT.pos plugin/PLT.pos ;;
+  lumen)  # a lumen that is described in <packing>: its volume, its wall, and HemoCell's nodes
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit> <ends> periodic </ends>
+      <container> <cylinder axis='x' radius='10' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"
+    "$program" config.xml > program.txt
+    case_on 2 pipe 2 1 1 --output-dir plugin > plugin.txt
+    same RBC.pos plugin/RBC.pos
+    same PLT.pos plugin/PLT.pos
+    grep -q 'the hematocrit refers to the lumen' plugin.txt ;;
+  distributed)  # no rank has the whole lattice: the same cells on any number of ranks, and certified
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    for lumen in pipe channel planes; do
+      case_on 1 $lumen 1 1 1 distributed > one.txt
+      mv particles.txt one.particles
+      case_on 2 $lumen 2 2 1 distributed > two.txt
+      same one.particles particles.txt
+      case_on 4 $lumen 4 2 1 distributed > four.txt
+      same one.particles particles.txt
+      grep -q 'Certificate: clean' four.txt
+    done ;;
+  growth)  # in nodes that are no box
+    config 60 44 44 ""
+    case_on 1 channel 1 1 1 --method cat --hematocrit 0.15 > one.txt
+    mv particles.txt one.particles
+    case_on 2 channel 2 2 1 --method cat --hematocrit 0.15 > /dev/null
+    same one.particles particles.txt ;;
+  counts)
+    config 60 44 44 "<hematocrit> 0.4 </hematocrit>"
+    case_on 1 pipe 1 1 1 --count PLT 30 > said.txt
+    grep -q '^(stand-in) [0-9]* 30$' said.txt ;;
+  inlet)  # one rank has no cells, and all know their number
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    case_on 3 inlet 2 1 1 > three.txt
+    mv particles.txt three.particles
+    case_on 2 inlet 1 1 1 > two.txt
+    same three.particles particles.txt
+    grep -q "HemoCell's pre-inlet" two.txt
+    awk '$4 < 19.5 || $4 > 69.5 { exit 1 }' particles.txt || fail "a vertex is not in the inlet" ;;
+  state)  # written, loaded, saved, loaded, checked, started from
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    case_on 2 pipe 2 1 1 --state cells.h5 > packed.txt
+    mv particles.txt packed.particles
+    case_on 3 pipe 3 1 1 load cells.h5 save saved.h5 > loaded.txt
+    same packed.particles particles.txt
+    grep -q 'rigid fits with residuals up to 0.0000' loaded.txt
+    case_on 2 pipe 2 1 1 load saved.h5 > again.txt
+    grep -q 'packing starts from them' again.txt
+    # The same cells: poses differ by rounding.
+    paste packed.particles particles.txt | awk '{ for (k = 4; k <= 6; ++k) { d = $k - $(k + 6); if (d < 0) d = -d; if (d > 1e-6) bad++ } }
+      END { exit bad > 0 }' || fail "cells moved"
+    config 60 44 44 "<container> <cylinder axis='x' radius='10.5' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"
+    status=0
+    "$program" check config.xml --start saved.h5 --ends periodic > check.txt || status=$?
+    grep -q 'RBC: [0-9]* cells' check.txt || grep -q 'cells' check.txt
+    test $status -eq 0 -o $status -eq 4
+    "$program" config.xml --ends periodic --fixed cells.h5 --plt 25 > more.txt
+    test "$(head -n 1 PLT.pos)" = 25 ;;
+  errors)
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    if case_on 2 pipe 2 1 1 short > said.txt 2>&1; then fail "cells are missing, and nothing was said"; fi
+    grep -q 'HemoCell deleted cells that were packed: .* of .* RBC' said.txt
+    grep -q particleEnvelope said.txt
+    if case_on 2 pipe 2 1 1 --hematocrit 0.55 --max-time 0.1 > said.txt 2>&1; then fail "accepted"; fi
+    test "$(grep -c '(Error)' said.txt)" = 1
+    if case_on 2 pipe 2 1 1 --count XYZ 3 > said.txt 2>&1; then fail "accepted"; fi
+    grep -q "no cell type 'XYZ'; it has RBC and PLT" said.txt
+    if case_on 1 pipe 1 1 1 load nothing.h5 > said.txt 2>&1; then fail "accepted"; fi
+    grep -q 'nothing.h5' said.txt
+    config 60 44 44 ""
+    if case_on 1 pipe 1 1 1 > said.txt 2>&1; then fail "accepted"; fi
+    grep -q 'how many cells' said.txt ;;
+  *) fail "no test $test" ;;
+esac

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A stand-in of the part of HemoCell that the plug-in uses, written from docs/reference/plugin.md,
+/// which lists these interfaces. Blocks of a lattice are distributed over the ranks; particles have
+/// envelopes, cross periodic faces under new numbers, and are deleted with their cell if it is incomplete, as
+/// there. No flow, no mechanics.
+#pragma once
+
+#include <mpi.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace plb {
+
+typedef long plint;
+
+struct Dot3D {
+  plint x, y, z;
+};
+
+struct Box3D {
+  plint x0, x1, y0, y1, z0, z1;
+};
+
+/// Blocks of a lattice: which nodes each has, and on which rank it is.
+struct Blocks {
+  std::vector<Box3D> bulk;
+  std::vector<int> rank;
+};
+
+class LocalInfo {
+ public:
+  std::vector<plint> const& getBlocks() const { return blocks; }
+  std::vector<plint> blocks;
+};
+
+class MultiBlockManagement3D {
+ public:
+  Box3D getBulk(plint blockId) const { return blocks.bulk[blockId]; }
+  Blocks blocks;
+};
+
+class Periodicity {
+ public:
+  bool get(plint direction) const { return axes[direction]; }
+  bool axes[3];
+};
+
+struct Dynamics {
+  bool isBoundary() const { return boundary; }
+  bool boundary;
+};
+
+struct Node {
+  Dynamics const& getDynamics() const { return dynamics; }
+  Dynamics dynamics;
+};
+
+/// A block of the fluid with its envelope of one node.
+class BlockLattice {
+ public:
+  Dot3D getLocation() const { return location; }
+  Node& get(plint x, plint y, plint z) {
+    node.dynamics.boundary = solid(x + location.x, y + location.y, z + location.z);
+    return node;
+  }
+  Dot3D location;
+  std::function<bool(plint, plint, plint)> solid;
+  Node node;
+};
+
+class MultiBlockLattice {
+ public:
+  Box3D getBoundingBox() const { return box; }
+  MultiBlockManagement3D const& getMultiBlockManagement() const { return management; }
+  LocalInfo const& getLocalInfo() const { return local; }
+  BlockLattice& getComponent(plint blockId) { return components[blockId]; }
+  Box3D box;
+  MultiBlockManagement3D management;
+  LocalInfo local;
+  std::map<plint, BlockLattice> components;
+};
+
+class Mesh {
+ public:
+  plint getNumVertices() const { return static_cast<plint>(vertices.size()); }
+  std::array<double, 3> getVertex(plint vertex) const { return vertices[vertex]; }
+  std::vector<std::array<double, 3>> vertices;
+};
+
+}  // namespace plb
+
+namespace hemo {
+
+template <class Number, int size>
+struct Array {
+  Number data[size];
+  Number& operator[](int i) { return data[i]; }
+  Number const& operator[](int i) const { return data[i]; }
+};
+
+namespace param {
+static double dx = 5e-7;
+}
+
+class XMLElement {
+ public:
+  explicit XMLElement(tinyxml2::XMLElement* element) : original(element) {}
+  tinyxml2::XMLElement* getOrig() { return original; }
+
+ private:
+  tinyxml2::XMLElement* original;
+};
+
+class Config {
+ public:
+  explicit Config(std::string const& file) { document.LoadFile(file.c_str()); }
+  XMLElement operator[](std::string name) const {
+    return XMLElement(
+        const_cast<tinyxml2::XMLDocument&>(document).RootElement()->FirstChildElement(name.c_str()));
+  }
+
+ private:
+  tinyxml2::XMLDocument document;
+};
+
+class PreInlet {
+ public:
+  bool initialized = false;
+};
+
+class HemoCellParticle {
+ public:
+  struct serializeValues_t {
+    Array<double, 3> position;
+    plb::plint cellId;
+    unsigned short vertexId;
+    unsigned char celltype;
+  };
+  HemoCellParticle(Array<double, 3> position, plb::plint cellId, plb::plint vertexId,
+                   unsigned long celltype) {
+    sv.position = position;
+    sv.cellId = cellId;
+    sv.vertexId = static_cast<unsigned short>(vertexId);
+    sv.celltype = static_cast<unsigned char>(celltype);
+  }
+  serializeValues_t sv;
+};
+
+class HemoCellFields;
+
+class HemoCellParticleField {
+ public:
+  bool isContainedABS(Array<double, 3> const& position, plb::Box3D const& box) const {
+    const plb::plint lo[3] = {box.x0, box.y0, box.z0}, hi[3] = {box.x1, box.y1, box.z1};
+    const plb::plint at[3] = {location.x, location.y, location.z};
+    for (int a = 0; a < 3; ++a) {
+      const double p = position[a] - at[a];
+      if (!(p > lo[a] - 0.5 && p <= hi[a] + 0.5)) return false;
+    }
+    return true;
+  }
+  void addParticle(HemoCellParticle::serializeValues_t const& sv);
+  void removeParticles(plb::Box3D box) {
+    removeIf([&](HemoCellParticle const& p) { return isContainedABS(p.sv.position, box); });
+  }
+  plb::Box3D& getBoundingBox() { return boundingBox; }
+  std::map<int, std::vector<int>> const& get_particles_per_cell();
+  int deleteIncompleteCells();
+  template <class Condition>
+  void removeIf(Condition condition) {
+    particles.erase(std::remove_if(particles.begin(), particles.end(), condition), particles.end());
+    index.clear();
+    indexed = false;
+  }
+
+  std::vector<HemoCellParticle> particles;
+  plb::Box3D localDomain, boundingBox;
+  plb::Dot3D location;
+  HemoCellFields* fields;
+  std::map<int, std::vector<int>> index;
+  bool indexed = false;
+};
+
+class MultiParticleField {
+ public:
+  plb::LocalInfo const& getLocalInfo() const { return local; }
+  HemoCellParticleField& getComponent(plb::plint blockId) { return components[blockId]; }
+  plb::Periodicity& periodicity() { return periodic; }
+  plb::LocalInfo local;
+  plb::Periodicity periodic;
+  std::map<plb::plint, HemoCellParticleField> components;
+};
+
+class HemoCellField {
+ public:
+  plb::Mesh& getMesh() { return mesh; }
+  std::string name;
+  std::vector<Array<plb::plint, 3>> triangle_list;
+  unsigned int minimumDistanceFromSolid = 0;
+  int numVertex = 0;
+  double volume = 0;
+  plb::Mesh mesh;
+};
+
+class HemoCell;
+
+class HemoCellFields {
+ public:
+  explicit HemoCellFields(HemoCell& owner) : hemocell(owner) {}
+  HemoCellField* operator[](unsigned int index) { return &types[index]; }
+  unsigned int size() { return static_cast<unsigned int>(types.size()); }
+  void syncEnvelopes();
+  void deleteIncompleteCells(bool verbose = true);
+  int base_cell_id(int wrapped) { return ((wrapped % number_of_cells) + number_of_cells) % number_of_cells; }
+
+  HemoCell& hemocell;
+  std::vector<HemoCellField> types;
+  MultiParticleField* immersedParticles = 0;
+  unsigned long envelopeSize = 0;
+  int number_of_cells = 0;
+  int periodicity_limit_offset_y = 100;
+  int periodicity_limit_offset_z = 10000;
+};
+
+class HemoCell {
+ public:
+  PreInlet* preInlet = 0;
+  bool partOfpreInlet = false;
+  Config* cfg = 0;
+  plb::MultiBlockLattice* lattice = 0;
+  HemoCellFields* cellfields = 0;
+  unsigned int iter = 0;
+};
+
+inline std::map<int, std::vector<int>> const& HemoCellParticleField::get_particles_per_cell() {
+  if (indexed) return index;
+  index.clear();
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    std::vector<int>& cell = index[static_cast<int>(particles[i].sv.cellId)];
+    if (cell.empty()) cell.assign((*fields)[particles[i].sv.celltype]->numVertex, -1);
+    cell[particles[i].sv.vertexId] = static_cast<int>(i);
+  }
+  indexed = true;
+  return index;
+}
+
+/// A particle that is there already is replaced, unless it is in the block itself.
+inline void HemoCellParticleField::addParticle(HemoCellParticle::serializeValues_t const& sv) {
+  if (!isContainedABS(sv.position, boundingBox)) return;
+  get_particles_per_cell();
+  std::vector<int>& cell = index[static_cast<int>(sv.cellId)];
+  if (cell.empty()) cell.assign((*fields)[sv.celltype]->numVertex, -1);
+  int& at = cell[sv.vertexId];
+  if (at >= 0) {
+    if (!isContainedABS(particles[at].sv.position, localDomain)) particles[at].sv = sv;
+    return;
+  }
+  at = static_cast<int>(particles.size());
+  particles.emplace_back(sv.position, sv.cellId, sv.vertexId, sv.celltype);
+}
+
+inline int HemoCellParticleField::deleteIncompleteCells() {
+  const std::map<int, std::vector<int>> cells = get_particles_per_cell();
+  const std::size_t before = particles.size();
+  removeIf([&](HemoCellParticle const& p) {
+    const std::vector<int>& cell = cells.at(static_cast<int>(p.sv.cellId));
+    return std::find(cell.begin(), cell.end(), -1) != cell.end();
+  });
+  return static_cast<int>(before - particles.size());
+}
+
+inline void HemoCellFields::deleteIncompleteCells(bool) {
+  for (const plb::plint id : immersedParticles->getLocalInfo().getBlocks())
+    immersedParticles->getComponent(id).deleteIncompleteCells();
+}
+
+/// Every block receives the particles of all blocks, in all images; it keeps those within its envelope.
+inline void HemoCellFields::syncEnvelopes() {
+  typedef HemoCellParticle::serializeValues_t Values;
+  std::vector<Values> mine;
+  std::vector<int> origin;
+  for (const plb::plint id : immersedParticles->getLocalInfo().getBlocks()) {
+    HemoCellParticleField& block = immersedParticles->getComponent(id);
+    block.removeIf(
+        [&](HemoCellParticle const& p) { return !block.isContainedABS(p.sv.position, block.localDomain); });
+    for (HemoCellParticle const& p : block.particles) mine.push_back(p.sv);
+  }
+  int ranks = 1, bytes = static_cast<int>(mine.size() * sizeof(Values));
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  std::vector<int> sizes(ranks), starts(ranks, 0);
+  MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, MPI_COMM_WORLD);
+  for (int r = 1; r < ranks; ++r) starts[r] = starts[r - 1] + sizes[r - 1];
+  std::vector<Values> all((starts.back() + sizes.back()) / sizeof(Values));
+  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE,
+                 MPI_COMM_WORLD);
+  const plb::Box3D box = hemocell.lattice->getBoundingBox();
+  const plb::plint n[3] = {box.x1 - box.x0 + 1, box.y1 - box.y0 + 1, box.z1 - box.z0 + 1};
+  const plb::plint steps[3] = {1, periodicity_limit_offset_y, periodicity_limit_offset_z};
+  for (const plb::plint id : immersedParticles->getLocalInfo().getBlocks()) {
+    HemoCellParticleField& block = immersedParticles->getComponent(id);
+    int image[3];
+    for (image[0] = -1; image[0] <= 1; ++image[0])
+      for (image[1] = -1; image[1] <= 1; ++image[1])
+        for (image[2] = -1; image[2] <= 1; ++image[2]) {
+          bool possible = true;
+          for (int a = 0; a < 3; ++a)
+            possible = possible && (image[a] == 0 || immersedParticles->periodicity().get(a));
+          if (!possible) continue;
+          for (Values moved : all) {
+            for (int a = 0; a < 3; ++a) {
+              moved.position[a] += image[a] * n[a];
+              moved.cellId += image[a] * steps[a] * number_of_cells;
+            }
+            block.addParticle(moved);
+          }
+        }
+  }
+}
+
+}  // namespace hemo

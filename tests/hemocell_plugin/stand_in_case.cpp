@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// A case of the stand-in: stand_in_case <lumen> <blocks x> <y> <z> <what> [file]
+//   lumen  box: 48 x 40 x 40 nodes without walls, periodic along all axes; planes: the same with walls at
+//   both ends of z;
+//          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a
+//          pre-inlet at x >= 20, of the ranks but the last
+//   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE, save FILE, short (an envelope
+//   of 4 nodes)
+// Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex,
+// position.
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <set>
+
+#include "hemocell.h"
+#include "packMesh/hemocell.h"
+
+namespace {
+
+int rank = 0, ranks = 1;
+
+plb::Mesh meshOf(const std::string& file, hemo::HemoCellField& field) {
+  std::ifstream in(file);
+  std::string off;
+  long vertices = 0, triangles = 0, three = 0;
+  in >> off >> vertices >> triangles >> three;
+  plb::Mesh mesh;
+  for (long i = 0; i < vertices; ++i) {
+    std::array<double, 3> v;
+    in >> v[0] >> v[1] >> v[2];
+    for (double& x : v) x = x / 0.5 + 7.0;  // [nodes]; around any point
+    mesh.vertices.push_back(v);
+  }
+  for (long i = 0; i < triangles; ++i) {
+    hemo::Array<plb::plint, 3> t;
+    in >> three >> t[0] >> t[1] >> t[2];
+    field.triangle_list.push_back(t);
+  }
+  return mesh;
+}
+
+struct Lumen {
+  plb::Box3D box;
+  bool periodic[3];
+  std::function<bool(plb::plint, plb::plint, plb::plint)> solid;
+};
+
+Lumen lumenOf(const std::string& name) {
+  const auto inPipe = [](double y, double z) {
+    return (y - 21.5) * (y - 21.5) + (z - 21.5) * (z - 21.5) <= 20.0 * 20.0;
+  };
+  if (name == "box")
+    return {{0, 47, 0, 39, 0, 39}, {true, true, true}, [](long, long, long) { return false; }};
+  if (name == "planes")
+    return {{0, 47, 0, 39, 0, 39}, {true, true, false}, [](long, long, long z) { return z <= 0 || z >= 39; }};
+  if (name == "inlet")
+    return {{20, 69, 3, 46, 0, 43}, {true, false, false}, [=](long, long y, long z) {
+              return !inPipe(y - 3, z);
+            }};
+  const bool step = name == "channel";
+  return {{0, 59, 0, 43, 0, 43}, {true, false, false}, [=](long x, long y, long z) {
+            return !inPipe(y, z) || (step && x > 20 && x < 40 && y + 0.3 * x < 22);
+          }};
+}
+
+/// Sets up blocks; with a pre-inlet, the last rank has none of them.
+void build(hemo::HemoCell& hemocell, const Lumen& lumen, const int counts[3], bool inlet, int envelope) {
+  hemocell.lattice = new plb::MultiBlockLattice;
+  hemocell.lattice->box = lumen.box;
+  hemocell.cellfields = new hemo::HemoCellFields(hemocell);
+  hemocell.cellfields->envelopeSize = envelope;
+  hemo::MultiParticleField* particles = new hemo::MultiParticleField;
+  hemocell.cellfields->immersedParticles = particles;
+  std::copy(lumen.periodic, lumen.periodic + 3, particles->periodic.axes);
+  const int having = inlet && ranks > 1 ? ranks - 1 : ranks;
+  hemocell.partOfpreInlet = inlet && rank < having;
+  if (inlet) {
+    hemocell.preInlet = new hemo::PreInlet;
+    hemocell.preInlet->initialized = true;
+  }
+  const auto part = [](plb::plint lo, plb::plint hi, int i, int n) { return lo + (hi - lo + 1) * i / n; };
+  plb::Blocks& blocks = hemocell.lattice->management.blocks;
+  for (int i = 0; i < counts[0]; ++i)
+    for (int j = 0; j < counts[1]; ++j)
+      for (int k = 0; k < counts[2]; ++k) {
+        const plb::plint id = static_cast<plb::plint>(blocks.bulk.size());
+        const plb::Box3D& b = lumen.box;
+        blocks.bulk.push_back({part(b.x0, b.x1, i, counts[0]), part(b.x0, b.x1, i + 1, counts[0]) - 1,
+                               part(b.y0, b.y1, j, counts[1]), part(b.y0, b.y1, j + 1, counts[1]) - 1,
+                               part(b.z0, b.z1, k, counts[2]), part(b.z0, b.z1, k + 1, counts[2]) - 1});
+        blocks.rank.push_back(static_cast<int>(id) % having);
+        if (blocks.rank.back() != rank) continue;
+        const plb::Box3D bulk = blocks.bulk.back();
+        hemocell.lattice->local.blocks.push_back(id);
+        particles->local.blocks.push_back(id);
+        plb::BlockLattice& fluid = hemocell.lattice->components[id];
+        fluid.location = {bulk.x0 - 1, bulk.y0 - 1, bulk.z0 - 1};
+        fluid.solid = lumen.solid;
+        hemo::HemoCellParticleField& field = particles->components[id];
+        field.fields = hemocell.cellfields;
+        field.location = {bulk.x0 - envelope, bulk.y0 - envelope, bulk.z0 - envelope};
+        const plb::plint n[3] = {bulk.x1 - bulk.x0, bulk.y1 - bulk.y0, bulk.z1 - bulk.z0};
+        field.localDomain = {envelope, envelope + n[0], envelope, envelope + n[1], envelope, envelope + n[2]};
+        field.boundingBox = {0, n[0] + 2 * envelope, 0, n[1] + 2 * envelope, 0, n[2] + 2 * envelope};
+      }
+}
+
+/// Every vertex that is in a block, in the order of cells, whatever the blocks.
+void writeParticles(hemo::HemoCell& hemocell) {
+  std::string mine;
+  for (const plb::plint id : hemocell.cellfields->immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& block = hemocell.cellfields->immersedParticles->getComponent(id);
+    for (const hemo::HemoCellParticle& p : block.particles) {
+      if (!block.isContainedABS(p.sv.position, block.localDomain)) continue;
+      char line[200];
+      std::snprintf(line, sizeof line, "%d %8ld %5d %.12g %.12g %.12g\n", p.sv.celltype, p.sv.cellId,
+                    p.sv.vertexId, p.sv.position[0], p.sv.position[1], p.sv.position[2]);
+      mine += line;
+    }
+  }
+  std::ofstream("particles." + std::to_string(rank)) << mine;
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank != 0) return;
+  std::set<std::string> lines;
+  for (int r = 0; r < ranks; ++r) {
+    std::ifstream in("particles." + std::to_string(r));
+    for (std::string line; std::getline(in, line);) lines.insert(line);
+    std::remove(("particles." + std::to_string(r)).c_str());
+  }
+  std::ofstream out("particles.txt");
+  for (const std::string& line : lines) out << line << '\n';
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  MPI_Init(&argc, &argv);
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  const std::string name = argv[1];
+  const int counts[3] = {std::atoi(argv[2]), std::atoi(argv[3]), std::atoi(argv[4])};
+  std::vector<std::string> words(argv + 5, argv + argc);
+  const bool tooShort = !words.empty() && words[0] == "short";
+  if (tooShort) words.erase(words.begin());
+  hemo::HemoCell hemocell;
+  hemocell.cfg = new hemo::Config("config.xml");
+  build(hemocell, lumenOf(name), counts, name == "inlet", tooShort ? 4 : 20);
+  for (const char* type : {"RBC", "PLT"}) {
+    hemo::HemoCellField field;
+    field.name = type;
+    field.mesh = meshOf(std::string(type) + ".off", field);
+    field.numVertex = static_cast<int>(field.mesh.getNumVertices());
+    field.minimumDistanceFromSolid = name == "channel" ? 1 : 0;
+    hemocell.cellfields->types.push_back(field);
+  }
+  packmesh::LoadedParticles loaded;
+  if (words.size() > 1 && words[0] == "load") {
+    loaded = packmesh::loadParticles(hemocell, words[1]);
+    words.erase(words.begin(), words.begin() + 2);
+  } else {
+    packmesh::PackingOptions options;
+    std::vector<std::string> rest;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (words[i] == "save") break;
+      if (words[i] == "distributed") {
+        options.mostNodesOnEveryRank = 0;
+      } else if (words[i] == "--count") {
+        options.counts[words[i + 1]] = std::atol(words[i + 2].c_str());
+        i += 2;
+      } else {
+        rest.push_back(words[i]);
+      }
+    }
+    options.more = rest;
+    loaded = packmesh::loadParticles(hemocell, options);
+  }
+  if (words.size() > 1 && words[words.size() - 2] == "save") packmesh::savePositions(hemocell, words.back());
+  if (rank == 0) {
+    std::cout << "(stand-in)";
+    for (const std::int64_t count : loaded.counts) std::cout << ' ' << count;
+    std::cout << std::endl;
+  }
+  writeParticles(hemocell);
+  MPI_Finalize();
+  return 0;
+}
