@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Builds HemoCell's cases with the plug-in, runs them, and prints a table for docs/hemocell.md.
+"""Builds HemoCell's cases with the plug-in, runs them, and prints a table for docs/explanation/hemocell.md.
 
     scripts/hemocell_table.py TREE [--cases NAME ...] [--ranks N ...] [--hematocrits H ...] [--iterations N]
                               [--files] [--work FOLDER] [--prefix FOLDER] [--json FILE] [--list]

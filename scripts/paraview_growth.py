@@ -4,10 +4,11 @@
     packMesh 20 20 20 --rbc 30 --method cat --growth-frames 4
     pvpython paraview_growth.py growth_frames picture.png 0 3 11
 
-draws the files with these numbers below each other; without numbers, the first, the middle and the last. In ParaView itself:
+draws the files with these numbers below each other; without numbers, the first, the middle and the last of growth.pvd. In ParaView itself:
 open growth.pvd and cat_cells.pvd, press Apply and Play.
 """
 import pathlib
+import re
 import sys
 
 from paraview.simple import (Clip, ColorBy, GetActiveViewOrCreate, GetColorTransferFunction, Render, ResetCamera, SaveScreenshot,
@@ -46,7 +47,8 @@ def show(folder, number, by, view):
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    last = len(list(folder.glob("membranes_*.vtp"))) - 1
+    series = re.findall(r'file="membranes_(\d+)\.vtp"', (folder / "growth.pvd").read_text())
+    last = int(series[-1])
     numbers = [int(word) for word in sys.argv[3:]] or [0, last // 2, last]
     view = GetActiveViewOrCreate("RenderView")
     view.OrientationAxesVisibility = 0

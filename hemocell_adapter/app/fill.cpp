@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <optional>
-#include <tuple>
 
 #include "hemocell_adapter/app/memory.h"
 #include "hemocell_adapter/app/packing_attempts.h"
+#include "hemocell_adapter/app/run_steps.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
@@ -34,14 +34,15 @@ Job jobOf(std::shared_ptr<const RunningCase> running, const std::vector<std::str
 /// Numbers cells as HemoCell numbers those of .pos files. Pre: sorted by type, those of lower ranks before
 Filling numbered(std::vector<AddedCell> cells, std::size_t types, const Communicator& ranks) {
   Filling filling;
-  std::vector<std::int64_t> here(types, 0), next(types, 0);
-  for (const AddedCell& cell : cells) ++here[cell.type];
-  filling.counts = here;
+  filling.counts.assign(types, 0);
+  for (const AddedCell& cell : cells) ++filling.counts[cell.type];
+  std::vector<std::int64_t> next = ranks.sumBefore(filling.counts);
   ranks.sum(filling.counts);
-  for (std::size_t t = 1; t < types; ++t) next[t] = next[t - 1] + filling.counts[t - 1];
-  const std::vector<std::int64_t> all = ranks.gatherAll(here);
-  for (int r = 0; r < ranks.rank(); ++r)
-    for (std::size_t t = 0; t < types; ++t) next[t] += all[r * types + t];
+  std::int64_t first = 0;  // of the type
+  for (std::size_t t = 0; t < types; ++t) {
+    next[t] += first;
+    first += filling.counts[t];
+  }
   for (AddedCell& cell : cells) cell.id = next[cell.type]++;
   filling.cells = std::move(cells);
   return filling;
@@ -85,24 +86,17 @@ void requireCertified(const Scene& scene, const PackingResult& result) {
 Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words,
              const Communicator& ranks) {
   const Timer timer;
-  std::optional<Scene> built;
-  together(ranks, [&] {
-    Job job = jobOf(std::move(running), words);
-    for (const std::string& warning : job.warnings) log::warning(warning);
-    built = buildScene(std::move(job));
-  });
-  Scene& scene = *built;
-  for (const std::string& notice : scene.notices) log::warning(notice);
+  Job job;
+  together(ranks, [&] { job = jobOf(std::move(running), words); });
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  Scene scene = builtScene(job, ranks);
   for (const std::string& line : headLines(scene, ranks.size())) log::info(line);
   together(ranks, [&] { requireMemory(scene.mostCells(), ranks); });
 
   PackingAttempts attempts(scene, ranks);
   PackingResult result = attempts.withRoom(timer).result;
-  std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
-  ranks.sum(countsOfParts);
-  std::vector<std::int64_t> counts = countsOf(scene, result.cells);
-  ranks.sum(counts);
-  const Tally tally = tallyOf(scene, counts);
+  const Counted cells = counted(scene, result, ranks);
+  const Tally& tally = cells.tally;
   if (result.outcome == Outcome::outOfReach) {
     const std::string reached = reachedText(scene, result, tally);
     if (!scene.bestEffort || result.cellCount == 0)
@@ -113,8 +107,7 @@ Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::
   requireCertified(scene, result);
   const RunTimes times = {timer.cpu(), timer.wall()};
   const Kept kept = {tally.counts, {}};  // by the certificate; counted once HemoCell has them
-  for (const std::string& line : footLines(scene, tally, result.certificate, kept, times)) log::info(line);
-  for (const std::string& line : regionLines(scene, countsOfParts)) log::info(line);
+  logSummary(scene, cells, result.certificate, kept, times);
   if (scene.outputStated)
     for (const auto& file : writeCellFiles(scene, result, tally.counts, ranks))
       log::info(fmt::format("Wrote {}", file.string()));
@@ -194,22 +187,18 @@ Filling fillFromState(std::shared_ptr<const RunningCase> running, const std::fil
 
 void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<MovedCell>& cells,
                std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks) {
-  struct Key {
-    std::int64_t type, id;
-    bool operator<(const Key& other) const { return std::tie(type, id) < std::tie(other.type, other.id); }
-  };
-  std::vector<Key> keys;
   std::vector<std::int64_t> counts(running->cells.size(), 0);
-  double largest = 0.0;
+  std::int64_t cellCount = 0;
+  double largest = 0.0, highest = 0.0;  // residual, number in HemoCell
   for (const MovedCell& cell : cells) {
-    keys.push_back({cell.type, cell.id});
     ++counts[cell.type];
     largest = std::max(largest, cell.residual);
+    highest = std::max(highest, static_cast<double>(cell.id));
   }
   ranks.sum(counts);
+  for (const std::int64_t count : counts) cellCount += count;
   largest = ranks.max(largest);
-  keys = ranks.gatherAll(keys);
-  std::sort(keys.begin(), keys.end());
+  const std::int64_t numbers = static_cast<std::int64_t>(ranks.max(highest)) + 1;
   std::optional<Scene> scene;
   together(ranks, [&] { scene = buildScene(jobOf(withCounts(*running, counts), {"--best-effort"})); });
   PackingProblem problem = problemOf(*scene, {}, {});
@@ -220,7 +209,7 @@ void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<Mov
         std::int32_t(p);
   PackingState state;
   state.position.stage = Stage::certificate;
-  state.cellCount = std::int64_t(keys.size());
+  state.cellCount = cellCount;
   std::vector<BodyState> bodies;
   for (const MovedCell& cell : cells) {
     BodyState body{};
@@ -228,11 +217,14 @@ void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<Mov
     for (int k = 0; k < 4; ++k) body.pose.orientation[k] = cell.pose.orientation.coeffs()[k];
     body.scale = body.stepTaken = 1.0;
     body.species = partOf[cell.type];
-    body.id = std::lower_bound(keys.begin(), keys.end(), Key{cell.type, cell.id}) - keys.begin();
+    body.id = cell.type * numbers + cell.id;
     bodies.push_back(body);
   }
   std::sort(bodies.begin(), bodies.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
-  state.cells = IdShares(state.cellCount, ranks).collect(bodies);
+  bodies = IdShares(static_cast<std::int64_t>(counts.size()) * numbers, ranks).collect(bodies);
+  std::int64_t next = ranks.sumBefore({static_cast<std::int64_t>(bodies.size())}).front();
+  for (BodyState& body : bodies) body.id = next++;
+  state.cells = IdShares(cellCount, ranks).collect(bodies);
   const std::string origin =
       fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
   writeState(file, problem, {"savePositions", origin}, state);

@@ -11,6 +11,7 @@
 #include "hemocell_adapter/app/packing_attempts.h"
 #include "hemocell_adapter/app/realisations.h"
 #include "hemocell_adapter/app/run_lock.h"
+#include "hemocell_adapter/app/run_steps.h"
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
@@ -80,13 +81,6 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
          (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
 }
 
-Scene builtScene(const Job& job, const Communicator& ranks) {
-  std::optional<Scene> scene;
-  together(ranks, [&] { scene = buildScene(job); });
-  for (const std::string& notice : scene->notices) log::warning(notice);
-  return std::move(*scene);
-}
-
 RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, const Tally& tally,
                              const RunTimes& times) {
   RealisationFigures figures;
@@ -117,11 +111,8 @@ void warnOfDropped(const Scene& scene, const Tally& tally, const Kept& kept) {
 /// are parts.
 RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, const Communicator& ranks,
                const Repeated* repeated = nullptr) {
-  std::vector<std::int64_t> countsOfParts = namedBySpecies(scene, result);
-  ranks.sum(countsOfParts);
-  std::vector<std::int64_t> counts = countsOf(scene, result.cells);
-  ranks.sum(counts);
-  const Tally tally = tallyOf(scene, std::move(counts));
+  const Counted cells = counted(scene, result, ranks);
+  const Tally& tally = cells.tally;
   if (result.outcome == Outcome::outOfReach) {
     if (!scene.bestEffort || result.cellCount == 0) {
       log::error(failureText(scene, result, tally));
@@ -145,8 +136,7 @@ RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, co
   }
   const RunTimes times = {timer.cpu(), timer.wall()};
   const std::vector<fs::path> files = writeCellFiles(scene, result, tally.counts, ranks);
-  for (const std::string& line : footLines(scene, tally, result.certificate, kept, times)) log::info(line);
-  for (const std::string& line : regionLines(scene, countsOfParts)) log::info(line);
+  logSummary(scene, cells, result.certificate, kept, times);
   if (!allKept) warnOfDropped(scene, tally, kept);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(scene);

@@ -76,10 +76,7 @@ class CellFiles {
 
   /// For this rank's cells, from 1 on.
   std::int64_t firstNumber() const {
-    std::int64_t number = 1;
-    const auto sizes = ranks_.gatherAll(std::vector<std::int64_t>{std::int64_t(result_.cells.size())});
-    for (int r = 0; r < ranks_.rank(); ++r) number += sizes[r];
-    return number;
+    return 1 + ranks_.sumBefore({std::int64_t(result_.cells.size())}).front();
   }
 
   void write(const File& file) {

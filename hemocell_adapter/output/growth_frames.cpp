@@ -4,10 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -48,12 +46,9 @@ std::pair<std::int64_t, std::int64_t> sizesOf(const std::vector<Surface>& surfac
 /// All ranks call, each with its own surfaces.
 void writeSurfaces(const fs::path& file, const std::vector<Surface>& own, const Communicator& ranks) {
   const auto [points, triangles] = sizesOf(own);
-  std::array<std::int64_t, 2> all{0, 0}, before{0, 0};
-  const std::vector<std::int64_t> sizes = ranks.gatherAll(std::vector<std::int64_t>{points, triangles});
-  for (std::size_t i = 0; i < sizes.size(); ++i) {
-    all[i % 2] += sizes[i];
-    if (int(i / 2) < ranks.rank()) before[i % 2] += sizes[i];
-  }
+  std::vector<std::int64_t> all = {points, triangles};
+  const std::vector<std::int64_t> before = ranks.sumBefore(all);
+  ranks.sum(all);
   SharedFiles files(ranks);
   files.begin(file);
   const auto data = [&](const char* name, Type type) { return VtpArray{Place::data, name, type, 1, all[1]}; };
@@ -138,8 +133,7 @@ void GrowthFrames::add(const std::vector<PlacedCell>& own) {
   Frame frame{std::int64_t(frames_.size()), state, false};
   const auto count = std::int64_t(own.size());
   const std::int64_t all = ranks.sum(count);
-  std::vector<std::int64_t> counts = ranks.gatherAll(std::vector{count});
-  std::int64_t id = std::accumulate(counts.begin(), counts.begin() + ranks.rank(), std::int64_t{0});
+  std::int64_t id = ranks.sumBefore({count}).front();
   std::vector<Surface> membranes;
   for (const PlacedCell& cell : own) {
     const auto& shape = problem_.species[cell.species].shape;

@@ -39,9 +39,7 @@ class Writer {
       OwnCells own;
       for (std::size_t i = 0; i < done_.result.cells.size(); ++i)
         if (done_.result.cells[i].species == int(s)) own.at.push_back(i);
-      int rank = 0;
-      for (const std::int64_t n : ranks_.gatherAll(std::vector{std::int64_t(own.at.size())}))
-        if (rank++ < ranks_.rank()) own.first += n;
+      own.first = ranks_.sumBefore({std::int64_t(own.at.size())}).front();
       own.firstOfAll = before;
       before += done_.tally.counts[s];
       const fs::path base = done_.scene.outputDirectory / species.name;

@@ -15,6 +15,7 @@
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/densest_known.h"
 #include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/tolerances.h"

@@ -38,21 +38,4 @@ struct Lumen {
   double fluidVolume() const { return lattice ? lattice->fluidVolume() : container->volume(); }
 };
 
-/// Builds the lumen of a job, for packing and checking alike.
-///
-/// The ends of a case's lumen are closed unless the job specifies otherwise, although HemoCell's flow is
-/// periodic: the cells it keeps do not cross them, so that none of those can overlap the image of another
-/// one.
-/// @throws InputError, MeshError
-Lumen makeLumen(const Job& job);
-
-/// The wall for packing one species; nullptr: the container's own.
-std::shared_ptr<const Wall> speciesWall(const Lumen& lumen, int minimumDistanceFromSolid, double reach,
-                                        double wallClearance);
-
-/// A body as a separate container.
-/// @param periodic axes along which it is periodic
-std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& notices);
-
 }  // namespace packmesh::hemocell

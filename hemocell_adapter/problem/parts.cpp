@@ -9,6 +9,7 @@
 #include <numeric>
 #include <set>
 
+#include "hemocell_adapter/problem/solid.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 

@@ -66,10 +66,7 @@ std::vector<Traveller> sentToSlices(const AnalysisInput& analysis, const std::ve
   double radius = 0.0;
   for (const Shape* shape : analysis.shapes) radius = std::max(radius, shape->radius());
   const double reach = 2.0 * radius + farthestGap;
-  std::int64_t id = 0;
-  int rank = 0;
-  for (const std::int64_t cells : ranks.gatherAll(std::vector{static_cast<std::int64_t>(own.size())}))
-    if (rank++ < ranks.rank()) id += cells;
+  std::int64_t id = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
   std::vector<std::vector<Traveller>> to(ranks.size());
   for (std::size_t i = 0; i < own.size(); ++i, ++id) {
     Traveller one{};

@@ -99,8 +99,12 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
   return planes;
 }
 
+int CatFacePlanes::levelOf(const PlaneRequest& request, int species, int coarsest) const {
+  return std::min(coarsest, chords_.levels(species).indexOf(request.detail));
+}
+
 /// Chooses the points: the vertices within reach of another cell, and of the remaining surfaces few.
-void CatFacePlanes::choosePoints(const PlaneRequest& request, const Around& around) {
+void CatFacePlanes::choosePoints(const PlaneRequest& request, const Around& around, int coarsest) {
   std::vector<std::vector<char>>& points = input_.points;
   points.assign(around.members.size(), {});
   const auto meshOf = [&](std::size_t object) { return &input_.objects[object].mesh->mesh(); };
@@ -117,9 +121,8 @@ void CatFacePlanes::choosePoints(const PlaneRequest& request, const Around& arou
   for (std::size_t object = 0; object < points.size(); ++object) {
     addRing(*meshOf(object), points[object]);
     const int species = request.surroundings.cells()[around.members[object]].species;
-    std::size_t level = 0;
-    while (levels_[species][level].get() != input_.objects[object].mesh) ++level;
-    for (std::size_t v = 0; v < points[object].size(); ++v) points[object][v] |= outlines_[species][level][v];
+    const std::vector<char>& outline = outlines_[species][levelOf(request, species, coarsest)];
+    for (std::size_t v = 0; v < points[object].size(); ++v) points[object][v] |= outline[v];
   }
 }
 
@@ -171,11 +174,11 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
     input_.objects.clear();
     for (const std::int64_t member : around.members) {
       const Body& cell = cells[member];
-      const int index = std::min(level, chords_.levels(cell.species).indexOf(request.detail));
-      input_.objects.push_back({levels_[cell.species][index].get(), scene_.placement(cell.pose())});
+      input_.objects.push_back({levels_[cell.species][levelOf(request, cell.species, level)].get(),
+                                scene_.placement(cell.pose())});
     }
     around.objects = input_.objects;
-    choosePoints(request, around);
+    choosePoints(request, around, level);
     try {
       input_.stop = scene_.stop;
       around.tetrahedra = packmesh::tetrahedralise(input_);

@@ -49,7 +49,9 @@ class CatFacePlanes : public PlaneFunction {
     bool failed = false;
   };
 
-  void choosePoints(const PlaneRequest& request, const Around& around);
+  /// The level of detail of a species that is at most `coarsest`, and fine enough for the request.
+  int levelOf(const PlaneRequest& request, int species, int coarsest) const;
+  void choosePoints(const PlaneRequest& request, const Around& around, int coarsest);
   void tetrahedralise(const PlaneRequest& request, Around& around);
   void chooseBodies(const PlaneRequest& request, Around& around);
   void follow(const PlaneRequest& request, Around& around) const;

@@ -2,11 +2,11 @@
 #include "packMesh/packing/state_cells.h"
 
 #include <cmath>
-#include <functional>
 
 #include "packMesh/core/error.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/read_together.h"
 #include "packMesh/packing/state_file.h"
 
 namespace packmesh {
@@ -81,21 +81,11 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
 
 StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks) {
   StateCells state;
-  std::string error;
-  const auto attempt = [&](const std::function<void()>& work) {
-    try {
-      work();
-    } catch (const InputError& found) {
-      error = found.what();
-    }
-    if (ranks.any(!error.empty()))
-      throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
-  };
   // No rank reads a file that may be damaged.
-  attempt([&] {
+  readTogether(file, ranks, [&] {
     if (ranks.rank() == 0) readStateHead(file);
   });
-  attempt([&] { state = readShare(file, ranks); });
+  readTogether(file, ranks, [&] { state = readShare(file, ranks); });
   for (StateCells::Kind& kind : state.species) kind.count = ranks.sum(kind.count);
   state.certified = !ranks.any(!state.certified);
   return state;

@@ -17,6 +17,7 @@
 #include "packMesh/io/seal.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/problem_digest.h"
+#include "packMesh/packing/read_together.h"
 
 namespace packmesh {
 namespace {
@@ -277,9 +278,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
               const PackingState& state) {
   const Communicator& ranks = problem.communicator;
   const auto mine = static_cast<std::int64_t>(state.cells.size());
-  std::int64_t first = 0;
-  const std::vector<std::int64_t> counts = ranks.gatherAll(std::vector<std::int64_t>{mine});
-  for (int rank = 0; rank < ranks.rank(); ++rank) first += counts[rank];
+  const std::int64_t first = ranks.sumBefore({mine}).front();
 
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
@@ -442,21 +441,11 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
 PackingState readState(const fs::path& file, const PackingProblem& problem) {
   const Communicator& ranks = problem.communicator;
   PackingState state;
-  std::string error;
-  const auto attempt = [&](const auto& work) {
-    try {
-      work();
-    } catch (const InputError& found) {
-      error = found.what();
-    }
-    if (ranks.any(!error.empty()))
-      throw InputError(error.empty() ? file.string() + ": another rank cannot read it" : error);
-  };
   // No rank reads a file that may be damaged.
-  attempt([&] {
+  readTogether(file, ranks, [&] {
     if (ranks.rank() == 0) requireSealed(file, kind, schemaVersion);
   });
-  attempt([&] { state = readShare(Hdf5Reader(file), problem); });
+  readTogether(file, ranks, [&] { state = readShare(Hdf5Reader(file), problem); });
   return state;
 }
 

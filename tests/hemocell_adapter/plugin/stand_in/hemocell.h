@@ -220,7 +220,10 @@ class HemoCellFields {
   unsigned int size() { return static_cast<unsigned int>(types.size()); }
   void syncEnvelopes();
   void deleteIncompleteCells(bool verbose = true);
-  int base_cell_id(int wrapped) { return ((wrapped % number_of_cells) + number_of_cells) % number_of_cells; }
+  int base_cell_id(int wrapped) {
+    const int rest = wrapped % number_of_cells;
+    return rest < 0 ? rest + number_of_cells : rest;
+  }
 
   HemoCell& hemocell;
   std::vector<HemoCellField> types;

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/solid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/error.h"
+#include "packMesh/container/primitives.h"
+#include "packMesh/container/vessel.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_repair.h"
+
+namespace packmesh::hemocell {
+
+TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where, std::vector<std::string>& notices,
+                        TriangleMesh* asRead) {
+  try {
+    TriangleMesh mesh = readMesh(file);
+    if (asRead) *asRead = mesh;
+    for (const std::string& repair : repairClosed(mesh, file.string())) notices.push_back(repair);
+    return mesh;
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", where, error.what()));
+  }
+}
+
+std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
+                                           std::vector<std::string>& notices) {
+  try {
+    switch (solid.kind) {
+      case SolidRequest::Kind::box:
+        return makeBox({solid.origin, solid.origin + solid.size}, periodic);
+      case SolidRequest::Kind::cylinder: {
+        Vec3 corner = Vec3::Constant(solid.radius);
+        corner[solid.axis] = 0.5 * solid.length;
+        return makeCylinder(solid.center.value_or(corner), solid.axis, solid.radius, solid.length,
+                            periodic[solid.axis]);
+      }
+      case SolidRequest::Kind::sphere:
+        return makeSphere(solid.center.value_or(Vec3::Constant(solid.radius)), solid.radius);
+      case SolidRequest::Kind::mesh:
+        break;
+    }
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", solid.where, error.what()));
+  }
+  TriangleMesh mesh = readClosed(solid.file, solid.where, notices);
+  for (Vec3& v : mesh.vertices) v = solid.scale * v + solid.origin;
+  const Box bounds = boundingBox(mesh);
+  if (const double reach = std::max(bounds.hi.maxCoeff(), -bounds.lo.minCoeff());
+      reach > specs::largestLength) {
+    throw InputError(
+        fmt::format("{}: {}: with the factor {:.6g} it reaches {:.3g} µm from the origin, at most {:.0f} µm "
+                    "are possible; is the unit right?{}",
+                    solid.where, solid.file.string(), solid.scale, reach, specs::largestLength,
+                    unitHint(bounds.size().maxCoeff(), solid.scale, smallestVessel, largestVessel)));
+  }
+  std::optional<VesselEnds> ends;
+  if (solid.openAxis) {
+    ends.emplace();
+    ends->axis = *solid.openAxis;
+    ends->lo = bounds.lo[ends->axis];
+    ends->hi = bounds.hi[ends->axis];
+    ends->periodic = periodic[ends->axis];
+  }
+  try {
+    return makeVessel(std::move(mesh), ends, vesselDetail);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", solid.where, error.what()));
+  }
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/vessel_lumen.h"
+
+#include <fmt/format.h>
+
+#include "hemocell_adapter/hemocell/voxel_lumen.h"
+#include "hemocell_adapter/problem/solid.h"
+#include "packMesh/core/error.h"
+#include "packMesh/container/vessel.h"
+#include "packMesh/container/vessel_ends.h"
+#include "packMesh/core/input_file.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// A vessel whose surface has no recognisable open ends: the nodes that HemoCell makes fluid.
+Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string> notices) {
+  Lumen lumen;
+  lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
+  lumen.container = makeVoxelLumen(lumen.lattice, {periodic, false, false});
+  lumen.note = fmt::format(
+      "the STL has no flat ends perpendicular to x: the lumen consists of HemoCell's fluid nodes, and "
+      "the hematocrit refers to their volume; the STL encloses {:.6g} µm³",
+      signedVolume(vessel.surface));
+  lumen.notices = std::move(notices);
+  lumen.periodic = periodic;
+  lumen.acceptedOnly = true;
+  return lumen;
+}
+
+}  // namespace
+
+Lumen vesselLumen(const Job& job) {
+  const Domain& domain = job.config->domain;
+  if (!isThere(*domain.geometry)) {
+    throw InputError(fmt::format(
+        "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and refer to a missing STL; "
+        "describe such a lumen in config.xml, in µm of the .pos files, for example\n"
+        "  <packing><container> <cylinder axis=\"x\" radius=\"12.5\" length=\"51.5\" center=\"25.5 13 13\"/> "
+        "</container></packing>\n"
+        "or <mesh file=\"lumen.stl\" scale=\"1\" openAxis=\"x\"/>, or <box/> with <obstacles>; --reference "
+        "lists all elements",
+        domain.geometryWhere, domain.geometry->string()));
+  }
+  Lumen lumen;
+  const auto located = [&](auto&& work) {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      throw InputError(
+          fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
+    }
+  };
+  TriangleMesh asRead;
+  TriangleMesh stl = readClosed(*domain.geometry, domain.geometryWhere, lumen.notices, &asRead);
+  const bool repaired = !lumen.notices.empty() && isFilledByParity(asRead);
+  VesselOnLattice vessel = located([&] {
+    return placeVessel(std::move(stl), domain.dx, domain.refDir, domain.refDirN,
+                       repaired ? &asRead : nullptr);
+  });
+  if (!lumen.notices.empty()) {
+    lumen.notices.push_back(
+        fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));
+  }
+  VesselEnds ends;
+  std::string note =
+      fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
+                  boundingBox(vessel.surface).size().x());
+  if (job.preInlet) {
+    ends.axis = job.preInlet->axis;
+    PreInlet inlet =
+        located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
+    note = fmt::format(
+        "the pre-inlet: plane {} of nodes along {} ({}), repeated with the fluid nodes of plane "
+        "{}; frame of its own",
+        inlet.slice, "xyz"[ends.axis], job.preInlet->origin, inlet.flags);
+    if (job.preInletInCode && !job.preInlet->isSame(*job.preInletInCode, vessel.lattice.nodes()))
+      lumen.notices.push_back(
+          fmt::format("the pre-inlet is stated to be {}, but {} says {}: the stated one is taken",
+                      toString(*job.preInlet), job.preInletInCode->origin, toString(*job.preInletInCode)));
+    if (inlet.severalOutlines)
+      lumen.notices.push_back(fmt::format(
+          "{}. All of them are used, since {} does not narrow the slice. To use only the first, narrow it "
+          "there "
+          "(slice.y1 = 42); if code that packMesh does not read does so, specify it by --pre-inlet-range {}",
+          inlet.severalOutlines->text, job.preInlet->origin, toString(inlet.severalOutlines->first)));
+    if (inlet.reachesBorder)
+      lumen.notices.push_back(fmt::format(
+          "the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "
+          "probably not a cross-section of the vessel; are direction and slice those of the case?",
+          inlet.slice, "xyz"[ends.axis]));
+    vessel.surface = std::move(inlet.surface);
+    vessel.lattice = std::move(inlet.lattice);
+  }
+  if (!job.preInlet && !hasFlatEnds(vessel.surface, ends.axis))
+    return voxelLumen(std::move(vessel), job.periodicEnds.value_or(false), std::move(lumen.notices));
+  ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
+  ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
+  ends.periodic = job.periodicEnds.value_or(false);
+  lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
+  lumen.note = note;
+  lumen.container = located([&] { return makeVessel(std::move(vessel.surface), ends, vesselDetail); });
+  lumen.periodic = ends.periodic;
+  lumen.acceptedOnly = true;
+  return lumen;
+}
+
+}  // namespace packmesh::hemocell
