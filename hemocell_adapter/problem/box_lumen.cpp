@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
-#include "packMesh/core/error.h"
 #include "packMesh/container/primitives.h"
+#include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
 namespace {

@@ -9,8 +9,8 @@
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/problem/box_lumen.h"
 #include "hemocell_adapter/problem/solid.h"
-#include "packMesh/core/error.h"
 #include "packMesh/container/obstacles.h"
+#include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
 namespace {

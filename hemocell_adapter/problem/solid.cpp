@@ -7,16 +7,16 @@
 
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/settings/value_specs.h"
-#include "packMesh/core/error.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
+#include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 
 namespace packmesh::hemocell {
 
-TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where, std::vector<std::string>& notices,
-                        TriangleMesh* asRead) {
+TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
+                        std::vector<std::string>& notices, TriangleMesh* asRead) {
   try {
     TriangleMesh mesh = readMesh(file);
     if (asRead) *asRead = mesh;

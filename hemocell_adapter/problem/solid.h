@@ -19,7 +19,7 @@ inline constexpr double vesselDetail = 0.5;
 /// A closed surface; what was repaired is added to `notices`.
 /// @param asRead if given, receives the mesh without repairs. @throws InputError that begins with `where`
 TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
-  std::vector<std::string>& notices, TriangleMesh* asRead = nullptr);
+                        std::vector<std::string>& notices, TriangleMesh* asRead = nullptr);
 
 /// A body as a separate container.
 /// @param periodic axes along which it is periodic

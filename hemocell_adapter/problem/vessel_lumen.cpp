@@ -5,9 +5,9 @@
 
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
 #include "hemocell_adapter/problem/solid.h"
-#include "packMesh/core/error.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/container/vessel_ends.h"
+#include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
 
 namespace packmesh::hemocell {

@@ -18,8 +18,8 @@ block cmake > "$project/CMakeLists.txt"
 block cpp > "$project/capsule.cpp"
 block text > "$scratch/expected.txt"
 mkdir "$project/headers"
-# packMesh/hemocell.h needs HemoCell.
-(cd "$prefix/include" && find packMesh -name '*.h' ! -path packMesh/hemocell.h) | while IFS= read -r header; do
+# Those that include HemoCell's headers need HemoCell.
+(cd "$prefix/include" && grep -rL --include='*.h' '#include <hemocell.h>' packMesh) | while IFS= read -r header; do
   echo "#include \"$header\"" > "$project/headers/${header//\//_}.cpp"
 done
 cat >> "$project/CMakeLists.txt" << 'HEADERS'

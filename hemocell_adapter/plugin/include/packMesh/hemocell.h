@@ -13,7 +13,7 @@
 #include <map>
 #include <sstream>
 
-#include "hemocell.h"
+#include <hemocell.h>
 #include "packMesh/hemocell_system.h"
 #include "packMesh/particle_adder.h"
 #include "packMesh/running_hemocell.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hemocell.h"
+#include <hemocell.h>
 #include "packMesh/hemocell_system.h"
 #include "packMesh/running_hemocell.h"
 

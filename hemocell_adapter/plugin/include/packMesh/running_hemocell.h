@@ -4,7 +4,7 @@
 
 #include <mpi.h>
 
-#include "hemocell.h"
+#include <hemocell.h>
 #include "packMesh/hemocell_system.h"
 
 namespace packmesh {
