@@ -31,7 +31,7 @@ constexpr std::int64_t iterationsPerCheckpoint = 4;
 constexpr double moreSweeps = 1.5;
 
 /// Planes are constructed for this many cells at a time: all of them would take some 30 kB per cell.
-constexpr std::size_t cellsPerBatch = 512;
+constexpr std::size_t cellsPerBatch = 128;
 
 /// Unit in which scales are summed as integers, so that the sum does not depend on the order.
 constexpr double unitsOfScale = 0x1p24;
