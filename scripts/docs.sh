@@ -12,7 +12,7 @@ source=build/docs-source site=build/docs
 rm -rf "$source" "$site"
 mkdir -p "$source/scripts" "$source/packaging"
 cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config "$source"
-cp -r packaging/spack packaging/Dockerfile "$source/packaging"
+cp -r packaging/spack packaging/conda packaging/Dockerfile "$source/packaging"
 cp scripts/apt-packages.txt "$source/scripts"
 
 program=${PACKMESH:-build/bin/packMesh}

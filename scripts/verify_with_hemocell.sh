@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Runs a built HemoCell case, counts the cells of the .pos files that it keeps, and compares them with packMesh check.
 #   scripts/verify_with_hemocell.sh PATH [config.xml]
-#   scripts/verify_with_hemocell.sh --plugin TREE [options]   tables of HemoCell's cases with the plug-in, see
-#   scripts/verify_with_hemocell.sh --files TREE [options]    hemocell_table.py --help; or from .pos files
+#   scripts/verify_with_hemocell.sh --plugin TREE [options]    tables of HemoCell's cases with the plug-in, with .pos files
+#   scripts/verify_with_hemocell.sh --files TREE [options]     that packMesh writes, or with those that the cases have:
+#   scripts/verify_with_hemocell.sh --shipped TREE [options]   see hemocell_table.py --help
 # PATH is the program of the case (examples/pipeflow/pipeflow) or its folder; without config.xml, the one of the working
 # directory or else of PATH. The case runs in a copy of its folder, for zero iterations; a case that prints its numbers only in
 # the time loop runs once more, for one. Kept cells are counted in the files csv/<Cell>.000000000000.csv that HemoCell
@@ -22,11 +23,8 @@ fail() {
   exit "$code"
 }
 
-if [[ ${1:-} == --plugin || ${1:-} == --files ]]; then
-  road=()
-  [[ $1 == --files ]] && road=(--files)
-  shift
-  exec "$(dirname "${BASH_SOURCE[0]}")/hemocell_table.py" "$@" "${road[@]}"
+if [[ ${1:-} == --plugin || ${1:-} == --files || ${1:-} == --shipped ]]; then
+  exec "$(dirname "${BASH_SOURCE[0]}")/hemocell_table.py" --road "${1#--}" "${@:2}"
 fi
 if [[ $# -lt 1 || $# -gt 2 || $1 == -h || $1 == --help ]]; then
   sed -n '2,/^set /s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2

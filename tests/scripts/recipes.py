@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The recipes of packaging/ are well-formed and agree with the build: the Spack recipe is executed against a stand-in of Spack,
-the Dockerfile is read instruction by instruction, with the rules of hadolint that matter here.
+the conda recipe is read with the rules of conda-forge's linter, the Dockerfile instruction by instruction with the rules of
+hadolint that matter here.
 
     recipes.py <source tree>
 """
@@ -73,6 +74,33 @@ def check_spack():
     check(needed.get("cmake") == f"cmake@{least}:", f"Spack: CMake {least} is needed, not {needed.get('cmake')}")
 
 
+def check_conda():
+    """The rules of conda-forge's linter that apply to a recipe inside the tree."""
+    text = (root / "packaging/conda/meta.yaml").read_text(encoding="utf-8")
+    variables = dict(re.findall(r'^{% set (\w+) = "([^"]*)" %}$', text, re.M))
+    plain = re.sub(r"^{%.*%}\n", "", text, flags=re.M)
+    plain = re.sub(r"{{ compiler\('(\w+)'\) }}", r"compiler_\1", plain)
+    plain = re.sub(r"{{ (\w+) }}", lambda m: variables.get(m[1], "UNKNOWN"), plain)
+    check("UNKNOWN" not in plain and "{{" not in plain, "conda: a variable is not set")
+    plain = re.sub(r"^#.*\n", "", plain, flags=re.M)
+    sections = re.findall(r"^(\w+):$", plain, re.M)
+    order = ["package", "source", "build", "requirements", "test", "about", "extra"]
+    check(sections == order, f"conda: the sections are {sections}, not {order}")
+    check(re.search(r"^  version: (.*)$", plain, re.M)[1] == re.search(r"project\(packMesh VERSION (\S+)", (root / "CMakeLists.txt").read_text())[1],
+          "conda: the version is not that of CMakeLists.txt")
+    for line in ("  name: packmesh", "  number: 0", "  license: AGPL-3.0-or-later", "  license_file: LICENSE"):
+        check(f"\n{line}\n" in plain, f"conda: no line '{line.strip()}'")
+    for key in ("home", "summary", "description", "recipe-maintainers", "commands", "git_rev"):
+        check(re.search(rf"^ +{key}:", plain, re.M), f"conda: no {key}")
+    check(not re.search(r"[ \t]+$", text, re.M) and text.endswith("\n") and not text.endswith("\n\n"), "conda: blanks at ends of lines, or the last line")
+    needed = dict(re.findall(r"^    - ([a-z0-9_-]+)(?: (.*))?$", re.search(r"^requirements:\n(.*?)^test:", plain, re.M | re.S)[1], re.M))
+    for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt", "spdlog",
+                    "nlohmann_json", "xxhash"):
+        check(package in needed, f"conda: {package} is missing")
+    least = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)\)", (root / "CMakeLists.txt").read_text()).group(1)
+    check(needed.get("cmake") == f">={least}", f"conda: CMake {least} is needed, not {needed.get('cmake')}")
+
+
 def check_cmake():
     """What CMake finds is in the list of packages."""
     debian_name = {"Eigen3": "libeigen3-dev", "RANDOM123": "librandom123-dev", "XXHASH": "libxxhash-dev", "MPI": "libopenmpi-dev",
@@ -124,6 +152,7 @@ def check_dockerfile():
 
 
 check_spack()
+check_conda()
 check_cmake()
 check_dockerfile()
 print("\n".join(faults) or "The recipes are well-formed")
