@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 import same_bytes  # noqa: E402
 
-RANKS = (1, 2)
+RANKS = [1, 2]  # --ranks
 RED = 81.1163  # volume of HemoCell's red cell [µm³]
 JOBS = {}
 ENVIRONMENT = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
@@ -559,7 +559,9 @@ def main():
     parser.add_argument("program", type=lambda p: pathlib.Path(p).resolve())
     parser.add_argument("--only", default="", metavar="PART", help="jobs whose name contains this")
     parser.add_argument("--keep", type=pathlib.Path, help="folder in which the files stay")
+    parser.add_argument("--ranks", type=int, nargs=2, default=RANKS, metavar="N", help="numbers of ranks to compare (default: 1 2)")
     options = parser.parse_args()
+    RANKS[:] = options.ranks
     Job.program = options.program
     failures = 0
     with tempfile.TemporaryDirectory(prefix="growth_jobs") as work:
