@@ -237,7 +237,8 @@ std::vector<fs::path> writeCells(const HeldPacking& packing, const fs::path& fol
 
 void writePosFiles(const fs::path& folder,
                    const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells) {
-  SharedFiles files{Communicator()};
+  const Communicator alone;
+  SharedFiles files(alone);
   files.makeFolder(folder);
   for (const auto& cell : cells) {
     files.begin(folder / (cell.first + ".pos"));

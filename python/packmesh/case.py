@@ -262,21 +262,21 @@ class Case:
 
     @property
     def hematocrit(self) -> Optional[float]:
-        """That of the <packing> section, if it has one."""
+        """That of the `<packing>` section, if it has one."""
         return self._values["hematocrit"]
 
     @property
     def species(self) -> List[str]:
-        """Names of the cells that the <packing> section lists."""
+        """Names of the cells that the `<packing>` section lists."""
         return self._values["species"]
 
     @property
     def seed(self) -> int:
-        """That of the <packing> section, or 1."""
+        """That of the `<packing>` section, or 1."""
         return self._values["seed"]
 
     def pack(self, **options: Any) -> Packing:
-        """Packs the case: pack() with the other arguments, which override the <packing> section."""
+        """Packs the case: pack() with the other arguments, which override the `<packing>` section."""
         return pack(case=self.config, **options)
 
     def forecast(self, **options: Any) -> Forecast:
