@@ -66,8 +66,11 @@ void raise(const Failure& failure) {
 
 }  // namespace
 
-void setLog(const py::object& function) {
-  auto held = std::make_shared<py::object>(function);
+void logToPython() {
+  const py::module_ logging = py::module_::import("logging");
+  const py::object logger = logging.attr("getLogger")("packmesh");
+  logger.attr("addHandler")(logging.attr("NullHandler")());
+  auto held = std::make_shared<py::object>(logger.attr("log"));
   log::setSink([held](log::Kind kind, const std::string& message) {
     inPython([&] {
       (*held)(loggingLevel(kind), py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(

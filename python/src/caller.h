@@ -13,8 +13,8 @@
 #include "hemocell_adapter/app/packing_attempts.h"
 #include "packMesh/parallel/communicator.h"
 
-/// Messages of the library are given to `function(level, text)`, with the levels of Python's logging.
-void setLog(const pybind11::object& function);
+/// Messages of the library go to the logger "packmesh", which prints nothing unless Python tells it to.
+void logToPython();
 
 /// Exceptions of the library become those of packmesh.errors.
 void registerErrors();

@@ -350,10 +350,10 @@ void addPacking(py::module_& module) {
 PYBIND11_MODULE(_packmesh, module) {
   module.doc() = "The C++ side of packmesh.";
   registerErrors();
+  logToPython();
   addPacking(module);
   module.def("version", &version);
   module.def("git_hash", &gitHash);
-  module.def("set_log", &setLog);
   module.def("pack", &pack);
   module.def("load", &load);
   module.def("check", &check);
