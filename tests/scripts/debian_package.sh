@@ -24,7 +24,7 @@ root/usr/bin/packMesh check --box 30 30 30 --ends periodic > /dev/null
 for file in bin/catCells share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
   share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
   share/packMesh/scripts/make_tube.sh include/packMesh/packing/pack.h \
-  lib/python3/dist-packages/packmesh/py.typed; do
+  lib/python3/dist-packages/packmesh/_packmesh.pyi; do
   test -s "root/usr/$file" || { echo "the package lacks $file"; exit 1; }
 done
 PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c '
