@@ -31,28 +31,29 @@ PROBLEMS = [
     ("periodic box 50³, 0.55", f"50 50 50 {CUBE} 0.55", 3, []),
     ("pipe of HemoCell, 0.45", "config.xml --hematocrit 0.45", 5, [["make_tube.sh", "tube.stl"]]),
     ("bifurcation, 0.40", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.40", 5,
-     [["make_vessel.py", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
+     [["make-vessel", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
     ("aneurysm, 0.40", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.40", 5,
-     [["make_vessel.py", "aneurysm", "vessel.stl", "--radius", "12", "--length", "80"]]),
+     [["make-vessel", "aneurysm", "vessel.stl", "--radius", "12", "--length", "80"]]),
     ("white cells, platelets and red cells in a cylinder, 0.35", "--cylinder x 14 50 --hematocrit 0.35 --plt_ratio 0.1 --wbc 3", 5, []),
     ("red cells, platelets 1:1 in a sphere, 0.40", "--sphere 14 --hematocrit 0.40 --plt_ratio 1", 5, []),
     ("ellipsoids of 1.5 to 5 µm in a box", "24 24 24 --cell Small 400 1.5 1.5 1.5 --cell Flat 200 4 1 3 --cell Large 50 5 4 4", 5, []),
     ("20 sickled among 80 red cells in a box of 30 µm", "30 30 30 --keep-all --rbc 80 --cell-mesh Sickled 20 sickle.stl", 5,
-     [["make_cell.py", "sickle", "sickle.stl", "--length", "12", "--volume", "75"]]),
+     [["make-cell", "sickle", "sickle.stl", "--length", "12", "--volume", "75"]]),
     ("planes from CAT faces: periodic box 25³, 0.30", f"25 25 25 {CUBE} 0.30 --builder cat-faces", 3, []),
     ("planes from CAT faces: periodic box 25³, 0.40", f"25 25 25 {CUBE} 0.40 --builder cat-faces", 3, []),
     ("planes from CAT faces: bifurcation, 0.30", "--vessel vessel.stl 1 --open-axis x --hematocrit 0.30 --builder cat-faces", 1,
-     [["make_vessel.py", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
+     [["make-vessel", "bifurcation", "vessel.stl", "--radius", "12", "--length", "80"]]),
 ]
 
 
 def make(folder, command):
-    words = [str(HERE / command[0])] + command[1:]
     if command[0].endswith(".sh"):  # prints the file
+        words = [str(HERE / command[0])] + command[1:]
         with open(folder / words.pop(), "wb") as out:
             subprocess.run(words, stdout=out, check=True)
     else:
-        subprocess.run(words, cwd=folder, stdout=subprocess.DEVNULL, check=True)
+        subprocess.run([sys.executable, "-m", "packmesh", *command], cwd=folder, stdout=subprocess.DEVNULL, check=True,
+                       env={**os.environ, "PYTHONPATH": str(HERE.parent / "python")})
 
 
 def number(pattern, text):

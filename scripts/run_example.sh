@@ -11,7 +11,7 @@ mkdir -p "$case_folder"
 cp examples/pipe/*.xml examples/pipe/*.stl "$case_folder/"
 cd "$case_folder"
 ../../bin/packMesh config.xml --pov
-../../../scripts/render_packing cells.pov
+PYTHONPATH=../../../python python3 -m packmesh render cells.pov
 cat << MESSAGE
 
 The packed case is in $PWD

@@ -161,13 +161,17 @@ def make_fixtures(folder):
     """Meshes that problems use."""
     def script(name, *arguments):
         return subprocess.run([ROOT / "scripts" / name, *arguments], check=True, capture_output=True, cwd=folder).stdout
+
+    def packmesh(*arguments):
+        subprocess.run([sys.executable, "-m", "packmesh", *arguments], check=True, capture_output=True, cwd=folder,
+                       env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
     (folder / "tube.stl").write_bytes(script("make_tube.sh"))
     (folder / "tube_20_10.stl").write_bytes(script("make_tube.sh", "20", "10"))
     (folder / "tube_24_5.stl").write_bytes(script("make_tube.sh", "24", "5"))
-    script("make_vessel.py", "stenosis", "vessel.stl", "--radius", "12", "--length", "80")
-    script("make_cell.py", "sickle", "sickle.stl", "--length", "12", "--volume", "75")
-    script("make_cell.py", "sickle", "sickle_large.stl", "--length", "60", "--volume", "9000")
-    script("make_cell.py", "spherocyte", "ball.stl", "--length", "22")
+    packmesh("make-vessel", "stenosis", "vessel.stl", "--radius", "12", "--length", "80")
+    packmesh("make-cell", "sickle", "sickle.stl", "--length", "12", "--volume", "75")
+    packmesh("make-cell", "sickle", "sickle_large.stl", "--length", "60", "--volume", "9000")
+    packmesh("make-cell", "spherocyte", "ball.stl", "--length", "22")
     # An octahedron in every format.
     v = [(3, 0, 0), (-3, 0, 0), (0, 2, 0), (0, -2, 0), (0, 0, 1), (0, 0, -1)]
     t = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]

@@ -3,44 +3,17 @@
 
 #include <algorithm>
 
+#include "hemocell_adapter/app/examination.h"
 #include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/scene.h"
-#include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 
 namespace packmesh::hemocell {
 namespace {
-
-/// Limits, in total and per cell, of the overlapping pairs that are searched. A cell touches some ten others;
-/// if all overlap, as in a file in metres, the number of pairs is quadratic.
-constexpr std::int64_t leastOverlaps = 100000, overlapsPerCell = 4;
-
-/// The cells of all files, and the origin of each.
-struct FoundCells {
-  std::vector<PlacedCell> cells;
-  std::vector<std::int64_t> lineNumber;  ///< in its .pos file
-};
-
-FoundCells readCells(const Scene& scene) {
-  FoundCells found;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const CellSpecies& species = scene.species[s];
-    std::vector<std::string> warnings;
-    const std::vector<PosLine> lines =
-        isState(species.startFrom) ? species.start
-                                   : readPos(scene.outputDirectory / (species.name + ".pos"), &warnings);
-    for (const std::string& warning : warnings) log::warning(warning);
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      found.cells.push_back({int(s), placementOf(lines[i])});
-      found.lineNumber.push_back(std::int64_t(i) + 2);
-    }
-  }
-  return found;
-}
 
 /// The first few violations of a kind, all of them if verbose.
 class FaultList {
@@ -64,24 +37,7 @@ class FaultList {
 class Report {
  public:
   Report(const Scene& scene, const FoundCells& found)
-      : scene_(scene), found_(found), violations_(found.cells.size()) {
-    CertificateInput input;
-    input.container = scene.lumen.container.get();
-    input.cells = &found.cells;
-    for (const CellSpecies& species : scene.species) {
-      input.shapes.push_back(species.shape.get());
-      input.walls.push_back(scene.lumen.container->wall());
-      input.extraWallGap.push_back(species.extraWallClearance(scene.demanded.wall));
-    }
-    input.requiredGap = scene.demanded.membranes;
-    input.requiredWallGap = scene.demanded.wall;
-    input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(found.cells.size()));
-    certificate_ = certify(input);
-    for (std::size_t i = 0; i < found.cells.size(); ++i) {
-      violations_[i] = hemocellViolation(scene, found.cells[i]);
-      if (!violations_[i]) kept_.push_back(std::int64_t(i));
-    }
-  }
+      : scene_(scene), found_(found), examination_(examine(scene, found.cells)) {}
 
   bool print() {
     printHead();
@@ -101,7 +57,7 @@ class Report {
     const std::size_t dropped = found_.cells.size() - kept_.size();
     log::info(fmt::format(
         "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
-        droppedIsFault() || dropped == 0
+        examination_.droppedIsFault || dropped == 0
             ? ""
             : fmt::format("; that HemoCell drops {} is expected where cells may cross the faces", dropped),
         scene_.unchecked.empty() ? ""
@@ -129,13 +85,9 @@ class Report {
     return text;
   }
 
-  bool clean() const {
-    return certificate_.clean() && (!droppedIsFault() || kept_.size() == found_.cells.size());
-  }
+  bool clean() const { return examination_.clean(); }
 
  private:
-  bool droppedIsFault() const { return scene_.lumen.acceptedOnly && !scene_.periodicEnds.value_or(false); }
-
   std::string nameOf(std::int64_t cell) const {
     const CellSpecies& species = scene_.species[found_.cells[cell].species];
     const std::int64_t line = found_.lineNumber[cell];
@@ -268,9 +220,10 @@ class Report {
 
   const Scene& scene_;
   const FoundCells& found_;
-  std::vector<std::optional<std::string>> violations_;  ///< HemoCell's, per cell
-  std::vector<std::int64_t> kept_;
-  Certificate certificate_;
+  const Examination examination_;
+  const Certificate& certificate_ = examination_.certificate;
+  const std::vector<std::optional<std::string>>& violations_ = examination_.violations;
+  const std::vector<std::int64_t>& kept_ = examination_.kept;
 };
 
 }  // namespace

@@ -76,9 +76,15 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 
 }  // namespace
 
+PackingAttempts::PackingAttempts(Scene& scene, const Communicator& ranks, const RunHooks& hooks)
+    : scene_(scene), ranks_(ranks), progress_(scene, ranks.size()), hooks_(hooks) {
+  if (!hooks_.interrupted) hooks_.interrupted = interrupted;
+  if (!hooks_.progress) hooks_.progress = [this](const Progress& p) { progress_(p); };
+}
+
 PackingProblem PackingAttempts::problemWith(const Clearances& clearances) {
   setClearances(scene_, clearances);
-  PackingProblem problem = problemOf(scene_, interrupted, [this](const Progress& p) { progress_(p); });
+  PackingProblem problem = problemOf(scene_, hooks_.interrupted, hooks_.progress);
   problem.communicator = ranks_;
   return problem;
 }
@@ -114,7 +120,7 @@ RoomyPacking PackingAttempts::withRoom(const Timer& timer) {
   RoomyPacking packing = packWithRoom(
       scene_, levels, firstLevel(levels), scene_.mostCells(), [&] { return ranks_.max(timer.wall()); },
       [&](const Clearances& clearances, const AttemptLimits& limits) { return (*this)(clearances, limits); });
-  if (packing.result.outcome == Outcome::interrupted || ranks_.any(interrupted())) return packing;
+  if (packing.result.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted())) return packing;
   tellEffort(packing.result.statistics, ranks_);
   warnOfNoRoom(levels, packing, scene_);
   return packing;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -12,11 +13,16 @@
 
 namespace packmesh::hemocell {
 
+/// What a packing asks and tells while it runs; empty: the signals of base/interruption.h, a ProgressLog.
+struct RunHooks {
+  std::function<bool()> interrupted;
+  std::function<void(const Progress&)> progress;
+};
+
 /// References its arguments. All ranks call everything together.
 class PackingAttempts {
  public:
-  PackingAttempts(Scene& scene, const Communicator& ranks)
-      : scene_(scene), ranks_(ranks), progress_(scene, ranks.size()) {}
+  PackingAttempts(Scene& scene, const Communicator& ranks, const RunHooks& hooks = {});
 
   /// Packs; the scene then has these clearances. The first attempt continues from the job's `restart`.
   /// @return nothing if the clearances are impossible and fewer cells are not requested
@@ -40,6 +46,7 @@ class PackingAttempts {
   Scene& scene_;
   const Communicator& ranks_;
   ProgressLog progress_;
+  RunHooks hooks_;
   bool begun_ = false, saved_ = false;
 };
 

@@ -5,7 +5,6 @@
 
 #include <numeric>
 #include <optional>
-#include <sstream>
 
 #include "hemocell_adapter/app/memory.h"
 #include "hemocell_adapter/app/packing_attempts.h"
@@ -26,38 +25,11 @@
 #include "hemocell_adapter/problem/scene.h"
 #include "hemocell_adapter/problem/tiling.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/packing/pack.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Of the cells of all ranks.
-Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
-  Kept own;
-  own.kept.assign(scene.species.size(), 0);
-  if (!knowsAcceptance(scene)) return own;
-  for (const PlacedCell& cell : cells) {
-    if (const auto violation = hemocellViolation(scene, cell)) {
-      countReason(own, *violation, 1);
-    } else {
-      ++own.kept[cell.species];
-    }
-  }
-  std::string text;
-  for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
-  const std::vector<char> all = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
-  Kept kept;
-  kept.kept = std::move(own.kept);
-  ranks.sum(kept.kept);
-  std::istringstream reasons(std::string(all.begin(), all.end()));
-  std::int64_t count = 0;
-  std::string reason;
-  while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
-    countReason(kept, reason, count);
-  return kept;
-}
 
 ExitCode endInterrupted(const Job& job, bool saved) {
   if (saved)
@@ -66,19 +38,6 @@ ExitCode endInterrupted(const Job& job, bool saved) {
   else
     log::error("interrupted: nothing was written");
   return ExitCode::interrupted;
-}
-
-/// Why nothing is written if not all cells could be packed.
-std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
-  const Statistics& done = result.statistics;
-  const bool begun = done.effort() > 0;
-  if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0)
-    return fmt::format("the time limit of {} was reached before packing began; nothing was written",
-                       durationText(scene.maxSeconds));
-  return reachedText(scene, result, tally) +
-         (result.cellCount == 0 ? "; not even one cell could be packed. Nothing was written"
-                                : "; nothing was written (--best-effort writes that one)") +
-         (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
 }
 
 RealisationFigures figuresOf(const Scene& scene, const PackingResult& result, const Tally& tally,
@@ -111,33 +70,19 @@ void warnOfDropped(const Scene& scene, const Tally& tally, const Kept& kept) {
 /// are parts.
 RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, const Communicator& ranks,
                const Repeated* repeated = nullptr) {
-  const Counted cells = counted(scene, result, ranks);
+  std::optional<Verified> checked;
+  try {
+    checked = verified(scene, result, ranks);
+  } catch (const AgreedFailure& failure) {
+    log::error(failure.what());
+    return {failure.code(), {}};
+  }
+  const auto& [cells, kept] = *checked;
   const Tally& tally = cells.tally;
-  if (result.outcome == Outcome::outOfReach) {
-    if (!scene.bestEffort || result.cellCount == 0) {
-      log::error(failureText(scene, result, tally));
-      return {ExitCode::outOfReach, {}};
-    }
-    log::warning(reachedText(scene, result, tally) + "; writing that one (--best-effort)");
-  }
-  const Kept kept = keptOf(scene, result.cells, ranks);
-  const bool allKept = kept.reasons.empty();
-  const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
-  const bool complete = result.certificate.cells == result.cellCount;
-  if (!result.certificate.clean() || !complete || (promised && !allKept)) {
-    log::error(fmt::format(
-        "the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} cells misplaced, "
-        "HemoCell "
-        "would drop some: {}); nothing was written. This is an internal error; please report it with the "
-        "command",
-        result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
-        result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first));
-    return {ExitCode::internal, {}};
-  }
   const RunTimes times = {timer.cpu(), timer.wall()};
   const std::vector<fs::path> files = writeCellFiles(scene, result, tally.counts, ranks);
   logSummary(scene, cells, result.certificate, kept, times);
-  if (!allKept) warnOfDropped(scene, tally, kept);
+  if (!kept.reasons.empty()) warnOfDropped(scene, tally, kept);
   for (const fs::path& file : files) log::info(fmt::format("Wrote {}", file.string()));
   warnOfStaleFiles(scene);
   writeViews({scene, result, tally, kept, ranks, repeated}, times);
@@ -149,19 +94,13 @@ RunEnd deliverTiled(const Scene& scene, PackingResult& result, const Timer& time
                     const Communicator& ranks) {
   if (result.outcome == Outcome::outOfReach && !(scene.bestEffort && result.cellCount > 0))
     return deliver(scene, result, timer, ranks);
-  namedBySpecies(scene, result);
-  const Scene big = builtScene(tiledJob(scene, result, ranks), ranks);
-  log::info(fmt::format("Repeated {} x {} x {} times: {}", scene.tiles[0], scene.tiles[1], scene.tiles[2],
-                        lumenLines(big).front()));
-  PackingProblem problem = problemOf(big, interrupted, {});
-  problem.communicator = ranks;
-  PackingResult bigResult = pack(problem);
-  if (bigResult.outcome == Outcome::interrupted) {
+  RepeatedPacking big = repeatedInTiles(scene, result, ranks, interrupted);
+  if (big.result.outcome == Outcome::interrupted) {
     log::error("interrupted: nothing was written");
     return {ExitCode::interrupted, {}};
   }
   const Repeated repeated{scene, result};
-  return deliver(big, bigResult, timer, ranks, &repeated);
+  return deliver(big.scene, big.result, timer, ranks, &repeated);
 }
 
 bool writes(const Job& job) {

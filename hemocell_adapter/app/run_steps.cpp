@@ -1,15 +1,39 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/app/run_steps.h"
 
+#include <fmt/format.h>
+
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
+#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/problem/build_scene.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/tiling.h"
+#include "packMesh/packing/pack.h"
 
 namespace packmesh::hemocell {
+namespace {
+
+/// Why nothing is written if not all cells could be packed.
+std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
+  const Statistics& done = result.statistics;
+  const bool begun = done.effort() > 0;
+  if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0)
+    return fmt::format("the time limit of {} was reached before packing began; nothing was written",
+                       durationText(scene.maxSeconds));
+  return reachedText(scene, result, tally) +
+         (result.cellCount == 0 ? "; not even one cell could be packed. Nothing was written"
+                                : "; nothing was written (--best-effort writes that one)") +
+         (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
+}
+
+}  // namespace
 
 Scene builtScene(const Job& job, const Communicator& ranks) {
   std::optional<Scene> scene;
@@ -26,6 +50,68 @@ Counted counted(const Scene& scene, PackingResult& result, const Communicator& r
   ranks.sum(counts);
   counted.tally = tallyOf(scene, std::move(counts));
   return counted;
+}
+
+/// Of the cells of all ranks.
+Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks) {
+  Kept own;
+  own.kept.assign(scene.species.size(), 0);
+  if (!knowsAcceptance(scene)) return own;
+  for (const PlacedCell& cell : cells) {
+    if (const auto violation = hemocellViolation(scene, cell)) {
+      countReason(own, *violation, 1);
+    } else {
+      ++own.kept[cell.species];
+    }
+  }
+  std::string text;
+  for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
+  const std::vector<char> all = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  Kept kept;
+  kept.kept = std::move(own.kept);
+  ranks.sum(kept.kept);
+  std::istringstream reasons(std::string(all.begin(), all.end()));
+  std::int64_t count = 0;
+  std::string reason;
+  while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
+    countReason(kept, reason, count);
+  return kept;
+}
+
+Verified verified(const Scene& scene, PackingResult& result, const Communicator& ranks) {
+  Verified verified{counted(scene, result, ranks), {}};
+  const Tally& tally = verified.cells.tally;
+  if (result.outcome == Outcome::outOfReach) {
+    if (!scene.bestEffort || result.cellCount == 0)
+      throw AgreedFailure({ExitCode::outOfReach, failureText(scene, result, tally)});
+    log::warning(reachedText(scene, result, tally) + "; writing that one (--best-effort)");
+  }
+  verified.kept = keptOf(scene, result.cells, ranks);
+  const bool allKept = verified.kept.reasons.empty();
+  const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
+  const bool complete = result.certificate.cells == result.cellCount;
+  if (!result.certificate.clean() || !complete || (promised && !allKept))
+    throw AgreedFailure(
+        {ExitCode::internal,
+         fmt::format("the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
+                     "cells misplaced, HemoCell would drop some: {}); nothing was written. This is an "
+                     "internal error; please report it with the command",
+                     result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
+                     result.certificate.misplaced.size(),
+                     allKept ? "no" : verified.kept.reasons.front().first)});
+  return verified;
+}
+
+RepeatedPacking repeatedInTiles(const Scene& scene, PackingResult& result, const Communicator& ranks,
+                                const std::function<bool()>& interrupted) {
+  namedBySpecies(scene, result);
+  Scene big = builtScene(tiledJob(scene, result, ranks), ranks);
+  log::info(fmt::format("Repeated {} x {} x {} times: {}", scene.tiles[0], scene.tiles[1], scene.tiles[2],
+                        lumenLines(big).front()));
+  PackingProblem problem = problemOf(big, interrupted, {});
+  problem.communicator = ranks;
+  PackingResult packed = pack(problem);
+  return {std::move(big), std::move(packed)};
 }
 
 void logSummary(const Scene& scene, const Counted& counted, const Certificate& certificate, const Kept& kept,

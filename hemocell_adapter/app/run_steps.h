@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "hemocell_adapter/output/summary.h"
@@ -24,6 +25,32 @@ struct Counted {
 /// Counts the cells, whose species are parts of the scene before and species of the scene after. All ranks
 /// call.
 Counted counted(const Scene& scene, PackingResult& result, const Communicator& ranks);
+
+/// What HemoCell keeps of the cells of all ranks. All ranks call.
+Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks);
+
+/// A packing that may be handed out.
+struct Verified {
+  Counted cells;
+  Kept kept;
+};
+
+/// Counts the cells, verifies the certificate and that HemoCell keeps them. Pre: as counted(). All ranks
+/// call.
+/// @throws AgreedFailure if not all cells could be packed, unless the scene is content with those that were
+/// (--best-effort), or if the packing failed verification
+Verified verified(const Scene& scene, PackingResult& result, const Communicator& ranks);
+
+/// A packing repeated in a larger box.
+struct RepeatedPacking {
+  Scene scene;
+  PackingResult result;
+};
+
+/// Repeats the packing in a larger box and certifies it again. The species of `result` are parts of the scene
+/// before and species of the scene after; the outcome can be `interrupted`. All ranks call.
+RepeatedPacking repeatedInTiles(const Scene& scene, PackingResult& result, const Communicator& ranks,
+                                const std::function<bool()>& interrupted);
 
 /// The summary of a run, of which all cells are packed.
 void logSummary(const Scene& scene, const Counted& counted, const Certificate& certificate, const Kept& kept,

@@ -7,6 +7,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <utility>
 
 #include "hemocell_adapter/base/plain_text.h"
 
@@ -15,6 +16,7 @@ namespace {
 
 Level currentLevel = Level::normal;
 bool statusShown = false;
+std::function<void(Kind, const std::string&)> currentSink;
 
 void clearStatus() {
   if (!statusShown) return;
@@ -23,11 +25,15 @@ void clearStatus() {
   statusShown = false;
 }
 
-void line(std::FILE* stream, const char* kind, const std::string& message) {
+void line(Kind kind, const std::string& message) {
   if (currentLevel == Level::silent) return;
-  clearStatus();
   // Messages quote file contents: remove control characters, which would affect the user's terminal.
-  fmt::print(stream, "(packMesh) {}{}\n", kind, withShortenedNames(plainText(message)));
+  const std::string text = withShortenedNames(plainText(message));
+  if (currentSink) return currentSink(kind, text);
+  clearStatus();
+  std::FILE* const stream = kind < Kind::warning ? stdout : stderr;
+  const char* const label = kind < Kind::warning ? "" : kind == Kind::warning ? "(Warning) " : "(Error) ";
+  fmt::print(stream, "(packMesh) {}{}\n", label, text);
   std::fflush(stream);
 }
 
@@ -38,6 +44,9 @@ void setLevel(Level level) {
 }
 Level level() {
   return currentLevel;
+}
+void setSink(std::function<void(Kind, const std::string&)> sink) {
+  currentSink = std::move(sink);
 }
 
 namespace {
@@ -73,18 +82,18 @@ void status(const std::string& message) {
 }
 
 void info(const std::string& message) {
-  if (currentLevel > Level::quiet) line(stdout, "", message);
+  if (currentLevel > Level::quiet) line(Kind::info, message);
 }
 
 void detail(const std::string& message) {
-  if (currentLevel == Level::verbose) line(stdout, "", message);
+  if (currentLevel == Level::verbose) line(Kind::detail, message);
 }
 
 void warning(const std::string& message) {
-  line(stderr, "(Warning) ", message);
+  line(Kind::warning, message);
 }
 void error(const std::string& message) {
-  line(stderr, "(Error) ", message);
+  line(Kind::error, message);
 }
 
 }  // namespace packmesh::hemocell::log

@@ -2,6 +2,7 @@
 /// @file Messages to the user in HemoCell's style: `(packMesh) (Warning) ...`.
 #pragma once
 
+#include <functional>
 #include <string>
 
 namespace packmesh::hemocell::log {
@@ -11,6 +12,11 @@ enum class Level { silent, quiet, normal, verbose };
 
 void setLevel(Level level);
 Level level();
+
+/// What a message is.
+enum class Kind { detail, info, warning, error };
+/// Messages are given to `sink` instead of being printed, unless silent; empty: they are printed.
+void setSink(std::function<void(Kind, const std::string&)> sink);
 
 /// True if standard output is a terminal used interactively (not under Slurm or mpirun).
 bool isTerminal();

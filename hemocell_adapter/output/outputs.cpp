@@ -68,18 +68,6 @@ void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, co
   writePovScene(file, shapes, names, cells, *done.scene.lumen.container);
 }
 
-/// The numbers of cells by the user's species, each of which may have had several parts.
-AnalysisInput analysisInput(const Finished& done) {
-  AnalysisInput input;
-  for (const CellSpecies& species : done.scene.species) {
-    input.shapes.push_back(species.shape.get());
-    input.inHematocrit.push_back(species.redCell);
-  }
-  input.container = done.scene.lumen.container.get();
-  input.communicator = done.ranks;
-  return input;
-}
-
 void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
   AtomicFiles files;
   const fs::path json = fs::path(*done.scene.reportFile).replace_extension(".json");
@@ -92,6 +80,24 @@ void writeReports(const Finished& done, const Report& report, const std::vector<
 }
 
 }  // namespace
+
+AnalysisInput analysisInputOf(const Scene& scene, const Communicator& ranks) {
+  AnalysisInput input;
+  for (const CellSpecies& species : scene.species) {
+    input.shapes.push_back(species.shape.get());
+    input.inHematocrit.push_back(species.redCell);
+  }
+  input.container = scene.lumen.container.get();
+  input.communicator = ranks;
+  return input;
+}
+
+std::string reportText(const Finished& done, const RunTimes& times) {
+  const AnalysisInput analysis = analysisInputOf(done.scene, done.ranks);
+  const CellMeasures measures = measureShare(analysis, done.result.cells);
+  return jsonText(makeReport(
+      done, measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.scene)), times));
+}
 
 void requireWritable(const fs::path& folder) {
   std::error_code ignored;
@@ -172,7 +178,7 @@ void writeViews(const Finished& done, const RunTimes& times) {
   const Communicator& ranks = done.ranks;
   const std::vector<fs::path> views = viewFiles(scene);
   if (views.empty()) return;
-  const AnalysisInput analysis = analysisInput(done);
+  const AnalysisInput analysis = analysisInputOf(scene, ranks);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
   std::vector<PicturedCell> cells;
   if (scene.povScene || (scene.reportFile && scene.reportFile->extension() == ".html"))

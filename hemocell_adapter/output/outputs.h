@@ -7,8 +7,15 @@
 #include <vector>
 
 #include "hemocell_adapter/output/finished.h"
+#include "packMesh/analysis/analysis_input.h"
 
 namespace packmesh::hemocell {
+
+/// For measuring cells, by the user's species, each of which may have had several parts.
+AnalysisInput analysisInputOf(const Scene& scene, const Communicator& ranks);
+
+/// The report (report.h) as JSON, which is not written. All ranks call.
+std::string reportText(const Finished& done, const RunTimes& times);
 
 /// Fails before hours of packing rather than after them. One rank calls it.
 /// @throws OutputError if a file or folder that the job will write cannot be written

@@ -21,7 +21,7 @@ struct PicturedCell {
 /// Writes a POV-Ray scene: one mesh per species, instanced for every cell, coloured by the name of the
 /// species (RBC* red, PLT* yellow, WBC* white), the lumen translucent around them (a lumen without walls as
 /// the edges of its box), and a camera that frames all of it at any aspect ratio. Units are µm; the scene
-/// includes no files. scripts/render_packing renders it without a display.
+/// includes no files. python3 -m packmesh render renders it without a display.
 ///
 /// @param shapes,names per species
 /// @param cells PlacedCell::species indexes shapes and names

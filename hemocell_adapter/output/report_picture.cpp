@@ -63,7 +63,7 @@ int runQuietly(std::vector<std::string> words) {
 }  // namespace
 
 Picture renderPicture(const std::function<void(const fs::path&)>& writeScene) {
-  const std::string help = " packMesh --pov writes a scene; scripts/render_packing renders it.";
+  const std::string help = " packMesh --pov writes a scene; python3 -m packmesh render renders it.";
   if (runQuietly({"povray", "--version"}) < 0)
     return {"", "No picture: POV-Ray is not installed (Debian: apt install povray)." + help};
   const ScratchFolder folder;

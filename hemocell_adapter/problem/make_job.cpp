@@ -14,6 +14,7 @@
 #include "hemocell_adapter/problem/job_species.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "hemocell_adapter/problem/tiling.h"
+#include "hemocell_adapter/settings/packing_section.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
@@ -188,6 +189,8 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   }
   if (commandLine.sizes) job.boxSize = boxSizes(commandLine, job.warnings);
 
+  if (!commandLine.section.empty())
+    settings = withPackingSection(std::move(settings), commandLine.section, "settings");
   const Settings options = commandLine.settings();
   settings = withOptions(settings, commandLine);
   nameSpeciesOfStates(settings);

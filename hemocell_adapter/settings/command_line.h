@@ -32,6 +32,9 @@ struct CommandLine {
   std::vector<Assignment> assignments;
   std::vector<std::string> words;  ///< program and arguments, without --restart and its file
   bool restartAlone = false;       ///< --restart without a container
+  /// A `<packing>` section that stands in no file: settings that have no option. Options override it, it
+  /// overrides that of config.xml.
+  std::string section;
 
   /// The options only.
   Settings settings() const;

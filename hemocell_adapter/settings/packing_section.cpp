@@ -90,20 +90,26 @@ void refuseText(const XMLElement& element, const fs::path& file) {
   if (!text.empty()) throw InputError(fmt::format("{}: stray text '{}'", placeOf(element, file), text));
 }
 
-SpeciesRequest readSpecies(const XMLElement& element, const fs::path& file) {
-  SpeciesRequest species;
+/// @param known what is known of species before
+SpeciesRequest readSpecies(const XMLElement& element, const Settings& known, const fs::path& file) {
   require(element, "name", speciesAttributes().front().value, file);
   refuseContent(element, file);
+  SpeciesRequest species;
+  if (const SpeciesRequest* before = findSpecies(known, element.Attribute("name"))) species = *before;
+  if (element.Attribute("count")) species.ratio.reset();
+  if (element.Attribute("ratio")) species.count.reset();
   readAttributes(element, speciesAttributes(), species, file);
-  if (species.count && species.ratio) {
+  if (element.Attribute("count") && element.Attribute("ratio")) {
     throw InputError(fmt::format("{}: has both a count and a ratio; give only one", placeOf(element, file)));
   }
   if (species.meshFile && species.ellipsoidAxes) {
     throw InputError(
         fmt::format("{}: has both a mesh file and an ellipsoid; give only one", placeOf(element, file)));
   }
-  for (std::optional<fs::path>* path : {&species.meshFile, &species.fixed, &species.start})
-    if (*path) **path = file.parent_path() / **path;
+  const std::pair<const char*, std::optional<fs::path>*> paths[] = {
+      {"file", &species.meshFile}, {"fixed", &species.fixed}, {"start", &species.start}};
+  for (const auto& [attribute, path] : paths)
+    if (element.Attribute(attribute)) **path = file.parent_path() / **path;
   return species;
 }
 
@@ -197,15 +203,14 @@ RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
   return region;
 }
 
-}  // namespace
-
-Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
-  Settings settings;
+/// @param settings to which those of the section are added
+Settings withSection(Settings settings, const XMLElement& packing, const fs::path& file) {
   std::unordered_set<std::string> named;  // species
   std::vector<std::string> known = {"species", "container", "growth", "region"};
   for (const Setting& setting : settingsTable()) {
     if (!setting.tag.empty()) known.push_back(setting.tag);
   }
+  if (packing.FirstChildElement("region")) settings.regions.clear();
   refuseText(packing, file);
   refuseAttributes(packing, file, [&](const char* name, const char* value) {
     if (std::find(known.begin(), known.end(), name) == known.end()) return didYouMean(name, known);
@@ -214,14 +219,13 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   for (const XMLElement* child = packing.FirstChildElement(); child; child = child->NextSiblingElement()) {
     const std::string name = child->Name();
     if (name == "species") {
-      const SpeciesRequest species = readSpecies(*child, file);
+      const SpeciesRequest species = readSpecies(*child, settings, file);
       if (!named.insert(species.name).second) {
         throw InputError(
             fmt::format("{}: a second species called '{}' (<fixed> and <start> must come after <species>)",
                         placeOf(*child, file), species.name));
       }
-      requireRoomForSpecies(settings);
-      settings.species.push_back(species);
+      speciesNamed(settings, species.name) = species;
       continue;
     }
     if (name == "region") {
@@ -259,6 +263,21 @@ Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
   if (!settings.outputDirectory.empty())
     settings.outputDirectory = file.parent_path() / settings.outputDirectory;
   return settings;
+}
+
+}  // namespace
+
+Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
+  return withSection({}, packing, file);
+}
+
+Settings withPackingSection(Settings base, const std::string& text, const std::string& where) {
+  tinyxml2::XMLDocument document;
+  parseXml(document, text, where);
+  const XMLElement* packing = document.RootElement();
+  if (!packing || packing->Name() != std::string("packing"))
+    throw InputError(fmt::format("{}: expected a section <packing>", where));
+  return withSection(std::move(base), *packing, where);
 }
 
 }  // namespace packmesh::hemocell

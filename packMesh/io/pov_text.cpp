@@ -43,7 +43,7 @@ std::string defaultOf(const std::string& name, const std::string& value, const s
 void writeHead(SceneFile& out, const std::string& what) {
   out << "// " + what +
              " by packMesh; lengths in micrometres, z up.\n"
-             "// Render: scripts/render_packing, or povray +I<this file> +Ocells.png +W1200 +H800 +A -D\n"
+             "// Render: python3 -m packmesh render, or povray +I<this file> +Ocells.png +W1200 +H800 +A -D\n"
              "#version 3.7;\n"
              "global_settings {\n  assumed_gamma 1.0\n  max_trace_level 16\n}\n"
              "background { rgb 1 }\n"

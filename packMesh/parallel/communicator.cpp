@@ -71,7 +71,9 @@ Communicator Communicator::copyOf(const void* mpi) {
   MPI_Comm copy;
   MPI_Comm_dup(*static_cast<const MPI_Comm*>(mpi), &copy);
   const auto release = [](Impl* impl) {
-    MPI_Comm_free(&impl->comm);
+    int ended = 0;  // by a program that uses MPI itself, before its last objects end
+    MPI_Finalized(&ended);
+    if (!ended) MPI_Comm_free(&impl->comm);
     delete impl;
   };
   return Communicator(std::shared_ptr<Impl>(new Impl(copy), release));

@@ -31,7 +31,7 @@ constexpr const char* usage =
     "  object          likewise; FILE@x,y,z moves the mesh by (x, y, z)\n"
     "  --output f      output file for the cells: .obj, .ply or .h5 (default: cells.obj)\n"
     "  --mid-gap       end cells halfway between object and container, not at the container\n"
-    "  --pov f         write objects, cells and container as a POV-Ray scene (scripts/render_packing)\n"
+    "  --pov f         write objects, cells and container as a POV-Ray scene (python3 -m packmesh render)\n"
     "  --show n,m,...  show only the cells of these objects in the scene; the first object is 1\n";
 
 struct UsageError : InputError {

@@ -11,7 +11,9 @@ cp -r "$example" "$scratch"
 cd "$scratch"
 sed -n '/^```sh$/,/^```$/p' README.md | sed -n '2,/^```$/{/^```/!p}' > block.sh
 test -s block.sh || { echo "README.md has no sh block"; exit 1; }
-PACKMESH_SCRIPTS=$scripts PATH="$bin:$stand_ins:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
+PYTHON=$(command -v python3)
+export PYTHON PYTHONPATH=$scripts/../python PYTHONDONTWRITEBYTECODE=1
+PATH="$bin:$stand_ins:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
 
 # What the README says it prints; numbers may change with the method.
 masked() { sed -E 's/[0-9]+(\.[0-9]+)?/N/g'; }

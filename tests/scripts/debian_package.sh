@@ -14,6 +14,7 @@ done
 for library in eigen3 fmt hdf5-openmpi openmesh openmpi tet1.5 tinyxml2; do
   grep -q "^ Suggests:.*lib$library-dev" "$scratch/info.txt" || { echo "does not suggest lib$library-dev"; exit 1; }
 done
+grep -q '^ Recommends:.*python3-numpy' "$scratch/info.txt" || { echo "does not recommend NumPy"; exit 1; }
 grep -q '^ Description: ' "$scratch/info.txt"
 dpkg-deb --extract "$package" "$scratch/root"
 cd "$scratch"
@@ -22,6 +23,11 @@ test "$(head -n 1 RBC.pos)" = 84
 root/usr/bin/packMesh check --box 30 30 30 --ends periodic > /dev/null
 for file in bin/catCells share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
   share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
-  share/packMesh/scripts/render_packing include/packMesh/packing/pack.h; do
+  share/packMesh/scripts/make_tube.sh include/packMesh/packing/pack.h \
+  lib/python3/dist-packages/packmesh/_packmesh.pyi; do
   test -s "root/usr/$file" || { echo "the package lacks $file"; exit 1; }
 done
+PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c '
+import packmesh
+assert packmesh.__file__.startswith("'"$scratch"'")
+assert packmesh.pack(box=(30, 30, 30), hematocrit=0.3).counts["RBC"] == 100'

@@ -29,7 +29,7 @@ def directives_of(recipe):
 
     def directive(name):
         return lambda *arguments, **options: called.append((name, arguments, options))
-    for name in ("version", "variant", "depends_on", "license", "conflicts"):
+    for name in ("version", "variant", "depends_on", "license", "conflicts", "extends"):
         setattr(stand_in, name, directive(name))
     stand_in.CMakePackage = type("CMakePackage", (), {"define_from_variant": lambda self, name, variant: f"-D{name}={variant}"})
     stand_in.run_after = lambda *arguments, **options: lambda function: function
@@ -44,7 +44,8 @@ def check_spack():
     recipe = root / "packaging/spack/packages/packmesh/package.py"
     package, called = directives_of(recipe)
     check(package.__doc__ and package.homepage, "Spack: no description or homepage")
-    check(package().cmake_args() == ["-DBUILD_TESTING=tests"], "Spack: BUILD_TESTING does not follow the variant")
+    check(package().cmake_args() == ["-DBUILD_TESTING=tests", "-DPACKMESH_PYTHON=python"],
+          "Spack: BUILD_TESTING and PACKMESH_PYTHON do not follow the variants")
     check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
     variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
     needed = {}
@@ -63,7 +64,8 @@ def check_spack():
         "libeigen3-dev": "eigen", "libfmt-dev": "fmt", "libhdf5-openmpi-dev": "hdf5", "libopenmesh-dev": "openmesh",
         "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libspdlog-dev": "spdlog", "libtet1.5-dev": "tetgen",
         "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk",
-        "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig"}
+        "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig",
+        "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for debian, spack in spack_name.items():
         check(debian in listed, f"scripts/apt-packages.txt does not list {debian} any more, the Spack recipe does ({spack})")
@@ -106,9 +108,10 @@ def check_cmake():
     debian_name = {"Eigen3": "libeigen3-dev", "RANDOM123": "librandom123-dev", "XXHASH": "libxxhash-dev", "MPI": "libopenmpi-dev",
                    "HDF5": "libhdf5-openmpi-dev", "OpenMesh": "libopenmesh-dev", "fmt": "libfmt-dev", "spdlog": "libspdlog-dev",
                    "nlohmann_json": "nlohmann-json3-dev", "TINYXML2": "libtinyxml2-dev", "TetGen": "libtet1.5-dev",
-                   "PkgConfig": "pkg-config", "Catch2": "catch2", "benchmark": "libbenchmark-dev"}
+                   "PkgConfig": "pkg-config", "Catch2": "catch2", "benchmark": "libbenchmark-dev", "Python": "python3-dev",
+                   "pybind11": "pybind11-dev"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
-    for lists in ("CMakeLists.txt", "tests/CMakeLists.txt"):
+    for lists in ("CMakeLists.txt", "python/CMakeLists.txt", "tests/CMakeLists.txt"):
         text = (root / lists).read_text()
         found = re.findall(r"^ *(?:find_package|pkg_check_modules)\((\w+)", text, re.M) \
             + [name.removesuffix("_INCLUDE_DIR") for name in re.findall(r"^ *find_path\((\w+)", text, re.M)]
@@ -117,7 +120,15 @@ def check_cmake():
             package = debian_name.get(name, "")
             check(package in listed, f"{lists} finds {name}, scripts/apt-packages.txt lacks {package}")
     check("scripts/setup.sh" in (root / "packaging/Dockerfile").read_text(), "Dockerfile: scripts/setup.sh does not install")
+    check("python3-numpy" in (root / "packaging/debian.cmake").read_text(), "Debian package: the Python package needs NumPy")
     check("SHLIBDEPS ON" in (root / "packaging/debian.cmake").read_text(), "Debian package: no dpkg-shlibdeps")
+
+
+def check_python():
+    """Versions of CMake and of pip are one."""
+    of = [re.search(pattern, (root / file).read_text(), re.M).group(1) for file, pattern in (
+        ("CMakeLists.txt", r"^project\(packMesh VERSION ([\d.]+)"), ("pyproject.toml", r'^version = "([\d.]+)"'))]
+    check(of[0] == of[1], f"pyproject.toml has version {of[1]}, CMakeLists.txt {of[0]}")
 
 
 def check_dockerfile():
@@ -154,6 +165,7 @@ def check_dockerfile():
 check_spack()
 check_conda()
 check_cmake()
+check_python()
 check_dockerfile()
 print("\n".join(faults) or "The recipes are well-formed")
 sys.exit(1 if faults else 0)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""render_packing and plot_packing.py do what they say, and say what is wrong:
-check_scripts.py <packMesh> <folder of scripts> <python with matplotlib>."""
+"""The commands of the Python package do what they say, and say what is wrong:
+check_scripts.py <packMesh> <folder of the package> <python with matplotlib>."""
 import csv
 import glob
 import json
@@ -25,12 +25,12 @@ def size(path):
 
 
 def check_rendering(render):
-    run([render, "cells.pov", "a.png", "120", "80"])
+    run([*render, "cells.pov", "a.png", "120", "80"])
     assert size("a.png") == (120, 80)
-    say = run([render, "cells.pov", "b.png", "--size", "90x90", "--clip", "x=0.5", "--color", "gap", "--quality", "draft",
+    say = run([*render, "cells.pov", "b.png", "--size", "90x90", "--clip", "x=0.5", "--color", "gap", "--quality", "draft",
                "--azimuth", "30", "--elevation", "-10"])
     assert size("b.png") == (90, 90) and "µm and more yellow" in say, say
-    run([render, "cells.pov", "t.png", "60", "--turntable", "3", "--quality", "draft"])
+    run([*render, "cells.pov", "t.png", "60", "--turntable", "3", "--quality", "draft"])
     frames = sorted(glob.glob("t-*.png"))
     assert frames == ["t-000.png", "t-001.png", "t-002.png"] and size(frames[0]) == (60, 40)
     assert len({open(frame, "rb").read() for frame in frames}) == 3
@@ -41,9 +41,9 @@ def check_rendering(render):
                            (["--turntable", "1"], "[2, 3600]"), (["--quality", "best"], "draft normal fine"),
                            (["--size", "big"], "WIDTHxHEIGHT"), (["--max-gap", "0"], "[0.001, 1]"),
                            (["--size"], "needs a value"), (["--colour", "gap"], "unknown option '--colour'")):
-        assert message in run([render, "cells.pov", *words], False), message
-    assert "no readable scene" in run([render, "none.pov"], False)
-    assert "there is no folder" in run([render, "cells.pov", "none/a.png"], False)
+        assert message in run([*render, "cells.pov", *words], False), message
+    assert "no readable scene" in run([*render, "none.pov"], False)
+    assert "there is no folder" in run([*render, "cells.pov", "none/a.png"], False)
 
 
 def check_plots(plot):
@@ -69,15 +69,28 @@ def check_plots(plot):
     assert "version 2" in run([*plot, "other.json"], False)
 
 
+def check_others(packmesh):
+    for command in ("plot", "render", "make-cell", "make-vessel", "paraview-cells", "paraview-growth"):
+        assert command in run([*packmesh, "--help"]) and f"packmesh {command}" in run([*packmesh, command, "--help"]), command
+    assert "unknown command 'plots'" in run([*packmesh, "plots"], False)
+    assert os.path.isfile(run([*packmesh, "paraview-cells", "--path"]).strip())
+    assert "600 triangles" in run([*packmesh, "make-cell", "sickle", "sickle.stl", "--triangles", "600"]).replace("1280", "600")
+    assert "triangles" in run([*packmesh, "make-vessel", "bend", "bend.stl", "--radius", "5", "--length", "20", "--spacing", "2"])
+    assert os.path.getsize("bend.stl") > 1000
+
+
 def main():
-    program, scripts, python = os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3]
+    program, folder_of_package, python = os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3]
+    os.environ["PYTHONPATH"] = folder_of_package
+    packmesh = [python, "-m", "packmesh"]
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         run([program, *"--cylinder x 8 30 --hematocrit 0.2 --plt_ratio 0.1 --report report.json --pov".split()])
-        check_rendering(os.path.join(scripts, "render_packing"))
+        check_rendering([*packmesh, "render"])
         with open("other.json", "w", encoding="utf-8") as file:
             file.write("[1]")
-        check_plots([python, os.path.join(scripts, "plot_packing.py")])
+        check_plots([*packmesh, "plot"])
+        check_others(packmesh)
 
 
 main()

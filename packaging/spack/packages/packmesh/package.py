@@ -13,7 +13,10 @@ class Packmesh(CMakePackage):
 
     version("main", branch="main")
 
+    variant("python", default=True, description="Build the Python package")
     variant("tests", default=False, description="Build the tests")
+
+    extends("python", when="+python")
 
     depends_on("c", type="build")
     depends_on("cxx", type="build")
@@ -30,13 +33,16 @@ class Packmesh(CMakePackage):
     depends_on("nlohmann-json@3.11:")
     depends_on("random123", type="build")
     depends_on("xxhash@0.8:", type="build")
+    depends_on("python@3.9:", type=("build", "link", "run"), when="+python")
+    depends_on("py-pybind11@2.10:", type="build", when="+python")
+    depends_on("py-numpy", type=("build", "run"), when="+python")
     depends_on("catch2@2.13:2", type="build", when="+tests")
     depends_on("glpk", type="build", when="+tests")
     depends_on("google-benchmark", type="build", when="+tests")
     depends_on("povray", type=("build", "run"), when="+tests")
 
     def cmake_args(self):
-        return [self.define_from_variant("BUILD_TESTING", "tests")]
+        return [self.define_from_variant("BUILD_TESTING", "tests"), self.define_from_variant("PACKMESH_PYTHON", "python")]
 
     @run_after("install")
     @on_package_attributes(run_tests=True)

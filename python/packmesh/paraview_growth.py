@@ -1,8 +1,8 @@
-#!/usr/bin/env pvpython
+# SPDX-License-Identifier: AGPL-3.0-or-later
 """Shows states of growth in ParaView (5.10 or later): membranes coloured by scale, in their translucent CAT cells.
 
     packMesh 20 20 20 --rbc 30 --method cat --growth-frames 4
-    pvpython paraview_growth.py growth_frames picture.png 0 3 11
+    python3 -m packmesh paraview-growth growth_frames picture.png 0 3 11
 
 draws the files with these numbers below each other; without numbers, the first, the middle and the last of growth.pvd. In ParaView itself:
 open growth.pvd and cat_cells.pvd, press Apply and Play.

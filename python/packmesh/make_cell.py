@@ -1,7 +1,7 @@
-#!/usr/bin/env python3
+# SPDX-License-Identifier: AGPL-3.0-or-later
 """Makes the closed surface of a cell (binary STL, µm), centred at the origin.
 
-    make_cell.py sickle sickle.stl --length 12 --volume 75
+    python3 -m packmesh make-cell sickle sickle.stl --length 12 --volume 75
 
   sickle       a crescent with pointed ends: an irreversibly sickled red cell
   discocyte    a biconcave red cell (Evans and Fung 1972), symmetry axis z
@@ -116,7 +116,3 @@ def main():
     extent = [max(v[k] for v in mapped) - min(v[k] for v in mapped) for k in range(3)]
     print(f"{options.file}: {options.kind}, {len(triangles)} triangles, {extent[0]:.3f} x {extent[1]:.3f} x {extent[2]:.3f} µm, "
           f"{volume(mapped, triangles):.3f} µm³")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

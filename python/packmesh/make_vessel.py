@@ -1,7 +1,7 @@
-#!/usr/bin/env python3
+# SPDX-License-Identifier: AGPL-3.0-or-later
 """Makes closed vessel surfaces (binary STL, µm), open along x: flat caps at x = 0 and x = length.
 
-    make_vessel.py bifurcation vessel.stl --radius 12 --length 80
+    python3 -m packmesh make-vessel bifurcation vessel.stl --radius 12 --length 80
 
   bifurcation  a tube that divides into two by Murray's law (radius of each 2^(-1/3) of the parent's)
   aneurysm     a tube with a bulge of 1.2 times its radius at one side
@@ -168,6 +168,3 @@ def main():
         for triangle in mesh.triangles:
             out.write(struct.pack("<12fH", 0, 0, 0, *(x for v in triangle for x in mesh.vertices[v]), 0))
     print(f"{options.file}: {len(mesh.triangles)} triangles")
-
-
-main()

@@ -1,7 +1,7 @@
-#!/usr/bin/env pvpython
+# SPDX-License-Identifier: AGPL-3.0-or-later
 """Shows the cells of a state file as meshes in ParaView (5.10 or later).
 
-    pvpython paraview_cells.py state.xdmf picture.png [colour]
+    python3 -m packmesh paraview-cells state.xdmf picture.png [colour]
 
 renders a picture; colour: species (the default), gap, local_hematocrit, id, ... In ParaView itself: open the .xdmf file
 with "XDMF Reader", press Apply, then run this file in View > Python Shell: it takes the active source. The

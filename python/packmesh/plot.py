@@ -1,7 +1,7 @@
-#!/usr/bin/env python3
+# SPDX-License-Identifier: AGPL-3.0-or-later
 """Plots the report of a packing (packMesh --report report.json; docs/reference/report.md):
 
-    scripts/plot_packing.py report.json [plots.png] [--csv folder]
+    python3 -m packmesh plot report.json [plots.png] [--csv folder]
 
 draws the volume fraction over the distance to the wall (where there is one) and along x, y and z, the gaps, and the
 direction of the symmetry axes. The picture can also be a PDF (plots.pdf). --csv writes the same numbers as tables, one file each.
@@ -151,7 +151,7 @@ def main():
     if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
         fail(f"{words.report}: is not a report of packMesh")
     if report["schemaVersion"] != 1:
-        fail(f"{words.report}: has version {report['schemaVersion']} of the schema, this script reads version 1")
+        fail(f"{words.report}: has version {report['schemaVersion']} of the schema, this program reads version 1")
     picture = words.picture or os.path.splitext(words.report)[0] + ".png"
     try:
         if words.csv:
@@ -159,6 +159,3 @@ def main():
         draw(report["measures"], picture)
     except (OSError, ValueError) as error:
         fail(error)
-
-
-main()

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/app/held_packing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "hemocell_adapter/app/examination.h"
+#include "hemocell_adapter/app/memory.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/problem/build_scene.h"
+#include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/problem/tiling.h"
+#include "packMesh/analysis/share_measures.h"
+#include "packMesh/core/timer.h"
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/state_cells.h"
+#include "packMesh/packing/state_file.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The job, with no output but the state that the command asks for. What a `<packing>` section of config.xml
+/// asks for is left to the program.
+Job jobInMemory(const CommandLine& commandLine) {
+  Job job = makeJob(commandLine);
+  const Settings options = commandLine.settings();
+  if (!options.stateFile && !options.restart && !options.states("checkpoint-every")) job.stateFile.reset();
+  job.reportFile.reset();
+  job.povScene = job.vtp = job.vtpMeshes = false;
+  job.growthFrames = 0;
+  job.exports.clear();
+  if (!commandLine.section.empty()) job.commandWords.push_back(commandLine.section);
+  return job;
+}
+
+[[noreturn]] void throwInterrupted(const Job& job, bool saved) {
+  throw AgreedFailure({ExitCode::interrupted,
+                       saved ? fmt::format("interrupted: no cells are returned; to continue: restart from {}",
+                                           job.stateFile->string())
+                             : std::string("interrupted: nothing was written")});
+}
+
+/// Tests in advance that the state can be written.
+void requireWritableState(const Job& job, const Communicator& ranks) {
+  if (!job.stateFile) return;
+  onFirstRank(ranks, [&] {
+    requireWritable(job.stateFile->parent_path());
+    requireReplaceableState(job);
+  });
+  SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
+}
+
+void takeKinds(HeldPacking& packing) {
+  packing.kinds.clear();
+  for (std::size_t s = 0; s < packing.scene->species.size(); ++s) {
+    const CellSpecies& species = packing.scene->species[s];
+    packing.kinds.push_back({species.name, species.shape->mesh(), packing.verified.cells.tally.counts[s]});
+  }
+}
+
+/// Takes over a result whose species are parts of the scene.
+void take(HeldPacking& packing, Scene scene, PackingResult result) {
+  packing.ownParts.assign(scene.parts.size(), 0);
+  for (const PlacedCell& cell : result.cells) ++packing.ownParts[cell.species];
+  packing.result = std::move(result);
+  packing.verified = verified(scene, packing.result, packing.ranks);
+  packing.scene = std::make_shared<const Scene>(std::move(scene));
+  takeKinds(packing);
+}
+
+/// A cell in a message between ranks.
+struct PlainCell {
+  double linear[9], translation[3];
+  int species;
+};
+
+/// A measured cell, likewise.
+struct MeasuredCell {
+  std::int64_t id;
+  double gap, localHematocrit;
+};
+
+bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
+  return a.vertices == b.vertices && a.triangles == b.triangles;
+}
+
+/// The scene of the command with which the cells were packed.
+Scene sceneOf(const HeldPacking& packing) {
+  std::vector<std::string> words = packing.words;
+  const std::string origin = packing.file.string();
+  if (words.size() < 2) throw InputError(origin + ": does not contain the command of the run");
+  CommandLine commandLine;
+  if (words.back().rfind("<packing", 0) == 0) {
+    commandLine.section = words.back();
+    words.pop_back();
+  }
+  const std::string section = commandLine.section;
+  commandLine = parseCommandLine(words.front(), {words.begin() + 1, words.end()});
+  commandLine.section = section;
+  return sceneToPack(commandLine, packing.ranks);
+}
+
+}  // namespace
+
+Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks) {
+  Job job;
+  together(ranks, [&] { job = jobInMemory(commandLine); });
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  Scene scene = builtScene(job, ranks);
+  if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
+  return scene;
+}
+
+HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const RunHooks& hooks) {
+  const Timer timer;
+  HeldPacking packing;
+  packing.ranks = ranks;
+  Scene scene = sceneToPack(commandLine, ranks);
+  packing.words = scene.commandWords;
+  requireWritableState(scene, ranks);
+  for (const std::string& line : headLines(scene, ranks.size())) log::info(line);
+  together(ranks, [&] { requireMemory(scene.mostCells(), ranks); });
+  PackingAttempts attempts(scene, ranks, hooks);
+  RoomyPacking packed = attempts.withRoom(timer);
+  if (packed.result.outcome == Outcome::interrupted || ranks.any(hooks.interrupted && hooks.interrupted()))
+    throwInterrupted(scene, attempts.saved());
+  if (scene.largestClearance) setClearances(scene, packed.clearances);
+  const bool delivers =
+      packed.result.outcome != Outcome::outOfReach || (scene.bestEffort && packed.result.cellCount > 0);
+  if (isTiled(scene) && delivers) {
+    RepeatedPacking big = repeatedInTiles(scene, packed.result, ranks, hooks.interrupted);
+    if (big.result.outcome == Outcome::interrupted) throwInterrupted(scene, false);
+    packing.before =
+        std::make_shared<const RepeatedPacking>(RepeatedPacking{std::move(scene), std::move(packed.result)});
+    take(packing, std::move(big.scene), std::move(big.result));
+  } else {
+    take(packing, std::move(scene), std::move(packed.result));
+  }
+  packing.times = {timer.cpu(), timer.wall()};
+  logSummary(*packing.scene, packing.verified.cells, packing.result.certificate, packing.verified.kept,
+             packing.times);
+  return packing;
+}
+
+HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
+  const StateCells state = readStateCells(file, ranks);
+  if (!state.certified)
+    throw InputError(fmt::format(
+        "{}: is the state of a packing that is not finished; packing can continue from it (restart)",
+        file.string()));
+  HeldPacking packing;
+  packing.ranks = ranks;
+  packing.file = file;
+  packing.words = state.command;
+  for (const StateCells::Kind& kind : state.species)
+    packing.kinds.push_back({kind.name, kind.mesh, kind.count});
+  for (const StateCell& cell : state.cells) {
+    packing.result.poses.push_back(cell.pose);
+    packing.result.cells.push_back({cell.species, placementOf(posLineOf(cell.pose))});
+  }
+  packing.result.cellCount = ranks.sum(std::int64_t(state.cells.size()));
+  return packing;
+}
+
+void complete(HeldPacking& packing) {
+  if (packing.scene) return;
+  Scene scene = sceneOf(packing);
+  if (isTiled(scene))
+    throw InputError(fmt::format("{}: the box of a packing that was repeated in it (--tile) is not rebuilt",
+                                 packing.file.string()));
+  std::vector<int> speciesOf;
+  for (const HeldPacking::Kind& kind : packing.kinds) {
+    const auto species = std::find_if(scene.species.begin(), scene.species.end(), [&](const CellSpecies& s) {
+      return s.name == kind.name && sameVertices(s.shape->mesh(), kind.mesh);
+    });
+    if (species == scene.species.end())
+      throw InputError(fmt::format("{}: its template of '{}' is not that of the command {}",
+                                   packing.file.string(), kind.name, fmt::join(packing.words, " ")));
+    speciesOf.push_back(int(species - scene.species.begin()));
+  }
+  PackingResult& result = packing.result;
+  for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
+  for (std::size_t i = 0; i < result.cells.size(); ++i)
+    result.cells[i].placement = placementOf(scene.read.lineOf(result.poses[i]));
+  result.certificate = examine(scene, allCells(packing)).certificate;
+  std::vector<std::int64_t> counts = countsOf(scene, result.cells);
+  packing.ranks.sum(counts);
+  packing.verified.cells.tally = tallyOf(scene, std::move(counts));
+  packing.verified.kept = keptOf(scene, result.cells, packing.ranks);
+  packing.scene = std::make_shared<const Scene>(std::move(scene));
+  takeKinds(packing);
+}
+
+std::vector<PlacedCell> allCells(const HeldPacking& packing) {
+  if (packing.ranks.alone()) return packing.result.cells;
+  std::vector<PlainCell> own;
+  for (const PlacedCell& cell : packing.result.cells) {
+    PlainCell plain{};
+    Eigen::Map<Mat3>(plain.linear) = cell.placement.linear;
+    Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
+    plain.species = cell.species;
+    own.push_back(plain);
+  }
+  std::vector<PlacedCell> all;
+  for (const PlainCell& cell : packing.ranks.gatherAll(own))
+    all.push_back(
+        {cell.species, {Eigen::Map<const Mat3>(cell.linear), Eigen::Map<const Vec3>(cell.translation)}});
+  return all;
+}
+
+std::vector<PosLine> posLinesOf(const HeldPacking& packing) {
+  std::vector<PosLine> lines;
+  for (const Pose& pose : packing.result.poses)
+    lines.push_back(packing.scene ? packing.scene->read.lineOf(pose) : posLineOf(pose));
+  return lines;
+}
+
+std::vector<fs::path> writeCells(const HeldPacking& packing, const fs::path& folder,
+                                 const std::vector<std::string>& formats) {
+  Scene scene = *packing.scene;
+  scene.outputDirectory = folder;
+  scene.exports = formats;
+  return writeCellFiles(scene, packing.result, packing.verified.cells.tally.counts, packing.ranks);
+}
+
+void writePosFiles(const fs::path& folder,
+                   const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells) {
+  const Communicator alone;
+  SharedFiles files(alone);
+  files.makeFolder(folder);
+  for (const auto& cell : cells) {
+    files.begin(folder / (cell.first + ".pos"));
+    files.append([&] { return formatPosHead(std::int64_t(cell.second.size())); });
+    files.append([&] { return formatPosLines(cell.second); });
+    files.end();
+  }
+  files.commit();
+}
+
+void savePacking(const HeldPacking& packing, const fs::path& file) {
+  const Communicator& ranks = packing.ranks;
+  if (packing.ownParts.empty())
+    throw InputError(fmt::format("the packing was loaded from {}: copy that file", packing.file.string()));
+  PackingProblem problem = problemOf(*packing.scene, {}, {});
+  problem.communicator = ranks;
+  const PackingResult& result = packing.result;
+  PackingState state;
+  state.position.stage = Stage::certificate;
+  state.position.fewer = result.outcome == Outcome::outOfReach;
+  state.cellCount = result.cellCount;
+  const CellMeasures own = measureShare(analysisInputOf(*packing.scene, ranks), result.cells);
+  std::vector<BodyState> bodies;
+  std::vector<MeasuredCell> measured;
+  std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
+  for (std::size_t part = 0, i = 0; part < packing.ownParts.size(); ++part)
+    for (std::int64_t n = 0; n < packing.ownParts[part]; ++n, ++i, ++id) {
+      BodyState body{};
+      Eigen::Map<Vec3>(body.pose.position) = result.poses[i].position;
+      Eigen::Map<Eigen::Vector4d>(body.pose.orientation) = result.poses[i].orientation.coeffs();
+      body.scale = body.stepTaken = 1.0;
+      body.species = std::int32_t(part);
+      body.id = id;
+      bodies.push_back(body);
+      measured.push_back({id, own.gap[i], own.localHematocrit[i]});
+    }
+  const IdShares shares(result.cellCount, ranks);
+  state.cells = shares.collect(bodies);
+  for (const MeasuredCell& cell : shares.collect(measured)) {
+    state.measures.gap.push_back(cell.gap);
+    state.measures.localHematocrit.push_back(cell.localHematocrit);
+  }
+  writeState(file, problem, packing.words, state);
+}
+
+std::string reportOf(const HeldPacking& packing) {
+  std::optional<Repeated> repeated;
+  if (packing.before) repeated.emplace(Repeated{packing.before->scene, packing.before->result});
+  return reportText({*packing.scene, packing.result, packing.verified.cells.tally, packing.verified.kept,
+                     packing.ranks, repeated ? &*repeated : nullptr},
+                    packing.times);
+}
+
+}  // namespace packmesh::hemocell

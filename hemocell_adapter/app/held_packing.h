@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packings that are kept in memory instead of being written, for callers in other languages.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hemocell_adapter/app/packing_attempts.h"
+#include "hemocell_adapter/app/run_steps.h"
+#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/packing/packing_result.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// A certified packing. Each rank has its share of the cells.
+struct HeldPacking {
+  struct Kind {
+    std::string name;
+    TriangleMesh mesh;       ///< the template [µm]
+    std::int64_t count = 0;  ///< on all ranks
+  };
+  std::vector<Kind> kinds;  ///< of the species
+  PackingResult result;     ///< with the kinds as species
+  Communicator ranks;
+  std::vector<std::string> words;  ///< the command; a `<packing>` section that it has beside is the last one
+
+  std::filesystem::path file;          ///< from which it was loaded; empty if it was packed
+  std::shared_ptr<const Scene> scene;  ///< empty after loading, until complete()
+  /// Of a packing that was repeated in a larger box: the one before.
+  std::shared_ptr<const RepeatedPacking> before;
+  std::vector<std::int64_t> ownParts;  ///< number of this rank's cells in each part of the scene
+  Verified verified;
+  RunTimes times;
+};
+
+/// Packs as the program does, and writes nothing but the state that the command asks for.
+/// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
+HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const RunHooks& hooks);
+
+/// The scene that packInMemory() would pack. All ranks call. @throws AgreedFailure, InputError
+Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks);
+
+/// The cells of a state file of a finished packing. All ranks call. @throws InputError
+HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& ranks);
+
+/// Builds the scene of a loaded packing from its command, and examines the cells in it. All ranks call.
+/// @throws AgreedFailure, InputError if the files that the command names are missing, or are others
+void complete(HeldPacking& packing);
+
+/// The cells of all ranks, on each.
+std::vector<PlacedCell> allCells(const HeldPacking& packing);
+
+/// The numbers that are written to .pos files for this rank's cells, in their order.
+std::vector<PosLine> posLinesOf(const HeldPacking& packing);
+
+/// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: complete
+std::vector<std::filesystem::path> writeCells(const HeldPacking& packing, const std::filesystem::path& folder,
+                                              const std::vector<std::string>& formats);
+
+/// Writes .pos files of any cells, all or none. @throws OutputError
+void writePosFiles(const std::filesystem::path& folder,
+                   const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells);
+
+/// Writes a state file, from which the program continues and loadPacking() reads. All ranks call. Pre: packed
+void savePacking(const HeldPacking& packing, const std::filesystem::path& file);
+
+/// The report as JSON. All ranks call. Pre: complete
+std::string reportOf(const HeldPacking& packing);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Commands of the package: python3 -m packmesh <command> ...
+
+They need neither the module of C++ nor, but for plots, other packages: PYTHONPATH=python is enough in the source tree.
+"""
+import importlib
+import os
+import shutil
+import sys
+
+COMMANDS = {
+    "plot": "plots of a report (packMesh --report report.json), or its numbers as tables; needs matplotlib",
+    "render": "a picture of a scene (packMesh --pov); needs POV-Ray",
+    "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
+    "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",
+    "paraview-cells": "a picture of a state (packMesh --state) by ParaView; needs pvpython",
+    "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
+}
+
+
+def run_in_paraview(name, arguments):
+    """ParaView has a Python of its own, which need not have packmesh: it runs the file. --path prints where that is."""
+    script = os.path.join(os.path.dirname(os.path.abspath(__file__)), name + ".py")
+    if arguments == ["--path"]:
+        print(script)
+        return
+    if arguments in (["-h"], ["--help"]):
+        with open(script, encoding="utf-8") as file:
+            print(file.read().split('"""')[1])
+        return
+    pvpython = shutil.which("pvpython")
+    if not pvpython:
+        sys.exit("(packMesh) (Error) pvpython is not installed; it comes with ParaView")
+    os.execv(pvpython, [pvpython, script, *arguments])
+
+
+def main():
+    if len(sys.argv) < 2 or sys.argv[1] in ("-h", "--help"):
+        print(__doc__.splitlines()[0] + "\n")
+        print("\n".join(f"  {name:16} {text}" for name, text in COMMANDS.items()))
+        print("\nEach has --help.")
+        sys.exit(0 if len(sys.argv) > 1 else 1)
+    command, arguments = sys.argv[1], sys.argv[2:]
+    if command not in COMMANDS:
+        sys.exit(f"(packMesh) (Error) unknown command '{command}'; expected one of {', '.join(COMMANDS)}")
+    name = command.replace("-", "_")
+    if command.startswith("paraview"):
+        return run_in_paraview(name, arguments)
+    sys.argv = [f"python3 -m packmesh {command}", *arguments]
+    return importlib.import_module("packmesh." + name).main()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

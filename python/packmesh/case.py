@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Packing: pack(), forecast(), check() and Case."""
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import os
+import pathlib
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+from . import _packmesh
+from ._settings import Body, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, words
+from .errors import InputError
+from .packing import Check, Packing
+
+Cells = Union[Path, Sequence[Path], Mapping[str, Any], Packing]
+
+
+@dataclasses.dataclass(frozen=True)
+class Progress:
+    """Progress of a packing: stage; sweeps or iterations; common scale of the cells; deepest overlap with a
+    clearance [µm]; number of pairs that still overlap."""
+
+    stage: str
+    sweep: int
+    scale: float
+    worst_overlap: float
+    unresolved: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Forecast:
+    """What to expect of a packing.
+
+    counts: number of cells of each species
+    volume_fraction: volume of all meshes over that of the lumen
+    effective_fraction: that of an equally difficult periodic box; random packings reach 0.61
+    seconds: CPU time of one core; None if it is not feasible
+    megabytes: memory
+    lumen_volume: [µm³]
+    text: the lines that the program prints (``--dry-run``)
+    """
+
+    counts: Dict[str, int]
+    volume_fraction: float
+    effective_fraction: float
+    seconds: Optional[float]
+    megabytes: float
+    lumen_volume: float
+    text: List[str]
+
+
+def pack(
+    *,
+    case: Optional[Path] = None,
+    box: Optional[Vector] = None,
+    cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
+    sphere: Union[Sphere, float, None] = None,
+    vessel: Optional[MeshSource] = None,
+    scale: float = 1.0,
+    open_axis: Optional[str] = None,
+    obstacles: Sequence[Body] = (),
+    walls: Optional[str] = None,
+    ends: Optional[str] = None,
+    dx: Optional[float] = None,
+    pre_inlet: Optional[str] = None,
+    pre_inlet_slice: Union[int, str, None] = None,
+    pre_inlet_ranges: Optional[Mapping[str, Tuple[Union[int, str], Union[int, str]]]] = None,
+    hematocrit: Optional[float] = None,
+    platelets: Optional[float] = None,
+    species: Optional[Mapping[str, Union[int, Species]]] = None,
+    regions: Sequence[Region] = (),
+    fixed: Optional[Cells] = None,
+    start: Optional[Cells] = None,
+    rbc_volume: Optional[float] = None,
+    fluid_volume: bool = False,
+    clearance: Union[float, str, None] = None,
+    wall_clearance: Union[float, str, None] = None,
+    cell_free_layer: Optional[float] = None,
+    method: Optional[str] = None,
+    builder: Optional[str] = None,
+    escape: bool = False,
+    growth: Optional[Mapping[str, Any]] = None,
+    order: Optional[str] = None,
+    rotate: bool = True,
+    seed: Optional[int] = None,
+    max_time: Optional[float] = None,
+    max_iterations: Optional[int] = None,
+    best_effort: bool = False,
+    tile: Optional[Sequence[int]] = None,
+    state: Optional[Path] = None,
+    checkpoint_every: Optional[float] = None,
+    restart: Optional[Path] = None,
+    progress: Optional[Callable[[Progress], Any]] = None,
+    comm: Any = None,
+) -> Packing:
+    """Packs cells so that no two meshes overlap and all are inside the lumen. Lengths are in µm, times in s.
+
+    The arguments are those of the program packMesh, and so are their defaults; the same arguments give the same cells.
+    Nothing is written, unless `state` is given.
+
+    The lumen, one of:
+        case: config.xml of a HemoCell case
+        box: three sizes. It is packed with cells inside its faces, unless `ends` is "periodic"
+        cylinder: a Cylinder, or (axis, radius, length), low corner at the origin
+        sphere: a Sphere or a radius, low corner at the origin
+        vessel: a watertight mesh, a file or (vertices, triangles); coordinates times `scale` are in µm
+    Details of it:
+        open_axis: axis along which the vessel is open ("x"), with flat caps at both ends
+        obstacles: bodies that are subtracted
+        walls: axes along which a box ends in walls ("yz", or "none")
+        ends: open ends and faces of a box: "closed" (cells stay inside, where HemoCell keeps them; the default) or
+            "periodic" (cells wrap around; HemoCell deletes those that cross)
+        dx: lattice spacing of the simulation, without a case (0.5)
+        pre_inlet, pre_inlet_slice, pre_inlet_ranges: HemoCell's pre-inlet: "Xpos"; plane of nodes; {"y": (0, 42)}
+    Cells:
+        hematocrit: volume of the red cells' meshes divided by that of the lumen, 0 to 1
+        platelets: number of platelets per red cell, with a hematocrit (0.07)
+        species: {"RBC": 100, "WBC": Species(count=2)}: numbers, or more than that
+        regions: parts of the lumen with their own hematocrit; the first that contains a point counts
+        fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
+            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, or a Packing
+        rbc_volume: volume of one red cell in the hematocrit [µm³] (of its mesh)
+        fluid_volume: the hematocrit refers to the fluid nodes instead of the true lumen
+    Gaps:
+        clearance: least gap between membranes; "auto": a tenth of dx or as much of it as the hematocrit allows (the
+            default); "max": the largest found in max_time, or 60 s
+        wall_clearance: least gap between membranes and wall, or "auto": dx or as much of it as possible (the default)
+        cell_free_layer: least distance between red cells and the wall
+    Method:
+        method: "relaxation" (the default) or "cat" (growth in cells of the chordal axis transform)
+        builder, escape, growth: of "cat": "chords" or "cat-faces"; exchanges of cells; {"initialScale": 0.2}
+        order: "random" (the default) or "columns" (rouleaux, in boxes with periodic ends)
+        rotate: False keeps every orientation at 0
+        seed: of the random numbers (1)
+    Limits:
+        max_time: time limit; if not all cells fit, fewer are packed, which can take as long again
+        max_iterations: of sweeps or growth iterations
+        best_effort: return the densest packing that was found instead of raising InfeasibleError
+    More:
+        tile: numbers of copies of a periodic box along x, y, z, in a larger box
+        state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from
+        progress: called with a Progress about ten times a second; what it raises ends the packing
+        comm: communicator of mpi4py whose ranks pack together; all call pack() with the same arguments
+
+    Ctrl-C raises KeyboardInterrupt within about a second of packing. Messages go to the logger "packmesh".
+
+    Raises InputError, InfeasibleError (not all cells fit), OutputError (the state cannot be written), KeyboardInterrupt.
+    """
+    arguments = dict(locals())
+    callback, communicator = arguments.pop("progress"), arguments.pop("comm")
+    if callback is not None:
+        listener = callback
+
+        def callback(*values: Any) -> None:
+            listener(Progress(*values))
+
+    with words(communicator) as asked:
+        _fill(asked, **arguments)
+        held = _packmesh.pack(asked.words, asked.section, address(communicator), callback)
+    return Packing(held, communicator)
+
+
+def forecast(**options: Any) -> Forecast:
+    """What to expect of pack() with these arguments; nothing is packed."""
+    arguments = inspect.signature(pack).bind(**options)
+    arguments.apply_defaults()
+    for name in ("progress", "comm"):
+        arguments.arguments.pop(name)
+    with words() as asked:
+        _fill(asked, **arguments.arguments)
+        return Forecast(**_packmesh.forecast(asked.words, asked.section))
+
+
+def _fill(asked: Words, **given: Any) -> None:
+    """Words for the arguments of pack()."""
+    if given["hematocrit"] is not None:
+        asked.option("hematocrit", given["hematocrit"])
+    if given["platelets"] is not None:
+        asked.option("plt_ratio", given["platelets"])
+    asked.species(given["species"] or {}, options=given["hematocrit"] is None and not given["case"])
+    for name in ("ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance", "wall_clearance",
+                 "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "state",
+                 "checkpoint_every", "restart"):
+        if given[name] is not None:
+            asked.option(name.replace("_", "-"), given[name])
+    for axis, (low, high) in (given["pre_inlet_ranges"] or {}).items():
+        asked.option("pre-inlet-range", axis, low, high)
+    for name, value in (given["growth"] or {}).items():
+        asked.option("growth", name, value)
+    if given["tile"] is not None:
+        asked.option("tile", *given["tile"])
+    asked.flag("fluid-volume", given["fluid_volume"])
+    asked.flag("escape", given["escape"])
+    asked.flag("best-effort", given["best_effort"])
+    asked.flag("noRotate", not given["rotate"])
+    asked.cells("fixed", given["fixed"])
+    asked.cells("start", given["start"])
+    asked.obstacles(given["obstacles"])
+    asked.regions(given["regions"])
+    asked.lumen(*(given[name] for name in ("box", "cylinder", "sphere", "vessel", "scale", "open_axis")))
+    if given["case"] is not None:
+        asked.words.insert(0, os.fspath(given["case"]))
+    if not asked.words:
+        raise InputError("nothing to do: give a lumen (case, box, cylinder, sphere or vessel) and cells")
+
+
+def check(
+    what: Union[Path, Packing],
+    *,
+    case: Optional[Path] = None,
+    box: Optional[Vector] = None,
+    cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
+    sphere: Union[Sphere, float, None] = None,
+    vessel: Optional[MeshSource] = None,
+    scale: float = 1.0,
+    open_axis: Optional[str] = None,
+    obstacles: Sequence[Body] = (),
+    walls: Optional[str] = None,
+    ends: Optional[str] = None,
+    dx: Optional[float] = None,
+    species: Optional[Mapping[str, Species]] = None,
+    clearance: Optional[float] = None,
+    wall_clearance: Optional[float] = None,
+) -> Check:
+    """Tests cells exactly: a Packing, a folder of .pos files, or a state file (.h5).
+
+    For files the lumen is given as for pack(), and so are species with meshes of their own. `clearance` and
+    `wall_clearance` [µm] are gaps that are required.
+    """
+    if isinstance(what, Packing):
+        return what.check()
+    with words() as asked:
+        asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
+        asked.obstacles(obstacles)
+        asked.species(species or {}, options=False)
+        for name, value in (("walls", walls), ("ends", ends), ("dx", dx), ("clearance", clearance),
+                            ("wall-clearance", wall_clearance)):
+            if value is not None:
+                asked.option(name, value)
+        asked.flag("box", box is not None)
+        if case is not None:
+            asked.words.insert(0, os.fspath(case))
+        asked.option("start" if os.fspath(what).endswith(".h5") else "output-dir", what)
+        return Check._of(_packmesh.check(["check", *asked.words], asked.section))
+
+
+class Case:
+    """A HemoCell case: a folder with config.xml and the XML files of its cells."""
+
+    def __init__(self, config: Path) -> None:
+        self.config = pathlib.Path(config)
+        self._values = _packmesh.case(os.fspath(config))
+
+    def __repr__(self) -> str:
+        return f"packmesh.Case({str(self.config)!r})"
+
+    @property
+    def dx(self) -> float:
+        """Lattice spacing [µm]."""
+        return self._values["dx"]
+
+    @property
+    def hematocrit(self) -> Optional[float]:
+        """That of the `<packing>` section, if it has one."""
+        return self._values["hematocrit"]
+
+    @property
+    def species(self) -> List[str]:
+        """Names of the cells that the `<packing>` section lists."""
+        return self._values["species"]
+
+    @property
+    def seed(self) -> int:
+        """That of the `<packing>` section, or 1."""
+        return self._values["seed"]
+
+    def pack(self, **options: Any) -> Packing:
+        """Packs the case: pack() with the other arguments, which override the `<packing>` section."""
+        return pack(case=self.config, **options)
+
+    def forecast(self, **options: Any) -> Forecast:
+        """What to expect of it; nothing is packed."""
+        return forecast(case=self.config, **options)
+
+    def check(self, what: Union[Path, Packing, None] = None, **options: Any) -> Check:
+        """Tests the .pos files in a folder (by default that of the case) or a state file in this case."""
+        return check(self.config.parent if what is None else what, case=self.config, **options)

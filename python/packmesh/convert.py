@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Packings as objects of other packages, which need not be installed otherwise."""
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any, Tuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .packing import Packing
+
+
+def _module(name: str) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise ImportError(f"to_{name}() needs the Python package {name}: pip install packmesh[{name}]") from error
+
+
+def surfaces(packing: "Packing") -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """All membranes: vertices (V, 3) [µm], triangles (T, 3); species and number of the cell of each triangle (T,)."""
+    points, triangles, species, cells = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty(0, int)], [np.empty(0, int)]
+    first = 0
+    for index, name in enumerate(packing.species_names):
+        vertices = packing.vertices(name)
+        corners = packing.template(name)[1]
+        count, size = vertices.shape[:2]
+        points.append(vertices.reshape(-1, 3))
+        triangles.append((corners[None] + first + size * np.arange(count)[:, None, None]).reshape(-1, 3))
+        species.append(np.full(count * len(corners), index))
+        cells.append(np.repeat(np.flatnonzero(packing.species == index), len(corners)))
+        first += count * size
+    return np.concatenate(points), np.concatenate(triangles), np.concatenate(species), np.concatenate(cells)
+
+
+def matrices(packing: "Packing") -> np.ndarray:
+    """Of the cells' placements, shape (N, 4, 4): homogeneous coordinates [µm]."""
+    x, y, z, w = packing.rotations.T
+    all_ = np.zeros((len(x), 4, 4))
+    all_[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
+    all_[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)
+    all_[:, 2, :3] = np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)], axis=1)
+    all_[:, :3, 3] = packing.positions
+    all_[:, 3, 3] = 1
+    return all_
+
+
+def to_meshio(packing: "Packing") -> Any:
+    meshio = _module("meshio")
+    points, triangles, species, cells = surfaces(packing)
+    return meshio.Mesh(points, [("triangle", triangles)], cell_data={"species": [species], "cell": [cells]})
+
+
+def to_trimesh(packing: "Packing") -> Any:
+    trimesh = _module("trimesh")
+    scene = trimesh.Scene()
+    placements = matrices(packing)
+    for index, name in enumerate(packing.species_names):
+        vertices, triangles = packing.template(name)
+        mesh = trimesh.Trimesh(vertices=vertices, faces=triangles, process=False)
+        for number in np.flatnonzero(packing.species == index):
+            scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}", transform=placements[number])
+    return scene
+
+
+def to_pyvista(packing: "Packing") -> Any:
+    pyvista = _module("pyvista")
+    points, triangles, species, cells = surfaces(packing)
+    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    mesh = pyvista.PolyData(points, faces)
+    mesh.cell_data["species"], mesh.cell_data["cell"] = species, cells
+    return mesh

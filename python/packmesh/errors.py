@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""What packmesh raises. The texts are those of the program packMesh."""
+
+
+class Error(Exception):
+    """Base of all errors of packmesh."""
+
+
+class InputError(Error, ValueError):
+    """An argument, a file or a value in it is invalid (exit codes 1 and 2 of the program)."""
+
+
+class InfeasibleError(Error, RuntimeError):
+    """Not all cells could be packed within the limits (exit code 3). ``best_effort=True`` returns fewer cells."""
+
+
+class OutputError(Error, OSError):
+    """A file cannot be written (exit code 5). Existing files are unchanged."""
+
+
+class InternalError(Error, RuntimeError):
+    """An error of packMesh itself (exit code 70). Please report it."""

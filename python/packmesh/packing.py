@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Packings: what pack() and load() return."""
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import pathlib
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _packmesh, convert
+from ._settings import Path, address
+from .errors import InputError
+
+
+@dataclasses.dataclass(frozen=True)
+class Overlap:
+    """Two cells that overlap, or are nearer than required. `shift` [µm] is added to the second: a periodic image."""
+
+    first: int
+    second: int
+    shift: Tuple[float, float, float]
+    contained: bool
+    gap: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Misplaced:
+    """A cell that is not wholly inside the lumen, or nearer to the wall than required (`gap` [µm])."""
+
+    cell: int
+    reason: str
+    gap: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Certificate:
+    """The exact test of all cells, on the numbers that .pos files have.
+
+    Gaps [µm] are measured up to 1 µm; None: there is no smaller one. Cells are numbered over all species, from 0.
+    """
+
+    clean: bool
+    cells: int
+    pairs_tested: int
+    overlapping: List[Overlap]
+    misplaced: List[Misplaced]
+    more_overlaps: bool
+    minimum_gap: Optional[float]
+    minimum_wall_gap: Optional[float]
+    cell_volume: float
+
+    @classmethod
+    def _of(cls, values: Dict[str, Any]) -> "Certificate":
+        return cls(**{**values, "overlapping": [Overlap(*one) for one in values["overlapping"]],
+                      "misplaced": [Misplaced(*one) for one in values["misplaced"]]})
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    """What check() found.
+
+    clean: no cells overlap, all are inside the lumen, and HemoCell keeps those that it is to keep
+    counts: number of cells of each species
+    dropped: the cells that HemoCell would delete, with its reasons; None if that is not known
+    hematocrit: of the cells, by mesh volume
+    unchecked: .pos files of cells whose shape is unknown
+    """
+
+    clean: bool
+    counts: Dict[str, int]
+    certificate: Certificate
+    dropped: Optional[List[Tuple[int, str]]]
+    hematocrit: float
+    unchecked: List[str]
+
+    @classmethod
+    def _of(cls, values: Dict[str, Any]) -> "Check":
+        return cls(values["clean"], dict(zip(values["names"], values["counts"])),
+                   Certificate._of(values["certificate"]), values["dropped"] if values["knows_acceptance"] else None,
+                   values["hematocrit"], values["unchecked"])
+
+    def __bool__(self) -> bool:
+        return self.clean
+
+
+@dataclasses.dataclass(frozen=True)
+class Profile:
+    """Volume fractions in layers.
+
+    position: centres of the layers, shape (L,) [µm]; width: their thickness [µm]
+    lumen: volume of the lumen in each layer, shape (L,) [µm³]
+    hematocrit: volume fraction of the red cells, shape (L,)
+    fraction, error: volume fraction and its standard error for each species, shape (L,)
+    """
+
+    position: np.ndarray
+    width: float
+    lumen: np.ndarray
+    hematocrit: np.ndarray
+    fraction: Dict[str, np.ndarray]
+    error: Dict[str, np.ndarray]
+
+    @classmethod
+    def _of(cls, values: Dict[str, Any]) -> "Profile":
+        layers = len(values["lumen"])
+        return cls(values["begin"] + (np.arange(layers) + 0.5) * values["width"], values["width"],
+                   np.array(values["lumen"]), np.array(values["red"]),
+                   {s["name"]: np.array(s["fraction"]) for s in values["species"]},
+                   {s["name"]: np.array(s["error"]) for s in values["species"]})
+
+
+class Packing:
+    """Cells that do not overlap. With a communicator, arrays have the cells of this rank; what is marked
+    "collective" is called by all ranks.
+
+    Cells are in the order of the .pos files: by species, then by number.
+    """
+
+    def __init__(self, held: Any, comm: Any = None) -> None:
+        self._held = held
+        self._comm = comm  # its MPI_Comm is in use as long as the packing is
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{count} {name}" for name, count in self.counts.items())
+        return f"<packmesh.Packing: {counts}>"
+
+    @property
+    def counts(self) -> Dict[str, int]:
+        """Number of cells of each species, on all ranks."""
+        return dict(zip(self._held.names, self._held.counts))
+
+    @property
+    def species_names(self) -> List[str]:
+        """Names of the species; `species` has indices into it."""
+        return self._held.names
+
+    @property
+    def species(self) -> np.ndarray:
+        """Index of each cell's species into `species_names`, shape (N,)."""
+        return self._held.species
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Centres of the cells [µm], shape (N, 3). A read-only view."""
+        return self._held.positions
+
+    @property
+    def rotations(self) -> np.ndarray:
+        """Unit quaternions x, y, z, w (scalar last, as SciPy's Rotation.from_quat takes them), shape (N, 4).
+        A read-only view."""
+        return self._held.rotations
+
+    @property
+    def complete(self) -> bool:
+        """Whether all requested cells were packed; not with best_effort."""
+        return self._held.complete
+
+    @property
+    def command(self) -> List[str]:
+        """The command of the program that packs the same cells; settings without an option are the last word."""
+        return self._held.words
+
+    def _index(self, name: str) -> int:
+        names = self._held.names
+        if name not in names:
+            raise InputError(f"there are no cells '{name}'; expected one of {', '.join(names)}")
+        return names.index(name)
+
+    def template(self, name: str) -> Tuple[np.ndarray, np.ndarray]:
+        """The mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
+        return self._held.template(self._index(name))
+
+    def vertices(self, name: str) -> np.ndarray:
+        """The vertices of the cells of a species as certified [µm], shape (N, V, 3); not wrapped at periodic faces."""
+        return self._held.vertices(self._index(name))
+
+    def pos_lines(self, name: str) -> np.ndarray:
+        """The lines of ``<name>.pos``: x y z [µm] a b c [degrees], shape (N, 6)."""
+        return self._held.lines()[self.species == self._index(name)]
+
+    @property
+    def hematocrit(self) -> float:
+        """Volume of the red cells' meshes over that of the lumen (with fluid_volume: of the fluid nodes)."""
+        return self._held.hematocrit()
+
+    @property
+    def certificate(self) -> Certificate:
+        """The exact test of the packing; after load() it is made anew (collective)."""
+        return Certificate._of(self._held.certificate())
+
+    @property
+    def bounds(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Low and high corner of the lumen [µm]."""
+        low, high = self._held.lumen()
+        return np.array(low), np.array(high)
+
+    def check(self) -> Check:
+        """Tests the cells once more, on this rank (collective)."""
+        return Check._of(self._held.check())
+
+    def report(self) -> Dict[str, Any]:
+        """All data of the run, as in report.json of the program (collective)."""
+        return json.loads(self._held.report())
+
+    def profiles(self) -> Dict[str, Profile]:
+        """Volume fractions along "x", "y" and "z" and, where there is one, over the distance to the "wall"
+        (collective)."""
+        measures = self.report()["measures"]
+        found = {axis: Profile._of(values) for axis, values in measures["axial"].items()}
+        if measures["wall"]:
+            found["wall"] = Profile._of(measures["wall"])
+        return found
+
+    def save(self, file: Path) -> None:
+        """Writes a state file (HDF5), for load(), ``packMesh --restart``, ``--start`` and ParaView (collective)."""
+        self._held.save(os.fspath(file))
+
+    def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
+        """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
+
+        export: formats to write beside them: "csv", "lammps", "mirheo".
+        """
+        return self._held.write(os.fspath(folder), list(export))
+
+    def to_meshio(self) -> Any:
+        """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
+        return convert.to_meshio(self)
+
+    def to_trimesh(self) -> Any:
+        """A trimesh.Scene: the template of each species, and a node for each cell."""
+        return convert.to_trimesh(self)
+
+    def to_pyvista(self) -> Any:
+        """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
+        return convert.to_pyvista(self)
+
+
+def load(file: Path, *, comm: Any = None) -> Packing:
+    """Reads a packing that save() or the program (``--state``) wrote (collective).
+
+    Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) builds
+    it anew from the command in the file, which needs the files that it names.
+    """
+    return Packing(_packmesh.load(os.fspath(file), address(comm)), comm)

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Renders a scene written by packMesh --pov; needs POV-Ray, and no display.
+
+    python3 -m packmesh render cells.pov [picture.png] [width height] [options]
+
+  --color species|gap|orientation   quantity shown by colour (orientation: symmetry axis along x red, y green, z blue)
+  --max-gap d                       gaps of d µm and more are yellow (default: nine of ten cells have a smaller gap)
+  --clip x=0.5                      cuts the scene at this fraction of the lumen's extent along x, y or z
+  --azimuth a --elevation e         direction of the camera [degrees]: azimuth 0 is +x, 90 is +y
+  --turntable n                     n pictures around the scene: picture-000.png ..., and an animation if ffmpeg
+                                    (picture.mp4) or ImageMagick (picture.gif) is installed
+  --quality draft|normal|fine       draft: hard edges; fine: smoother, soft shadows
+  --size WxH                        the same as width height
+"""
+import glob
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+OPTIONS = ("color", "max-gap", "clip", "azimuth", "elevation", "turntable", "quality", "size")
+QUALITIES = {"draft": ["-A"], "normal": ["+A0.2", "+AM2", "+R2"], "fine": ["+A0.05", "+AM2", "+R4", "Declare=Fine=1"]}
+COLOURS = {"species": [], "gap": ["Declare=ColorBy=1"], "orientation": ["Declare=ColorBy=2"]}
+
+
+def say(text):
+    print(f"(packMesh) {text}", flush=True)
+
+
+def fail(text, code=2):
+    print(f"(packMesh) (Error) {text}", file=sys.stderr)
+    sys.exit(code)
+
+
+def between(name, value, low, high):
+    """The text of a number in that range."""
+    if not re.fullmatch(r"-?\d*\.?\d+", value) or not low <= float(value) <= high:
+        fail(f"{name}: expected a number in [{low}, {high}], found '{value}'")
+    return value
+
+
+def whole(name, value, low, high):
+    if not re.fullmatch(r"\d{1,6}", value):
+        fail(f"{name}: expected a whole number in [{low}, {high}], found '{value}'")
+    return int(between(name, value, low, high))
+
+
+def one_of(name, value, choices):
+    if value not in choices:
+        fail(f"{name}: expected one of {' '.join(choices)}, found '{value}'")
+    return value
+
+
+def parse(arguments):
+    """Positional words, and options by name."""
+    words, options, left = [], {}, list(arguments)
+    while left:
+        word = left.pop(0)
+        if not word.startswith("-"):
+            words.append(word)
+        elif word[2:] not in OPTIONS or not word.startswith("--"):
+            fail(f"unknown option '{word}'; --help lists them")
+        elif not left:
+            fail(f"{word} needs a value")
+        else:
+            options[word[2:]] = left.pop(0)
+    return words, options
+
+
+def declarations(options):
+    """What the scene is told."""
+    told = []
+    if "max-gap" in options:
+        told.append("Declare=GapMost=" + between("--max-gap", options["max-gap"], 0.001, 1))
+    if "clip" in options:
+        found = re.fullmatch("([xyz])=(.+)", options["clip"])
+        if not found:
+            fail(f"--clip: expected an axis and a fraction such as x=0.5, found '{options['clip']}'")
+        told += [f"Declare=ClipAxis={'xyz'.index(found[1]) + 1}", "Declare=ClipAt=" + between("--clip", found[2], 0, 1)]
+    for name, least, most in (("azimuth", -360, 360), ("elevation", -89.9, 89.9)):
+        if name in options:
+            told.append(f"Declare={name.capitalize()}=" + between("--" + name, options[name], least, most))
+    return told
+
+
+def animate(base):
+    """Of base-000.png and so on."""
+    if shutil.which("ffmpeg"):
+        made = base + ".mp4"
+        command = ["ffmpeg", "-y", "-loglevel", "error", "-framerate", "15", "-i", base + "-%03d.png", "-vf",
+                   "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", made]
+    elif shutil.which("magick"):
+        made = base + ".gif"
+        command = ["magick", "-delay", "7", "-loop", "0", *sorted(glob.glob(glob.escape(base) + "-[0-9][0-9][0-9].png")), made]
+    else:
+        return say("No animation: neither ffmpeg nor ImageMagick is installed")
+    if subprocess.run(command, check=False).returncode == 0:
+        say(f"Wrote {made}")
+    return None
+
+
+def largest_gap(told, scene):
+    """The gap from which on cells are yellow: as stated, or of the scene."""
+    for one in told:
+        if one.startswith("Declare=GapMost="):
+            return one.split("=")[2]
+    with open(scene, encoding="utf-8", errors="replace") as file:
+        return next((found[1] for found in (re.match(r"#ifndef \(GapMost\) #declare GapMost = ([^;]*);", line) for line in file)
+                     if found), "?")
+
+
+def main(arguments=None):
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if "-h" in arguments or "--help" in arguments:
+        print(__doc__)
+        return
+    words, options = parse(arguments)
+    if not 1 <= len(words) <= 4:
+        print(__doc__, file=sys.stderr)
+        sys.exit(2)
+    told = declarations(options)
+    turntable = whole("--turntable", options["turntable"], 2, 3600) if "turntable" in options else 0
+    width, height = "1200", None
+    if "size" in options:
+        found = re.fullmatch(r"(\d+)x(\d+)", options["size"])
+        if not found:
+            fail(f"--size: expected WIDTHxHEIGHT such as 1200x800, found '{options['size']}'")
+        width, height = found.groups()
+    color = one_of("--color", options.get("color", "species"), COLOURS)
+    quality = one_of("--quality", options.get("quality", "normal"), QUALITIES)
+    scene = words[0]
+    if not os.access(scene, os.R_OK):
+        fail(f"no readable scene '{scene}'")
+    picture = os.path.realpath(words[1] if len(words) > 1 else re.sub(r"\.pov$", "", scene) + ".png")
+    width = whole("width", words[2] if len(words) > 2 else width, 16, 20000)
+    height = whole("height", words[3] if len(words) > 3 else height or str(width * 2 // 3), 16, 20000)
+    if not os.path.isdir(os.path.dirname(picture)):
+        fail(f"there is no folder '{os.path.dirname(picture)}'")
+    if not shutil.which("povray"):
+        fail("povray is not installed (scripts/setup.sh)", 1)
+
+    def render(to, *more):
+        # POV-Ray may only write below the folder it runs in: render in a temporary folder, then move.
+        with tempfile.TemporaryDirectory() as work:
+            shutil.copy(scene, os.path.join(work, "scene.pov"))
+            done = subprocess.run(["povray", "+Iscene.pov", "+Oscene.png", f"+W{width}", f"+H{height}", *QUALITIES[quality],
+                                   *told, *COLOURS[color], *more, "-D", "-GA"], cwd=work, stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
+            if done.returncode != 0:
+                print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
+                fail(f"povray failed on {scene}", 1)
+            shutil.move(os.path.join(work, "scene.png"), to)
+
+    if not turntable:
+        render(picture)
+        say(f"Wrote {picture}")
+    else:
+        base = re.sub(r"\.png$", "", picture)
+        for frame in range(turntable):
+            render(f"{base}-{frame:03d}.png", f"Declare=Turn={360 * frame / turntable:g}")
+        say(f"Wrote {base}-000.png to {base}-{turntable - 1:03d}.png")
+        animate(base)
+    if color == "gap":
+        say(f"Colours: gap 0 dark violet, {largest_gap(told, scene)} µm and more yellow")

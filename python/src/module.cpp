@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// packmesh._packmesh: the thin interface that the package packmesh builds on. Python sees no C++ object but
+// Packing; everything else are numbers, texts and arrays.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "caller.h"
+#include "hemocell_adapter/app/examination.h"
+#include "hemocell_adapter/app/held_packing.h"
+#include "hemocell_adapter/base/agreed_failure.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/case_config.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/problem/build_scene.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/make_job.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/version.h"
+
+namespace py = pybind11;
+using namespace packmesh;
+using namespace packmesh::hemocell;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+using Held = std::shared_ptr<HeldPacking>;
+
+Communicator ranksOf(std::uintptr_t mpi) {
+  return mpi ? Communicator::copyOf(reinterpret_cast<const void*>(mpi)) : Communicator();
+}
+
+CommandLine commandLineOf(const Words& words, const std::string& section) {
+  CommandLine commandLine = parseCommandLine("packMesh", words);
+  commandLine.section = section;
+  return commandLine;
+}
+
+// Numbers for Python.
+
+/// Gaps beyond those measured are infinite; Python gets None.
+py::object gapOf(double gap) {
+  return gap < std::numeric_limits<double>::infinity() ? py::cast(gap) : py::object(py::none());
+}
+
+py::tuple vectorOf(const Vec3& v) {
+  return py::make_tuple(v[0], v[1], v[2]);
+}
+
+py::dict certificateOf(const Certificate& certificate) {
+  py::list overlapping, misplaced;
+  for (const OverlappingPair& pair : certificate.overlapping)
+    overlapping.append(
+        py::make_tuple(pair.first, pair.second, vectorOf(pair.shift), pair.contained, pair.gap));
+  for (const MisplacedCell& cell : certificate.misplaced)
+    misplaced.append(py::make_tuple(cell.cell, cell.reason, cell.gap));
+  py::dict all;
+  all["clean"] = certificate.clean();
+  all["cells"] = certificate.cells;
+  all["pairs_tested"] = certificate.pairsTested;
+  all["overlapping"] = overlapping;
+  all["misplaced"] = misplaced;
+  all["more_overlaps"] = certificate.moreOverlaps;
+  all["minimum_gap"] = gapOf(certificate.minimumGap);
+  all["minimum_wall_gap"] = gapOf(certificate.minimumWallGap);
+  all["cell_volume"] = certificate.cellVolume;
+  return all;
+}
+
+py::dict examinationOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Examination& found) {
+  py::list names, dropped;
+  std::vector<std::int64_t> counts(scene.species.size(), 0);
+  for (const CellSpecies& species : scene.species) names.append(species.name);
+  for (const PlacedCell& cell : cells) ++counts[cell.species];
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (found.violations[i]) dropped.append(py::make_tuple(i, *found.violations[i]));
+  py::dict all;
+  all["clean"] = found.clean();
+  all["names"] = names;
+  all["counts"] = counts;
+  all["certificate"] = certificateOf(found.certificate);
+  all["knows_acceptance"] = knowsAcceptance(scene);
+  all["dropped"] = dropped;
+  all["hematocrit"] = tallyOf(scene, countsOf(scene, cells)).redMesh / scene.referenceVolume();
+  all["unchecked"] = scene.unchecked;
+  return all;
+}
+
+// Arrays.
+
+/// Views of what the packing holds, which it keeps alive, are not written to.
+py::array readOnly(py::array array) {
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+py::array_t<double> matrixOf(const std::vector<Vec3>& rows) {
+  py::array_t<double> array({py::ssize_t(rows.size()), py::ssize_t(3)});
+  auto out = array.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < out.shape(0); ++i)
+    for (int k = 0; k < 3; ++k) out(i, k) = rows[i][k];
+  return array;
+}
+
+py::array_t<double> arrayOf(const std::vector<PosLine>& lines) {
+  py::array_t<double> array({py::ssize_t(lines.size()), py::ssize_t(6)});
+  auto out = array.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < out.shape(0); ++i)
+    for (int k = 0; k < 3; ++k) {
+      out(i, k) = lines[i].position[k];
+      out(i, k + 3) = lines[i].angles[k];
+    }
+  return array;
+}
+
+using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
+  if (rows.ndim() != 2 || rows.shape(1) != 6)
+    throw InputError("the cells '" + name + "': expected an array of shape (n, 6)");
+  std::vector<PosLine> lines(rows.shape(0));
+  const auto in = rows.unchecked<2>();
+  for (py::ssize_t i = 0; i < in.shape(0); ++i)
+    for (int k = 0; k < 3; ++k) {
+      lines[i].position[k] = in(i, k);
+      lines[i].angles[k] = in(i, k + 3);
+    }
+  for (const PosLine& line : lines)
+    if (!line.position.allFinite() || !line.angles.allFinite())
+      throw InputError("the cells '" + name + "': expected finite numbers");
+  return lines;
+}
+
+py::array positionsOf(const Held& held) {
+  const std::vector<Pose>& poses = held->result.poses;
+  return readOnly(py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(3)},
+                                      {sizeof(Pose), sizeof(double)},
+                                      poses.empty() ? nullptr : poses[0].position.data(), py::cast(held)));
+}
+
+py::array rotationsOf(const Held& held) {
+  const std::vector<Pose>& poses = held->result.poses;
+  return readOnly(
+      py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(4)}, {sizeof(Pose), sizeof(double)},
+                          poses.empty() ? nullptr : poses[0].orientation.coeffs().data(), py::cast(held)));
+}
+
+py::array_t<std::int32_t> speciesOf(const Held& held) {
+  py::array_t<std::int32_t> array(py::ssize_t(held->result.cells.size()));
+  std::int32_t* out = array.mutable_data();
+  for (const PlacedCell& cell : held->result.cells) *out++ = cell.species;
+  return array;
+}
+
+py::array_t<double> verticesOf(const Held& held, int species) {
+  const std::vector<Vec3>& body = held->kinds.at(species).mesh.vertices;
+  py::ssize_t count = 0;
+  for (const PlacedCell& cell : held->result.cells) count += cell.species == species;
+  py::array_t<double> array({count, py::ssize_t(body.size()), py::ssize_t(3)});
+  double* out = array.mutable_data();
+  for (const PlacedCell& cell : held->result.cells) {
+    if (cell.species != species) continue;
+    for (const Vec3& vertex : body)
+      for (const double x : Vec3(cell.placement(vertex))) *out++ = x;
+  }
+  return array;
+}
+
+py::tuple templateOf(const Held& held, int species) {
+  const TriangleMesh& mesh = held->kinds.at(species).mesh;
+  py::array_t<std::int32_t> triangles({py::ssize_t(mesh.triangles.size()), py::ssize_t(3)});
+  std::int32_t* out = triangles.mutable_data();
+  for (const Triangle& triangle : mesh.triangles)
+    for (const int corner : triangle) *out++ = corner;
+  return py::make_tuple(matrixOf(mesh.vertices), triangles);
+}
+
+// The functions.
+
+Held pack(const Words& words, const std::string& section, std::uintptr_t mpi, const py::object& progress) {
+  Caller caller(progress);
+  return caller.run([&] {
+    const Communicator ranks = ranksOf(mpi);
+    caller.listenTo(ranks);
+    CommandLine commandLine;
+    together(ranks, [&] { commandLine = commandLineOf(words, section); });
+    return std::make_shared<HeldPacking>(packInMemory(commandLine, ranks, caller.hooks()));
+  });
+}
+
+Held load(const fs::path& file, std::uintptr_t mpi) {
+  Caller caller;
+  return caller.run([&] {
+    const Communicator ranks = ranksOf(mpi);
+    caller.listenTo(ranks);
+    return std::make_shared<HeldPacking>(loadPacking(file, ranks));
+  });
+}
+
+/// With the scene, which a loaded packing has not yet.
+template <class Use>
+auto withScene(const Held& held, Use&& use) {
+  Caller caller;
+  return caller.run([&] {
+    caller.listenTo(held->ranks);
+    complete(*held);
+    return use(*held);
+  });
+}
+
+double hematocritOf(const Held& held) {
+  return withScene(held, [](const HeldPacking& packing) {
+    return packing.verified.cells.tally.redMesh / packing.scene->referenceVolume();
+  });
+}
+
+py::dict examined(const Held& held) {
+  std::vector<PlacedCell> cells;
+  const Examination found = withScene(held, [&](const HeldPacking& packing) {
+    cells = allCells(packing);
+    return examine(*packing.scene, cells);
+  });
+  return examinationOf(*held->scene, cells, found);
+}
+
+py::dict check(const Words& words, const std::string& section) {
+  Caller caller;
+  std::shared_ptr<const Scene> scene;
+  std::vector<PlacedCell> cells;
+  const Examination found = caller.run([&] {
+    const Job job = makeJob(commandLineOf(words, section));
+    for (const std::string& warning : job.warnings) log::warning(warning);
+    if (!job.foldersToCheck.empty())
+      throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
+    scene = std::make_shared<const Scene>(builtScene(job, Communicator()));
+    cells = readCells(*scene).cells;
+    return examine(*scene, cells);
+  });
+  return examinationOf(*scene, cells, found);
+}
+
+py::dict forecast(const Words& words, const std::string& section) {
+  Caller caller;
+  std::shared_ptr<const Scene> scene;
+  const Forecast found = caller.run([&] {
+    scene = std::make_shared<const Scene>(sceneToPack(commandLineOf(words, section), Communicator()));
+    return forecastOf(*scene);
+  });
+  py::dict counts;
+  for (const CellSpecies& species : scene->species) counts[py::str(species.name)] = species.count;
+  py::dict all;
+  all["counts"] = counts;
+  all["volume_fraction"] = found.fraction;
+  all["effective_fraction"] = found.effectiveFraction;
+  all["seconds"] = found.seconds ? py::cast(*found.seconds) : py::object(py::none());
+  all["megabytes"] = found.megabytes;
+  all["lumen_volume"] = scene->lumen.container->volume();
+  all["text"] = forecastLines(*scene, 1);
+  return all;
+}
+
+py::tuple readPosFile(const fs::path& file) {
+  Words warnings;
+  const std::vector<PosLine> lines = readPos(file, &warnings);
+  return py::make_tuple(arrayOf(lines), warnings);
+}
+
+void writePos(const fs::path& folder, const std::vector<std::pair<std::string, Rows>>& cells) {
+  std::vector<std::pair<std::string, std::vector<PosLine>>> all;
+  for (const auto& [name, rows] : cells) all.emplace_back(name, linesOf(name, rows));
+  Caller().run([&] { writePosFiles(folder, all); });
+}
+
+py::dict caseOf(const fs::path& file) {
+  const CaseConfig config = readCaseConfig(file);
+  py::list species;
+  for (const SpeciesRequest& request : config.packing.species) species.append(request.name);
+  py::dict all;
+  all["dx"] = config.domain.dx;
+  all["hematocrit"] =
+      config.packing.hematocrit ? py::cast(*config.packing.hematocrit) : py::object(py::none());
+  all["seed"] = config.packing.seed;
+  all["species"] = species;
+  return all;
+}
+
+void addPacking(py::module_& module) {
+  py::class_<HeldPacking, Held>(module, "Packing")
+      .def_property_readonly("names",
+                             [](const HeldPacking& p) {
+                               Words names;
+                               for (const HeldPacking::Kind& kind : p.kinds) names.push_back(kind.name);
+                               return names;
+                             })
+      .def_property_readonly("counts",
+                             [](const HeldPacking& p) {
+                               std::vector<std::int64_t> counts;
+                               for (const HeldPacking::Kind& kind : p.kinds) counts.push_back(kind.count);
+                               return counts;
+                             })
+      .def_property_readonly("words", [](const HeldPacking& p) { return p.words; })
+      .def_property_readonly("complete",
+                             [](const HeldPacking& p) { return p.result.outcome == Outcome::certified; })
+      .def_property_readonly("positions", &positionsOf)
+      .def_property_readonly("rotations", &rotationsOf)
+      .def_property_readonly("species", &speciesOf)
+      .def("vertices", &verticesOf)
+      .def("template", &templateOf)
+      .def("lines", [](const HeldPacking& p) { return arrayOf(posLinesOf(p)); })
+      .def("hematocrit", &hematocritOf)
+      .def("certificate",
+           [](const Held& held) {
+             return certificateOf(
+                 withScene(held, [](const HeldPacking& packing) { return packing.result.certificate; }));
+           })
+      .def("check", &examined)
+      .def("report", [](const Held& held) { return withScene(held, reportOf); })
+      .def("lumen",
+           [](const Held& held) {
+             const Box bounds = withScene(
+                 held, [](const HeldPacking& packing) { return packing.scene->lumen.container->bounds(); });
+             return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi));
+           })
+      .def("write",
+           [](const Held& held, const fs::path& folder, const Words& formats) {
+             return withScene(
+                 held, [&](const HeldPacking& packing) { return writeCells(packing, folder, formats); });
+           })
+      .def("save", [](const Held& held, const fs::path& file) {
+        Caller caller;
+        caller.run([&] {
+          caller.listenTo(held->ranks);
+          savePacking(*held, file);
+        });
+      });
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_packmesh, module) {
+  module.doc() = "The C++ side of packmesh.";
+  registerErrors();
+  logToPython();
+  addPacking(module);
+  module.def("version", &version);
+  module.def("git_hash", &gitHash);
+  module.def("pack", &pack);
+  module.def("load", &load);
+  module.def("check", &check);
+  module.def("forecast", &forecast);
+  module.def("read_pos", &readPosFile);
+  module.def("write_pos", &writePos);
+  module.def("case", &caseOf);
+}

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Fixtures. CTest sets PYTHONPATH, PACKMESH_PROGRAM and PACKMESH_SOURCE."""
+import os
+import pathlib
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+SOURCE = pathlib.Path(os.environ.get("PACKMESH_SOURCE", pathlib.Path(__file__).parents[2]))
+PROGRAM = pathlib.Path(os.environ.get("PACKMESH_PROGRAM", SOURCE / "build/bin/packMesh"))
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Runs the program in a folder of its own: program(words) -> (folder, exit code, output)."""
+    def run(*words, folder="program", code=0):
+        where = tmp_path / folder
+        where.mkdir(exist_ok=True)
+        done = subprocess.run([PROGRAM, *map(str, words)], cwd=where, capture_output=True, text=True, check=False)
+        assert done.returncode == code, done.stdout + done.stderr
+        return where, done.stdout + done.stderr
+    return run
+
+
+@pytest.fixture
+def pipe(tmp_path):
+    """HemoCell's pipe case."""
+    return shutil.copytree(SOURCE / "examples/pipe", tmp_path / "pipe")
+
+
+@pytest.fixture
+def tube():
+    """Vertices and triangles of a closed tube along x, 40 long, of radius 10 [µm]."""
+    around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rings = [np.column_stack([np.full(24, x), 12 + 10 * np.cos(around), 12 + 10 * np.sin(around)]) for x in (0.0, 20.0, 40.0)]
+    vertices = np.concatenate([*rings, [[0, 12, 12], [40, 12, 12]]])
+    triangles = []
+    for ring in (0, 1):
+        for i in range(24):
+            a, b = 24 * ring + i, 24 * ring + (i + 1) % 24
+            triangles += [(a, b, b + 24), (a, b + 24, a + 24)]
+    for i in range(24):
+        triangles += [(72, (i + 1) % 24, i), (73, 48 + i, 48 + (i + 1) % 24)]
+    return vertices, np.array(triangles)[:, ::-1]
+
+
+def write_off(file, vertices, triangles):
+    lines = [f"OFF\n{len(vertices)} {len(triangles)} 0"]
+    lines += [" ".join(repr(float(x)) for x in v) for v in vertices] + ["3 " + " ".join(map(str, t)) for t in triangles]
+    file.write_text("\n".join(lines) + "\n")
+    return file
+
+
+def assert_same_cells(one, other):
+    """All .pos files of two folders are the same."""
+    names = sorted(file.name for file in one.glob("*.pos"))
+    assert names and names == sorted(file.name for file in other.glob("*.pos"))
+    for name in names:
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Run by test_mpi.py on several ranks: packs together, writes, loads."""
+import pathlib
+import sys
+
+import numpy as np
+from mpi4py import MPI
+
+import packmesh
+
+comm, folder = MPI.COMM_WORLD, pathlib.Path(sys.argv[1])
+packing = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5, comm=comm)
+assert comm.allreduce(len(packing)) == sum(packing.counts.values())
+packing.write_pos(folder / "together")
+packing.save(folder / "cells.h5")
+loaded = packmesh.load(folder / "cells.h5", comm=comm)
+assert np.array_equal(np.concatenate(comm.allgather(loaded.positions)), np.concatenate(comm.allgather(packing.positions)))
+assert loaded.check().clean and loaded.certificate.clean and loaded.hematocrit == packing.hematocrit
+assert packing.report()["measures"] == packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5).report()["measures"]
+packmesh.pack(box=(45, 45, 45), hematocrit=0.3, start=packing, comm=comm).write_pos(folder / "start")
+try:
+    packmesh.pack(box=(45, 45, 45), hematocrit=0.9, comm=comm)
+except packmesh.InputError as error:
+    texts = comm.allgather(str(error))
+    assert len(set(texts)) == 1 and "0.74" in texts[0]
+else:
+    raise AssertionError("no error")
+
+
+def stop(progress):
+    if comm.rank == comm.size - 1:
+        raise KeyError("one rank alone")
+
+
+try:
+    packmesh.pack(box=(45, 45, 45), hematocrit=0.64, ends="periodic", comm=comm, progress=stop)
+except KeyError:
+    assert comm.rank == comm.size - 1
+except KeyboardInterrupt:
+    assert comm.rank < comm.size - 1
+else:
+    raise AssertionError("not interrupted")
+comm.Barrier()
+if comm.rank == 0:
+    print(f"{comm.size} ranks packed")

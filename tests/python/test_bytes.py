@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Python and the program write the same bytes for the same problem."""
+import re
+import shutil
+
+import pytest
+from conftest import SOURCE, assert_same_cells, write_off
+
+import packmesh
+from packmesh import Cylinder, Region, Species
+
+PROBLEMS = {
+    "box": (dict(box=(30, 25, 20), hematocrit=0.35, seed=3), "30 25 20 --hematocrit 0.35 --seed 3"),
+    "periodic": (dict(box=(20, 20, 20), hematocrit=0.4, ends="periodic", platelets=0.1),
+                 "20 20 20 --hematocrit 0.4 --ends periodic --plt_ratio 0.1"),
+    "walls": (dict(box=(24, 20, 16), hematocrit=0.3, walls="z", wall_clearance=0.3),
+              "24 20 16 --hematocrit 0.3 --walls z --wall-clearance 0.3"),
+    "columns": (dict(box=(16, 16, 24), hematocrit=0.5, ends="periodic", order="columns", platelets=0),
+                "16 16 24 --hematocrit 0.5 --ends periodic --order columns --plt_ratio 0"),
+    "cylinder": (dict(cylinder=Cylinder(8, 20), hematocrit=0.3), "--cylinder x 8 20 --hematocrit 0.3"),
+    "cylinder as a tuple": (dict(cylinder=("z", 6, 25), species={"RBC": 10}), "--cylinder z 6 25 --rbc 10"),
+    "sphere": (dict(sphere=10, hematocrit=0.25), "--sphere 10 --hematocrit 0.25"),
+    "cat": (dict(cylinder=("x", 6, 20), species={"RBC": 6}, method="cat", growth={"initialScale": 0.2}),
+            "--cylinder x 6 20 --rbc 6 --method cat --growth initialScale 0.2"),
+    "numbers": (dict(box=(30, 30, 30), species={"RBC": 60, "PLT": 20, "WBC": 1}), "30 30 30 --rbc 60 --plt 20 --wbc 1"),
+    "numbers in detail": (dict(box=(30, 30, 30), species={"RBC": Species(count=60), "PLT": Species(count=20)}),
+                          "30 30 30 --rbc 60 --plt 20"),
+    "ellipsoids": (dict(box=(16, 16, 16), ends="periodic",
+                        species={"Disc": Species(count=12, ellipsoid=(6, 6, 1.5)), "Ball": Species(count=10, ellipsoid=(2, 2, 2))}),
+                   "16 16 16 --ends periodic --cell Disc 12 6 6 1.5 --cell Ball 10 2 2 2"),
+    "orientation": (dict(box=(25, 25, 25), species={"RBC": Species(count=20, axis=(0, 0, 1), spread=20)}),
+                    "25 25 25 --rbc 20 --orient RBC 0 0 1 20"),
+    "no rotation": (dict(box=(25, 25, 25), species={"RBC": 20}, rotate=False), "25 25 25 --rbc 20 --noRotate"),
+    "tiles": (dict(box=(12, 12, 12), species={"RBC": 6, "PLT": 2}, ends="periodic", tile=(2, 1, 3)),
+              "12 12 12 --rbc 6 --plt 2 --ends periodic --tile 2 1 3"),
+    "best effort": (dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40, best_effort=True),
+                    "14 14 14 --hematocrit 0.62 --max-iterations 40 --best-effort"),
+}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_same_bytes(name, program, tmp_path):
+    arguments, words = PROBLEMS[name]
+    folder, _ = program(*words.split())
+    packing = packmesh.pack(**arguments)
+    packing.write_pos(tmp_path / "python")
+    assert_same_cells(folder, tmp_path / "python")
+    assert packing.complete == (name != "best effort")
+
+
+def test_vessel_from_arrays(program, tmp_path, tube):
+    file = write_off(tmp_path / "tube.off", *tube)
+    folder, _ = program("--vessel", file, "1.5", "--open-axis", "x", "--hematocrit", "0.3")
+    for source in (file, tube):
+        packmesh.pack(vessel=source, scale=1.5, open_axis="x", hematocrit=0.3).write_pos(tmp_path / "python")
+        assert_same_cells(folder, tmp_path / "python")
+
+
+def test_cells_from_arrays(program, tmp_path, tube):
+    vertices, triangles = tube[0] / 8, tube[1]
+    file = write_off(tmp_path / "rod.off", vertices, triangles)
+    folder, _ = program(25, 25, 25, "--cell-mesh", "Rod", 12, file, "--mesh-scale", "Rod", 0.9, "--mesh-frame", "Rod", "file",
+                        "--rbc", 20)
+    for mesh in (file, (vertices, triangles)):
+        species = {"Rod": Species(count=12, mesh=mesh, mesh_scale=0.9, mesh_frame="file"), "RBC": 20}
+        packmesh.pack(box=(25, 25, 25), species=species).write_pos(tmp_path / "python")
+        assert_same_cells(folder, tmp_path / "python")
+
+
+def test_case(program, tmp_path, pipe):
+    folder, _ = program(pipe / "config.xml", "--hematocrit", "0.3", "--seed", "7", "--output-dir", tmp_path / "out")
+    case = packmesh.Case(pipe / "config.xml")
+    case.pack(hematocrit=0.3, seed=7).write_pos(tmp_path / "python")
+    assert_same_cells(tmp_path / "out", tmp_path / "python")
+
+
+def test_regions_of_a_case(program, tmp_path):
+    """Regions given in Python, and in config.xml, with species whose details both have."""
+    case = shutil.copytree(SOURCE / "examples/regions", tmp_path / "regions")
+    config = case / "config.xml"
+    text = config.read_text()
+    found = re.search(r"(?s)<packing>.*?</packing>", text)
+    container = re.search(r"(?s)<container>.*?</container>", found.group())
+    common = f'{container.group() if container else "<walls>yz</walls>"}<hematocrit>0.1</hematocrit>'
+
+    def configure(species):
+        config.write_text(text[:found.start()] + f"<packing>{species}{common}</packing>" + text[found.end():])
+    configure("""<species name="RBC"/><species name="PLT" count="4" wallClearance="0.2"/>
+      <region hematocrit="0.25"><cylinder axis="x" radius="6" length="200" center="20 13 13"/></region>""")
+    program(config, "--output-dir", tmp_path / "out")
+    configure('<species name="RBC"/><species name="PLT" ratio="0.5" wallClearance="0.2"/>')
+    regions = [Region(0.25, Cylinder(6, 200, "x", (20, 13, 13)))]
+    packing = packmesh.Case(config).pack(regions=regions, species={"PLT": 4})
+    packing.write_pos(tmp_path / "python")
+    assert_same_cells(tmp_path / "out", tmp_path / "python")
+    assert packing.counts["PLT"] == 4
+
+
+def test_existing_cells(program, tmp_path):
+    """Fixed cells keep their lines; they are files, arrays or a packing."""
+    folder, _ = program(25, 25, 25, "--rbc", 10, folder="first")
+    program(25, 25, 25, "--rbc", 40, "--fixed", folder / "RBC.pos")
+    before = packmesh.pack(box=(25, 25, 25), species={"RBC": 10})
+    lines = packmesh.read_pos(folder / "RBC.pos")
+    for fixed in (folder / "RBC.pos", [folder / "RBC.pos"], {"RBC": lines}, before):
+        packmesh.pack(box=(25, 25, 25), species={"RBC": 40}, fixed=fixed).write_pos(tmp_path / "python")
+        assert_same_cells(tmp_path / "program", tmp_path / "python")
+    program(25, 25, 25, "--rbc", 40, "--start", folder / "RBC.pos")
+    packmesh.pack(box=(25, 25, 25), species={"RBC": 40}, start=before).write_pos(tmp_path / "python")
+    assert_same_cells(tmp_path / "program", tmp_path / "python")
+
+
+def test_exports(program, tmp_path):
+    formats = ("csv", "lammps", "mirheo")
+    folder, _ = program(20, 20, 20, "--rbc", 10, *(word for one in formats for word in ("--export", one)))
+    files = packmesh.pack(box=(20, 20, 20), species={"RBC": 10}).write_pos(tmp_path / "python", export=formats)
+    assert sorted(file.name for file in files) == sorted(file.name for file in folder.iterdir())
+    for file in files:
+        assert file.read_bytes() == (folder / file.name).read_bytes()

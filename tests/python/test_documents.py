@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""What documents say about the package."""
+import importlib.util
+import re
+
+import pytest
+from conftest import SOURCE
+
+import reference
+
+
+def test_reference():
+    """If it differs: PYTHONPATH=build/python tests/python/reference.py > docs/reference/python.md"""
+    assert (SOURCE / "docs/reference/python.md").read_text() == reference.page()
+
+
+def test_howto(tmp_path, monkeypatch, pipe):
+    """The Python blocks of the page run, one after the other, in the folder of a case."""
+    monkeypatch.chdir(pipe)
+    blocks = re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs/howto/python.md").read_text(), re.M | re.S)
+    names = {}
+    assert len(blocks) >= 5
+    for block in blocks:
+        if "mpi4py" in block and not importlib.util.find_spec("mpi4py"):
+            continue
+        exec(compile(block, "python.md", "exec"), names)
+
+
+def test_notebook(tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    notebook = nbformat.read(SOURCE / "examples/packing.ipynb", as_version=4)
+    assert all(not cell.get("outputs") for cell in notebook.cells), "stored without outputs"
+    nbclient.NotebookClient(notebook, timeout=1200, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert not [output for output in outputs if output.output_type == "error"]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
+    assert (tmp_path / "case/RBC.pos").exists() and (tmp_path / "cells.h5").exists()

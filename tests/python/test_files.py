@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Packings and .pos files that are written and read."""
+import numpy as np
+import pytest
+from conftest import assert_same_cells
+
+import packmesh
+from packmesh import Species
+
+PACKINGS = {
+    "box": dict(box=(20, 20, 20), hematocrit=0.3),
+    "vessel": dict(cylinder=("x", 8, 20), hematocrit=0.25, seed=4),
+    "cat": dict(cylinder=("x", 6, 20), species={"RBC": 5}, method="cat"),
+    "section": dict(box=(20, 20, 20), species={"Disc": Species(count=5, ellipsoid=(6, 6, 2)), "RBC": Species(count=9)},
+                    obstacles=[packmesh.Sphere(3, (10, 10, 10))]),
+    "fewer": dict(box=(14, 14, 14), hematocrit=0.62, max_iterations=40, best_effort=True),
+}
+
+
+@pytest.mark.parametrize("name", PACKINGS)
+def test_save_and_load(name, tmp_path, monkeypatch):
+    packing = packmesh.pack(**PACKINGS[name])
+    packing.save(tmp_path / "cells.h5")
+    packing.write_pos(tmp_path / "before")
+    monkeypatch.chdir(tmp_path)
+    loaded = packmesh.load("cells.h5")
+    np.testing.assert_array_equal(loaded.positions, packing.positions)
+    np.testing.assert_array_equal(loaded.rotations, packing.rotations)
+    for species in packing.species_names:
+        np.testing.assert_array_equal(loaded.vertices(species), packing.vertices(species))
+        np.testing.assert_array_equal(loaded.template(species)[1], packing.template(species)[1])
+    assert loaded.command == packing.command
+    loaded.write_pos("after")
+    assert_same_cells(tmp_path / "before", tmp_path / "after")
+    assert loaded.hematocrit == packing.hematocrit and loaded.certificate.clean
+    assert loaded.certificate.minimum_gap == packing.certificate.minimum_gap
+    assert loaded.report()["measures"] == packing.report()["measures"]
+    assert packmesh.pack(**{**PACKINGS["box"], "start": loaded}) if name == "box" else True
+    with pytest.raises(packmesh.InputError, match="copy that file"):
+        loaded.save("copy.h5")
+
+
+def test_program_continues_from_saved_cells(program, tmp_path):
+    packing = packmesh.pack(**PACKINGS["box"])
+    packing.save(tmp_path / "cells.h5")
+    packing.write_pos(tmp_path / "python")
+    folder, _ = program("--restart", tmp_path / "cells.h5", "--output-dir", ".")
+    assert_same_cells(tmp_path / "python", folder)
+    program("check", "--box", 20, 20, 20, "--start", tmp_path / "cells.h5")
+    assert packmesh.check(tmp_path / "cells.h5", box=(20, 20, 20)).clean
+
+
+def test_state_of_the_program(program, tmp_path):
+    folder, _ = program(20, 20, 20, "--hematocrit", "0.3", "--state", "state.h5")
+    packmesh.load(folder / "state.h5").write_pos(tmp_path / "python")
+    assert_same_cells(folder, tmp_path / "python")
+
+
+def test_missing_files_of_a_loaded_packing(pipe, tmp_path):
+    packmesh.Case(pipe / "config.xml").pack(hematocrit=0.1).save(tmp_path / "cells.h5")
+    (pipe / "config.xml").unlink()
+    loaded = packmesh.load(tmp_path / "cells.h5")
+    assert len(loaded) and loaded.vertices("RBC").ndim == 3
+    with pytest.raises(packmesh.InputError, match="config.xml"):
+        loaded.hematocrit
+
+
+def test_pos_round_trip(tmp_path):
+    lines = np.array([[1 / 3, 2.5, -1e-7, 180, -89.999999999, 0.1], [1e3, 2, 3, 0, 0, 0]])
+    packmesh.write_pos(tmp_path / "new folder", {"RBC": lines, "None": np.empty((0, 6))})
+    np.testing.assert_array_equal(packmesh.read_pos(tmp_path / "new folder/RBC.pos"), lines)
+    assert packmesh.read_pos(tmp_path / "new folder/None.pos").shape == (0, 6)
+    assert (tmp_path / "new folder/RBC.pos").read_text().startswith("2\n0.3333333333333333 2.5 -1e-07 180 ")
+
+
+def test_state_while_packing(tmp_path):
+    packing = packmesh.pack(**PACKINGS["box"], state=tmp_path / "state.h5")
+    np.testing.assert_array_equal(packmesh.load(tmp_path / "state.h5").positions, packing.positions)
+    again = packmesh.pack(**PACKINGS["box"], restart=tmp_path / "state.h5")
+    np.testing.assert_array_equal(again.positions, packing.positions)
