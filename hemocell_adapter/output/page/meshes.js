@@ -28,6 +28,15 @@ const cellFragment = `
     gl_FragColor = vec4(gl_FrontFacing ? lit : mix(vTint, vec3(0.0), 0.42), 1.0);
   }`;
 
+// The selected cell, seen through the others.
+const markFragment = `
+  #include <clipping_planes_pars_fragment>
+  varying vec3 vTint; varying vec3 vNormal;
+  void main() {
+    #include <clipping_planes_fragment>
+    gl_FragColor = vec4(vTint, 0.25 + 0.55 * pow(1.0 - abs(normalize(vNormal).z), 2.0));
+  }`;
+
 const pickVertex = clipVertex + `
   varying vec3 vCode;
   void main() {
@@ -68,20 +77,33 @@ const wallFragment = `
   }`;
 
 /** Edges of the templates' coarser forms [fraction of their radius], the finest first. */
-const coarseness = [0, 0.28, 0.5];
+const coarseness = [0, 0.28, 0.5, 0.9];
+
+/** The context of a canvas: without smooth edges where the processor draws. */
+function contextOf(canvas) {
+  for (const quick of [true, false]) {
+    const options = { alpha: true, depth: true, antialias: quick, failIfMajorPerformanceCaveat: quick, preserveDrawingBuffer: true };
+    const context = canvas.getContext("webgl2", options) || canvas.getContext("webgl", options);
+    if (context) return context;
+  }
+  throw new Error("no WebGL");
+}
 
 class MeshView {
-  constructor(canvas, camera, planes) {
+  constructor(canvas, camera) {
     this.camera = camera;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, context: contextOf(canvas), alpha: true });
     this.renderer.localClippingEnabled = true;
     this.renderer.setClearColor(0, 0);
     this.scene = new THREE.Scene();
     this.picked = new THREE.WebGLRenderTarget(1, 1);
     const shader = (vertexShader, fragmentShader, more) => new THREE.ShaderMaterial(
-      { vertexShader, fragmentShader, clipping: true, clippingPlanes: planes, side: THREE.DoubleSide, ...more });
+      { vertexShader, fragmentShader, clipping: true, clippingPlanes: [], ...more });
     this.cellMaterial = shader(cellVertex, cellFragment);
     this.pickMaterial = shader(pickVertex, pickFragment);
+    this.markMaterial = shader(cellVertex, markFragment, { transparent: true, depthTest: false, depthWrite: false });
+    this.wallMaterial = shader(wallVertex, wallFragment, { transparent: true, depthWrite: false, side: THREE.DoubleSide });
+    this.lineMaterial = new THREE.LineBasicMaterial({ color: 0x8793a3, clippingPlanes: [] });
     this.tint = new Uint8Array(4 * cells.count);
     this.levels = coarseness.map(() => []);  // meshes of each species at each level
     this.triangles = coarseness.map(() => 0);
@@ -93,7 +115,7 @@ class MeshView {
     });
     this.wall = new THREE.Group();
     this.scene.add(this.wall);
-    this.addWall(shader(wallVertex, wallFragment, { transparent: true, depthWrite: false }), planes);
+    this.addWall();
   }
 
   addSpecies(template, first, count) {
@@ -115,27 +137,26 @@ class MeshView {
       for (const [name, attribute] of Object.entries(shared)) geometry.setAttribute(name, attribute);
       geometry.maxInstancedCount = count;
       const drawn = new THREE.Mesh(geometry, this.cellMaterial);
-      drawn.frustumCulled = false;
+      Object.assign(drawn, { frustumCulled: false, userData: { first, count } });
       this.levels[level].push(drawn);
       this.triangles[level] += (count * mesh.triangles.length) / 3;
       this.scene.add(drawn);
     });
   }
 
-  addWall(material, planes) {
-    const line = new THREE.LineBasicMaterial({ color: 0x8793a3, clippingPlanes: planes });
+  addWall() {
     let geometry = new THREE.BufferGeometry();
     if (stored.lumen) {
       const mesh = meshOf(stored.lumen);
       geometry.setAttribute("position", new THREE.BufferAttribute(mesh.vertices, 3));
       geometry.setAttribute("normal", new THREE.BufferAttribute(normalsOf(mesh), 3));
       geometry.setIndex(new THREE.BufferAttribute(mesh.triangles, 1));
-      this.wall.add(new THREE.Mesh(geometry, material));
+      this.wall.add(new THREE.Mesh(geometry, this.wallMaterial));
     } else {
       const { low, high } = report.lumen, size = minus(high, low);
       geometry = new THREE.BoxBufferGeometry(...size).translate(...along(low, size, 0.5));
     }
-    this.wall.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 40), line));
+    this.wall.add(new THREE.LineSegments(new THREE.EdgesGeometry(geometry, 40), this.lineMaterial));
     this.wall.children.forEach((one, i) => { one.renderOrder = i + 1; });
   }
 
@@ -145,9 +166,56 @@ class MeshView {
     for (const attribute of this.cells) attribute.needsUpdate = true;
   }
 
+  /** Inner sides are drawn only where a plane cuts cells open. */
+  setPlanes(planes) {
+    for (const material of [this.cellMaterial, this.pickMaterial, this.markMaterial, this.wallMaterial, this.lineMaterial])
+      material.clippingPlanes = planes;
+    for (const material of [this.cellMaterial, this.pickMaterial]) {
+      material.side = planes.length ? THREE.DoubleSide : THREE.FrontSide;
+      material.needsUpdate = true;
+    }
+  }
+
+  /** Most triangles in a picture that takes this time [s], by the times of two. */
+  trianglesIn() {
+    const gl = this.renderer.getContext(), last = coarseness.length - 1;
+    const seconds = (level) => {
+      const begin = performance.now();
+      this.draw(this.triangles[level]);
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is drawn
+      return (performance.now() - begin) / 1000;
+    };
+    seconds(last);  // compiles the shaders
+    const few = seconds(last), more = seconds(last - 1);
+    const each = Math.max(more - few, 0.0005) / (this.triangles[last - 1] - this.triangles[last] || 1);
+    return (time) => this.triangles[last] + (time - few) / each;
+  }
+
   resize(width, height) {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
     this.renderer.setSize(width, height, false);
+  }
+
+  /** Shows a cell through all others; -1: none. */
+  mark(index) {
+    if (this.marked) {
+      this.scene.remove(this.marked);
+      this.marked.geometry.dispose();
+      this.marked = null;
+    }
+    if (index < 0) return;
+    const of = this.levels[0].find((mesh) => mesh.userData.first <= index && index < mesh.userData.first + mesh.userData.count).geometry;
+    const geometry = new THREE.InstancedBufferGeometry(), one = (array, size, normalized) =>
+      new THREE.InstancedBufferAttribute(array.slice(size * index, size * (index + 1)), size, normalized);
+    for (const name of ["position", "normal"]) geometry.setAttribute(name, of.attributes[name]);
+    geometry.setIndex(of.index);
+    geometry.setAttribute("place", one(cells.positions, 3));
+    geometry.setAttribute("turn", one(cells.orientations, 4));
+    geometry.setAttribute("tint", one(this.tint, 4, true));
+    geometry.maxInstancedCount = 1;
+    this.marked = new THREE.Mesh(geometry, this.markMaterial);
+    Object.assign(this.marked, { frustumCulled: false, renderOrder: 10 });
+    this.scene.add(this.marked);
   }
 
   /** @param most triangles, unless even the coarsest templates have more */
@@ -163,15 +231,15 @@ class MeshView {
     const size = this.renderer.getSize(new THREE.Vector2()), code = new Uint8Array(4);
     this.camera.setViewOffset(size.x, size.y, x, y, 1, 1);
     for (const mesh of this.levels.flat()) mesh.material = this.pickMaterial;
-    const wall = this.wall.visible;
-    this.wall.visible = false;
+    const others = [this.wall, this.marked].filter((one) => one && one.visible);
+    for (const one of others) one.visible = false;
     this.renderer.setRenderTarget(this.picked);
     this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
     this.renderer.readRenderTargetPixels(this.picked, 0, 0, 1, 1, code);
     this.renderer.setRenderTarget(null);
     for (const mesh of this.levels.flat()) mesh.material = this.cellMaterial;
-    this.wall.visible = wall;
+    for (const one of others) one.visible = true;
     this.camera.clearViewOffset();
     return code[0] + 256 * code[1] + 65536 * code[2] - 1;
   }

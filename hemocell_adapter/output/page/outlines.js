@@ -1,8 +1,8 @@
 // The cells as ellipses in perspective, on a plain canvas: where there is no WebGL.
 
 class OutlineView {
-  constructor(canvas, camera, planes) {
-    Object.assign(this, { canvas, camera, planes, wall: { visible: true }, context: canvas.getContext("2d"), colors: [], drawn: [] });
+  constructor(canvas, camera) {
+    Object.assign(this, { canvas, camera, planes: [], wall: { visible: true }, context: canvas.getContext("2d"), colors: [], drawn: [] });
     this.half = cells.templates.map((mesh) => mesh && [0, 1, 2].map((k) => {
       let most = 0;
       for (let i = k; i < mesh.vertices.length; i += 3) most = Math.max(most, Math.abs(mesh.vertices[i]));
@@ -13,6 +13,12 @@ class OutlineView {
   }
 
   setColors(colors) { this.colors = colors; }
+
+  setPlanes(planes) { this.planes = planes; }
+
+  mark() {}
+
+  trianglesIn() { return () => 0; }
 
   resize(width, height) {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);

@@ -87,9 +87,9 @@ function addPanel(view) {
   const directions = { x: [0, 0], y: [90, 0], z: [-90, 89.99] };
   for (const button of document.querySelectorAll("[data-along]")) {
     button.title = "Look along " + button.dataset.along;
-    button.onclick = () => { view.look(...directions[button.dataset.along]); view.draw(restingTriangles); };
+    button.onclick = () => { view.look(...directions[button.dataset.along]); view.draw(view.resting); };
   }
-  byId("savePicture").onclick = () => { view.draw(restingTriangles); view.canvas.toBlob((blob) => download(blob, "packing.png")); };
+  byId("savePicture").onclick = () => { view.draw(view.resting); view.canvas.toBlob((blob) => download(blob, "packing.png")); };
   byId("number").max = cells.all;
   byId("find").onsubmit = (event) => {
     event.preventDefault();

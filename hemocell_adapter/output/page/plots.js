@@ -6,7 +6,7 @@ const axisColors = { x: "#b3261e", y: "#2f855a", z: "#1f5fa8" };
 function wallPlot(wall) {
   const layer = wall.cellFreeLayer[0].thickness;
   return {
-    id: "wall", title: "Volume fraction over the distance to the wall", x: "distance to the wall [µm]", y: "volume fraction",
+    id: "wall", title: "Volume fraction by distance to the wall", x: "distance to the wall [µm]", y: "volume fraction",
     curves: wall.species.map((one, s) => ({
       name: one.name, color: colorOf(one.name, s), y: one.fraction, error: one.error,
       x: middles(wall.begin, wall.width, one.fraction.length) })).filter((curve) => curve.y.some((y) => y !== 0)),
@@ -91,6 +91,7 @@ const markPlugin = (mark) => ({
     if (x < area.left || x > area.right) return;
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = "#1d2733";
+    ctx.lineWidth = 1;
     ctx.setLineDash([4, 3]);
     ctx.beginPath();
     ctx.moveTo(x, area.top);
@@ -99,7 +100,11 @@ const markPlugin = (mark) => ({
     ctx.font = "12px sans-serif";
     const left = x > (area.left + area.right) / 2;
     ctx.textAlign = left ? "right" : "left";
-    ctx.fillText(mark.text, x + (left ? -6 : 6), area.bottom - 8);
+    ctx.lineWidth = 4;
+    ctx.setLineDash([]);
+    ctx.strokeStyle = "#fff";
+    ctx.strokeText(mark.text, x + (left ? -6 : 6), area.top + 14);
+    ctx.fillText(mark.text, x + (left ? -6 : 6), area.top + 14);
     ctx.restore();
   },
 });
@@ -168,7 +173,7 @@ function addPlot(plot) {
       interaction: { mode: "nearest", axis: "x", intersect: false },
       scales: {
         x: { type: "linear", min: least, max: plot.upTo || most, title: { display: true, text: plot.x }, grid: { color: "#e6eaf0" },
-          ticks: { maxRotation: 0, autoSkipPadding: 12, callback: (x) => Number(x.toPrecision(3)) } },
+          ticks: { maxRotation: 0, autoSkipPadding: 12, includeBounds: false, callback: (x) => Number(x.toPrecision(3)) } },
         y: { min: 0, title: { display: true, text: plot.y }, grid: { color: "#e6eaf0" } },
       },
       plugins: {

@@ -2,8 +2,8 @@
 
 const byId = (id) => document.getElementById(id);
 
-/** Triangles in a picture: while it moves at first, and at rest. */
-const movingTriangles = 3e6, restingTriangles = 1.2e7;
+/** Times of a picture while things move and at rest [s], and the most triangles in one. */
+const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7;
 
 class View {
   constructor() {
@@ -13,15 +13,10 @@ class View {
     this.selected = -1;
     this.neighbours = [];
     this.alone = false;       // only the selected cell and its neighbours are drawn
-    this.budget = movingTriangles;
     this.camera = new THREE.PerspectiveCamera(22, 1, 1, 1000);
     this.camera.up.set(0, 0, 1);
     const { low, high } = report.lumen;
-    this.planes = [0, 1, 2].flatMap((k) => [1, -1].map((sign) => {
-      const normal = new THREE.Vector3();
-      normal.setComponent(k, sign);
-      return new THREE.Plane(normal, 1e9);
-    }));
+    this.planes = new Map();  // by axis: those that cut something off
     this.size = minus(high, low);
     this.middle = along(low, this.size, 0.5);
     this.addCanvas();
@@ -29,7 +24,12 @@ class View {
     Object.assign(this.controls, { enableKeys: false, screenSpacePanning: true, rotateSpeed: 0.8 });
     this.controls.addEventListener("change", () => this.move());
     this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
-    this.color();
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.drawing.resize(width, height);
+    this.camera.updateMatrixWorld();
+    this.color(false);
+    const trianglesIn = this.drawing.trianglesIn();
+    [this.moving, this.resting] = [movingTime, restingTime].map((time) => Math.min(mostTriangles, trianglesIn(time)));
     new ResizeObserver(() => this.fitCanvas()).observe(byId("stage"));
   }
 
@@ -42,11 +42,11 @@ class View {
     };
     this.canvas = add();
     try {
-      this.drawing = new MeshView(this.canvas, this.camera, this.planes);
+      this.drawing = new MeshView(this.canvas, this.camera);
     } catch (error) {  // no WebGL; the canvas may be bound to it already
       this.canvas.remove();
       this.canvas = add();
-      this.drawing = new OutlineView(this.canvas, this.camera, this.planes);
+      this.drawing = new OutlineView(this.canvas, this.camera);
     }
   }
 
@@ -57,7 +57,7 @@ class View {
     this.camera.updateProjectionMatrix();
     this.drawing.resize(width, height);
     if (!this.touched) this.look(this.azimuth, this.elevation);
-    this.draw(restingTriangles);
+    this.draw(this.resting);
   }
 
   /** Shows everything from a direction [degrees]: azimuth 0 is +x, 90 is +y. */
@@ -85,15 +85,12 @@ class View {
   move() {
     this.touched = true;
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => this.draw(restingTriangles), 180);
+    this.rest = setTimeout(() => this.draw(this.resting), 180);
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame((now) => {
+    requestAnimationFrame(() => {
       this.waiting = false;
-      const last = now - (this.lastFrame || 0);
-      this.lastFrame = now;
-      if (last > 60 && last < 170) this.budget = Math.max(2e5, this.budget / 1.5);
-      this.draw(this.budget);
+      this.draw(this.moving);
     });
   }
 
@@ -102,7 +99,7 @@ class View {
     this.drawing.draw(triangles);
   }
 
-  color() {
+  color(drawn = true) {
     const shown = new Set(this.neighbours.map((one) => one.index)), dim = this.selected >= 0 && !this.alone;
     this.drawing.setColors(cells.species.map((s, i) => {
       if (this.hidden.has(s) || (this.alone && this.selected >= 0 && i !== this.selected && !shown.has(i))) return null;
@@ -110,8 +107,9 @@ class View {
       const color = this.mode.color(i);
       return dim && !shown.has(i) ? color.map((c) => 0.45 * c + 105) : color;
     }));
+    this.drawing.mark(this.selected);
     showLegend(this.mode);
-    this.draw(restingTriangles);
+    if (drawn) this.draw(this.resting);
   }
 
   setMode(key) {
@@ -122,8 +120,11 @@ class View {
   /** Cuts off what is below `from` and above `to` [fractions of the extent] along an axis. */
   clip(axis, from, to) {
     const low = report.lumen.low[axis], size = this.size[axis];
-    this.planes[2 * axis].constant = from > 0 ? -(low + from * size) : 1e9;
-    this.planes[2 * axis + 1].constant = to < 1 ? low + to * size : 1e9;
+    const normal = (sign) => new THREE.Vector3().setComponent(axis, sign), planes = [];
+    if (from > 0) planes.push(new THREE.Plane(normal(1), -(low + from * size)));
+    if (to < 1) planes.push(new THREE.Plane(normal(-1), low + to * size));
+    this.planes.set(axis, planes);
+    this.drawing.setPlanes([...this.planes.values()].flat());
     this.move();
   }
 
@@ -162,11 +163,11 @@ class View {
 
   showAll() {
     this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
-    this.draw(restingTriangles);
+    this.draw(this.resting);
   }
 
   picture() {
-    this.draw(restingTriangles);
+    this.draw(this.resting);
     return this.canvas.toDataURL("image/png");
   }
 }
