@@ -52,10 +52,9 @@ std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& mea
   std::vector<PicturedCell> cells;
   done.ranks.visitInOrder(own, [&](const std::vector<Cell>& part) {
     for (const Cell& c : part)
-      cells.push_back(
-          {{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}},
-           c.gap,
-           c.localHematocrit});
+      cells.push_back({{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}},
+                       c.gap,
+                       c.localHematocrit});
   });
   return cells;
 }

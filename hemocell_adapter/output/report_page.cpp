@@ -102,7 +102,8 @@ std::pair<std::string_view, std::string_view> splitAt(std::string_view text, std
 TriangleMesh coarsened(const TriangleMesh& mesh, std::size_t mostTriangles) {
   const Box bounds = boundingBox(mesh);
   TriangleMesh coarse = mesh;
-  for (double edge = bounds.size().maxCoeff() / 128.0; coarse.triangles.size() > mostTriangles; edge *= 1.25) {
+  for (double edge = bounds.size().maxCoeff() / 128.0; coarse.triangles.size() > mostTriangles;
+       edge *= 1.25) {
     std::map<std::array<long, 3>, int> cubes;
     std::vector<int> cubeOf;
     std::vector<Vec3> sums;

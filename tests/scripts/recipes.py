@@ -28,9 +28,11 @@ def directives_of(recipe):
 
     def directive(name):
         return lambda *arguments, **options: called.append((name, arguments, options))
-    for name in ("version", "variant", "depends_on", "license", "conflicts"):
+    for name in ("version", "variant", "depends_on", "license", "conflicts", "resource"):
         setattr(stand_in, name, directive(name))
-    stand_in.CMakePackage = type("CMakePackage", (), {"define_from_variant": lambda self, name, variant: f"-D{name}={variant}"})
+    stand_in.CMakePackage = type("CMakePackage", (), {
+        "define_from_variant": lambda self, name, variant: f"-D{name}={variant}", "define": lambda self, name, value: f"-D{name}={value}",
+        "stage": types.SimpleNamespace(source_path="/stage")})
     stand_in.run_after = lambda *arguments, **options: lambda function: function
     stand_in.on_package_attributes = lambda **options: lambda function: function
     sys.modules["spack"], sys.modules["spack.package"] = types.ModuleType("spack"), stand_in
@@ -43,7 +45,13 @@ def check_spack():
     recipe = root / "packaging/spack/packages/packmesh/package.py"
     package, called = directives_of(recipe)
     check(package.__doc__ and package.homepage, "Spack: no description or homepage")
-    check(package().cmake_args() == ["-DBUILD_TESTING=tests"], "Spack: BUILD_TESTING does not follow the variant")
+    given = dict(argument[2:].split("=") for argument in package().cmake_args())
+    check(given.pop("BUILD_TESTING") == "tests", "Spack: BUILD_TESTING does not follow the variant")
+    placed = [options["placement"] for name, _, options in called if name == "resource"]
+    for name, path in given.items():
+        check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
+    found = set(re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/CMakeLists.txt").read_text(), re.M))
+    check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
     check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
     variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
     needed = {}

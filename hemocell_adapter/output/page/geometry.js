@@ -125,6 +125,28 @@ function normalsOf(mesh) {
   return normals;
 }
 
+/** Vertices and normals of each triangle by itself: smooth, except where triangles meet at an angle of more than 40°. */
+function creased(mesh) {
+  const corners = mesh.triangles.length, vertices = new Float32Array(3 * corners), normals = new Float32Array(3 * corners);
+  const faces = [], facesAt = Array.from({ length: mesh.vertices.length / 3 }, () => []);
+  for (let i = 0; i < corners; i += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => mesh.vertices.subarray(3 * mesh.triangles[i + k], 3 * mesh.triangles[i + k] + 3));
+    const n = cross(minus(b, a), minus(c, a));
+    for (let k = 0; k < 3; ++k) facesAt[mesh.triangles[i + k]].push(faces.length);
+    faces.push({ n, length: Math.hypot(...n) || 1 });
+  }
+  for (let i = 0; i < corners; ++i) {
+    const v = mesh.triangles[i], own = faces[Math.floor(i / 3)];
+    let sum = [0, 0, 0];
+    for (const f of facesAt[v])
+      if (dot(own.n, faces[f].n) >= 0.76 * own.length * faces[f].length) sum = along(sum, faces[f].n, 1);
+    const length = Math.hypot(...sum) || 1;
+    vertices.set(mesh.vertices.subarray(3 * v, 3 * v + 3), 3 * i);
+    normals.set(sum.map((x) => x / length), 3 * i);
+  }
+  return { vertices, normals };
+}
+
 /** A mesh with fewer triangles: vertices in the same cube of this edge that face the same way are merged. */
 function coarsened(mesh, normals, edge) {
   const groups = new Map(), groupOf = [], sums = [];

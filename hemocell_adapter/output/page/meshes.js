@@ -147,10 +147,9 @@ class MeshView {
   addWall() {
     let geometry = new THREE.BufferGeometry();
     if (stored.lumen) {
-      const mesh = meshOf(stored.lumen);
+      const mesh = creased(meshOf(stored.lumen));
       geometry.setAttribute("position", new THREE.BufferAttribute(mesh.vertices, 3));
-      geometry.setAttribute("normal", new THREE.BufferAttribute(normalsOf(mesh), 3));
-      geometry.setIndex(new THREE.BufferAttribute(mesh.triangles, 1));
+      geometry.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
       this.wall.add(new THREE.Mesh(geometry, this.wallMaterial));
     } else {
       const { low, high } = report.lumen, size = minus(high, low);
