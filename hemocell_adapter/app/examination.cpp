@@ -27,6 +27,7 @@ FoundCells readCells(const Scene& scene) {
     for (const std::string& warning : warnings) log::warning(warning);
     for (std::size_t i = 0; i < lines.size(); ++i) {
       found.cells.push_back({int(s), placementOf(lines[i])});
+      found.poses.push_back(poseOf(lines[i]));
       found.lineNumber.push_back(std::int64_t(i) + 2);
     }
   }

@@ -15,6 +15,7 @@ namespace packmesh::hemocell {
 /// The cells of all files, and the origin of each.
 struct FoundCells {
   std::vector<PlacedCell> cells;
+  std::vector<Pose> poses;
   std::vector<std::int64_t> lineNumber;  ///< in its .pos file
 };
 

@@ -30,9 +30,9 @@ class CellFiles {
             const Communicator& ranks)
       : scene_(scene), result_(result), counts_(counts), ranks_(ranks), shared_(ranks) {}
 
-  std::vector<fs::path> operator()() {
+  std::vector<fs::path> operator()(bool withPos) {
     shared_.makeFolder(scene_.outputDirectory);
-    addPosFiles();
+    if (withPos) addPosFiles();
     for (const std::string& format : scene_.exports) addExport(format);
     for (const File& file : files_) write(file);
     shared_.commit();
@@ -100,7 +100,12 @@ class CellFiles {
 
 std::vector<fs::path> writeCellFiles(const Scene& scene, const PackingResult& result,
                                      const std::vector<std::int64_t>& counts, const Communicator& ranks) {
-  return CellFiles(scene, result, counts, ranks)();
+  return CellFiles(scene, result, counts, ranks)(true);
+}
+
+std::vector<fs::path> writeExports(const Scene& scene, const PackingResult& result,
+                                   const std::vector<std::int64_t>& counts, const Communicator& ranks) {
+  return CellFiles(scene, result, counts, ranks)(false);
 }
 
 }  // namespace packmesh::hemocell

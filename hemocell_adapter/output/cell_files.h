@@ -21,4 +21,9 @@ std::vector<std::filesystem::path> writeCellFiles(const Scene& scene, const Pack
                                                   const std::vector<std::int64_t>& counts,
                                                   const Communicator& ranks);
 
+/// Writes the exports only.
+std::vector<std::filesystem::path> writeExports(const Scene& scene, const PackingResult& result,
+                                                const std::vector<std::int64_t>& counts,
+                                                const Communicator& ranks);
+
 }  // namespace packmesh::hemocell

@@ -15,7 +15,8 @@ struct Repeated {
   const PackingResult& result;
 };
 
-/// A packing that is finished, certified and counted. References its parts.
+/// A packing that is finished, certified and counted, or cells of files that were examined. References its
+/// parts.
 struct Finished {
   const Scene& scene;
   const PackingResult& result;
@@ -23,6 +24,7 @@ struct Finished {
   const Kept& kept;
   const Communicator& ranks;
   const Repeated* repeated = nullptr;  ///< the packing that was repeated
+  bool checked = false;                ///< cells of files: nothing was packed
 };
 
 }  // namespace packmesh::hemocell

@@ -16,8 +16,7 @@
 #include "hemocell_adapter/output/exports.h"
 #include "hemocell_adapter/output/pov_scene.h"
 #include "hemocell_adapter/output/report.h"
-#include "hemocell_adapter/output/report_html.h"
-#include "hemocell_adapter/output/report_picture.h"
+#include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/vtp_output.h"
@@ -36,7 +35,7 @@ fs::path positionsOf(const Job& job, const CellSpecies& species) {
 /// The cells of all ranks in the form needed for pictures; on the first rank.
 std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& measures) {
   struct Cell {
-    double linear[9], translation[3], gap;
+    double linear[9], translation[3], gap, localHematocrit;
     int species;
   };
   std::vector<Cell> own;
@@ -47,13 +46,15 @@ std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& mea
     Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
     plain.species = cell.species;
     plain.gap = measures.gap[i];
+    plain.localHematocrit = measures.localHematocrit[i];
     own.push_back(plain);
   }
   std::vector<PicturedCell> cells;
   done.ranks.visitInOrder(own, [&](const std::vector<Cell>& part) {
     for (const Cell& c : part)
-      cells.push_back(
-          {{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}}, c.gap});
+      cells.push_back({{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}},
+                       c.gap,
+                       c.localHematocrit});
   });
   return cells;
 }
@@ -72,10 +73,7 @@ void writeReports(const Finished& done, const Report& report, const std::vector<
   AtomicFiles files;
   const fs::path json = fs::path(*done.scene.reportFile).replace_extension(".json");
   files.add(json, jsonText(report));
-  if (json != *done.scene.reportFile) {
-    const Picture picture = renderPicture([&](const fs::path& file) { writeScene(done, cells, file); });
-    files.add(*done.scene.reportFile, htmlText(report, picture));
-  }
+  if (json != *done.scene.reportFile) files.add(*done.scene.reportFile, pageText(report, done, cells));
   files.commit();
 }
 

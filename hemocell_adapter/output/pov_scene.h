@@ -15,7 +15,8 @@ namespace packmesh {
 /// A cell and the quantities by which it can be coloured.
 struct PicturedCell {
   PlacedCell cell;
-  double gap = 0.0;  ///< to the nearest other one [µm]
+  double gap = 0.0;              ///< to the nearest other one [µm]
+  double localHematocrit = 0.0;  ///< around it
 };
 
 /// Writes a POV-Ray scene: one mesh per species, instanced for every cell, coloured by the name of the

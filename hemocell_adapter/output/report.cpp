@@ -49,7 +49,7 @@ Report speciesOf(const Finished& done) {
     one["name"] = species.name;
     one["origin"] = species.origin;
     one["redCell"] = species.redCell;
-    one["request"] = requestText(species);
+    one["request"] = done.checked ? "in the file" : requestText(species);
     one["asked"] = species.count;
     one["stock"] = species.stock;
     one["placed"] = done.tally.counts[s];
@@ -62,7 +62,8 @@ Report speciesOf(const Finished& done) {
     one["size"] = vectorOf(boundingBox(species.shape->mesh()).size());
     one["volumeFraction"] = done.tally.meshVolume[s] / done.scene.lumen.container->volume();
     one["minimumDistanceFromSolid"] = species.minimumDistanceFromSolid;
-    one["file"] = species.mostCells() > 0 ? Report(species.name + ".pos") : Report(nullptr);
+    const bool inFile = species.mostCells() > 0 && !(done.checked && isState(species.startFrom));
+    one["file"] = inFile ? Report(species.name + ".pos") : Report(nullptr);
     all.push_back(std::move(one));
   }
   return all;
@@ -197,6 +198,11 @@ Report timesOf(const Finished& done, const RunTimes& times) {
           {"certificate", s.certificateSeconds}};
 }
 
+const char* outcomeOf(const Finished& done) {
+  if (done.checked) return "checked";
+  return done.result.outcome == Outcome::certified ? "certified" : "bestEffort";
+}
+
 }  // namespace
 
 Report makeReport(const Finished& done, const PackingMeasures& measures, const RunTimes& times) {
@@ -205,7 +211,7 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["schemaVersion"] = reportVersion;
   all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
   all["command"] = done.scene.commandWords;
-  all["outcome"] = done.result.outcome == Outcome::certified ? "certified" : "bestEffort";
+  all["outcome"] = outcomeOf(done);
   all["configuration"] = configurationOf(done.scene);
   all["lumen"] = lumenOf(done.scene);
   all["species"] = speciesOf(done);

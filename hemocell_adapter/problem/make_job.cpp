@@ -141,6 +141,21 @@ void warnOfUnits(Job& job, const Settings& options) {
                     job.config->domain.geometry->filename().string()));
 }
 
+/// What a configuration requests beside the cells belongs to the run that packs them: `check` writes what its
+/// command line requests.
+void onlyOutputsOf(const Settings& options, Settings& settings) {
+  settings.exports = options.exports;
+  settings.povScene = options.povScene;
+  settings.vtp = options.vtp;
+  settings.vtpMeshes = options.vtpMeshes;
+  settings.reportFile = options.reportFile;
+}
+
+bool requestsOutputs(const RunSettings& settings) {
+  return !settings.exports.empty() || settings.povScene || settings.vtp || settings.vtpMeshes ||
+         settings.reportFile;
+}
+
 /// A restart of one of several realisations continues with the following ones, in the folder that contains
 /// them all.
 void continueRealisations(Job& job) {
@@ -193,6 +208,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
     settings = withPackingSection(std::move(settings), commandLine.section, "settings");
   const Settings options = commandLine.settings();
   settings = withOptions(settings, commandLine);
+  if (job.command == Command::check) onlyOutputsOf(options, settings);
   nameSpeciesOfStates(settings);
   takeSettings(job, settings);
   chooseEnds(job);
@@ -210,6 +226,10 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
     if (folderToCheck) job.outputDirectory = *folderToCheck;
     if (!folderToCheck && settings.startStates.empty())
       job.foldersToCheck = foldersOfRealisations(job.outputDirectory);
+    if (!job.foldersToCheck.empty() && requestsOutputs(job))
+      throw UsageError(
+          "reports, scenes, VTK files and exports of a check are of one folder: name one of the realisations "
+          "by --output-dir");
     if (job.foldersToCheck.empty()) chooseCheckedSpecies(job, settings);
   } else {
     choosePackedSpecies(job, std::move(settings), options);

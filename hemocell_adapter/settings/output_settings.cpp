@@ -34,8 +34,7 @@ std::vector<Setting> outputSettings() {
                   s.exports.push_back(text(v[0]));
               })
           .withTag("export")
-          .mayRepeat()
-          .notForCheck(),
+          .mayRepeat(),
       setting("checkpoint-every", &R::checkpointEvery, number("s", "s", 0, true, 1e9),
               "interval at which the state of the run is saved, to continue after an interruption")
           .byDefault("only at signals and at the end, with --state")
@@ -49,16 +48,12 @@ std::vector<Setting> outputSettings() {
               "continue from a saved state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
-      flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray")
-          .withTag("povScene")
-          .notForCheck(),
+      flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray").withTag("povScene"),
       flagSetting(
           "vtp", &R::vtp,
-          "write <Cell>.vtp for ParaView: the cells as points with their measurements, and their meshes")
-          .notForCheck(),
+          "write <Cell>.vtp for ParaView: the cells as points with their measurements, and their meshes"),
       flagSetting("vtp-meshes", &R::vtpMeshes,
-                  "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)")
-          .notForCheck(),
+                  "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
       setting("growth-frames", &R::growthFrames, integer("n", "states", 1, 1e9),
               "with --method cat: write every n-th state of growth to the folder growth_frames, as series of "
               "membranes and CAT cells for ParaView (about 65 kB per red cell and state)")
@@ -66,8 +61,7 @@ std::vector<Setting> outputSettings() {
           .onlyFor(Method::cat)
           .notForCheck(),
       setting("report", &R::reportFile, file(),
-              "write a report: file.json, or file.html (with file.json beside it)")
-          .notForCheck(),
+              "write a report: file.json, or file.html with an interactive view (and file.json beside it)"),
       flagSetting("quiet", &R::quiet, "print only warnings and errors").withoutTag(),
       flagSetting("verbose", &R::verbose, "print progress, and every violation that a check finds")
           .withoutTag(),

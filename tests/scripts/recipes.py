@@ -29,9 +29,11 @@ def directives_of(recipe):
 
     def directive(name):
         return lambda *arguments, **options: called.append((name, arguments, options))
-    for name in ("version", "variant", "depends_on", "license", "conflicts", "extends"):
+    for name in ("version", "variant", "depends_on", "license", "conflicts", "extends", "resource"):
         setattr(stand_in, name, directive(name))
-    stand_in.CMakePackage = type("CMakePackage", (), {"define_from_variant": lambda self, name, variant: f"-D{name}={variant}"})
+    stand_in.CMakePackage = type("CMakePackage", (), {
+        "define_from_variant": lambda self, name, variant: f"-D{name}={variant}", "define": lambda self, name, value: f"-D{name}={value}",
+        "stage": types.SimpleNamespace(source_path="/stage")})
     stand_in.run_after = lambda *arguments, **options: lambda function: function
     stand_in.on_package_attributes = lambda **options: lambda function: function
     sys.modules["spack"], sys.modules["spack.package"] = types.ModuleType("spack"), stand_in
@@ -44,8 +46,14 @@ def check_spack():
     recipe = root / "packaging/spack/packages/packmesh/package.py"
     package, called = directives_of(recipe)
     check(package.__doc__ and package.homepage, "Spack: no description or homepage")
-    check(package().cmake_args() == ["-DBUILD_TESTING=tests", "-DPACKMESH_PYTHON=python"],
-          "Spack: BUILD_TESTING and PACKMESH_PYTHON do not follow the variants")
+    given = dict(argument[2:].split("=") for argument in package().cmake_args())
+    for name, variant in (("BUILD_TESTING", "tests"), ("PACKMESH_PYTHON", "python")):
+        check(given.pop(name, None) == variant, f"Spack: {name} does not follow the variant")
+    placed = [options["placement"] for name, _, options in called if name == "resource"]
+    for name, path in given.items():
+        check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
+    found = set(re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/CMakeLists.txt").read_text(), re.M))
+    check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
     check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
     variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
     needed = {}
@@ -99,6 +107,8 @@ def check_conda():
     for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt", "spdlog",
                     "nlohmann_json", "xxhash"):
         check(package in needed, f"conda: {package} is missing")
+    for name in re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/CMakeLists.txt").read_text(), re.M):
+        check(f"-D{name}=" in plain, f"conda: CMake looks for {name}, the recipe does not give it")
     least = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)\)", (root / "CMakeLists.txt").read_text()).group(1)
     check(needed.get("cmake") == f">={least}", f"conda: CMake {least} is needed, not {needed.get('cmake')}")
 

@@ -1,60 +1,201 @@
 #!/usr/bin/env python3
-"""A report opens in a browser, whole and without asking anybody for anything: check_report.py <packMesh> <chromium>."""
+"""A report in a browser: it loads nothing else, the view shows the cells, clicks select them, plots have the numbers of
+report.json: check_report.py <packMesh> <chromium> <chromedriver> [folder for pictures]."""
+import base64
+import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
-from html.parser import HTMLParser
+
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+
+program, chromium, chromedriver = os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3]
+pictures = os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None
 
 
-class Page(HTMLParser):
-    def __init__(self):
-        super().__init__()
-        self.tags, self.text, self.links = [], "", []
+def run(arguments, code=0):
+    ran = subprocess.run([program, *arguments, "--quiet"], capture_output=True, text=True)
+    assert ran.returncode == code, ran.stdout + ran.stderr
 
-    def handle_starttag(self, tag, attributes):
-        self.tags.append(tag)
-        self.links += [(tag, name, value) for name, value in attributes if name in ("src", "href", "srcset", "data")]
 
-    def handle_data(self, data):
-        self.text += data + " "
+class Page:
+    """A page in a browser of this size, which must write no errors and request no other file."""
+
+    def __init__(self, file, width=1280, height=900, webgl=True):
+        options = Options()
+        options.binary_location = chromium
+        for argument in ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking",
+                         "--disable-component-update", "--disable-sync", "--no-first-run", f"--window-size={width},{height}",
+                         *(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl
+                           else ["--disable-gpu", "--disable-3d-apis"])]:
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(chromedriver), options=options)
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                                    {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
+        self.url = "file://" + os.path.realpath(file)
+        self.driver.get(self.url)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, *_):
+        if kind is None:
+            self.check_logs()
+        self.driver.quit()
+
+    def check_logs(self):
+        errors = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] in ("SEVERE", "ERROR")]
+        assert not errors, errors
+        for entry in self.driver.get_log("performance"):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.requestWillBeSent":
+                url = message["params"]["request"]["url"]
+                assert url.startswith(("data:", "blob:")) or url == self.url, url
+
+    def run(self, script, *arguments):
+        return self.driver.execute_script(script, *arguments)
+
+    def text(self, query):
+        return self.driver.find_element(By.CSS_SELECTOR, query).text
+
+    def click(self, x, y):
+        """At these pixels of the view."""
+        canvas = self.driver.find_element(By.CSS_SELECTOR, "#stage canvas")
+        self.run("arguments[0].scrollIntoView({ block: 'center' })", canvas)
+        size = canvas.size
+        ActionChains(self.driver).move_to_element_with_offset(
+            canvas, round(x - size["width"] / 2), round(y - size["height"] / 2)).click().perform()
+
+    def colors(self):
+        """Pixels of the view that are red, and others that something is drawn on."""
+        return self.run("""
+            const from = packMesh.view.canvas, to = document.createElement("canvas");
+            [to.width, to.height] = [from.width, from.height];
+            const context = to.getContext("2d");
+            context.drawImage(from, 0, 0);
+            const data = context.getImageData(0, 0, to.width, to.height).data, found = [0, 0];
+            for (let i = 0; i < data.length; i += 4)
+              if (data[i + 3]) ++found[data[i] > 90 && data[i] > 1.5 * data[i + 1] && data[i] > 1.5 * data[i + 2] ? 0 : 1];
+            return found;""")
+
+    def save(self, name):
+        if pictures:
+            self.driver.save_screenshot(os.path.join(pictures, name + ".png"))
+
+
+def check_everything_shown(page, report):
+    text = page.text("main")
+    for words in ("Packing of a", "Certificate", "clean: no two meshes", "Hematocrit", "wallClearance", "--hematocrit 0.25",
+                  "cell-free layer", "distance to the wall", "symmetry axis", "mesh volume (what is simulated)"):
+        assert words in text, words
+    for species in report["species"]:
+        assert species["name"] in text and str(species["placed"]) in text
+    assert len(page.driver.find_elements(By.TAG_NAME, "table")) >= 4
+
+
+def check_plots(page, report):
+    sets = page.run("return packMesh.charts.map((c) => c.data.datasets.filter((d) => !d.band).map((d) => [d.label, d.data.map((p) => p.y)]))")
+    measures = report["measures"]
+    assert sets[0] == [[one["name"], one["fraction"]] for one in measures["wall"]["species"] if any(one["fraction"])]
+    assert sets[1] == [[axis, one["red"]] for axis, one in measures["axial"].items()]
+    for (name, shares), one in zip(sets[2], measures["gaps"]):
+        cells = sum(one["counts"]) + one["beyond"]
+        assert name == one["name"] and all(abs(share * cells - n) < 1e-9 for share, n in zip(shares, one["counts"]))
+    most = max(measures["orientation"], key=lambda one: one["cells"])
+    for k in range(3):
+        assert all(abs(y * most["cells"] / 10 - n) < 1e-9 for y, n in zip(sets[3][k][1], most["cosines"][k]))
+    # The numbers that the button CSV saves; dragging zooms.
+    lines = page.run("return csvOf(plotsOf(packMesh.report.measures)[0])").splitlines()
+    assert [float(line.split(",")[1]) for line in lines[1:]] == measures["wall"]["species"][0]["fraction"]
+    canvas = page.driver.find_element(By.CSS_SELECTOR, "#plots canvas")
+    page.run("arguments[0].scrollIntoView({ block: 'center' })", canvas)
+    ActionChains(page.driver).move_to_element_with_offset(canvas, 0, 0).click_and_hold().move_by_offset(60, 0).release().perform()
+    zoomed = page.run("const s = packMesh.charts[0].scales.x; return [s.min, s.max]")
+    assert 0 < zoomed[0] < zoomed[1] < 8, zoomed
+
+
+def check_view(page, report):
+    red, others = page.colors()
+    assert red > 5000 and others > 5000, (red, others)  # red cells, and the lumen around them
+    page.run("packMesh.view.setMode('gap')")
+    assert page.colors()[0] < red / 10
+    page.run("packMesh.view.setMode('species'); packMesh.view.clip(0, 0.5, 1); packMesh.view.draw(1e6)")
+    assert page.colors()[0] < 0.8 * red
+    page.run("packMesh.view.clip(0, 0, 1)")
+    # The distances that the page computes are those of the program.
+    worst = page.run("""let worst = 0;
+        for (let i = 0; i < packMesh.cells.count; ++i) {
+          const near = neighboursOf(i, 1)[0], gap = packMesh.cells.gaps[i];
+          worst = Math.max(worst, Math.abs((near ? near.gap : 1) - gap));
+        }
+        return worst;""")
+    assert worst < 1e-4, worst
+    assert abs(page.run("return Math.min(...packMesh.cells.gaps)") - report["certificate"]["minimumGap"]) < 1e-6
+
+
+def check_clicks(webgl):
+    """Cells in a row: each of them is hit, and its line and position are those of the file."""
+    with open("RBC.pos", "w", encoding="utf-8") as file:
+        file.write("3\n" + "".join(f"{x} 10 10 {angle} 0 0\n" for x, angle in ((8, 0), (20, 30), (32, 60))))
+    with open("PLT.pos", "w", encoding="utf-8") as file:
+        file.write("1\n14 10 10 0 0 0\n")
+    run("check 40 20 20 --report row.html".split())
+    with Page("row.html", webgl=webgl) as page:
+        assert page.run("return packMesh.view.drawing.constructor.name") == ("MeshView" if webgl else "OutlineView")
+        assert page.colors()[0] > 2000
+        for number, (file, line, position) in enumerate([("PLT.pos", 2, "14, 10, 10"), ("RBC.pos", 2, "8, 10, 10"),
+                                                         ("RBC.pos", 3, "20, 10, 10"), ("RBC.pos", 4, "32, 10, 10")], 1):
+            page.click(*page.run("return packMesh.view.screenOf(arguments[0])", number - 1))
+            text = page.text("#cell")
+            for words in (f"Cell {number}\n", f"{file}, line {line}\n", position):
+                assert words in text, (words, text)
+        page.click(5, 5)
+        assert page.text("#cell") == ""
+        page.save("row" if webgl else "row_without_webgl")
+
+
+def check_markup():
+    """Markup in a name is text, and does not end the elements that hold the data."""
+    name = "</script><img src=x onerror=console.error(1)><b id=bold>"
+    os.makedirs(name)
+    run(["20", "20", "20", "--rbc", "1", "--output-dir", name, "--report", "markup.html"])
+    with Page("markup.html") as page:
+        assert name in page.text("pre") and not page.driver.find_elements(By.ID, "bold")
+
+
+def check_print(page):
+    page.run("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.run("return document.getElementById('still').src").startswith("data:image/png;base64,")
+    pdf = base64.b64decode(page.driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})["data"])
+    assert pdf.startswith(b"%PDF") and len(pdf) > 50000, len(pdf)
 
 
 def main():
-    program, browser = os.path.realpath(sys.argv[1]), sys.argv[2]
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        subprocess.run([program, *"--cylinder x 8 30 --hematocrit 0.25 --plt_ratio 0.1 --report report.html --quiet".split()],
-                       check=True)
-
-        def browse(*what):
-            return subprocess.run(
-                [browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-                 "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                 "--disable-dev-shm-usage", "--window-size=1280,1600", "--user-data-dir=" + folder + "/profile", *what,
-                 "file://" + folder + "/report.html"],
-                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=200, check=True, text=True).stdout
-
-        dom = browse("--dump-dom")
-        page = Page()
-        page.feed(dom)
-        assert page.tags.count("svg") == 4, page.tags.count("svg")
-        assert page.tags.count("table") >= 4
-        for words in ("Packing of a", "Certificate", "clean", "Hematocrit", "wallClearance", "--hematocrit 0.25",
-                      "cell-free layer", "distance to the wall", "density"):
-            assert words in page.text, words
-        for tag, name, value in page.links:
-            assert value.startswith("data:image/png;base64,"), (tag, name, value[:60])
-        assert not re.search(r"https?://|url\(|@import|<script|<link", dom)
-        for path in re.findall(r' d="([^"]*)"', dom):
-            assert path and not re.search("nan|inf", path), path
-
-        browse("--screenshot=" + folder + "/report.png")
-        with open("report.png", "rb") as file:
-            picture = file.read()
-        assert picture.startswith(b"\x89PNG") and len(picture) > 50000, len(picture)
-        print(f"{len(dom)} characters, {len(page.links)} pictures, all inside")
+        run("--cylinder x 8 30 --hematocrit 0.25 --plt_ratio 0.1 --report report.html".split())
+        with open("report.json", encoding="utf-8") as file:
+            report = json.load(file)
+        with Page("report.html") as page:
+            check_everything_shown(page, report)
+            check_view(page, report)
+            check_plots(page, report)
+            check_print(page)
+            page.save("desktop")
+        with Page("report.html", 390, 844) as page:
+            assert page.run("return document.documentElement.scrollWidth") <= 390
+            assert page.colors()[0] > 1000
+            page.save("phone")
+        for webgl in (True, False):
+            check_clicks(webgl)
+        check_markup()
+        print("The report is whole")
 
 
 main()

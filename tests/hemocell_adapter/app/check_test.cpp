@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "tests/hemocell_adapter/sample_case.h"
@@ -11,6 +12,7 @@ using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
 
 TEST_CASE("check tests the requested clearances", "[executable]") {
   const TemporaryFolder folder;
@@ -57,12 +59,71 @@ TEST_CASE("check stops searching for overlaps when all cells overlap", "[executa
 TEST_CASE("check rejects options of packing", "[executable]") {
   const TemporaryFolder folder;
   ok(folder, "16 16 16 --rbc 2");
-  for (const char* option : {"--dry-run", "--validate", "--pov", "--export csv", "--realisations 2",
-                             "--tile 1 2 1", "--report r.json", "--vtp", "--vtp-meshes", "--state s.h5",
+  for (const char* option : {"--dry-run", "--validate", "--realisations 2", "--tile 1 2 1", "--state s.h5",
                              "--restart s.h5", "--checkpoint-every 3"}) {
     CAPTURE(option);
     const Ran ran = run(folder.path(), std::string("check --box 16 16 16 ") + option);
     CHECK(ran.exitCode == 1);
     CHECK_THAT(ran.err, Contains("is for packing, not for check"));
   }
+}
+
+TEST_CASE("check writes the same outputs of files as the run that packed them", "[executable]") {
+  const SampleCase folder;
+  const std::string outputs =
+      " --report out/report.html --pov --vtp --vtp-meshes --export csv --export lammps";
+  ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 0.2 --export csv --vtp" + outputs);
+  const std::string pos = readText(folder.path() / "RBC.pos");
+  const nlohmann::json packed = nlohmann::json::parse(readText(folder.path() / "out/report.json"));
+  const std::vector<std::string> names = {"cells.csv",    "cells.lammps",  "cells.pov",      "RBC.vtp",
+                                          "RBC_mesh.vtp", "RBC_cells.vtp", "out/report.html"};
+  for (const std::string& name : names) fs::remove(folder.path() / name);
+  const Ran ran = run(folder.path(), "check config.xml" + outputs);
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  for (const std::string& name : names) {
+    CAPTURE(name);
+    CHECK(fs::exists(folder.path() / name));
+    CHECK_THAT(ran.out, Contains("Wrote ") && Contains(name));
+  }
+  CHECK(readText(folder.path() / "RBC.pos") == pos);
+  const nlohmann::json checked = nlohmann::json::parse(readText(folder.path() / "out/report.json"));
+  CHECK(checked["outcome"] == "checked");
+  CHECK(checked["hematocrit"][0] == packed["hematocrit"][0]);
+  CHECK(checked["certificate"]["minimumGap"] == packed["certificate"]["minimumGap"]);
+  CHECK(checked["hemocell"] == packed["hemocell"]);
+  for (const auto& one : checked["species"]) {
+    CHECK(one["request"] == "in the file");
+    CHECK(one["asked"] == one["placed"]);
+  }
+}
+
+TEST_CASE("check reports files with violations", "[executable]") {
+  const TemporaryFolder folder;
+  writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n9 8 8 0 0 0\n90000 8 8 0 0 0\n", 3));
+  const Ran ran = run(folder.path(), "check 20 20 20 --ends closed --walls xyz --report r.html --vtp");
+  INFO(ran.all());
+  CHECK(ran.exitCode == int(ExitCode::faultsFound));
+  const nlohmann::json report = nlohmann::json::parse(readText(folder.path() / "r.json"));
+  CHECK(report["certificate"]["overlapping"] == 1);
+  CHECK(report["certificate"]["clean"] == false);
+  CHECK_THAT(readText(folder.path() / "r.html"), Contains("\"overlapping\":[[0,1]]"));
+  CHECK(fs::exists(folder.path() / "RBC.vtp"));
+}
+
+TEST_CASE("check writes no outputs that only the configuration requests", "[executable]") {
+  const SampleCase folder("<packing> <report> report.html </report> <vtp> true </vtp> </packing>");
+  writeText(folder.path() / "RBC.pos", rbcPos("8 8 8 0 0 0\n", 1));
+  CHECK(run(folder.path(), "check config.xml").exitCode == 0);
+  CHECK_FALSE(fs::exists(folder.path() / "report.html"));
+  CHECK_FALSE(fs::exists(folder.path() / "RBC.vtp"));
+}
+
+TEST_CASE("check reports on one folder, not on realisations", "[executable]") {
+  const TemporaryFolder folder;
+  ok(folder, "20 20 20 --rbc 1 --realisations 2");
+  const Ran ran = run(folder.path(), "check 20 20 20 --report r.html");
+  CHECK(ran.exitCode == 1);
+  CHECK_THAT(ran.err, Contains("--output-dir"));
+  CHECK(run(folder.path(), "check 20 20 20 --report r.html --output-dir realisation_2").exitCode == 0);
 }

@@ -7,9 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "hemocell_adapter/output/svg_plot.h"
+#include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/settings/settings_table.h"
+#include "packMesh/container/primitives.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/shapes.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -21,6 +23,13 @@ namespace {
 
 Report reportIn(const fs::path& file) {
   return Report::parse(readText(file));
+}
+
+/// The JSON in an element of a page.
+Report embedded(const std::string& html, const std::string& id) {
+  const std::string begin = "<script type=\"application/json\" id=\"" + id + "\">";
+  const std::size_t from = html.find(begin) + begin.size();
+  return Report::parse(html.substr(from, html.find("</script>", from) - from));
 }
 
 double sum(const Report& numbers) {
@@ -123,25 +132,68 @@ TEST_CASE("Reports, VTK files and scenes do not depend on the number of ranks", 
   CHECK(written[0] == written[2]);
 }
 
-TEST_CASE("An HTML report is self-contained and has a picture if POV-Ray is installed", "[executable]") {
+TEST_CASE("An HTML report is one file that holds the data as JSON", "[executable]") {
   const SampleCase folder;
-  const bool povray = GENERATE(true, false);
-  const std::string arguments = "config.xml --hematocrit 0.1 --report 'my report.html'";
-  const Ran ran = run(folder.path(), arguments, "packMesh", povray ? "" : "PATH=/nowhere");
+  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report 'my report.html'");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   CHECK_THAT(ran.out, Contains("Wrote my report.html") && Contains("Wrote my report.json"));
   const std::string html = readText(folder.path() / "my report.html");
-  CHECK((html.find("data:image/png;base64,iVBORw0KGgo") != html.npos) == povray);
-  CHECK((html.find("apt install povray") != html.npos) == !povray);
-  CHECK_THAT(html, Contains("<svg") && Contains("Certificate") && Contains("'my report.html'"));
-  CHECK_THAT(html, !Contains("http://") && !Contains("https://") && !Contains("<script"));
+  CHECK(embedded(html, "report") == reportIn(folder.path() / "my report.json"));
+  const Report view = embedded(html, "cells");
+  const std::size_t cells = view["cells"];
+  CHECK(view["slice"].is_null());
+  CHECK(view["numbers"].is_null());
+  CHECK(view["positions"].get<std::string>().size() == (12 * cells + 2) / 3 * 4);
+  CHECK(view["orientations"].get<std::string>().size() == (16 * cells + 2) / 3 * 4);
+  CHECK(view["gaps"].get<std::string>().size() == (4 * cells + 2) / 3 * 4);
+  CHECK(view["lumen"].contains("triangles"));
+  CHECK_THAT(html, !Contains("src=\"http") && !Contains("@import") && !Contains("@LIBRARIES@"));
+}
+
+TEST_CASE("Text that looks like the end of a script stays data", "[executable]") {
+  const SampleCase folder;
+  const std::string name = "</script><!--<script>@VIEW@";
+  fs::create_directories(folder.path() / name);
+  const Ran ran = run(folder.path(), "config.xml --rbc 1 --report report.html --output-dir '" + name + "'");
+  INFO(ran.all());
+  REQUIRE(ran.exitCode == 0);
+  const std::string html = readText(folder.path() / "report.html");
+  CHECK(html.find(name) == html.npos);
+  CHECK(embedded(html, "report")["command"].back() == name);
+}
+
+TEST_CASE("Of many cells the view has a slice", "[report]") {
+  Scene scene{Job()};
+  scene.lumen.container = makeBox({Vec3::Zero(), Vec3(10, 40, 10)}, {false, false, false});
+  CellSpecies species;
+  species.shape = sphereShape();
+  scene.species = {species};
+  std::vector<PicturedCell> cells;
+  for (const double y : {1.0, 25.0, 12.0, 21.0, 39.0})
+    cells.push_back({{0, {Mat3::Identity(), Vec3(5, y, 5)}}, 0.5, 0.1});
+  const PackingResult result;
+  const Communicator alone;
+  const Report view = viewOf({scene, result, Tally(), Kept(), alone}, cells, 2);
+  CHECK(view["cells"] == 5);
+  CHECK(view["slice"] == "y");
+  CHECK(view["species"][0]["cells"] == 2);
+  CHECK(view["numbers"] == "AQAAAAMAAAA=");  // 1 and 3
+}
+
+TEST_CASE("A coarsened surface has few triangles and the same extent", "[report]") {
+  const TriangleMesh fine = icosphere(5, 10.0);
+  REQUIRE(fine.triangles.size() > 5000);
+  const TriangleMesh coarse = coarsened(fine, 2000);
+  CHECK(coarse.triangles.size() <= 2000);
+  CHECK(coarse.triangles.size() > 500);
+  CHECK((boundingBox(coarse).size() - boundingBox(fine).size()).norm() < 1.0);
+  CHECK(coarsened(fine, fine.triangles.size()).vertices.size() == fine.vertices.size());
 }
 
 TEST_CASE("Reports of one cell, and of species without cells, are complete", "[executable]") {
   const TemporaryFolder folder;
-  const Ran ran = run(folder.path(), "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov", "packMesh",
-                      "PATH=/nowhere");
+  const Ran ran = run(folder.path(), "12 12 12 --rbc 1 --plt 0 --report report.html --vtp --pov");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   const Report report = reportIn(folder.path() / "report.json");
@@ -216,17 +268,4 @@ TEST_CASE("Errors of an output are reported before packing", "[executable]") {
   writeText(folder.path() / "config.xml",
             configXml(sampleDomain, "<packing> <report> report.pdf </report> </packing>"));
   CHECK_THAT(refused("config.xml --hematocrit 0.1", 2), Contains("<report>: expected a file that ends in"));
-}
-
-TEST_CASE("Plots stay within their frame and escape their input", "[report]") {
-  Plot plot{"a < b & \"c\"",
-            "x",
-            "y",
-            {{"<n>", "red", {0, 1, 2}, {1, 5, 2}, {}}},
-            {{1.0, "here"}, {9.0, "beyond"}}};
-  const std::string svg = svgOf(plot);
-  CHECK_THAT(svg, Contains("a &lt; b &amp; &quot;c&quot;") && Contains("&lt;n&gt;") && Contains("here"));
-  CHECK_THAT(svg, !Contains("beyond") && !Contains("nan") && !Contains("inf"));
-  plot.curves = {{"nothing", "red", {}, {}, {}}, {"flat", "red", {1, 2}, {0, 0}, {}, true}};
-  CHECK_THAT(svgOf(plot), !Contains("nan") && !Contains("inf"));
 }

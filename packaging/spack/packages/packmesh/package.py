@@ -41,8 +41,23 @@ class Packmesh(CMakePackage):
     depends_on("google-benchmark", type="build", when="+tests")
     depends_on("povray", type=("build", "run"), when="+tests")
 
+    # Parts of the page of reports.
+    resource(name="three", url="https://registry.npmjs.org/three/-/three-0.111.0.tgz",
+             sha256="c0f06a76cad7d725a8a21d11d1de145e1f574d68cb130ab2f153e0c1c289bf41",
+             placement="javascript/three", expand=True)
+    resource(name="chart.js", url="https://registry.npmjs.org/chart.js/-/chart.js-3.9.1.tgz",
+             sha256="111e0751796f087a51e94dfed910ccfb1278fd30e584a6e48514dba9ae7e72c6",
+             placement="javascript/chart.js", expand=True)
+
     def cmake_args(self):
-        return [self.define_from_variant("BUILD_TESTING", "tests"), self.define_from_variant("PACKMESH_PYTHON", "python")]
+        libraries = self.stage.source_path + "/javascript"
+        return [
+            self.define_from_variant("BUILD_TESTING", "tests"),
+            self.define_from_variant("PACKMESH_PYTHON", "python"),
+            self.define("THREE_JS", libraries + "/three/build/three.min.js"),
+            self.define("THREE_CONTROLS_JS", libraries + "/three/examples/js/controls/OrbitControls.js"),
+            self.define("CHART_JS", libraries + "/chart.js/dist/chart.min.js"),
+        ]
 
     @run_after("install")
     @on_package_attributes(run_tests=True)

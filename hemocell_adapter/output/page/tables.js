@@ -1,0 +1,133 @@
+// Figures and tables of the report.
+
+function gapText(value, most) {
+  return value === null ? "more than " + shown(most) + " µm" : value.toFixed(4) + " µm";
+}
+
+function durationText(seconds) {
+  if (seconds < 120) return shown(seconds, 3) + " s";
+  const minutes = seconds / 60;
+  return minutes < 120 ? shown(minutes, 3) + " min" : shown(minutes / 60, 3) + " h";
+}
+
+const noteOf = (text) => element("p", { class: "note" }, text);
+
+/** @param heads those that begin with '#' denote numeric columns; empty: no head */
+function tableOf(heads, rows) {
+  const numeric = heads.map((head) => head.startsWith("#"));
+  const cell = (tag, text, i) => element(tag, numeric[i] ? { class: "n" } : {}, text);
+  const body = element("table");
+  if (heads.some((head) => head))
+    body.append(element("tr", {}, ...heads.map((head, i) => cell("th", head.replace(/^#/, ""), i))));
+  for (const row of rows) body.append(element("tr", {}, ...row.map((text, i) => cell("td", text, i))));
+  return element("div", { class: "scroll" }, body);
+}
+
+function addCard(title, ...parts) {
+  document.getElementById("tables").append(element("section", { class: "card" }, element("h2", {}, title), ...parts));
+}
+
+function showHead() {
+  const config = report.configuration.config;
+  document.getElementById("title").textContent = document.title =
+    (report.outcome === "checked" ? "Check of cells in a " : "Packing of a ") + shown(report.lumen.description);
+  document.getElementById("subtitle").textContent = "packMesh " + shown(report.program.version) + " (" +
+    shown(report.program.commit) + ")" + (config === null ? "" : ", case " + shown(config)) +
+    (report.outcome === "checked" ? "" : ", seed " + shown(report.configuration.seed));
+}
+
+function showTiles() {
+  const tile = (value, what, kind = "") => document.getElementById("tiles").append(
+    element("div", { class: "tile " + kind }, element("b", {}, value), element("span", {}, what)));
+  const sum = (member) => report.species.reduce((all, one) => all + one[member], 0);
+  const certificate = report.certificate, placed = sum("placed"), asked = sum("asked");
+  tile(report.hematocrit[0].ofLumen.toFixed(4), "hematocrit of the lumen");
+  tile(String(placed), placed < asked ? "cells, of " + asked + " requested" : "cells");
+  tile(certificate.clean ? "clean" : "NOT CLEAN", "certificate: no overlap, all inside", certificate.clean ? "good" : "bad");
+  tile(gapText(certificate.minimumGap, certificate.gapsMeasuredUpTo), "smallest gap");
+  const layer = report.measures.wall && report.measures.wall.cellFreeLayer[0].thickness;
+  if (layer !== null) tile(layer.toFixed(2) + " µm", "cell-free layer");
+  if (report.hemocell) tile(shown(report.hemocell.kept), "cells that HemoCell keeps", report.hemocell.dropped ? "" : "good");
+}
+
+function showSpecies() {
+  const lumen = report.lumen, lattice = lumen.lattice;
+  let text = "Lumen: " + shown(lumen.description) + ", " + shown(lumen.volume) + " µm³";
+  if (lumen.note) text += "; " + lumen.note;
+  if (lattice)
+    text += "; " + shown(lattice.fluidNodes) + " fluid nodes at dx " + shown(lattice.dx) + " µm: " + shown(lattice.fluidVolume) + " µm³";
+  addCard("Cells",
+    tableOf(["cell", "origin", "#requested", "#placed", "specified as", "#mesh volume [µm³]", "#vertices", "#volume fraction",
+      "#HemoCell keeps"],
+    report.species.map((one) => [shown(one.name), shown(one.origin), shown(one.asked), shown(one.placed), shown(one.request),
+      shown(one.meshVolume, 4), shown(one.vertices), one.volumeFraction.toFixed(5), shown(one.keptByHemoCell)])),
+    noteOf(text));
+}
+
+function showHematocrit() {
+  const fluid = report.lumen.lattice !== null;
+  const heads = ["red cells counted by", "#of the lumen"].concat(fluid ? ["#of the fluid nodes"] : []);
+  addCard("Hematocrit", tableOf(heads, report.hematocrit.map((one) =>
+    [shown(one.text), one.ofLumen.toFixed(4)].concat(fluid ? [one.ofFluidNodes.toFixed(4)] : []))));
+}
+
+function showCertificate() {
+  const c = report.certificate, most = c.gapsMeasuredUpTo;
+  const rows = [
+    ["verdict", c.clean ? "clean: no two meshes share a point, all are inside the lumen" : "NOT CLEAN"],
+    ["cells examined", shown(c.cells)], [c.clean ? "pairs proved apart" : "pairs examined", shown(c.pairs)]];
+  if (!c.clean) rows.push(["overlapping pairs", shown(c.overlapping)], ["cells not inside, or too near to the wall", shown(c.misplaced)]);
+  rows.push(["smallest gap between cells", gapText(c.minimumGap, most)]);
+  if (report.lumen.wall) rows.push(["smallest gap to the wall", gapText(c.minimumWallGap, most)]);
+  if (report.hemocell) {
+    rows.push(["HemoCell keeps", shown(report.hemocell.kept) + " cells, drops " + shown(report.hemocell.dropped)]);
+    for (const one of report.hemocell.reasons) rows.push(["dropped by HemoCell", shown(one.cells) + ": " + one.reason]);
+  }
+  addCard("Certificate", tableOf(["", ""], rows),
+    noteOf("Decided by exact arithmetic on the meshes that HemoCell builds, at the positions in the .pos files."));
+}
+
+function showOrder() {
+  addCard("Gaps and orientation",
+    tableOf(["cell", "#smallest gap [µm]", "#median [µm]", "#mean [µm]", "#farther than 1 µm", "#order S",
+      "#eigenvalues of the order tensor", "#director"],
+    report.measures.gaps.map((gaps, s) => {
+      const order = report.measures.orientation[s];
+      return [shown(gaps.name), shown(gaps.minimum, 3), shown(gaps.median, 3), shown(gaps.mean, 3), shown(gaps.beyond),
+        shown(order.nematic, 3), shown(order.eigenvalues, 2), shown(order.director, 2)];
+    })),
+    noteOf("Gap: distance between the mesh of a cell and the nearest other one, as in the certificate. Order of the symmetry " +
+      "axes: S = 1 if all are parallel, about 1/√cells if random. Bands of the profiles: one standard error."));
+}
+
+function showSettings() {
+  const list = element("dl", { class: "settings" });
+  for (const [name, value] of Object.entries(report.configuration))
+    list.append(element("div", {}, element("dt", {}, name), element("dd", {}, shown(value))));
+  addCard("Settings", list, noteOf("Names are those of packMesh --reference and --help; – stands for none."));
+}
+
+/** Quoted so that a shell takes it as one word. */
+function quoted(word) {
+  return /^[\w@%+=:,./-]+$/.test(word) ? word : "'" + word.replace(/'/g, "'\\''") + "'";
+}
+
+function showCommand() {
+  const { times, statistics, repeated } = report, growth = statistics.growth;
+  const effort = (growth ? growth.iterations : statistics.sweeps) + statistics.search;
+  const parts = [element("pre", {}, report.command.map(quoted).join(" "))];
+  if (report.outcome !== "checked")
+    parts.push(noteOf("Run time " + durationText(times.wall) + " on " + times.ranks + (times.ranks === 1 ? " rank; " : " ranks; ") +
+      effort + (growth ? " iterations of growth, " : " sweeps, ") + shown(statistics.repairs) +
+      " rounds of repair. The same command and version write the same .pos files, on any number of ranks."));
+  if (repeated)
+    parts.push(noteOf("Repeated " + repeated.times.join(" × ") + " times: a box of " + repeated.boxSize.map((x) => shown(x)).join(" × ") +
+      " µm with " + shown(repeated.cells) + " cells."));
+  addCard("To reproduce", ...parts);
+}
+
+function showTables() {
+  showHead();
+  showTiles();
+  for (const show of [showSpecies, showHematocrit, showCertificate, showOrder, showSettings, showCommand]) show();
+}

@@ -1,0 +1,173 @@
+// The interactive view: camera, clip planes, colours, selection.
+
+const byId = (id) => document.getElementById(id);
+
+/** Times of a picture while things move and at rest [s], and the most triangles in one. */
+const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7;
+
+class View {
+  constructor() {
+    this.modes = colorModes();
+    this.mode = this.modes.species;
+    this.hidden = new Set();  // species
+    this.selected = -1;
+    this.neighbours = [];
+    this.alone = false;       // only the selected cell and its neighbours are drawn
+    this.camera = new THREE.PerspectiveCamera(22, 1, 1, 1000);
+    this.camera.up.set(0, 0, 1);
+    const { low, high } = report.lumen;
+    this.planes = new Map();  // by axis: those that cut something off
+    this.size = minus(high, low);
+    this.middle = along(low, this.size, 0.5);
+    this.addCanvas();
+    this.controls = new THREE.OrbitControls(this.camera, this.canvas);
+    Object.assign(this.controls, { enableKeys: false, screenSpacePanning: true, rotateSpeed: 0.8 });
+    this.controls.addEventListener("change", () => this.move());
+    this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.drawing.resize(width, height);
+    this.camera.updateMatrixWorld();
+    this.color(false);
+    const trianglesIn = this.drawing.trianglesIn();
+    [this.moving, this.resting] = [movingTime, restingTime].map((time) => Math.min(mostTriangles, trianglesIn(time)));
+    new ResizeObserver(() => this.fitCanvas()).observe(byId("stage"));
+  }
+
+  addCanvas() {
+    const add = () => {
+      const canvas = element("canvas", { tabindex: 0, role: "img", "aria-label":
+        "The cells in their lumen. Arrow keys turn, with Shift they move; + and - zoom; 0 shows all" });
+      byId("stage").prepend(canvas);
+      return canvas;
+    };
+    this.canvas = add();
+    try {
+      this.drawing = new MeshView(this.canvas, this.camera);
+    } catch (error) {  // no WebGL; the canvas may be bound to it already
+      this.canvas.remove();
+      this.canvas = add();
+      this.drawing = new OutlineView(this.canvas, this.camera);
+    }
+  }
+
+  fitCanvas() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.drawing.resize(width, height);
+    if (!this.touched) this.look(this.azimuth, this.elevation);
+    this.draw(this.resting);
+  }
+
+  /** Shows everything from a direction [degrees]: azimuth 0 is +x, 90 is +y. */
+  look(azimuth, elevation) {
+    Object.assign(this, { azimuth, elevation });
+    const [a, e] = [azimuth, elevation].map((degrees) => (degrees * Math.PI) / 180);
+    const toEye = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
+    const right = [-Math.sin(a), Math.cos(a), 0], up = cross(toEye, right);
+    const tall = Math.tan((this.camera.fov * Math.PI) / 360) * 0.94, wide = tall * this.camera.aspect;
+    let away = 1;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = [0, 1, 2].map((k) => (corner & (1 << k) ? 0.5 : -0.5) * this.size[k]);
+      away = Math.max(away, dot(p, toEye) + Math.abs(dot(p, right)) / wide, dot(p, toEye) + Math.abs(dot(p, up)) / tall);
+    }
+    const reach = Math.hypot(...this.size);
+    Object.assign(this.camera, { near: reach / 500, far: 20 * reach });
+    this.camera.updateProjectionMatrix();
+    this.controls.target.set(...this.middle);
+    this.camera.position.set(...along(this.middle, toEye, away));
+    this.controls.update();
+    this.touched = false;
+  }
+
+  /** Draws soon, with few triangles while things move, and all of them at rest. */
+  move() {
+    this.touched = true;
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => this.draw(this.resting), 180);
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw(this.moving);
+    });
+  }
+
+  draw(triangles) {
+    this.camera.updateMatrixWorld();
+    this.drawing.draw(triangles);
+  }
+
+  color(drawn = true) {
+    const shown = new Set(this.neighbours.map((one) => one.index)), dim = this.selected >= 0 && !this.alone;
+    this.drawing.setColors(cells.species.map((s, i) => {
+      if (this.hidden.has(s) || (this.alone && this.selected >= 0 && i !== this.selected && !shown.has(i))) return null;
+      if (i === this.selected) return [40, 170, 255];
+      const color = this.mode.color(i);
+      return dim && !shown.has(i) ? color.map((c) => 0.45 * c + 105) : color;
+    }));
+    this.drawing.mark(this.selected);
+    showLegend(this.mode);
+    if (drawn) this.draw(this.resting);
+  }
+
+  setMode(key) {
+    this.mode = this.modes[key];
+    this.color();
+  }
+
+  /** Cuts off what is below `from` and above `to` [fractions of the extent] along an axis. */
+  clip(axis, from, to) {
+    const low = report.lumen.low[axis], size = this.size[axis];
+    const normal = (sign) => new THREE.Vector3().setComponent(axis, sign), planes = [];
+    if (from > 0) planes.push(new THREE.Plane(normal(1), -(low + from * size)));
+    if (to < 1) planes.push(new THREE.Plane(normal(-1), low + to * size));
+    this.planes.set(axis, planes);
+    this.drawing.setPlanes([...this.planes.values()].flat());
+    this.move();
+  }
+
+  select(index) {
+    this.selected = index;
+    this.neighbours = index >= 0 ? neighboursOf(index, report.certificate.gapsMeasuredUpTo) : [];
+    this.color();
+    showCell(this);
+  }
+
+  /** Pixels of a cell's centre on the canvas. */
+  screenOf(index) {
+    const p = new THREE.Vector3(...cells.position(index)).project(this.camera);
+    return [((p.x + 1) / 2) * this.canvas.clientWidth, ((1 - p.y) / 2) * this.canvas.clientHeight];
+  }
+
+  turn(right, up) {
+    const from = this.camera.position.clone().sub(this.controls.target), flat = Math.hypot(from.x, from.y);
+    const a = Math.atan2(from.y, from.x) + right, e = within(Math.atan2(from.z, flat) + up, -1.55, 1.55), length = from.length();
+    this.camera.position.set(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)).multiplyScalar(length).add(this.controls.target);
+    this.controls.update();
+  }
+
+  shift(right, up) {
+    const step = 0.05 * this.camera.position.distanceTo(this.controls.target), move = new THREE.Vector3(right * step, up * step, 0);
+    move.applyQuaternion(this.camera.quaternion);
+    this.camera.position.add(move);
+    this.controls.target.add(move);
+    this.controls.update();
+  }
+
+  zoom(factor) {
+    this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+    this.controls.update();
+  }
+
+  showAll() {
+    this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
+    this.draw(this.resting);
+  }
+
+  picture() {
+    this.draw(this.resting);
+    return this.canvas.toDataURL("image/png");
+  }
+}
