@@ -35,7 +35,10 @@ function colorModes() {
   const modes = {
     species: {
       name: "species",
-      color: (i) => rgbOf(colorOf(report.species[cells.species[i]].name, cells.species[i])).map((c) => c * shadeOf(cells.number(i))),
+      color: (i) => {
+        const s = cells.species[i];
+        return rgbOf(colorOf(report.species[s].name, s)).map((c) => c * shadeOf(cells.number(i)));
+      },
       keys: report.species.map((one, s) => [one.name, colorOf(one.name, s)]).filter((_, s) => stored.species[s].cells > 0),
     },
   };

@@ -58,7 +58,8 @@ function radiusOf(mesh) {
 function trianglesNear(cell, shift, middle, reach) {
   const mesh = cells.templates[cells.species[cell]], at = cells.position(cell).map((x, k) => x + shift[k]);
   const points = [];
-  for (let i = 0; i < mesh.vertices.length; i += 3) points.push(along(at, turned(cells.orientations, cell, mesh.vertices.subarray(i, i + 3)), 1));
+  for (let i = 0; i < mesh.vertices.length; i += 3)
+    points.push(along(at, turned(cells.orientations, cell, mesh.vertices.subarray(i, i + 3)), 1));
   const found = [];
   for (let i = 0; i < mesh.triangles.length; i += 3) {
     const corners = [points[mesh.triangles[i]], points[mesh.triangles[i + 1]], points[mesh.triangles[i + 2]]];
@@ -178,5 +179,6 @@ function coarsened(mesh, normals, edge) {
     const [a, b, c] = [0, 1, 2].map((k) => groupOf[mesh.triangles[i + k]]);
     if (a !== b && b !== c && c !== a) triangles.push(a, b, c);
   }
-  return { vertices: Float32Array.from(vertices), triangles: Uint32Array.from(triangles), normals: Float32Array.from(newNormals) };
+  return { vertices: Float32Array.from(vertices), triangles: Uint32Array.from(triangles),
+    normals: Float32Array.from(newNormals) };
 }

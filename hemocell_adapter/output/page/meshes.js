@@ -82,7 +82,8 @@ const coarseness = [0, 0.28, 0.5, 0.9];
 /** The context of a canvas: without smooth edges where the processor draws. */
 function contextOf(canvas) {
   for (const quick of [true, false]) {
-    const options = { alpha: true, depth: true, antialias: quick, failIfMajorPerformanceCaveat: quick, preserveDrawingBuffer: true };
+    const options = { alpha: true, depth: true, antialias: quick, failIfMajorPerformanceCaveat: quick,
+      preserveDrawingBuffer: true };
     const context = canvas.getContext("webgl2", options) || canvas.getContext("webgl", options);
     if (context) return context;
   }
@@ -133,11 +134,11 @@ class MeshView {
       const geometry = new THREE.InstancedBufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(mesh.vertices, 3));
       geometry.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
-      geometry.setIndex(new THREE.BufferAttribute(mesh.vertices.length < 3 * 65536 ? Uint16Array.from(mesh.triangles) : mesh.triangles, 1));
+      geometry.setIndex(new THREE.BufferAttribute(mesh.triangles, 1));
       for (const [name, attribute] of Object.entries(shared)) geometry.setAttribute(name, attribute);
       geometry.maxInstancedCount = count;
       const drawn = new THREE.Mesh(geometry, this.cellMaterial);
-      Object.assign(drawn, { frustumCulled: false, userData: { first, count } });
+      Object.assign(drawn, { frustumCulled: false, userData: { first } });
       this.levels[level].push(drawn);
       this.triangles[level] += (count * mesh.triangles.length) / 3;
       this.scene.add(drawn);
@@ -203,7 +204,7 @@ class MeshView {
       this.marked = null;
     }
     if (index < 0) return;
-    const of = this.levels[0].find((mesh) => mesh.userData.first <= index && index < mesh.userData.first + mesh.userData.count).geometry;
+    const of = this.levels[0].filter((mesh) => mesh.userData.first <= index).pop().geometry;
     const geometry = new THREE.InstancedBufferGeometry(), one = (array, size, normalized) =>
       new THREE.InstancedBufferAttribute(array.slice(size * index, size * (index + 1)), size, normalized);
     for (const name of ["position", "normal"]) geometry.setAttribute(name, of.attributes[name]);

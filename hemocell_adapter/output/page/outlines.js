@@ -2,14 +2,16 @@
 
 class OutlineView {
   constructor(canvas, camera) {
-    Object.assign(this, { canvas, camera, planes: [], wall: { visible: true }, context: canvas.getContext("2d"), colors: [], drawn: [] });
+    Object.assign(this, { canvas, camera, planes: [], wall: { visible: true }, colors: [], drawn: [] });
+    this.context = canvas.getContext("2d");
     this.half = cells.templates.map((mesh) => mesh && [0, 1, 2].map((k) => {
       let most = 0;
       for (let i = k; i < mesh.vertices.length; i += 3) most = Math.max(most, Math.abs(mesh.vertices[i]));
       return most;
     }));
     const { low, high } = report.lumen, size = minus(high, low);
-    this.edges = new THREE.EdgesGeometry(new THREE.BoxBufferGeometry(...size).translate(...along(low, size, 0.5))).attributes.position.array;
+    const box = new THREE.BoxBufferGeometry(...size).translate(...along(low, size, 0.5));
+    this.edges = new THREE.EdgesGeometry(box).attributes.position.array;
   }
 
   setColors(colors) { this.colors = colors; }
@@ -35,7 +37,9 @@ class OutlineView {
 
   draw() {
     const { context } = this, toCamera = this.camera.matrixWorldInverse.elements;
-    const seen = (v, w) => [0, 1, 2].map((k) => toCamera[k] * v[0] + toCamera[4 + k] * v[1] + toCamera[8 + k] * v[2] + toCamera[12 + k] * w);
+    const seen = (v, w) => [0, 1, 2].map((k) =>
+      toCamera[k] * v[0] + toCamera[4 + k] * v[1] + toCamera[8 + k] * v[2] + toCamera[12 + k] * w);
+    const isCut = (p) => this.planes.some(({ normal, constant }) => dot([normal.x, normal.y, normal.z], p) + constant < 0);
     context.clearRect(0, 0, this.width, this.height);
     if (this.wall.visible) {
       context.strokeStyle = "#8793a3";
@@ -49,13 +53,14 @@ class OutlineView {
     this.drawn = [];
     for (let i = 0; i < cells.count; ++i) {
       const at = cells.position(i), p = seen(at, 1);
-      if (!this.colors[i] || p[2] > 0 || this.planes.some((plane) => dot([plane.normal.x, plane.normal.y, plane.normal.z], at) + plane.constant < 0)) continue;
+      if (!this.colors[i] || p[2] > 0 || isCut(at)) continue;
       const half = this.half[cells.species[i]];
       const axes = [0, 1, 2].map((k) => seen(turned(cells.orientations, i, [0, 1, 2].map((j) => (j === k ? half[k] : 0))), 0));
       // The outline of an ellipsoid: axes of the symmetric matrix (a b; b c).
       const sum = (j, k) => axes.reduce((all, axis) => all + axis[j] * axis[k], 0), [a, b, c] = [sum(0, 0), sum(0, 1), sum(1, 1)];
       const middle = (a + c) / 2, spread = Math.hypot((a - c) / 2, b), [x, y, scale] = this.onCanvas(p);
-      this.drawn.push({ i, depth: p[2], x, y, long: scale * Math.sqrt(middle + spread), short: scale * Math.sqrt(Math.max(middle - spread, 0)),
+      this.drawn.push({ i, depth: p[2], x, y,
+        long: scale * Math.sqrt(middle + spread), short: scale * Math.sqrt(Math.max(middle - spread, 0)),
         angle: -Math.atan2(2 * b, a - c) / 2, light: 0.78 + (0.3 * Math.abs(axes[1][2])) / Math.hypot(...axes[1]) });
     }
     this.drawn.sort((a, b) => a.depth - b.depth);

@@ -8,31 +8,36 @@ function showCell(view) {
   const list = element("dl"), add = (name, value) => list.append(element("dt", {}, name), element("dd", {}, value));
   add("kind", species.name);
   if (species.file) add("in file", species.file + ", line " + cells.line(i));
-  add("position [µm]", cells.position(i).map((x) => shown(x)).join(", "));
+  add("position [µm]", cells.position(i).map((x) => x.toFixed(3)).join(", "));
   add("symmetry axis", cells.axis(i).map((x) => x.toFixed(3)).join(", "));
-  add("gap to the nearest", cells.gaps[i] >= most ? "more than " + most + " µm" : shown(cells.gaps[i], 4) + " µm");
+  add("gap to nearest", cells.gaps[i] >= most ? "more than " + most + " µm" : shown(cells.gaps[i], 4) + " µm");
   add("local hematocrit", cells.localHematocrits[i].toFixed(3));
   const close = element("button", { type: "button", onclick: () => view.select(-1) }, "Deselect");
   box.append(element("h2", {}, "Cell " + cells.number(i) + " "), list);
   for (const text of faults.get(cells.number(i)) || []) box.append(element("p", { class: "fault" }, text));
-  const alone = element("input", { type: "checkbox", id: "alone", onchange: (event) => { view.alone = event.target.checked; view.color(); } });
+  const setAlone = (event) => { view.alone = event.target.checked; view.color(); };
+  const alone = element("input", { type: "checkbox", onchange: setAlone });
   alone.checked = view.alone;
   box.append(element("div", { class: "row" }, close, element("label", {}, alone, " only it and its neighbours")));
-  if (!view.neighbours.length) return box.append(noteOf("No cell is nearer than " + most + " µm" + (stored.slice ? " among those drawn." : ".")));
-  box.append(tableOf(["neighbour", "#gap [µm]"], view.neighbours.map((one) => [
-    element("span", {}, element("button", { type: "button", onclick: () => view.select(one.index) }, String(cells.number(one.index))),
-      " " + report.species[cells.species[one.index]].name + (one.image ? " (periodic image)" : "")), one.gap.toFixed(4)])));
+  const button = (index) => element("button", { type: "button", onclick: () => view.select(index) }, String(cells.number(index)));
+  const rowOf = ({ index, gap, image }) => [element("span", {}, button(index),
+    " " + report.species[cells.species[index]].name + (image ? " (periodic image)" : "")), gap.toFixed(4)];
+  box.append(view.neighbours.length ? tableOf(["neighbour", "#gap [µm]"], view.neighbours.map(rowOf))
+    : noteOf("No cell is nearer than " + most + " µm" + (stored.slice ? " among those drawn." : ".")));
 }
 
 function addClips(view) {
   const names = "xyz", { low, high } = report.lumen;
   for (let k = 0; k < 3; ++k) {
-    const slider = (value, end) => element("input", { type: "range", min: 0, max: 1, step: 0.002, value, "aria-label": end + " " + names[k] + " shown",
-      oninput: () => {
-        const [from, to] = [Number(ends[0].value), Number(ends[1].value)];
-        ends.forEach((one, i) => { one.title = names[k] + (i ? " ≤ " : " ≥ ") + shown(low[k] + Number(one.value) * (high[k] - low[k]), 4) + " µm"; });
-        view.clip(k, from, to);
-      } });
+    const oninput = () => {
+      const [from, to] = ends.map((one) => Number(one.value));
+      const at = (share) => shown(low[k] + share * (high[k] - low[k]), 4) + " µm";
+      ends[0].title = names[k] + " ≥ " + at(from);
+      ends[1].title = names[k] + " ≤ " + at(to);
+      view.clip(k, from, to);
+    };
+    const slider = (value, end) => element("input",
+      { type: "range", min: 0, max: 1, step: 0.002, value, "aria-label": end + " " + names[k] + " shown", oninput });
     const ends = [slider(0, "least"), slider(1, "largest")];
     byId("clips").append(element("div", { class: "clip" }, element("span", {}, names[k]), ...ends));
   }
@@ -54,10 +59,15 @@ function addSwitches(view) {
 
 function addKeys(view) {
   const step = 0.08, keys = {
-    ArrowLeft: () => view.turn(-step, 0), ArrowRight: () => view.turn(step, 0), ArrowUp: () => view.turn(0, step), ArrowDown: () => view.turn(0, -step),
-    "+": () => view.zoom(0.9), "=": () => view.zoom(0.9), "-": () => view.zoom(1.11), 0: () => view.showAll(), Escape: () => view.select(-1),
+    ArrowLeft: () => view.turn(-step, 0), ArrowRight: () => view.turn(step, 0),
+    ArrowUp: () => view.turn(0, step), ArrowDown: () => view.turn(0, -step),
+    "+": () => view.zoom(0.9), "=": () => view.zoom(0.9), "-": () => view.zoom(1.11),
+    0: () => view.showAll(), Escape: () => view.select(-1),
   };
-  const shifted = { ArrowLeft: () => view.shift(-1, 0), ArrowRight: () => view.shift(1, 0), ArrowUp: () => view.shift(0, 1), ArrowDown: () => view.shift(0, -1) };
+  const shifted = {
+    ArrowLeft: () => view.shift(-1, 0), ArrowRight: () => view.shift(1, 0),
+    ArrowUp: () => view.shift(0, 1), ArrowDown: () => view.shift(0, -1),
+  };
   view.canvas.addEventListener("keydown", (event) => {
     const action = (event.shiftKey && shifted[event.key]) || keys[event.key];
     if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -98,7 +108,8 @@ function addPanel(view) {
     if (index < 0) byId("cell").replaceChildren(noteOf("There is no such cell" + (stored.slice ? " among those drawn." : ".")));
   };
   let help = "Drag to turn, right-drag (two fingers) to move, scroll to zoom, click a cell.";
-  if (stored.slice) help += " Shown are the " + cells.count + " of " + cells.all + " cells nearest to the middle along " + stored.slice + ".";
+  if (stored.slice)
+    help += " Shown are the " + cells.count + " of " + cells.all + " cells nearest to the middle along " + stored.slice + ".";
   if (view.drawing instanceof OutlineView) help += " This browser has no WebGL: cells are drawn as ellipsoids.";
   byId("help").textContent = help;
   window.addEventListener("beforeprint", () => { byId("still").src = view.picture(); });

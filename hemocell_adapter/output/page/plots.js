@@ -74,7 +74,8 @@ function datasetsOf(plot) {
   const sets = [], points = (x, y) => x.map((at, i) => ({ x: at, y: y[i] }));
   for (const curve of plot.curves) {
     sets.push({ label: curve.name, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
-      borderWidth: 1.8, pointRadius: 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false, fill: curve.steps ? "origin" : false });
+      borderWidth: 1.8, pointRadius: 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
+      fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
     const band = { borderWidth: 0, pointRadius: 0, pointHitRadius: 0, backgroundColor: curve.color + "2e", band: true };
     sets.push({ ...band, data: points(curve.x, curve.y.map((y, i) => Math.max(0, y - curve.error[i]))), fill: false });
@@ -158,10 +159,12 @@ function addPlot(plot) {
     const { min, max } = chart.scales.x, middle = (min + max) / 2, half = (factor * (max - min)) / 2;
     showRange(chart, Math.max(least, middle - half), Math.min(most, middle + half));
   };
-  const button = (text, label, onclick) => element("button", { type: "button", "aria-label": label + ": " + plot.title, title: label, onclick }, text);
+  const button = (text, title, onclick) =>
+    element("button", { type: "button", "aria-label": title + ": " + plot.title, title, onclick }, text);
   document.getElementById("plots").append(element("section", { class: "card" },
     element("div", { class: "plot-head" }, element("h2", {}, plot.title), element("span", {},
-      button("+", "Zoom in", () => scaled(0.5)), " ", button("–", "Zoom out", () => scaled(2)), " ", button("All", "Show all", all), " ",
+      button("+", "Zoom in", () => scaled(0.5)), " ", button("–", "Zoom out", () => scaled(2)), " ",
+      button("All", "Show all", all), " ",
       button("PNG", "Save as picture", () => canvas.toBlob((blob) => download(blob, plot.id + ".png"))), " ",
       button("CSV", "Save the numbers", () => download(new Blob([csvOf(plot)], { type: "text/csv" }), plot.id + ".csv")))),
     area));
@@ -172,7 +175,8 @@ function addPlot(plot) {
       animation: false, responsive: true, maintainAspectRatio: false, parsing: false, normalized: true,
       interaction: { mode: "nearest", axis: "x", intersect: false },
       scales: {
-        x: { type: "linear", min: least, max: plot.upTo || most, title: { display: true, text: plot.x }, grid: { color: "#e6eaf0" },
+        x: { type: "linear", min: least, max: plot.upTo || most, title: { display: true, text: plot.x },
+          grid: { color: "#e6eaf0" },
           ticks: { maxRotation: 0, autoSkipPadding: 12, includeBounds: false, callback: (x) => Number(x.toPrecision(3)) } },
         y: { min: 0, title: { display: true, text: plot.y }, grid: { color: "#e6eaf0" } },
       },

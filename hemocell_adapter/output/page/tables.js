@@ -55,7 +55,8 @@ function showSpecies() {
   let text = "Lumen: " + shown(lumen.description) + ", " + shown(lumen.volume) + " µm³";
   if (lumen.note) text += "; " + lumen.note;
   if (lattice)
-    text += "; " + shown(lattice.fluidNodes) + " fluid nodes at dx " + shown(lattice.dx) + " µm: " + shown(lattice.fluidVolume) + " µm³";
+    text += "; " + shown(lattice.fluidNodes) + " fluid nodes at dx " + shown(lattice.dx) + " µm: " +
+      shown(lattice.fluidVolume) + " µm³";
   addCard("Cells",
     tableOf(["cell", "origin", "#requested", "#placed", "specified as", "#mesh volume [µm³]", "#vertices", "#volume fraction",
       "#HemoCell keeps"],
@@ -76,7 +77,8 @@ function showCertificate() {
   const rows = [
     ["verdict", c.clean ? "clean: no two meshes share a point, all are inside the lumen" : "NOT CLEAN"],
     ["cells examined", shown(c.cells)], [c.clean ? "pairs proved apart" : "pairs examined", shown(c.pairs)]];
-  if (!c.clean) rows.push(["overlapping pairs", shown(c.overlapping)], ["cells not inside, or too near to the wall", shown(c.misplaced)]);
+  if (!c.clean)
+    rows.push(["overlapping pairs", shown(c.overlapping)], ["cells not inside, or too near to the wall", shown(c.misplaced)]);
   rows.push(["smallest gap between cells", gapText(c.minimumGap, most)]);
   if (report.lumen.wall) rows.push(["smallest gap to the wall", gapText(c.minimumWallGap, most)]);
   if (report.hemocell) {
@@ -117,12 +119,13 @@ function showCommand() {
   const effort = (growth ? growth.iterations : statistics.sweeps) + statistics.search;
   const parts = [element("pre", {}, report.command.map(quoted).join(" "))];
   if (report.outcome !== "checked")
-    parts.push(noteOf("Run time " + durationText(times.wall) + " on " + times.ranks + (times.ranks === 1 ? " rank; " : " ranks; ") +
+    parts.push(noteOf("Run time " + durationText(times.wall) + " on " + times.ranks +
+      (times.ranks === 1 ? " rank; " : " ranks; ") +
       effort + (growth ? " iterations of growth, " : " sweeps, ") + shown(statistics.repairs) +
       " rounds of repair. The same command and version write the same .pos files, on any number of ranks."));
   if (repeated)
-    parts.push(noteOf("Repeated " + repeated.times.join(" × ") + " times: a box of " + repeated.boxSize.map((x) => shown(x)).join(" × ") +
-      " µm with " + shown(repeated.cells) + " cells."));
+    parts.push(noteOf("Repeated " + repeated.times.join(" × ") + " times: a box of " +
+      repeated.boxSize.map((x) => shown(x)).join(" × ") + " µm with " + shown(repeated.cells) + " cells."));
   addCard("To reproduce", ...parts);
 }
 

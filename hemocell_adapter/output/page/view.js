@@ -2,8 +2,8 @@
 
 const byId = (id) => document.getElementById(id);
 
-/** Times of a picture while things move and at rest [s], and the most triangles in one. */
-const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7;
+/** Times of a picture while things move and at rest [s]; the most triangles in one, and in one at rest at least. */
+const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7, leastAtRest = 6e5;
 
 class View {
   constructor() {
@@ -19,6 +19,7 @@ class View {
     this.planes = new Map();  // by axis: those that cut something off
     this.size = minus(high, low);
     this.middle = along(low, this.size, 0.5);
+    this.outline = this.outlineOf();
     this.addCanvas();
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     Object.assign(this.controls, { enableKeys: false, screenSpacePanning: true, rotateSpeed: 0.8 });
@@ -29,7 +30,8 @@ class View {
     this.camera.updateMatrixWorld();
     this.color(false);
     const trianglesIn = this.drawing.trianglesIn();
-    [this.moving, this.resting] = [movingTime, restingTime].map((time) => Math.min(mostTriangles, trianglesIn(time)));
+    this.moving = Math.min(mostTriangles, trianglesIn(movingTime));
+    this.resting = Math.min(mostTriangles, Math.max(leastAtRest, trianglesIn(restingTime)));
     new ResizeObserver(() => this.fitCanvas()).observe(byId("stage"));
   }
 
@@ -60,6 +62,19 @@ class View {
     this.draw(this.resting);
   }
 
+  /** Points relative to the middle; a view of all of them shows the lumen. */
+  outlineOf() {
+    const points = [];
+    if (!stored.lumen) {
+      for (let corner = 0; corner < 8; ++corner)
+        points.push([0, 1, 2].map((k) => (corner & (1 << k) ? 0.5 : -0.5) * this.size[k]));
+      return points;
+    }
+    const { vertices } = meshOf(stored.lumen);
+    for (let i = 0; i < vertices.length; i += 3) points.push(minus(vertices.subarray(i, i + 3), this.middle));
+    return points;
+  }
+
   /** Shows everything from a direction [degrees]: azimuth 0 is +x, 90 is +y. */
   look(azimuth, elevation) {
     Object.assign(this, { azimuth, elevation });
@@ -67,16 +82,19 @@ class View {
     const toEye = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
     const right = [-Math.sin(a), Math.cos(a), 0], up = cross(toEye, right);
     const tall = Math.tan((this.camera.fov * Math.PI) / 360) * 0.94, wide = tall * this.camera.aspect;
-    let away = 1;
-    for (let corner = 0; corner < 8; ++corner) {
-      const p = [0, 1, 2].map((k) => (corner & (1 << k) ? 0.5 : -0.5) * this.size[k]);
-      away = Math.max(away, dot(p, toEye) + Math.abs(dot(p, right)) / wide, dot(p, toEye) + Math.abs(dot(p, up)) / tall);
+    // Outermost planes through the eye's pyramid: to the right, left, above, below.
+    const most = [-Infinity, -Infinity, -Infinity, -Infinity];
+    for (const p of this.outline) {
+      const x = dot(p, right), y = dot(p, up), z = dot(p, toEye);
+      [x + wide * z, -x + wide * z, y + tall * z, -y + tall * z].forEach((plane, i) => { most[i] = Math.max(most[i], plane); });
     }
+    const away = Math.max((most[0] + most[1]) / (2 * wide), (most[2] + most[3]) / (2 * tall));
+    const target = along(along(this.middle, right, (most[0] - most[1]) / 2), up, (most[2] - most[3]) / 2);
     const reach = Math.hypot(...this.size);
     Object.assign(this.camera, { near: reach / 500, far: 20 * reach });
     this.camera.updateProjectionMatrix();
-    this.controls.target.set(...this.middle);
-    this.camera.position.set(...along(this.middle, toEye, away));
+    this.controls.target.set(...target);
+    this.camera.position.set(...along(target, toEye, away));
     this.controls.update();
     this.touched = false;
   }
@@ -105,7 +123,7 @@ class View {
       if (this.hidden.has(s) || (this.alone && this.selected >= 0 && i !== this.selected && !shown.has(i))) return null;
       if (i === this.selected) return [40, 170, 255];
       const color = this.mode.color(i);
-      return dim && !shown.has(i) ? color.map((c) => 0.45 * c + 105) : color;
+      return dim && !shown.has(i) ? color.map((c) => 0.6 * c + 80) : color;
     }));
     this.drawing.mark(this.selected);
     showLegend(this.mode);
@@ -142,15 +160,15 @@ class View {
   }
 
   turn(right, up) {
-    const from = this.camera.position.clone().sub(this.controls.target), flat = Math.hypot(from.x, from.y);
-    const a = Math.atan2(from.y, from.x) + right, e = within(Math.atan2(from.z, flat) + up, -1.55, 1.55), length = from.length();
-    this.camera.position.set(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)).multiplyScalar(length).add(this.controls.target);
+    const { position } = this.camera, { target } = this.controls, from = position.clone().sub(target);
+    const a = Math.atan2(from.y, from.x) + right, e = within(Math.atan2(from.z, Math.hypot(from.x, from.y)) + up, -1.55, 1.55);
+    position.set(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)).multiplyScalar(from.length()).add(target);
     this.controls.update();
   }
 
   shift(right, up) {
-    const step = 0.05 * this.camera.position.distanceTo(this.controls.target), move = new THREE.Vector3(right * step, up * step, 0);
-    move.applyQuaternion(this.camera.quaternion);
+    const step = 0.05 * this.camera.position.distanceTo(this.controls.target);
+    const move = new THREE.Vector3(right * step, up * step, 0).applyQuaternion(this.camera.quaternion);
     this.camera.position.add(move);
     this.controls.target.add(move);
     this.controls.update();
