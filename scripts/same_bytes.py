@@ -109,7 +109,7 @@ PROBLEMS = {
     "check of overlap": ("", ["16 16 16 --rbc 12 --ends periodic",
                               "check --box 14 14 14 --ends periodic --verbose"]),
     "all outputs": (PIPE, ["config.xml --hematocrit 0.2 --pov --vtp --vtp-meshes --report r.html --export csv --export lammps "
-                           "--export mirheo --state s.h5"]),
+                           "--export lammps-molecular --export mirheo --export espresso --export stl --state s.h5"]),
     "texts": ("", ["--print-config-reference", "--help", "--man", "--completion"]),
 }
 CASES = {  # <domain> and <packing> of cases that no example has

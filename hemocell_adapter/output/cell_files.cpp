@@ -33,7 +33,7 @@ class CellFiles {
   std::vector<fs::path> operator()(bool withPos) {
     shared_.makeFolder(scene_.outputDirectory);
     if (withPos) addPosFiles();
-    for (const std::string& format : scene_.exports) addExport(format);
+    for (const ExportedFile& exported : exportedFiles(scene_, counts_)) addExport(exported);
     for (const File& file : files_) write(file);
     shared_.commit();
     std::vector<fs::path> paths;
@@ -56,27 +56,26 @@ class CellFiles {
     }
   }
 
-  void addExport(const std::string& format) {
-    for (const ExportedFile& exported : exportedFiles(format, scene_, counts_)) {
-      File file{scene_.outputDirectory / exported.name, {}};
-      for (const ExportedSection& section : exported.sections)
-        file.sections.push_back({section.head, [this, section] { return linesOf(section); }});
-      files_.push_back(std::move(file));
-    }
+  void addExport(const ExportedFile& exported) {
+    File file{scene_.outputDirectory / exported.name, {}};
+    for (const ExportedSection& section : exported.sections)
+      file.sections.push_back({section.head, [this, section] { return textOf(section); }});
+    files_.push_back(std::move(file));
   }
 
-  std::string linesOf(const ExportedSection& section) const {
-    std::int64_t number = firstNumber();
+  std::string textOf(const ExportedSection& section) const {
     std::string text;
-    for (std::size_t i = 0; i < result_.cells.size(); ++i, ++number)
-      if (section.species < 0 || section.species == result_.cells[i].species)
-        text += section.line({result_.cells[i].species, number, result_.poses[i]});
+    if (!section.text) return text;
+    ExportedCell cell;
+    cell.before = ranks_.sumBefore(countsOf(scene_, result_.cells));
+    for (std::size_t i = 0; i < result_.cells.size(); ++i) {
+      cell.species = result_.cells[i].species;
+      cell.pose = result_.poses[i];
+      cell.placement = result_.cells[i].placement;
+      if (section.species < 0 || section.species == cell.species) text += section.text(cell);
+      ++cell.before[cell.species];
+    }
     return text;
-  }
-
-  /// For this rank's cells, from 1 on.
-  std::int64_t firstNumber() const {
-    return 1 + ranks_.sumBefore({std::int64_t(result_.cells.size())}).front();
   }
 
   void write(const File& file) {

@@ -127,17 +127,21 @@ void requireWritableOutputs(const Scene& scene) {
   for (const fs::path& file : files) requireReplaceable(file);
   std::vector<std::int64_t> counts;
   for (const CellSpecies& species : scene.species) counts.push_back(species.mostCells());
-  for (const std::string& format : scene.exports)
-    for (const ExportedFile& exported : exportedFiles(format, scene, counts))
-      files.push_back(scene.outputDirectory / exported.name);
+  for (const ExportedFile& exported : exportedFiles(scene, counts))
+    files.push_back(scene.outputDirectory / exported.name);
   if (scene.stateFile) files.push_back(*scene.stateFile);
   if (scene.stateFile && companionOf(*scene.stateFile) != *scene.stateFile)
     files.push_back(companionOf(*scene.stateFile));
-  std::set<fs::path> known;
+  std::set<fs::path> known, read;
+  for (const CellSpecies& species : scene.species)
+    if (species.kind == CellSpecies::Template::mesh)
+      read.insert(fs::weakly_canonical(fs::absolute(species.meshFile)));
   for (const fs::path& file : files) {
     std::error_code error;
     const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
     if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
+    if (read.count(real) > 0)
+      throw OutputError(fmt::format("{}: is the mesh of a cell, and would be overwritten", file.string()));
     if (!known.insert(real).second)
       throw OutputError(fmt::format(
           "{}: two outputs have this name (report, state with its .xdmf, pictures, cells)", file.string()));

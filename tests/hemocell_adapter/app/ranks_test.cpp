@@ -91,7 +91,8 @@ TEST_CASE("A case gives the same files and messages on 1, 2, 3, 4 and 8 ranks", 
 
 TEST_CASE("All outputs are the same on 1, 2, 3 and 5 ranks with both methods", "[ranks]") {
   const std::string outputs =
-      " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export lammps";
+      " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export "
+      "lammps-molecular --export mirheo --export stl";
   requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs, {1, 2, 3, 5});
   requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs, {1, 2, 3, 5});
   requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp", {1, 2, 3, 5});
@@ -120,7 +121,8 @@ TEST_CASE("CAT faces give the same files and messages on 1, 2, 3, 4 and 8 ranks"
 
 TEST_CASE("Tiles and exports are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
   requireSameOnRanks(
-      "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export lammps");
+      "25 25 25 --ends periodic --hematocrit 0.3 --plt_ratio 0.1 --tile 2 2 2 --export csv --export "
+      "lammps-molecular --export mirheo --export stl");
 }
 
 TEST_CASE("Columns are the same on 1, 2, 3, 4 and 8 ranks", "[ranks]") {

@@ -1,49 +1,318 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Files of cells for other programs, with the real executable.
+// Files of cells for other programs, with the real executable: read as those programs do, they give the
+// membranes of the .pos files, which do not overlap.
+#include "hemocell_adapter/output/exports.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <iterator>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/exports.h"
+#include "packMesh/container/primitives.h"
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_intersection.h"
+#include "tests/hemocell_adapter/output/export_readers.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/shapes.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("Exports contain the cells of the .pos files", "[executable]") {
-  const TemporaryFolder folder;
-  // A format that is asked for twice is written once.
-  ok(folder,
-     "16 16 16 --ends periodic --rbc 5 --plt 3 --export csv --export csv --export lammps --export mirheo");
-  const auto red = readPos(folder.path() / "RBC.pos"), platelets = readPos(folder.path() / "PLT.pos");
-  std::istringstream rows(readText(folder.path() / "cells.csv"));
-  std::string row;
-  std::getline(rows, row);
-  std::size_t n = 0;
-  while (std::getline(rows, row)) {
-    std::replace(row.begin(), row.end(), ',', ' ');
-    std::istringstream in(row);
-    std::size_t id = 0;
-    std::string species;
-    double x, y, z, w, a, b, c;
-    in >> id >> species >> x >> y >> z >> w >> a >> b >> c;
-    REQUIRE(in);
-    CHECK(id == ++n);
-    const PosLine& line = n <= red.size() ? red[n - 1] : platelets[n - 1 - red.size()];
-    CHECK(species == (n <= red.size() ? "RBC" : "PLT"));
-    CHECK(Vec3(x, y, z) == line.position);
-    CHECK((Quaternion(w, a, b, c).toRotationMatrix() - placementOf(line).linear).cwiseAbs().maxCoeff() <
-          1e-12);
+namespace {
+
+constexpr double exact = 1e-9;            // text with all digits, after rotations [µm]
+constexpr double singlePrecision = 1e-5;  // at positions below 60 µm
+
+TriangleMesh centred(const TriangleMesh& mesh) {
+  return sample::moved(mesh, -boundingBox(mesh).center());
+}
+
+/// No symmetry, and far from the origin of its file.
+TriangleMesh oddMesh(unsigned seed) {
+  TriangleMesh mesh = bumpyMesh(seed);
+  for (Vec3& v : mesh.vertices)
+    v = Vec3(0.9 * v.x() + 0.2 * v.y(), 0.5 * v.y(), 0.7 * v.z() + 0.1 * v.x() * v.x());
+  return sample::moved(mesh, {3.0, -40.0, 0.5});
+}
+
+/// A packing of several species with all formats that take any cells.
+struct Packing {
+  TemporaryFolder folder;
+  std::map<std::string, TriangleMesh> templates;  ///< as HemoCell builds them, or of the files
+  std::unique_ptr<Container> container;
+
+  explicit Packing(const std::string& lumen) {
+    for (const char* name : {"RBC", "PLT", "WBC"}) templates[name] = hemocellShape(name)->mesh();
+    const TriangleMesh odd = oddMesh(3), raw = oddMesh(4);
+    templates["Odd"] = meshFromStl(odd, 0.5);
+    templates["Raw"] = centred(raw);
+    writeMesh(folder.path() / "odd.off", odd);
+    writeMesh(folder.path() / "raw.off", raw);
+    ok(folder,
+       lumen +
+           " --rbc 7 --plt 4 --wbc 1 --cell-mesh Odd 4 odd.off --cell-mesh Raw 5 raw.off --mesh-frame Raw "
+           "file --export csv --export csv --export lammps --export lammps-molecular --export mirheo "
+           "--export espresso --export stl");
   }
-  CHECK(n == 8);
-  std::istringstream numbers(readText(folder.path() / "RBC.com_q.txt"));
-  std::vector<double> all{std::istream_iterator<double>(numbers), {}};
-  REQUIRE(all.size() == 7 * red.size());
-  CHECK(all[7] == red[1].position.x());
-  const std::string data = readText(folder.path() / "cells.lammps");
-  CHECK_THAT(data, Contains("8 atoms\n8 ellipsoids\n2 atom types\n") && Contains("0 16 xlo xhi") &&
-                       Contains("Atoms # ellipsoid\n\n1 1 1 1 ") && Contains("\nEllipsoids\n\n1 7.8"));
+
+  /// HemoCell's membranes of a .pos file.
+  Membranes membranes(const std::string& name) const {
+    Membranes membranes;
+    for (const PosLine& line : readPos(folder.path() / (name + ".pos")))
+      membranes.push_back(placed(templates.at(name), placementOf(line)));
+    return membranes;
+  }
+
+  /// Those of all species, in the order of the program.
+  Membranes allMembranes() const {
+    Membranes all;
+    for (const auto& row : readCsv(folder.path()).membranes) REQUIRE(templates.count(row.first) == 1);
+    for (const char* name : {"RBC", "PLT", "WBC", "Odd", "Raw"})
+      for (const TriangleMesh& mesh : membranes(name)) all.push_back(mesh);
+    return all;
+  }
+};
+
+Packing inPeriodicBox() {
+  Packing packing("17 18 19 --ends periodic");
+  packing.container = makeBox({Vec3::Zero(), Vec3(17, 18, 19)}, {true, true, true});
+  return packing;
+}
+
+Packing inCylinder() {
+  Packing packing("--cylinder y 8 24 --ends periodic");
+  packing.container = makeCylinder({8, 12, 8}, 1, 8, 24, true);
+  return packing;
+}
+
+/// The same membranes, up to whole periods.
+void requireSame(const Membranes& found, const Membranes& expected, const Vec3& period, double tolerance) {
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    REQUIRE(found[i].vertices.size() == expected[i].vertices.size());
+    Vec3 shift = found[i].vertices[0] - expected[i].vertices[0];
+    for (int k = 0; k < 3; ++k)
+      shift[k] = period[k] > 0.0 ? period[k] * std::round(shift[k] / period[k]) : 0.0;
+    double largest = 0.0;
+    for (std::size_t v = 0; v < found[i].vertices.size(); ++v)
+      largest = std::max(largest, (found[i].vertices[v] - expected[i].vertices[v] - shift).norm());
+    CHECK(largest < tolerance);
+    CHECK(found[i].triangles == expected[i].triangles);
+  }
+}
+
+/// No two membranes meet, in any period, and none meets the wall.
+void requireApart(const Membranes& membranes, const Container& container) {
+  std::vector<MeshHierarchy> cells;
+  for (const TriangleMesh& mesh : membranes) cells.emplace_back(mesh);
+  const Vec3 period = container.period();
+  const auto most = [&](int k) { return period[k] > 0.0 ? 2 : 0; };  // images in which they were written
+  int near = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Sphere own = boundingSphere(cells[i], {});
+    if (container.wall()) CHECK(!container.wall()->violation(membranes[i]));
+    for (std::size_t j = i; j < cells.size(); ++j)
+      for (int x = -most(0); x <= most(0); ++x)
+        for (int y = -most(1); y <= most(1); ++y)
+          for (int z = -most(2); z <= most(2); ++z) {
+            if (i == j && x == 0 && y == 0 && z == 0) continue;
+            const Placement image{Mat3::Identity(), period.cwiseProduct(Vec3(x, y, z))};
+            const Sphere other = boundingSphere(cells[j], image);
+            if ((own.center - other.center).norm() > own.radius + other.radius) continue;
+            ++near;
+            CHECK(relate(cells[i], {}, cells[j], image).relation == MeshRelation::apart);
+          }
+  }
+  CHECK(near > int(cells.size()));  // the test is one
+}
+
+void requireExports(const Packing& packing) {
+  const fs::path folder = packing.folder.path();
+  const Vec3 period = packing.container->period();
+  const Box bounds = packing.container->bounds();
+  const Membranes all = packing.allMembranes();
+  requireApart(all, *packing.container);
+  const CsvTable table = readCsv(folder);
+  CHECK(table.cells == int(all.size()));
+  CHECK(table.period == std::vector<double>(period.data(), period.data() + 3));
+  CHECK(Vec3(table.box[0], table.box[1], table.box[2]) == bounds.lo);
+  CHECK(Vec3(table.box[3], table.box[4], table.box[5]) == bounds.hi);
+  Membranes inMirheo, inEspresso;
+  for (const auto& [name, mesh] : packing.templates) {
+    const Membranes expected = packing.membranes(name);
+    REQUIRE(!expected.empty());
+    requireSame(table.membranes.at(name), expected, Vec3::Zero(), exact);
+    const Membranes mirheo = readMirheo(folder, name, bounds.hi), espresso = readEspresso(folder, name);
+    requireSame(mirheo, expected, period, exact);
+    requireSame(espresso, expected, Vec3::Zero(), 1e-8);
+    inMirheo.insert(inMirheo.end(), mirheo.begin(), mirheo.end());
+    inEspresso.insert(inEspresso.end(), espresso.begin(), espresso.end());
+  }
+  requireApart(inMirheo, *packing.container);
+  requireApart(inEspresso, *packing.container);
+}
+
+/// The membranes of a molecular data file of LAMMPS, from atoms and angles.
+Membranes membranesOf(const LammpsData& data) {
+  std::map<int, std::pair<int, int>> place;  // of atoms: molecule, vertex
+  Membranes membranes;
+  for (const std::vector<double>& atom : data.sections.at("Atoms")) {
+    REQUIRE(atom.size() == 6);
+    const int molecule = int(atom[1]);
+    membranes.resize(std::max<std::size_t>(membranes.size(), molecule));
+    std::vector<Vec3>& vertices = membranes[molecule - 1].vertices;
+    place[int(atom[0])] = {molecule - 1, int(vertices.size())};
+    vertices.emplace_back(atom[3], atom[4], atom[5]);
+  }
+  for (const std::vector<double>& angle : data.sections.at("Angles")) {
+    REQUIRE(angle.size() == 5);
+    Triangle triangle;
+    for (int k = 0; k < 3; ++k) {
+      CHECK(place.at(int(angle[2 + k])).first == place.at(int(angle[2])).first);
+      triangle[k] = place.at(int(angle[2 + k])).second;
+    }
+    membranes[place.at(int(angle[2])).first].triangles.push_back(triangle);
+  }
+  return membranes;
+}
+
+/// Each bond is an edge of a triangle, each dihedral consists of the two triangles at an edge.
+void requireTopology(const LammpsData& data) {
+  std::map<std::pair<int, int>, int> opposite;  // of a directed edge
+  for (const std::vector<double>& angle : data.sections.at("Angles"))
+    for (int k = 0; k < 3; ++k)
+      opposite[{int(angle[2 + k]), int(angle[2 + (k + 1) % 3])}] = int(angle[2 + (k + 2) % 3]);
+  const auto& bonds = data.sections.at("Bonds");
+  const auto& dihedrals = data.sections.at("Dihedrals");
+  REQUIRE(2 * bonds.size() == opposite.size());  // every edge once
+  REQUIRE(dihedrals.size() == bonds.size());
+  std::map<std::pair<int, int>, int> seen;
+  for (std::size_t i = 0; i < bonds.size(); ++i) {
+    const int a = int(bonds[i][2]), b = int(bonds[i][3]);
+    CHECK(++seen[std::minmax(a, b)] == 1);
+    CHECK(opposite.count({a, b}) == 1);
+    const std::vector<double>& d = dihedrals[i];
+    CHECK(opposite.at({int(d[3]), int(d[4])}) == int(d[2]));
+    CHECK(opposite.at({int(d[4]), int(d[3])}) == int(d[5]));
+  }
+}
+
+void requireLammps(const Packing& packing, const std::string& boundary) {
+  const fs::path folder = packing.folder.path();
+  const Membranes all = packing.allMembranes();
+  const LammpsData data = readLammps(folder / "cells_molecular.lammps");
+  CHECK_THAT(data.title, Contains("types RBC, PLT, WBC, Odd, Raw;") && Contains("boundary " + boundary));
+  requireSame(membranesOf(data), all, Vec3::Zero(), exact);
+  requireTopology(data);
+  for (const auto& [plural, section] : std::map<std::string, std::string>{
+           {"atoms", "Atoms"}, {"bonds", "Bonds"}, {"angles", "Angles"}, {"dihedrals", "Dihedrals"}}) {
+    CHECK(data.head.at(plural).at(0) == double(data.sections.at(section).size()));
+    CHECK(data.head.at(section == "Atoms" ? "atom types" : plural.substr(0, plural.size() - 1) + " types")
+              .at(0) == 5);
+  }
+  CHECK(data.head.at("ylo yhi") == std::vector<double>{0, packing.container->bounds().hi.y()});
+  const LammpsData ellipsoids = readLammps(folder / "cells.lammps");
+  CHECK(ellipsoids.head.at("ellipsoids").at(0) == double(all.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::vector<double>&atom = ellipsoids.sections.at("Atoms").at(i),
+          &shape = ellipsoids.sections.at("Ellipsoids").at(i);
+    REQUIRE(atom.size() == 7);
+    REQUIRE(shape.size() == 8);
+    // Turned back and moved back, the membrane fits in the box of the ellipsoid.
+    TriangleMesh back = sample::moved(all[i], -Vec3(atom[4], atom[5], atom[6]));
+    const double inverse[] = {shape[4], -shape[5], -shape[6], -shape[7]};
+    back = turned(back, inverse, Vec3::Zero());
+    CHECK((2.0 * boundingBox(back).hi - Vec3(shape[1], shape[2], shape[3])).norm() < exact);
+    CHECK((2.0 * boundingBox(back).lo + Vec3(shape[1], shape[2], shape[3])).norm() < exact);
+  }
+}
+
+void requireStl(const Packing& packing) {
+  const auto triangles = readBinaryStl(packing.folder.path() / "cells.stl");
+  std::size_t next = 0;
+  for (const TriangleMesh& mesh : packing.allMembranes())
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t, ++next) {
+      REQUIRE(next < triangles.size());
+      for (int k = 0; k < 3; ++k)
+        if ((triangles[next][k] - mesh.corner(int(t), k)).norm() > singlePrecision) FAIL("triangle " << next);
+    }
+  CHECK(next == triangles.size());
+}
+
+}  // namespace
+
+TEST_CASE("Other programs read the membranes of a periodic box from their exports", "[executable][exports]") {
+  const Packing packing = inPeriodicBox();
+  requireExports(packing);
+  requireLammps(packing, "p p p");
+  requireStl(packing);
+}
+
+TEST_CASE("Other programs read the membranes of a cylinder from their exports", "[executable][exports]") {
+  const Packing packing = inCylinder();
+  requireExports(packing);
+  requireLammps(packing, "f p f");
+  requireStl(packing);
+}
+
+TEST_CASE("npFEM reads its own templates at the packed places", "[executable][exports]") {
+  const TemporaryFolder folder;
+  const std::array<TriangleMesh, 2> own = {oddMesh(3), oddMesh(4)};  // off their centres
+  writeMesh(folder.path() / "rbc.off", own[0]);
+  writeMesh(folder.path() / "plt.off", own[1]);
+  const std::string cells =
+      "18 18 18 --cell-mesh PLT 5 plt.off --mesh-frame PLT file --cell-mesh RBC 9 rbc.off "
+      "--mesh-frame RBC file --export npfem";
+  ok(folder, cells);
+  const std::array<Membranes, 2> found = readNpfem(folder.path(), own);
+  Membranes all;
+  for (int type = 0; type < 2; ++type) {
+    Membranes expected;
+    for (const PosLine& line : readPos(folder.path() / (type == 0 ? "RBC.pos" : "PLT.pos")))
+      expected.push_back(placed(centred(own[type]), placementOf(line)));
+    // Single precision of the angles turns vertices 40 µm from the origin.
+    requireSame(found[type], expected, Vec3::Zero(), 2 * singlePrecision);
+    all.insert(all.end(), found[type].begin(), found[type].end());
+  }
+  CHECK(all.size() == 14);
+  requireApart(all, *makeBox({Vec3::Zero(), Vec3::Constant(18)}, {false, false, false}));
+}
+
+TEST_CASE("Exports that the other program would misread are refused", "[executable][exports]") {
+  const TemporaryFolder folder;
+  writeMesh(folder.path() / "a.off", oddMesh(3));
+  TriangleMesh twice = oddMesh(3);
+  twice.triangles.push_back(twice.triangles.front());
+  writeMesh(folder.path() / "twice.off", twice);
+  const std::string own = "18 18 18 --cell-mesh RBC 3 a.off --mesh-frame RBC file --export npfem ";
+  const auto refused = [&](const std::string& arguments, const std::string& message) {
+    const Ran ran = run(folder.path(), arguments);
+    CHECK(ran.exitCode == 2);
+    CHECK_THAT(ran.err, Contains(message));
+    CHECK_FALSE(fs::exists(folder.path() / "RBC.pos"));
+  };
+  refused("18 18 18 --rbc 3 --export npfem", "RBC is not packed from a mesh file");
+  refused("18 18 18 --cell-mesh RBC 3 a.off --export npfem", "RBC is turned or scaled");
+  refused(own + "--mesh-scale RBC 0.9", "RBC is turned or scaled");
+  refused(own + "--wbc 1", "red cells and platelets (PLT...) only, not WBC");
+  refused(own + "--cell-mesh stiffRBC 3 a.off --mesh-frame stiffRBC file", "but stiffRBC is a second");
+  refused(own + "--ends periodic", "without --ends periodic");
+  writeText(folder.path() / "config.xml",
+            configXml("<dx> 5e-7 </dx>",
+                      "<packing> <container> <cylinder axis=\"x\" radius=\"8\" length=\"20\" "
+                      "center=\"10 0 8\"/> <nodes> 60 44 44 </nodes> </container> </packing>"));
+  refused("config.xml --rbc 3 --export mirheo", "begins at 0 0 0, the lumen at y = -8");
+  refused("config.xml --rbc 3 --export espresso", "begins at 0 0 0, the lumen at y = -8");
+}
+
+TEST_CASE("An export does not overwrite the mesh of a cell", "[executable][exports]") {
+  const TemporaryFolder folder;
+  writeMesh(folder.path() / "RBC_template.off", oddMesh(3));
+  const std::string before = readText(folder.path() / "RBC_template.off");
+  const Ran ran = run(folder.path(), "18 18 18 --cell-mesh RBC 3 RBC_template.off --export mirheo");
+  CHECK(ran.exitCode == 5);
+  CHECK_THAT(ran.err, Contains("RBC_template.off: is the mesh of a cell, and would be overwritten"));
+  CHECK(readText(folder.path() / "RBC_template.off") == before);
 }
