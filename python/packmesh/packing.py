@@ -163,7 +163,7 @@ class Packing:
 
     @property
     def command(self) -> List[str]:
-        """The command of the program that packs the same cells; settings without an option are the last word."""
+        """The command of the program that packs the same cells."""
         return self._held.words
 
     def _index(self, name: str) -> int:

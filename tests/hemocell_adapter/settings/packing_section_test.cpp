@@ -3,6 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/problem/make_job.h"
 #include "packMesh/core/error.h"
 
 using namespace packmesh;
@@ -40,4 +42,21 @@ TEST_CASE("Errors in a packing section state where it comes from", "[settings]")
                     Contains("both a count and a ratio"));
   CHECK_THROWS_WITH(wrong("<hemocell/>"), Contains("settings: expected a section <packing>"));
   CHECK_THROWS_AS(wrong("<packing>"), InputError);
+}
+
+TEST_CASE("A packing section can be a word of the command line", "[settings]") {
+  const auto job = [](const std::string& section) {
+    return makeJob(parseCommandLine("packMesh", {"20", "20", "20", section, "--seed", "3"}));
+  };
+  const Job regions =
+      job("<packing><hematocrit>0.1</hematocrit><seed>9</seed>"
+          "<region hematocrit=\"0.2\"><sphere radius=\"3\"/></region></packing>");
+  CHECK(regions.regions.size() == 1);
+  CHECK(regions.hematocrit == 0.1);
+  CHECK(regions.seed == 3);
+  CHECK(regions.boxSize == Vec3(20, 20, 20));
+  CHECK_THROWS_WITH(job("<packing><hematocrit>0.1</hematocrit><escape>true</escape></packing>"),
+                    Contains("argument: <escape>: it is for <method> cat"));
+  CHECK_THROWS_WITH(job("<packing><sed>1</sed></packing>"), Contains("argument:1: <sed>: unknown tag"));
+  CHECK_THROWS_AS(parseCommandLine("packMesh", {"<packing/>", "<packing/>", "20", "20", "20"}), UsageError);
 }
