@@ -54,8 +54,9 @@ class Certificate:
 
     @classmethod
     def _of(cls, values: Dict[str, Any]) -> "Certificate":
-        return cls(**{**values, "overlapping": [Overlap(*one) for one in values["overlapping"]],
-                      "misplaced": [Misplaced(*one) for one in values["misplaced"]]})
+        lists: Dict[str, Any] = {"overlapping": [Overlap(*one) for one in values["overlapping"]],
+                                 "misplaced": [Misplaced(*one) for one in values["misplaced"]]}
+        return cls(**{**values, **lists})
 
 
 @dataclasses.dataclass(frozen=True)
