@@ -304,6 +304,17 @@ TEST_CASE("Cells at open faces have positions in Mirheo's domain", "[executable]
   requireApart(found, *makeBox({Vec3::Zero(), domain}, {true, true, true}));
 }
 
+TEST_CASE("A position that single precision rounds to the end of Mirheo's domain is at its beginning",
+          "[executable][exports]") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "in");
+  writeText(folder.path() / "in/PLT.pos", "2\n17.9999999999 9 -0.0000000001 20 30 40\n18 3 7 0 0 0\n");
+  ok(folder, "18 18 18 --ends periodic --plt 2 --fixed in/PLT.pos --export mirheo");
+  const Membranes found = readMirheo(folder.path(), "PLT", Vec3::Constant(18));
+  CHECK(found.size() == 2);
+  CHECK((found[0].vertices[0] - found[1].vertices[0]).norm() > 1.0);
+}
+
 TEST_CASE("An export does not overwrite the mesh of a cell", "[executable][exports]") {
   const TemporaryFolder folder;
   writeMesh(folder.path() / "RBC_template.off", oddMesh(3));
