@@ -41,7 +41,6 @@ Job jobInMemory(const CommandLine& commandLine) {
   job.povScene = job.vtp = job.vtpMeshes = false;
   job.growthFrames = 0;
   job.exports.clear();
-  if (!commandLine.section.empty()) job.commandWords.push_back(commandLine.section);
   return job;
 }
 
@@ -98,18 +97,9 @@ bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
 
 /// The scene of the command with which the cells were packed.
 Scene sceneOf(const HeldPacking& packing) {
-  std::vector<std::string> words = packing.words;
-  const std::string origin = packing.file.string();
-  if (words.size() < 2) throw InputError(origin + ": does not contain the command of the run");
-  CommandLine commandLine;
-  if (words.back().rfind("<packing", 0) == 0) {
-    commandLine.section = words.back();
-    words.pop_back();
-  }
-  const std::string section = commandLine.section;
-  commandLine = parseCommandLine(words.front(), {words.begin() + 1, words.end()});
-  commandLine.section = section;
-  return sceneToPack(commandLine, packing.ranks);
+  const std::vector<std::string>& words = packing.words;
+  if (words.size() < 2) throw InputError(packing.file.string() + ": does not contain the command of the run");
+  return sceneToPack(parseCommandLine(words.front(), {words.begin() + 1, words.end()}), packing.ranks);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct HeldPacking {
   std::vector<Kind> kinds;  ///< of the species
   PackingResult result;     ///< with the kinds as species
   Communicator ranks;
-  std::vector<std::string> words;  ///< the command; a `<packing>` section that it has beside is the last one
+  std::vector<std::string> words;  ///< the command
 
   std::filesystem::path file;          ///< from which it was loaded; empty if it was packed
   std::shared_ptr<const Scene> scene;  ///< empty after loading, until complete()

@@ -71,6 +71,11 @@ const char* nameOf(Method method) {
   return method == Method::cat ? "cat" : "relaxation";
 }
 
+/// Where settings without an option are from, for messages.
+std::string sectionOf(const Job& job) {
+  return job.config ? job.config->file.string() : "argument";
+}
+
 /// Settings that have no effect are refused, not ignored.
 void checkApplicability(const Job& job, const Settings& settings, const Settings& options) {
   const bool meshLumen =
@@ -87,14 +92,14 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
     if (options.states(setting.name()))
       throw UsageError(
           fmt::format("option '--{}' is for --method {}", setting.option, nameOf(*setting.method)));
-    throw InputError(fmt::format("{}: <{}>: it is for <method> {}", job.config->file.string(), setting.name(),
+    throw InputError(fmt::format("{}: <{}>: it is for <method> {}", sectionOf(job), setting.name(),
                                  nameOf(*setting.method)));
   }
   if (job.reportFile && job.reportFile->extension() != ".json" && job.reportFile->extension() != ".html") {
     const std::string reason =
         fmt::format("expected a file that ends in .json or .html, found '{}'", job.reportFile->string());
     if (options.states("report")) throw UsageError("option '--report': " + reason);
-    throw InputError(job.config->file.string() + ": <report>: " + reason);
+    throw InputError(sectionOf(job) + ": <report>: " + reason);
   }
   const bool ownBody = job.container && job.container->lumen;
   const bool boxLumen = ownBody ? job.container->lumen->kind == SolidRequest::Kind::box
@@ -102,7 +107,7 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   if (job.walls && !job.walls->empty() && !boxLumen) {
     const std::string reason = "walls are chosen for boxes only; the surface of this lumen is its wall";
     if (options.states("walls")) throw UsageError("option '--walls': " + reason);
-    throw InputError(job.config->file.string() + ": <walls>: " + reason);
+    throw InputError(sectionOf(job) + ": <walls>: " + reason);
   }
   if (options.states("tile") && (!job.boxSize || job.container || !job.periodicEnds.value_or(false)))
     throw UsageError("option '--tile' is for periodic boxes: sX sY sZ --ends periodic");
@@ -205,7 +210,7 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
   if (commandLine.sizes) job.boxSize = boxSizes(commandLine, job.warnings);
 
   if (!commandLine.section.empty())
-    settings = withPackingSection(std::move(settings), commandLine.section, "settings");
+    settings = withPackingSection(std::move(settings), commandLine.section, "argument");
   const Settings options = commandLine.settings();
   settings = withOptions(settings, commandLine);
   if (job.command == Command::check) onlyOutputsOf(options, settings);

@@ -178,6 +178,12 @@ class Parser {
       result_.command = Command::check;
       positionals_.erase(check);
     }
+    const auto section = std::find_if(positionals_.begin(), positionals_.end(),
+                                      [](const std::string& word) { return word.rfind("<packing", 0) == 0; });
+    if (section != positionals_.end()) {
+      result_.section = *section;
+      positionals_.erase(section);
+    }
     const bool checkBox = result_.settings().checkBox;
     const bool ownLumen = result_.settings().container.has_value();
     if (positionals_.empty()) {

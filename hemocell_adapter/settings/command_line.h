@@ -32,8 +32,8 @@ struct CommandLine {
   std::vector<Assignment> assignments;
   std::vector<std::string> words;  ///< program and arguments, without --restart and its file
   bool restartAlone = false;       ///< --restart without a container
-  /// A `<packing>` section that stands in no file: settings that have no option. Options override it, it
-  /// overrides that of config.xml.
+  /// A word that is a `<packing>` section, for settings that have no option. Options override it; it changes
+  /// that of config.xml.
   std::string section;
 
   /// The options only.

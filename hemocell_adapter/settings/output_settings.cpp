@@ -27,13 +27,13 @@ std::vector<Setting> outputSettings() {
                 s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
               })
           .notForCheck(),
-      setting(
-          "export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
-          "also write the cells for other programs, with the meshes that they need, or in one table or STL",
-          [](Settings& s, const Values& v) {
-            if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
-              s.exports.push_back(text(v[0]));
-          })
+      setting("export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
+              "also write the cells, with the meshes they need, for other programs: csv, espresso, lammps, "
+              "lammps-molecular, mirheo, npfem, stl",
+              [](Settings& s, const Values& v) {
+                if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
+                  s.exports.push_back(text(v[0]));
+              })
           .withTag("export")
           .mayRepeat(),
       setting("checkpoint-every", &R::checkpointEvery, number("s", "s", 0, true, 1e9),

@@ -134,11 +134,11 @@ class Words:
         self._comm = comm
         self._files = 0
 
-    @property
-    def section(self) -> str:
+    def all(self) -> list[str]:
+        """With the section, if there are settings that have no option."""
         container = ["<container>", *self._container, "</container>"] if self._container else []
         tags = [*self._species, *container, *self._regions]
-        return "\n".join(["<packing>", *tags, "</packing>"]) if tags else ""
+        return [*self.words, "\n".join(["<packing>", *tags, "</packing>"])] if tags else self.words
 
     def option(self, name: str, *values: Any) -> None:
         self.words += ["--" + name, *(text(value) for value in values)]

@@ -139,7 +139,8 @@ def pack(
         best_effort: return the densest packing that was found instead of raising InfeasibleError
     More:
         tile: numbers of copies of a periodic box along x, y, z, in a larger box
-        state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from
+        state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from (without
+            other arguments: with those of the run that it is of)
         progress: called with a Progress about ten times a second; what it raises ends the packing
         comm: communicator of mpi4py whose ranks pack together; all call pack() with the same arguments
 
@@ -157,7 +158,7 @@ def pack(
 
     with words(communicator) as asked:
         _fill(asked, **arguments)
-        held = _packmesh.pack(asked.words, asked.section, address(communicator), callback)
+        held = _packmesh.pack(asked.all(), address(communicator), callback)
     return Packing(held, communicator)
 
 
@@ -169,7 +170,7 @@ def forecast(**options: Any) -> Forecast:
         arguments.arguments.pop(name)
     with words() as asked:
         _fill(asked, **arguments.arguments)
-        return Forecast(**_packmesh.forecast(asked.words, asked.section))
+        return Forecast(**_packmesh.forecast(asked.all()))
 
 
 def _fill(asked: Words, **given: Any) -> None:
@@ -242,7 +243,7 @@ def check(
         if case is not None:
             asked.words.insert(0, os.fspath(case))
         asked.option("start" if os.fspath(what).endswith(".h5") else "output-dir", what)
-        return Check._of(_packmesh.check(["check", *asked.words], asked.section))
+        return Check._of(_packmesh.check(["check", *asked.all()]))
 
 
 class Case:

@@ -54,8 +54,9 @@ class Certificate:
 
     @classmethod
     def _of(cls, values: Dict[str, Any]) -> "Certificate":
-        return cls(**{**values, "overlapping": [Overlap(*one) for one in values["overlapping"]],
-                      "misplaced": [Misplaced(*one) for one in values["misplaced"]]})
+        lists: Dict[str, Any] = {"overlapping": [Overlap(*one) for one in values["overlapping"]],
+                                 "misplaced": [Misplaced(*one) for one in values["misplaced"]]}
+        return cls(**{**values, **lists})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -163,7 +164,7 @@ class Packing:
 
     @property
     def command(self) -> List[str]:
-        """The command of the program that packs the same cells; settings without an option are the last word."""
+        """The command of the program that packs the same cells."""
         return self._held.words
 
     def _index(self, name: str) -> int:

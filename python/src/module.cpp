@@ -20,6 +20,7 @@
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_job.h"
@@ -38,12 +39,6 @@ using Held = std::shared_ptr<HeldPacking>;
 
 Communicator ranksOf(std::uintptr_t mpi) {
   return mpi ? Communicator::copyOf(reinterpret_cast<const void*>(mpi)) : Communicator();
-}
-
-CommandLine commandLineOf(const Words& words, const std::string& section) {
-  CommandLine commandLine = parseCommandLine("packMesh", words);
-  commandLine.section = section;
-  return commandLine;
 }
 
 // Numbers for Python.
@@ -187,13 +182,13 @@ py::tuple templateOf(const Held& held, int species) {
 
 // The functions.
 
-Held pack(const Words& words, const std::string& section, std::uintptr_t mpi, const py::object& progress) {
+Held pack(const Words& words, std::uintptr_t mpi, const py::object& progress) {
   Caller caller(progress);
   return caller.run([&] {
     const Communicator ranks = ranksOf(mpi);
     caller.listenTo(ranks);
     CommandLine commandLine;
-    together(ranks, [&] { commandLine = commandLineOf(words, section); });
+    together(ranks, [&] { commandLine = parseOrContinue("packMesh", words); });
     return std::make_shared<HeldPacking>(packInMemory(commandLine, ranks, caller.hooks()));
   });
 }
@@ -233,12 +228,12 @@ py::dict examined(const Held& held) {
   return examinationOf(*held->scene, cells, found);
 }
 
-py::dict check(const Words& words, const std::string& section) {
+py::dict check(const Words& words) {
   Caller caller;
   std::shared_ptr<const Scene> scene;
   std::vector<PlacedCell> cells;
   const Examination found = caller.run([&] {
-    const Job job = makeJob(commandLineOf(words, section));
+    const Job job = makeJob(parseCommandLine("packMesh", words));
     for (const std::string& warning : job.warnings) log::warning(warning);
     if (!job.foldersToCheck.empty())
       throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
@@ -249,11 +244,11 @@ py::dict check(const Words& words, const std::string& section) {
   return examinationOf(*scene, cells, found);
 }
 
-py::dict forecast(const Words& words, const std::string& section) {
+py::dict forecast(const Words& words) {
   Caller caller;
   std::shared_ptr<const Scene> scene;
   const Forecast found = caller.run([&] {
-    scene = std::make_shared<const Scene>(sceneToPack(commandLineOf(words, section), Communicator()));
+    scene = std::make_shared<const Scene>(sceneToPack(parseCommandLine("packMesh", words), Communicator()));
     return forecastOf(*scene);
   });
   py::dict counts;

@@ -96,6 +96,17 @@ def test_regions_of_a_case(program, tmp_path):
     assert packing.counts["PLT"] == 4
 
 
+def test_command_of_a_packing(program, tmp_path):
+    """Regions, obstacles and species in a box: the program takes them as a section."""
+    packing = packmesh.pack(box=(25, 25, 25), hematocrit=0.2, obstacles=[packmesh.Sphere(4, (12, 12, 12))],
+                            regions=[Region(0.35, packmesh.Box((10, 25, 25)))],
+                            species={"RBC": Species(), "Bead": Species(ratio=0.3, ellipsoid=(2, 2, 2))})
+    assert "<region" in packing.command[-1]
+    program(*packing.command[1:])
+    packing.write_pos(tmp_path / "python")
+    assert_same_cells(tmp_path / "program", tmp_path / "python")
+
+
 def test_existing_cells(program, tmp_path):
     """Fixed cells keep their lines; they are files, arrays or a packing."""
     folder, _ = program(25, 25, 25, "--rbc", 10, folder="first")

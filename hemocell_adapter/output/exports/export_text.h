@@ -18,8 +18,4 @@ std::string numbers(const Quaternion& q, const char* separator = " ");
 /// `<Cell>_template.off`: the template as packed.
 ExportedFile templateFile(const CellSpecies& species);
 
-/// The program's domain begins at 0 0 0. Along periodic axes any period of the lumen is as good as another.
-/// @throws InputError if the lumen begins below 0 along another axis
-void requireLumenFromZero(const Scene& scene, const std::string& program);
-
 }  // namespace packmesh::hemocell

@@ -29,9 +29,9 @@ std::vector<ExportedFile> lammpsExport(const Scene& scene, const CellCounts& cou
 /// @throws InputError if there are more than LAMMPS numbers
 std::vector<ExportedFile> lammpsMolecularExport(const Scene& scene, const CellCounts& counts);
 
-/// Mirheo's initial conditions of membranes. @throws InputError if the lumen lies outside Mirheo's domain
+/// Mirheo's initial conditions of membranes.
 std::vector<ExportedFile> mirheoExport(const Scene& scene, const CellCounts& counts);
-/// ESPResSo's object-in-fluid cells. @throws InputError if the lumen lies outside ESPResSo's box
+/// ESPResSo's object-in-fluid cells.
 std::vector<ExportedFile> espressoExport(const Scene& scene, const CellCounts& counts);
 /// Initial positions of npFEM. @throws InputError unless the templates are npFEM's own, at most one of red
 /// cells and one of platelets, in a lumen without periods that lies in its domain

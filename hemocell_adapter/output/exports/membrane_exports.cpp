@@ -2,8 +2,6 @@
 // Initial cells of other programs for membranes in a fluid: Mirheo, ESPResSo, npFEM.
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/exports/export_text.h"
 #include "hemocell_adapter/output/exports/formats.h"
@@ -15,6 +13,15 @@ namespace packmesh::hemocell {
 namespace {
 
 constexpr double degree = 3.14159265358979323846 / 180.0;  // [rad]
+
+/// Periods of the lumen; along open ends, which begin half a node below 0, its length [µm].
+Vec3 continuedPeriod(const Container& container) {
+  const Box bounds = container.bounds();
+  Vec3 period = container.period();
+  for (int k = 0; k < 3; ++k)
+    if (bounds.lo[k] < 0.0) period[k] = bounds.size()[k];
+  return period;
+}
 
 /// Mirheo leaves out cells whose positions, in single precision, lie outside [0, period).
 Vec3 inMirheosDomain(const Vec3& position, const Vec3& period) {
@@ -68,13 +75,17 @@ int npfemKind(const CellSpecies& species) {
       fmt::format("export to npFEM: it has red cells and platelets (PLT...) only, not {}", species.name));
 }
 
-/// Its vertices wrap at one lattice spacing less than the fluid.
-void requireNoPeriod(const Scene& scene) {
-  if (scene.lumen.container->period() != Vec3::Zero())
+/// It begins at 0 0 0, and vertices wrap at one lattice spacing less than the fluid.
+void requireInNpfemsDomain(const Container& container) {
+  const char* hint = "pack a box that ends in walls (--walls xyz), or another lumen without --ends periodic";
+  if (container.period() != Vec3::Zero())
     throw InputError(
-        "export to npFEM: cells must not cross periodic faces, because its vertices and its fluid have "
-        "different periods; pack "
-        "without --ends periodic");
+        fmt::format("export to npFEM: cells must not cross periodic faces, because its vertices and its "
+                    "fluid have different "
+                    "periods; {}",
+                    hint));
+  if (container.bounds().lo.minCoeff() < 0.0)
+    throw InputError(fmt::format("export to npFEM: its domain begins at 0 0 0, the lumen below; {}", hint));
 }
 
 ExportedSection npfemSection(const CellSpecies& species, int s, int kind) {
@@ -89,8 +100,7 @@ ExportedSection npfemSection(const CellSpecies& species, int s, int kind) {
 }  // namespace
 
 std::vector<ExportedFile> mirheoExport(const Scene& scene, const CellCounts& counts) {
-  requireLumenFromZero(scene, "Mirheo");
-  const auto line = [period = scene.lumen.container->period()](const ExportedCell& cell) {
+  const auto line = [period = continuedPeriod(*scene.lumen.container)](const ExportedCell& cell) {
     return numbers(inMirheosDomain(cell.pose.position, period)) + " " + numbers(cell.pose.orientation) + "\n";
   };
   std::vector<ExportedFile> files;
@@ -103,7 +113,6 @@ std::vector<ExportedFile> mirheoExport(const Scene& scene, const CellCounts& cou
 }
 
 std::vector<ExportedFile> espressoExport(const Scene& scene, const CellCounts& counts) {
-  requireLumenFromZero(scene, "ESPResSo");
   const auto line = [](const ExportedCell& cell) {
     const PosLine pos = posLineOf(cell.pose);  // the same order of the same rotations, in radians
     return numbers(pos.position) + " " + numbers(Vec3(pos.angles * degree)) + "\n";
@@ -118,8 +127,6 @@ std::vector<ExportedFile> espressoExport(const Scene& scene, const CellCounts& c
 }
 
 std::vector<ExportedFile> npfemExport(const Scene& scene, const CellCounts& counts) {
-  requireLumenFromZero(scene, "npFEM");
-  requireNoPeriod(scene);
   std::vector<ExportedSection> kinds(npfemKinds);  // in this order
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     if (counts[s] == 0) continue;
@@ -130,6 +137,7 @@ std::vector<ExportedFile> npfemExport(const Scene& scene, const CellCounts& coun
           scene.species[s].name));
     kinds[kind] = npfemSection(scene.species[s], int(s), kind);
   }
+  requireInNpfemsDomain(*scene.lumen.container);
   return {{"npfem_placing.csv", kinds}};
 }
 

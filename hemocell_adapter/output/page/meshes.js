@@ -138,7 +138,7 @@ class MeshView {
       for (const [name, attribute] of Object.entries(shared)) geometry.setAttribute(name, attribute);
       geometry.maxInstancedCount = count;
       const drawn = new THREE.Mesh(geometry, this.cellMaterial);
-      Object.assign(drawn, { frustumCulled: false, userData: { first } });
+      Object.assign(drawn, { frustumCulled: false, userData: { first, count } });
       this.levels[level].push(drawn);
       this.triangles[level] += (count * mesh.triangles.length) / 3;
       this.scene.add(drawn);
@@ -218,11 +218,17 @@ class MeshView {
     this.scene.add(this.marked);
   }
 
-  /** @param most triangles, unless even the coarsest templates have more */
-  draw(most) {
-    const level = Math.max(0, this.triangles.findIndex((n, i) => n <= most || i === coarseness.length - 1));
+  /** @param most triangles; if even the coarsest templates have more, a part of the cells is drawn unless `all` are needed */
+  draw(most, all = true) {
+    const level = this.triangles.findIndex((n, i) => n <= most || i === coarseness.length - 1);
+    const share = all ? 1 : Math.min(1, most / (this.triangles[level] || 1));
     this.level = level;
-    this.levels.forEach((meshes, i) => { for (const mesh of meshes) mesh.visible = i === level; });
+    this.levels.forEach((meshes, i) => {
+      for (const mesh of meshes) {
+        mesh.visible = i === level;
+        mesh.geometry.maxInstancedCount = Math.ceil(share * mesh.userData.count);
+      }
+    });
     this.renderer.render(this.scene, this.camera);
   }
 
@@ -230,7 +236,10 @@ class MeshView {
   pick(x, y) {
     const size = this.renderer.getSize(new THREE.Vector2()), code = new Uint8Array(4);
     this.camera.setViewOffset(size.x, size.y, x, y, 1, 1);
-    for (const mesh of this.levels.flat()) mesh.material = this.pickMaterial;
+    for (const mesh of this.levels.flat()) {
+      mesh.material = this.pickMaterial;
+      mesh.geometry.maxInstancedCount = mesh.userData.count;
+    }
     const others = [this.wall, this.marked].filter((one) => one && one.visible);
     for (const one of others) one.visible = false;
     this.renderer.setRenderTarget(this.picked);

@@ -2,8 +2,8 @@
 
 const byId = (id) => document.getElementById(id);
 
-/** Times of a picture while things move and at rest [s]; the most triangles in one, and in one at rest at least. */
-const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7, leastAtRest = 6e5;
+/** Times of a picture while things move and at rest [s]; triangles in one, at most and at least. */
+const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7, leastMoving = 1e5, leastAtRest = 6e5;
 
 class View {
   constructor() {
@@ -30,7 +30,7 @@ class View {
     this.camera.updateMatrixWorld();
     this.color(false);
     const trianglesIn = this.drawing.trianglesIn();
-    this.moving = Math.min(mostTriangles, trianglesIn(movingTime));
+    this.moving = Math.min(mostTriangles, Math.max(leastMoving, trianglesIn(movingTime)));
     this.resting = Math.min(mostTriangles, Math.max(leastAtRest, trianglesIn(restingTime)));
     new ResizeObserver(() => this.fitCanvas()).observe(byId("stage"));
   }
@@ -108,13 +108,14 @@ class View {
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      this.draw(this.moving);
+      this.draw(this.moving, false);
     });
   }
 
-  draw(triangles) {
+  /** @param all cells, or as many as can be drawn with these triangles */
+  draw(triangles, all = true) {
     this.camera.updateMatrixWorld();
-    this.drawing.draw(triangles);
+    this.drawing.draw(triangles, all);
   }
 
   color(drawn = true) {

@@ -38,6 +38,12 @@ TEST_CASE("A .pos line rotates about x, then y, then z, in degrees", "[pos]") {
   CHECK((placementOf({Vec3::Zero(), {90, 0, 0}})(Vec3::UnitY()) - Vec3::UnitZ()).norm() < 1e-15);
 }
 
+TEST_CASE("The example of docs/reference/pos.md is true", "[pos]") {
+  const Placement placement = placementOf({{10, 20, 30}, {90, 0, 90}});
+  CHECK((placement({1, 2, 3}) - Vec3(13, 21, 32)).norm() < 1e-12);
+  CHECK((placement.linear * Vec3::UnitY() - Vec3::UnitZ()).norm() < 1e-12);
+}
+
 TEST_CASE("The .pos line of a pose gives the same map as the pose", "[pos]") {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;

@@ -96,7 +96,7 @@ inline Membranes readMirheo(const fs::path& folder, const std::string& cell, con
   return membranes;
 }
 
-/// ESPResSo 4: OifCell rotates about x, then y, then z by `rotate` [rad], sets coordinates below 1e-9 to 0,
+/// ESPResSo 4.2: OifCell rotates about x, then y, then z by `rotate` [rad], sets coordinates below 1e-9 to 0,
 /// and adds `origin` (src/python/object_in_fluid/oif_classes.py, Mesh.copy). Its meshes have triangles
 /// clockwise from outside.
 inline Membranes readEspresso(const fs::path& folder, const std::string& cell) {
@@ -130,9 +130,10 @@ inline Membranes readEspresso(const fs::path& folder, const std::string& cell) {
   return membranes;
 }
 
-/// npFEM of Palabos 2.3: lines type,x,y,z,rx,ry,rz in single precision, µm and degrees; the points of the
-/// template are rotated about x, then y, then z, and shifted (examples/showCases/bloodFlowDefoBodies,
-/// coupledSimulators/npFEM/Solver.cpp). Red cells (0) come before platelets (1).
+/// npFEM of Palabos (commit 1f0b171): lines type,x,y,z,rx,ry,rz in single precision, µm and degrees; the
+/// points of the template are rotated about x, then y, then z, and shifted
+/// (examples/showCases/bloodFlowDefoBodies, coupledSimulators/npFEM/Solver.cpp). Red cells (0) come before
+/// platelets (1).
 inline std::array<Membranes, 2> readNpfem(const fs::path& folder, const std::array<TriangleMesh, 2>& own) {
   std::array<Membranes, 2> membranes;
   for (const std::vector<double>& row : rowsOf(folder / "npfem_placing.csv", ',')) {

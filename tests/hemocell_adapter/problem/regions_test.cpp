@@ -41,7 +41,7 @@ TEST_CASE("Regions have their own hematocrit, axes their direction, walls their 
     return nearest;
   };
   CHECK(minimumOf("RBC.pos") > 1.5 + 1.1);
-  CHECK(readText(folder.path() / "cells.csv").rfind("id,species,x,y,z,qw,qx,qy,qz\n1,RBC,", 0) == 0);
+  CHECK_THAT(readText(folder.path() / "cells.csv"), Contains("\nid,species,x,y,z,qw,qx,qy,qz\n1,RBC,"));
 }
 
 TEST_CASE("The hematocrit of a region is that of all its red cells", "[executable]") {
