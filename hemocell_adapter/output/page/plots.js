@@ -77,7 +77,8 @@ function datasetsOf(plot) {
       borderWidth: 1.8, pointRadius: 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
       fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
-    const band = { borderWidth: 0, pointRadius: 0, pointHoverRadius: 0, pointHitRadius: 0, backgroundColor: curve.color + "2e", band: true };
+    const band = { borderWidth: 0, pointRadius: 0, pointHoverRadius: 0, pointHitRadius: 0, band: true,
+      backgroundColor: curve.color + "2e" };
     sets.push({ ...band, data: points(curve.x, curve.y.map((y, i) => Math.max(0, y - curve.error[i]))), fill: false });
     sets.push({ ...band, data: points(curve.x, curve.y.map((y, i) => y + curve.error[i])), fill: "-1" });
   }

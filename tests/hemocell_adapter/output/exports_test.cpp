@@ -249,22 +249,26 @@ TEST_CASE("npFEM reads its own templates at the packed places", "[executable][ex
   const std::array<TriangleMesh, 2> own = {oddMesh(3), oddMesh(4)};  // off their centres
   writeMesh(folder.path() / "rbc.off", own[0]);
   writeMesh(folder.path() / "plt.off", own[1]);
-  const std::string cells =
-      "18 18 18 --walls xyz --cell-mesh PLT 5 plt.off --mesh-frame PLT file --cell-mesh RBC 9 rbc.off "
-      "--mesh-frame RBC file --export npfem";
-  ok(folder, cells);
-  const std::array<Membranes, 2> found = readNpfem(folder.path(), own);
-  Membranes all;
-  for (int type = 0; type < 2; ++type) {
-    Membranes expected;
-    for (const PosLine& line : readPos(folder.path() / (type == 0 ? "RBC.pos" : "PLT.pos")))
-      expected.push_back(placed(centred(own[type]), placementOf(line)));
-    // Single precision of the angles turns vertices 40 µm from the origin.
-    requireSame(found[type], expected, Vec3::Zero(), 2 * singlePrecision);
-    all.insert(all.end(), found[type].begin(), found[type].end());
-  }
-  CHECK(all.size() == 14);
-  requireApart(all, *makeBox({Vec3::Zero(), Vec3::Constant(18)}, {false, false, false}));
+  const auto requirePlaced = [&](const std::string& lumen, const Container& container) {
+    ok(folder,
+       lumen +
+           " --cell-mesh PLT 5 plt.off --mesh-frame PLT file --cell-mesh RBC 9 rbc.off --mesh-frame RBC file "
+           "--export npfem");
+    const std::array<Membranes, 2> found = readNpfem(folder.path(), own);
+    Membranes all;
+    for (int type = 0; type < 2; ++type) {
+      Membranes expected;
+      for (const PosLine& line : readPos(folder.path() / (type == 0 ? "RBC.pos" : "PLT.pos")))
+        expected.push_back(placed(centred(own[type]), placementOf(line)));
+      // Single precision of the angles turns vertices 40 µm from the origin.
+      requireSame(found[type], expected, Vec3::Zero(), 2 * singlePrecision);
+      all.insert(all.end(), found[type].begin(), found[type].end());
+    }
+    CHECK(all.size() == 14);
+    requireApart(all, container);
+  };
+  requirePlaced("18 18 18 --walls xyz", *makeBox({Vec3::Zero(), Vec3::Constant(18)}, {false, false, false}));
+  requirePlaced("--cylinder z 8 18", *makeCylinder({8, 8, 9}, 2, 8, 18, false));
 }
 
 TEST_CASE("Exports that the other program would misread are refused", "[executable][exports]") {
@@ -278,6 +282,15 @@ TEST_CASE("Exports that the other program would misread are refused", "[executab
     CHECK_THAT(ran.err, Contains(message));
     CHECK_FALSE(fs::exists(folder.path() / "RBC.pos"));
   };
+  TriangleMesh unused = oddMesh(3);
+  unused.vertices.insert(unused.vertices.begin(), Vec3(3, -40, 0.5));
+  for (Triangle& t : unused.triangles)
+    for (int& corner : t) ++corner;
+  writeMesh(folder.path() / "unused.off", unused);
+  refused("18 18 18 --walls xyz --cell-mesh RBC 3 unused.off --mesh-frame RBC file --export npfem",
+          "RBC has been repaired");
+  refused("2000 2000 2000 --rbc 4000000 --validate --export lammps-molecular", "2568000000 atoms");
+  refused("2000 2000 2000 --rbc 4000000 --validate --export stl", "5120000000 triangles");
   refused("18 18 18 --rbc 3 --export npfem", "RBC is not packed from a mesh file");
   refused("18 18 18 --cell-mesh RBC 3 a.off --export npfem", "RBC is turned or scaled");
   refused(own + "--mesh-scale RBC 0.9", "RBC is turned or scaled");
