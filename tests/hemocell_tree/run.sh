@@ -11,7 +11,7 @@ mkdir -p "$scratch"
 cp -r "$here/stand_in" "$scratch/hemocell"
 tree=$scratch/hemocell
 mkdir "$tree/tools/packMesh"
-for part in CMakeLists.txt packMesh hemocell_adapter config packaging README.md CHANGELOG.md CITATION.cff LICENSE docs examples scripts; do ln -s "$source/$part" "$tree/tools/packMesh/$part"; done
+for part in CMakeLists.txt packMesh hemocell_adapter python config packaging README.md CHANGELOG.md CITATION.cff LICENSE docs examples scripts; do ln -s "$source/$part" "$tree/tools/packMesh/$part"; done
 
 # The compiler may be fast here, the programs need not.
 options=(-DCMAKE_CXX_FLAGS_RELEASE=-O1 -G "Unix Makefiles")
