@@ -53,9 +53,10 @@ def tables(measures):
     return found
 
 
-def write_csv(measures, folder):
+def write_tables(named, folder):
+    """Head and rows of each, by file name."""
     os.makedirs(folder, exist_ok=True)
-    for name, (head, rows) in tables(measures).items():
+    for name, (head, rows) in named.items():
         path = os.path.join(folder, name + ".csv")
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
@@ -137,25 +138,30 @@ def fail(message):
     sys.exit(f"(packMesh) (Error) {message}")
 
 
+def read_report(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            report = json.load(file)
+    except (OSError, ValueError) as error:
+        fail(f"{path}: {error}")
+    if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
+        fail(f"{path}: is not a report of packMesh")
+    if report["schemaVersion"] != 1:
+        fail(f"{path}: has version {report['schemaVersion']} of the schema, this program reads version 1")
+    return report
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("report", help="report.json")
     parser.add_argument("picture", nargs="?", help="PNG, PDF or SVG (default: the report's name with .png)")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     words = parser.parse_args()
-    try:
-        with open(words.report, encoding="utf-8") as file:
-            report = json.load(file)
-    except (OSError, ValueError) as error:
-        fail(f"{words.report}: {error}")
-    if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
-        fail(f"{words.report}: is not a report of packMesh")
-    if report["schemaVersion"] != 1:
-        fail(f"{words.report}: has version {report['schemaVersion']} of the schema, this program reads version 1")
+    report = read_report(words.report)
     picture = words.picture or os.path.splitext(words.report)[0] + ".png"
     try:
         if words.csv:
-            write_csv(report["measures"], words.csv)
+            write_tables(tables(report["measures"]), words.csv)
         draw(report["measures"], picture)
     except (OSError, ValueError) as error:
         fail(error)

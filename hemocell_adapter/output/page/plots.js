@@ -1,4 +1,4 @@
-// Plots of the report, by Chart.js: dragging zooms, the numbers can be saved.
+// Plots of the report, or of means of several (those have more errors), by Chart.js: dragging zooms, the numbers can be saved.
 
 const middles = (begin, width, count) => Array.from({ length: count }, (_, i) => begin + (i + 0.5) * width);
 const axisColors = { x: "#b3261e", y: "#2f855a", z: "#1f5fa8" };
@@ -18,7 +18,8 @@ function axialPlot(axial) {
   return {
     id: "axes", title: "Hematocrit along the axes", x: "position [µm]", y: "hematocrit of the slice",
     curves: Object.entries(axial).map(([axis, profile]) => ({
-      name: axis, color: axisColors[axis], y: profile.red, x: middles(profile.begin, profile.width, profile.red.length) })),
+      name: axis, color: axisColors[axis], y: profile.red, error: profile.error,
+      x: middles(profile.begin, profile.width, profile.red.length) })),
   };
 }
 
@@ -28,7 +29,7 @@ function gapPlot(gaps) {
     const all = one.counts.reduce((sum, n) => sum + n, one.beyond);
     if (all > 0)
       curves.push({ name: one.name, color: colorOf(one.name, s), steps: true, y: one.counts.map((n) => n / all),
-        x: middles(0, one.width, one.counts.length) });
+        error: one.error && one.error.map((n) => n / all), x: middles(0, one.width, one.counts.length) });
   });
   // At first up to the value below which most of them lie.
   let last = 10;
@@ -40,12 +41,13 @@ function gapPlot(gaps) {
 /** Of the species with the most cells. */
 function orientationPlot(orientation) {
   const most = orientation.reduce((a, b) => (b.cells > a.cells ? b : a));
+  const density = (counts) => counts.map((n) => (10 * n) / Math.max(1, most.cells));
   return {
     id: "orientation", title: most.name + ": direction of the symmetry axis n", x: "|cosine| between n and an axis",
     y: "density (1: no order)",
     curves: most.cosines.map((counts, k) => ({
-      name: "xyz"[k], color: axisColors["xyz"[k]], x: middles(0, 0.1, 10),
-      y: counts.map((n) => (10 * n) / Math.max(1, most.cells)) })),
+      name: "xyz"[k], color: axisColors["xyz"[k]], x: middles(0, 0.1, 10), y: density(counts),
+      error: most.errors && density(most.errors[k]) })),
   };
 }
 
@@ -78,7 +80,7 @@ function datasetsOf(plot) {
       fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
     const band = { borderWidth: 0, pointRadius: 0, pointHoverRadius: 0, pointHitRadius: 0, band: true,
-      backgroundColor: curve.color + "2e" };
+      backgroundColor: curve.color + "2e", stepped: curve.steps ? "middle" : false };
     sets.push({ ...band, data: points(curve.x, curve.y.map((y, i) => Math.max(0, y - curve.error[i]))), fill: false });
     sets.push({ ...band, data: points(curve.x, curve.y.map((y, i) => y + curve.error[i])), fill: "-1" });
   }
