@@ -32,11 +32,11 @@ def problem(report):
     common = {"outcome": "cells of files" if checked else "packed"}
     common.update({"lumen." + key: value for key, value in report["lumen"].items()})
     common["species"] = [one["name"] for one in report["species"]]
-    for one in report["species"]:
-        common.update({f"{one['name']}.{key}": one[key] for key in SHAPE + ([] if checked else REQUEST)})
     settings = report["configuration"]
     found = {key for key in ("clearance", "wallClearance") if settings.get(key + "AskedFor") != "stated"}
     common.update({"configuration." + key: value for key, value in settings.items() if key not in FREE | found})
+    for one in report["species"]:
+        common.update({f"{one['name']}.{key}": one[key] for key in SHAPE + ([] if checked else REQUEST)})
     return common
 
 
@@ -238,7 +238,7 @@ def page_data(names, reports, found, curves):
     rows = [[name, str(report["configuration"]["seed"]), report["outcome"], "clean" if report["certificate"]["clean"] else "NOT CLEAN",
              str(report["certificate"]["cells"]), f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
             for name, report in zip(names, reports)]
-    return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [],
+    return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [], "errors": "standard deviation",
             "figures": {"heads": ["quantity", *("#" + head for head in HEADS)], "rows": [row_of(*one) for one in found]},
             "realisations": {"heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit", "#CPU time [s]"],
                              "rows": rows},

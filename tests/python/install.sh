@@ -13,6 +13,7 @@ cd "$scratch"
 export PYTHONPATH=$packages PYTHONDONTWRITEBYTECODE=1
 "$python" - "$packages" << 'SCRIPT'
 import importlib.resources
+import json
 import pathlib
 import sys
 
@@ -24,5 +25,11 @@ packing.write_pos("cells")
 assert packmesh.check("cells", box=(30, 30, 30)).clean and packing.counts == {"RBC": 100, "PLT": 7}
 files = {file.name for file in importlib.resources.files(packmesh).iterdir()}
 assert {"py.typed", "_packmesh.pyi"} <= files, files
+for seed in (1, 2):
+    report = packmesh.pack(box=(20, 20, 20), hematocrit=0.3, seed=seed).report()
+    pathlib.Path(f"{seed}.json").write_text(json.dumps(report))
 SCRIPT
+"$python" -m packmesh compare 1.json 2.json --page page.html > compare.log
+grep -q "Chart.js" page.html
+test -f "$packages/packmesh/page/chart.min.js"
 test -z "$(find "$packages" -type l)" || { echo "links into the source tree"; exit 1; }

@@ -4,6 +4,7 @@ report.json: check_report.py <packMesh> <chromium> <chromedriver> [folder for pi
 import base64
 import json
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 
 program, chromium, chromedriver = os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3]
+package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
 pictures = os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None
 
 
@@ -169,6 +171,33 @@ def check_markup():
         assert name in page.text("pre") and not page.driver.find_elements(By.ID, "bold")
 
 
+def check_comparison():
+    """The page of python3 -m packmesh compare has the means of three reports."""
+    run("--cylinder x 8 30 --hematocrit 0.25 --plt_ratio 0.1 --realisations 3 --report report.json".split())
+    names = [f"realisation_{i}/report.json" for i in (1, 2, 3)]
+    subprocess.run([sys.executable, "-m", "packmesh", "compare", *names, "--page", "compare.html"], check=True, capture_output=True,
+                   env={**os.environ, "PYTHONPATH": package})
+    walls = []
+    for name in names:
+        with open(name, encoding="utf-8") as file:
+            walls.append(json.load(file)["measures"]["wall"]["red"])
+    for width, height, picture in ((1280, 900, "comparison"), (390, 844, "comparison_phone")):
+        with Page("compare.html", width, height) as page:
+            assert page.run("return document.documentElement.scrollWidth") <= width
+            assert len(page.driver.find_elements(By.CSS_SELECTOR, "#plots canvas")) == 4
+            assert "3 realisations" in page.text("h1") and not page.driver.find_elements(By.ID, "view")
+            assert all(name in page.text("#tables") for name in names)
+            shown, low, high = page.run("return packMesh.charts[0].data.datasets.slice(0, 3).map((set) => set.data.map((p) => p.y))")
+            for i, values in enumerate(zip(*walls)):
+                mean, deviation = statistics.fmean(values), statistics.stdev(values)
+                assert abs(shown[i] - mean) < 1e-9 and abs(high[i] - mean - deviation) < 1e-9
+                assert abs(low[i] - max(0, mean - deviation)) < 1e-9
+            assert page.run("return packMesh.charts.map((c) => c.data.datasets.length)") == [6, 9, 6, 9]  # curves with bands
+            assert page.run("return csvOf(plotsOf(packMesh.report.measures)[0])").startswith(
+                '"distance to the wall [µm]","RBC","RBC standard deviation"')
+            page.save(picture)
+
+
 def check_print(page):
     page.run("window.dispatchEvent(new Event('beforeprint'))")
     assert page.run("return document.getElementById('still').src").startswith("data:image/png;base64,")
@@ -195,6 +224,7 @@ def main():
         for webgl in (True, False):
             check_clicks(webgl)
         check_markup()
+        check_comparison()
         print("The report is whole")
 
 

@@ -64,7 +64,7 @@ function csvOf(plot) {
     if (!previous || previous.join() !== curve.x.join()) columns.push([quote(plot.x), curve.x]);
     previous = curve.x;
     columns.push([quote(curve.name), curve.y]);
-    if (curve.error) columns.push([quote(curve.name + " error"), curve.error]);
+    if (curve.error) columns.push([quote(curve.name + " " + (report.errors || "error")), curve.error]);
   }
   const rows = Math.max(0, ...columns.map(([, numbers]) => numbers.length));
   const lines = [columns.map(([name]) => name).join()];
