@@ -21,7 +21,7 @@ from packmesh import plot
 FREE = {"seed", "realisations", "config", "start", "restart", "maxTime", "maxIterations", "bestEffort", "outputDirectory", "stateFile",
         "checkpointEvery", "povScene", "vtp", "vtpMeshes", "growthFrames", "report", "export"}
 SHAPE = ["redCell", "meshVolume", "vertices", "triangles", "size", "minimumDistanceFromSolid"]
-REQUEST = ["request", "asked", "stock"]
+REQUEST = ["asked", "stock"]
 HEADS = ["number", "mean", "std. dev.", "least", "largest"]
 CSV_HEADS = ["n", "mean", "std", "min", "max"]
 
