@@ -3,9 +3,10 @@
 
     python3 -m packmesh compare realisation_*/report.json [--csv folder] [--page compare.html]
 
-prints number, mean, standard deviation, least and largest of hematocrit, gaps, orientation and times. --csv writes these figures and
-the same of each layer of the profiles, each step of the gaps and of the directions, as tables, one file each. --page writes a page
-with tables and plots, which needs no network. Reports of different problems are refused; seeds, starts, limits and outputs may differ.
+prints number, mean, standard deviation, least and largest of hematocrit, gaps, orientation and times. --csv writes these
+figures and the same of each layer of the profiles, each step of the gaps and of the directions, as tables, one file each.
+--page writes a page with tables and plots, which needs no network. Reports of different problems are refused; seeds, starts,
+limits and outputs may differ.
 """
 import argparse
 import json
@@ -18,8 +19,8 @@ import sys
 from packmesh import plot
 
 # Settings that realisations of the same problem may have in different ways.
-FREE = {"seed", "realisations", "config", "start", "restart", "maxTime", "maxIterations", "bestEffort", "outputDirectory", "stateFile",
-        "checkpointEvery", "povScene", "vtp", "vtpMeshes", "growthFrames", "report", "export"}
+FREE = {"seed", "realisations", "config", "start", "restart", "maxTime", "maxIterations", "bestEffort", "outputDirectory",
+        "stateFile", "checkpointEvery", "povScene", "vtp", "vtpMeshes", "growthFrames", "report", "export"}
 SHAPE = ["redCell", "meshVolume", "vertices", "triangles", "size", "minimumDistanceFromSolid"]
 REQUEST = ["asked", "stock"]
 HEADS = ["number", "mean", "std. dev.", "least", "largest"]
@@ -116,6 +117,8 @@ def figures_of(report):
     for i in range(len(report["species"])):
         yield from figures_of_species(report, i)
     yield "sweeps", 1, report["statistics"]["sweeps"]
+    if report["statistics"]["growth"]:
+        yield "iterations of growth", 1, report["statistics"]["growth"]["iterations"]
     yield "CPU time [s]", 3, report["times"]["cpu"]
     yield "wall time [s]", 3, report["times"]["wall"]
 
@@ -235,13 +238,14 @@ def title_of(reports):
 
 def page_data(names, reports, found, curves):
     versions = sorted({f"{report['program']['version']} ({report['program']['commit']})" for report in reports})
-    rows = [[name, str(report["configuration"]["seed"]), report["outcome"], "clean" if report["certificate"]["clean"] else "NOT CLEAN",
-             str(report["certificate"]["cells"]), f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
+    rows = [[name, str(report["configuration"]["seed"]), report["outcome"],
+             "clean" if report["certificate"]["clean"] else "NOT CLEAN", str(report["certificate"]["cells"]),
+             f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
             for name, report in zip(names, reports)]
     return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [], "errors": "standard deviation",
             "figures": {"heads": ["quantity", *("#" + head for head in HEADS)], "rows": [row_of(*one) for one in found]},
-            "realisations": {"heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit", "#CPU time [s]"],
-                             "rows": rows},
+            "realisations": {"rows": rows, "heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit",
+                                                     "#CPU time [s]"]},
             "measures": mean_measures(reports, curves)}
 
 

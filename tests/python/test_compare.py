@@ -158,6 +158,14 @@ def test_fewer_cells(program):
     assert "minimum gap to the wall" not in text
 
 
+def test_growth(program):
+    folder, _ = program(*"--sphere 10 --rbc 8 --method cat --realisations 2 --report report.json".split())
+    names = [f"realisation_{i}/report.json" for i in (1, 2)]
+    compare(*names, "--csv", "tables", cwd=folder)
+    assert_spread(figures(folder / "tables/figures.csv")["iterations of growth"],
+                  [one["statistics"]["growth"]["iterations"] for one in read(folder, *names)])
+
+
 def test_checked(program):
     folder, _ = program(*"20 20 20 --hematocrit 0.3 --realisations 2 --report report.json".split())
     for i in (1, 2):
