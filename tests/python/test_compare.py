@@ -106,6 +106,19 @@ def test_page(three):
         [name, str(i), "certified", "clean"] for i, name in enumerate(names, 1)]
 
 
+def test_markup(three):
+    """Markup in a text does not end the element that holds the data, and placeholders in it stay."""
+    folder, names, _, _ = three
+    text = "</script><!-- @SCRIPTS@ <b>"
+    marked = [change(folder, name, f"{i}.json", lambda report: report["lumen"].update(description=text))
+              for i, name in enumerate(names)]
+    compare(*marked, "--page", "compare.html", cwd=folder)
+    page = (folder / "compare.html").read_text()
+    assert text not in page and "@SCRIPTS@ \\u003cb>" in page
+    data = json.loads(re.search(r'<script type="application/json" id="report">(.*?)</script>', page, re.S)[1])
+    assert data["title"] == "3 realisations: " + text
+
+
 def test_other_problems(three, program):
     folder, names, _, _ = three
     others = {"lumen": "--cylinder x 9 20 --hematocrit 0.25", "species": "--cylinder x 8 20 --rbc 10 --wbc 1",
