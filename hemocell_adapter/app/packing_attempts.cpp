@@ -96,6 +96,7 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
   if (!limits.fewerCells && !isPossible(problem)) return {};
   problem.limits.maxSeconds = limits.maxSeconds;
   if (limits.maxSweeps > 0) problem.limits.maxSweeps = std::min(limits.maxSweeps, problem.limits.maxSweeps);
+  problem.limits.sweepsForFew = limits.sweepsForFew;
   problem.limits.fewerCells = limits.fewerCells;
   std::optional<GrowthFrames> frames;
   if (scene_.growthFrames > 0) {

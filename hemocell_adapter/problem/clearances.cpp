@@ -15,7 +15,8 @@ constexpr double shares[] = {1.0, 0.5, 0.25, 0.0};
 /// Limits of an attempt with more clearance than demanded: this many sweeps times cells, but at least the
 /// smallest and at most the largest number of sweeps. HemoCell's pipe keeps the full clearance in 60 sweeps
 /// at 0.45 and in 155 at 0.48, half of it in 104 at 0.50; a narrow inlet with 76 cells at 0.30 takes 544,
-/// half a second.
+/// half a second. If only few contacts are left then, as in large packings, the attempt goes on to the
+/// largest.
 constexpr std::int64_t cheapCellSweeps = 160000, leastSweeps = 160, mostSweeps = 600;
 
 /// The same for growth [iterations]: in boxes and tubes it succeeded within 18 to 62, or not at all.
@@ -49,7 +50,7 @@ void widen(const std::function<double()>& timeLeft, const Attempt& attempt, Room
     if (hi > 0.0 && hi - lo <= finest) return;
     Clearances wider = best.clearances;
     wider.membranes = hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep);
-    auto result = attempt(wider, {thoroughSweeps, timeLeft(), false});
+    auto result = attempt(wider, {thoroughSweeps, 0, timeLeft(), false});
     if (result && result->outcome == Outcome::interrupted) {
       best.result = std::move(*result);
       return;
@@ -95,12 +96,13 @@ RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels,
       job.method == Method::cat
           ? cheapIterations
           : std::clamp(cheapCellSweeps / std::max<std::int64_t>(1, cells), leastSweeps, mostSweeps);
+  const std::int64_t sweepsForFew = job.method == Method::cat ? 0 : mostSweeps - cheapSweeps;
   RoomyPacking best;
   for (std::size_t i = first; i < levels.size(); ++i) {
     const bool last = i + 1 == levels.size();
     const double left = job.maxSeconds > 0.0 ? std::max(job.maxSeconds - elapsed(), leastSeconds) : 0.0;
-    const AttemptLimits limits =
-        last ? AttemptLimits{0, left, true} : AttemptLimits{cheapSweeps, shareOfTime * left, false};
+    const AttemptLimits limits = last ? AttemptLimits{0, 0, left, true}
+                                      : AttemptLimits{cheapSweeps, sweepsForFew, shareOfTime * left, false};
     auto result = attempt(levels[i], limits);
     if (!result) continue;
     best = {std::move(*result), levels[i]};

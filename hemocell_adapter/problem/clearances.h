@@ -23,9 +23,10 @@ bool triesMoreClearance(const Job& job);
 
 /// Limits of one attempt to pack with given clearances.
 struct AttemptLimits {
-  std::int64_t maxSweeps = 0;  ///< 0: those of the job
-  double maxSeconds = 0.0;     ///< 0: no limit
-  bool fewerCells = true;      ///< if not feasible: whether a packing of fewer cells is requested
+  std::int64_t maxSweeps = 0;     ///< 0: those of the job
+  std::int64_t sweepsForFew = 0;  ///< further ones if only few contacts are left then
+  double maxSeconds = 0.0;        ///< 0: no limit
+  bool fewerCells = true;         ///< if not feasible: whether a packing of fewer cells is requested
 };
 
 /// A packing, and the clearances it was certified with.

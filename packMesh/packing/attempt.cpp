@@ -207,7 +207,9 @@ bool Attempt::relaxed(std::int64_t maxSweeps) {
   if (control_.outOfTime()) return false;
   if (at_.stage != Stage::relaxation) return true;  // already done
   Timer watch(result_.statistics.relaxationSeconds);
-  if (!relax(*relaxation_, tolerance::relaxationTolerance, limits(maxSweeps), at_.schedule)) return false;
+  ScheduleLimits all = limits(maxSweeps);
+  all.sweepsForFew = problem_.limits.sweepsForFew;
+  if (!relax(*relaxation_, tolerance::relaxationTolerance, all, at_.schedule)) return false;
   at_.stage = Stage::certificate;
   return true;
 }

@@ -39,6 +39,10 @@ constexpr double leastOmega = 0.6;
 /// pairs that oscillate between two states indefinitely: thin parts that have pierced each other.
 constexpr double fewContacts = 0.5;
 
+/// With fewer contacts per cell than this, most cells are at rest and a sweep takes little time. In a large
+/// packing a few such pairs are left when a small one is complete.
+constexpr double veryFewContacts = 0.05;
+
 /// Mean penetrations [of half the thickness of a cell] at the end of the first part, of the first annealing
 /// and of later ones, above which more sweeps do not help: red cells that could be separated eventually had
 /// at most 0.24, 0.16 and 0.12, in boxes, tubes and spheres of any size. In a jammed packing cells have at
@@ -59,7 +63,14 @@ bool onlyFewContacts(const Relaxation& relaxation) {
 }
 
 bool spent(const Relaxation& relaxation, const ScheduleLimits& limits) {
-  return relaxation.sweeps() >= limits.maxSweeps || (limits.stop && limits.stop());
+  const bool few = static_cast<double>(relaxation.lastSweep().contacts) <
+                   veryFewContacts * static_cast<double>(relaxation.cellCount());
+  const std::int64_t sweeps = relaxation.sweeps();
+  // Contacts increase again when a pair comes apart: whether they are few counts only when the limit is
+  // reached.
+  const bool enough =
+      sweeps >= limits.maxSweeps + limits.sweepsForFew || (sweeps == limits.maxSweeps && !few);
+  return enough || (limits.stop && limits.stop());
 }
 
 /// A value that changes linearly from the first sweep to the last.

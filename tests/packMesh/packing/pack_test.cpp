@@ -216,6 +216,26 @@ TEST_CASE("Cells can meet their own images", "[packing]") {
   checkPacking(problem, result);
 }
 
+TEST_CASE("A limit of sweeps can be extended for the last few contacts", "[packing]") {
+  // With this seed two thin parts remain interpenetrated for long.
+  hemocell::CellModel coarse = *hemocell::defaultModel("RBC");
+  coarse.minNumTriangles = 300;
+  PackingProblem problem = redCellProblem(periodicCube(80.0), 0.45);
+  problem.species[0].shape = hemocell::makeShape(coarse, 1.0);
+  problem.clearance = 0.15;
+  problem.seed = 5;
+  const PackingResult unlimited = pack(problem);
+  REQUIRE(unlimited.outcome == Outcome::certified);
+  problem.limits.fewerCells = false;
+  problem.limits.maxSweeps = 50;
+  REQUIRE(unlimited.statistics.sweeps > problem.limits.maxSweeps);
+  CHECK(pack(problem).outcome == Outcome::outOfReach);
+  problem.limits.sweepsForFew = 100;
+  CHECK(test::sameBits(pack(problem), unlimited));
+  problem.limits.maxSweeps = 3;  // there are still many contacts
+  CHECK(pack(problem).outcome == Outcome::outOfReach);
+}
+
 TEST_CASE("An infeasible request ends with fewer cells and a clean certificate", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(16.0), 0.75);
   problem.limits.maxSweeps = 600;
