@@ -92,8 +92,10 @@ def solve(name, command, problem, seed, options):
     x, y, z = problem["box"]
     rbc = round(problem["hematocrit"] * x * y * z / RED_CELL)
     lumen = "config.xml" if "case" in problem else f"{x} {y} {z}"
-    cpu, wall, error = run(command.format(x=x, y=y, z=z, hematocrit=problem["hematocrit"], rbc=rbc, plt=round(PLATELETS * rbc), seed=seed,
-                                          lumen=lumen), folder, options.timeout)
+    for key, value in {"x": x, "y": y, "z": z, "hematocrit": problem["hematocrit"], "rbc": rbc, "plt": round(PLATELETS * rbc), "seed": seed,
+                       "lumen": lumen}.items():
+        command = command.replace(f"{{{key}}}", str(value))
+    cpu, wall, error = run(command, folder, options.timeout)
     result = {"problem": problem["name"], "asked": problem["hematocrit"], "packer": name, "seed": seed, "cpu": cpu, "wall": wall}
     result.update(judged(options.packMesh, problem, folder) if not error and (folder / "RBC.pos").exists() else {"error": error or "no RBC.pos"})
     if not options.keep:

@@ -11,7 +11,7 @@ tests/scripts/links.py "$PWD"
 source=build/docs-source site=build/docs
 rm -rf "$source" "$site"
 mkdir -p "$source/scripts" "$source/packaging"
-cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config "$source"
+cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config benchmarks "$source"
 cp -r packaging/spack packaging/conda packaging/Dockerfile "$source/packaging"
 cp scripts/apt-packages.txt "$source/scripts"
 

@@ -51,7 +51,8 @@ SETTINGS = {
     "large": (0.45, 0, 2),
 }
 # For the roads by files: what only the C++ code of a case says of its lumen.
-OPTIONS = {"parallelplanes": ["--walls", "z"], "kolmogorovFlow": ["--walls", "none"], "unbounded": ["--walls", "none"]}
+OPTIONS = {"parallelplanes": ["--walls", "z"], "kolmogorovFlow": ["--walls", "none"], "unbounded": ["--walls", "none"],
+           "large": ["--walls", "z"]}
 CONTAINERS = {
     "flowaroundsphere": '''<container> <nodes> 200 100 100 </nodes> <box origin="-0.25 -0.25 -0.25" size="100 50 50"/>
   <obstacles> <sphere center="25 25 7.5" radius="7.5"/> <box origin="-1 -1 -1" size="102 52 1"/> <box origin="-1 -1 49.5" size="102 52 1"/> </obstacles> </container>''',

@@ -30,6 +30,7 @@ def show(source, view, colour):
     display.OrientationMode = "Quaternion"
     display.SelectOrientationVectors = "orientation"
     display.Scaling = 1
+    display.ScaleFactor = 1.0  # ParaView proposes one of its own
     display.ScaleMode = "Magnitude"
     display.SelectScaleArray = "scale"
     ColorBy(display, ("POINTS", colour))
