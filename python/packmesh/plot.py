@@ -142,8 +142,10 @@ def read_report(path):
     try:
         with open(path, encoding="utf-8") as file:
             report = json.load(file)
-    except (OSError, ValueError) as error:
-        fail(f"{path}: {error}")
+    except OSError as error:
+        fail(f"{path}: cannot be read: {error.strerror}")
+    except ValueError:
+        fail(f"{path}: is not a report of packMesh (packMesh --report report.json): it is not a JSON file")
     if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
         fail(f"{path}: is not a report of packMesh")
     if report["schemaVersion"] != 1:
