@@ -299,6 +299,9 @@ class Words:
         @param case: whether a section of config.xml has to be overridden, which options do
         @param counts: whether numbers can be options; not for check"""
         species = mapping("species", species, '{"RBC": 100}')
+        for name in species:
+            if not isinstance(name, str):
+                raise InputError(f"species: expected the name of a cell, found {name!r}")
         counted = {name: cells if isinstance(cells, Species) else Species(count=cells) for name, cells in species.items()}
         red = [cells for name, cells in counted.items() if _is_red(name, cells)]
         contradictory = hematocrit and all(cells.count is not None for cells in red)

@@ -190,6 +190,9 @@ def forecast(**options: Any) -> Forecast:
 
 def _fill(asked: Words, **given: Any) -> None:
     """Words for the arguments of pack()."""
+    for name in ("case", "state", "restart"):
+        if not isinstance(given[name], (str, os.PathLike, type(None))):
+            raise InputError(f"{name}: expected a file, found {given[name]!r}")
     if given["hematocrit"] is not None:
         asked.option("hematocrit", given["hematocrit"])
     if given["platelets"] is not None:
