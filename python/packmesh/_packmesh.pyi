@@ -7,12 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 class Packing:
+    words: list[str]
     @property
     def names(self) -> list[str]: ...
     @property
     def counts(self) -> list[int]: ...
-    @property
-    def words(self) -> list[str]: ...
     @property
     def complete(self) -> bool: ...
     @property

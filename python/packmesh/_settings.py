@@ -6,14 +6,16 @@ import contextlib
 import dataclasses
 import os
 import pathlib
+import shutil
 import tempfile
+import weakref
 from typing import Any, Iterator, Mapping, Optional, Sequence, Tuple, Union
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
 from . import _packmesh
-from .errors import InputError
+from .errors import InputError, OutputError
 
 Path = Union[str, "os.PathLike[str]"]
 Vector = Sequence[float]
@@ -122,6 +124,75 @@ def text(value: Any) -> str:
         raise InputError(f"expected a number or a text, found {value!r}") from None
 
 
+def several(name: str, values: Any, count: int, what: str) -> list[Any]:
+    """The values of an argument that has `count` of them."""
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise InputError(f"{name}: expected {what}, found {values!r}")
+    values = list(values)
+    if len(values) != count:
+        raise InputError(f"{name}: expected {what}, found {len(values)}")
+    return values
+
+
+def mapping(name: str, values: Any, example: str) -> Mapping[str, Any]:
+    """An argument that has values by name."""
+    if not isinstance(values, Mapping):
+        raise InputError(f"{name}: expected {example}, found {values!r}")
+    return values
+
+
+def listed(name: str, values: Any, one: Any) -> Sequence[Any]:
+    """An argument that is one thing of type `one`, or several."""
+    if isinstance(values, one):
+        return [values]
+    if isinstance(values, (str, Mapping)) or not hasattr(values, "__iter__"):
+        raise InputError(f"{name}: expected a list, found {values!r}")
+    return list(values)
+
+
+def pos_rows(cells: Mapping[str, Any]) -> list[Tuple[str, np.ndarray]]:
+    """Lines of .pos files by name, as arrays; empty lists are no cells."""
+    found = []
+    for name, lines in cells.items():
+        if not isinstance(name, str):
+            raise InputError(f"expected the name of a cell, found {name!r}")
+        try:
+            rows = np.asarray(lines, float)
+        except (TypeError, ValueError):
+            raise InputError(f"the cells '{name}': expected an array of shape (n, 6)") from None
+        found.append((name, np.empty((0, 6)) if rows.shape == (0,) else rows))
+    return found
+
+
+def keep_inputs(words: Sequence[str], folder: pathlib.Path, state: Path) -> list[str]:
+    """Copies what was given as arrays from `folder` to a folder beside a state file, whose command names it there.
+
+    Ranks write the same files; each replaces them whole.
+    """
+    files = [file for file in folder.rglob("*") if file.is_file()]
+    if not files:
+        return list(words)
+    kept = inputs_of(state)
+    try:
+        for file in files:
+            target = kept / file.relative_to(folder)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            handle, unfinished = tempfile.mkstemp(dir=target.parent)
+            os.close(handle)
+            shutil.copy(file, unfinished)
+            os.replace(unfinished, target)
+    except OSError as error:
+        raise OutputError(f"{kept}: cannot write the meshes and cells that were given as arrays: {error.strerror}") from None
+    in_text = {'"': "&quot;", "'": "&apos;"}
+    return [word.replace(str(folder), escape(str(kept), in_text) if word.startswith("<") else str(kept)) for word in words]
+
+
+def inputs_of(state: Path) -> pathlib.Path:
+    """The folder for what was given as arrays: cells_inputs beside cells.h5."""
+    file = pathlib.Path(os.path.abspath(state))
+    return file.with_name(file.stem + "_inputs")
+
+
 class Words:
     """What a call of the program would be given."""
 
@@ -133,6 +204,7 @@ class Words:
         self._folder = folder
         self._comm = comm
         self._files = 0
+        self._lent = False
 
     def all(self) -> list[str]:
         """With the section, if there are settings that have no option."""
@@ -151,10 +223,16 @@ class Words:
         """The file of a mesh; arrays are written to one."""
         if isinstance(source, (str, os.PathLike)):
             return os.fspath(source)
-        vertices, triangles = (np.asarray(array) for array in source)
+        pair = several("a mesh", source, 2, "a file or (vertices, triangles)")
+        try:
+            vertices, triangles = (np.asarray(array, float) for array in pair)
+        except (TypeError, ValueError):
+            raise InputError("a mesh: expected arrays of numbers (vertices, triangles)") from None
         if vertices.ndim != 2 or vertices.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
             raise InputError("a mesh: expected vertices of shape (V, 3) and triangles of shape (T, 3), "
                              f"found {vertices.shape} and {triangles.shape}")
+        if not (np.isfinite(triangles).all() and (triangles == np.floor(triangles)).all()):
+            raise InputError("a mesh: triangles are numbers of vertices; expected whole numbers")
         self._files += 1
         file = self._folder / f"mesh_{self._files}.off"
         with open(file, "w", encoding="ascii") as out:
@@ -180,16 +258,17 @@ class Words:
 
     def lumen(self, box: Any, cylinder: Any, sphere: Any, vessel: Any, scale: float, open_axis: Optional[str]) -> None:
         if box is not None:
-            sizes = [text(size) for size in box]
-            if len(sizes) != 3:
-                raise InputError(f"box: expected three sizes [µm], found {len(sizes)}")
-            self.words = sizes + self.words
+            if isinstance(box, Box):
+                if any(several("box: origin", box.origin, 3, "three numbers")):
+                    raise InputError("box: a lumen has its low corner at the origin, and no other one")
+                box = box.size
+            self.words = [text(size) for size in several("box", box, 3, "three sizes [µm]")] + self.words
         if cylinder is not None:
             if isinstance(cylinder, Cylinder):
                 if cylinder.center is not None:
                     raise InputError("cylinder: a lumen has its low corner at the origin, and no center")
                 cylinder = (cylinder.axis, cylinder.radius, cylinder.length)
-            self.option("cylinder", *cylinder)
+            self.option("cylinder", *several("cylinder", cylinder, 3, "a Cylinder or (axis, radius, length)"))
         if sphere is not None:
             if isinstance(sphere, Sphere):
                 if sphere.center is not None:
@@ -201,22 +280,39 @@ class Words:
         if open_axis is not None:
             self.option("open-axis", open_axis)
 
-    def obstacles(self, bodies: Sequence[Body]) -> None:
+    def obstacles(self, bodies: Union[Body, Sequence[Body]]) -> None:
+        bodies = listed("obstacles", bodies, (Box, Cylinder, Sphere, Mesh))
         if bodies:
             self._container = ["<obstacles>", *(self.body(body) for body in bodies), "</obstacles>"]
 
-    def regions(self, regions: Sequence[Region]) -> None:
+    def regions(self, regions: Union[Region, Sequence[Region]]) -> None:
+        regions = listed("regions", regions, Region)
+        for region in regions:
+            if not isinstance(region, Region):
+                raise InputError(f"regions: expected a Region, found {region!r}")
         self._regions = [f"<region hematocrit={quoteattr(text(region.hematocrit))}>{self.body(region.body)}</region>"
                          for region in regions]
 
-    def species(self, species: Mapping[str, Union[int, Species]], options: bool) -> None:
-        """@param options: whether plain numbers are given as options"""
-        for name, cells in species.items():
-            if not isinstance(cells, Species):
-                if options and name in _COUNT_OPTIONS:
-                    self.option(_COUNT_OPTIONS[name], cells)
+    def species(self, species: Mapping[str, Union[int, Species]], hematocrit: bool = False, case: bool = False,
+                counts: bool = True) -> None:
+        """@param hematocrit: whether it is given; then only the number of red cells is an option, which it excludes
+        @param case: whether a section of config.xml has to be overridden, which options do
+        @param counts: whether numbers can be options; not for check"""
+        species = mapping("species", species, '{"RBC": 100}')
+        for name in species:
+            if not isinstance(name, str):
+                raise InputError(f"species: expected the name of a cell, found {name!r}")
+        counted = {name: cells if isinstance(cells, Species) else Species(count=cells) for name, cells in species.items()}
+        red = [cells for name, cells in counted.items() if _is_red(name, cells)]
+        contradictory = hematocrit and all(cells.count is not None for cells in red)
+        for name, cells in counted.items():
+            plain = not isinstance(species[name], Species)
+            as_option = contradictory and name == "RBC" if hematocrit else plain or case
+            if counts and as_option and name in _COUNT_OPTIONS and cells.count is not None:
+                self.option(_COUNT_OPTIONS[name], cells.count)
+                if plain:
                     continue
-                cells = Species(count=cells)
+                cells = dataclasses.replace(cells, count=None)
             mesh = None if cells.mesh is None else self.mesh_file(cells.mesh)
             self._species.append(_tag("species", {
                 "name": name, "count": cells.count, "ratio": cells.ratio, "file": mesh, "scale": cells.mesh_scale,
@@ -238,10 +334,46 @@ class Words:
             source = lines
         if isinstance(source, Mapping):
             folder = self._folder / option
-            _packmesh.write_pos(folder, [(name, np.asarray(rows, float)) for name, rows in source.items()])
-            source = [folder / (name + ".pos") for name in source]
+            _packmesh.write_pos(folder, pos_rows(source))
+            source = [folder / (name.strip() + ".pos") for name in source]
+        what = 'files, {"RBC": array of shape (n, 6)} or a Packing'
+        if not hasattr(source, "__iter__"):
+            raise InputError(f"{option}: expected {what}, found {source!r}")
         for file in source:
+            if not isinstance(file, (str, os.PathLike)):
+                raise InputError(f"{option}: expected {what}, found a list with {file!r}")
             self.option(option, file)
+
+    def has_files(self) -> bool:
+        """Whether meshes or cells were given as arrays."""
+        return any(self._folder.iterdir())
+
+    @contextlib.contextmanager
+    def kept_beside(self, state: Path) -> Iterator[list[str]]:
+        """All words, with what was given as arrays beside a state file; not if no state is written."""
+        existed = inputs_of(state).exists()
+        try:
+            yield keep_inputs(self.all(), self._folder, state)
+        except BaseException:
+            if self.has_files() and not existed and not os.path.exists(state):
+                shutil.rmtree(inputs_of(state), ignore_errors=True)
+            raise
+
+    def lend_folder(self, user: Any) -> Optional[pathlib.Path]:
+        """The folder of what was given as arrays, if there is any, for as long as `user` exists."""
+        if not self.has_files():
+            return None
+        self._lent = True
+        weakref.finalize(user, shutil.rmtree, self._folder, True)
+        return self._folder
+
+    def remove_folder(self) -> None:
+        if not self._lent:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def _is_red(name: str, cells: Species) -> bool:
+    return "RBC" in name if cells.red_cell is None else cells.red_cell
 
 
 def _tag(name: str, values: Mapping[str, Any]) -> str:
@@ -252,9 +384,12 @@ def _tag(name: str, values: Mapping[str, Any]) -> str:
 
 @contextlib.contextmanager
 def words(comm: Any = None) -> Iterator[Words]:
-    """With a folder for what is given as arrays, which is removed at the end."""
-    with tempfile.TemporaryDirectory(prefix="packmesh-") as folder:
-        yield Words(pathlib.Path(folder), comm)
+    """With a folder for what is given as arrays, which is removed at the end, unless it is lent."""
+    asked = Words(pathlib.Path(tempfile.mkdtemp(prefix="packmesh-")), comm)
+    try:
+        yield asked
+    finally:
+        asked.remove_folder()
 
 
 def address(comm: Any) -> int:

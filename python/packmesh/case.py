@@ -9,9 +9,10 @@ import pathlib
 from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _packmesh
-from ._settings import Body, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, words
+from ._settings import (Body, Box, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, mapping,
+                        several, words)
 from .errors import InputError
-from .packing import Check, Packing
+from .packing import Check, Packing, load
 
 Cells = Union[Path, Sequence[Path], Mapping[str, Any], Packing]
 
@@ -53,13 +54,13 @@ class Forecast:
 def pack(
     *,
     case: Optional[Path] = None,
-    box: Optional[Vector] = None,
+    box: Union[Box, Vector, None] = None,
     cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
     sphere: Union[Sphere, float, None] = None,
     vessel: Optional[MeshSource] = None,
     scale: float = 1.0,
     open_axis: Optional[str] = None,
-    obstacles: Sequence[Body] = (),
+    obstacles: Union[Body, Sequence[Body]] = (),
     walls: Optional[str] = None,
     ends: Optional[str] = None,
     dx: Optional[float] = None,
@@ -69,7 +70,7 @@ def pack(
     hematocrit: Optional[float] = None,
     platelets: Optional[float] = None,
     species: Optional[Mapping[str, Union[int, Species]]] = None,
-    regions: Sequence[Region] = (),
+    regions: Union[Region, Sequence[Region]] = (),
     fixed: Optional[Cells] = None,
     start: Optional[Cells] = None,
     rbc_volume: Optional[float] = None,
@@ -101,7 +102,7 @@ def pack(
 
     The lumen, one of:
         case: config.xml of a HemoCell case
-        box: three sizes. It is packed with cells inside its faces, unless `ends` is "periodic"
+        box: a Box or three sizes, low corner at the origin. It is packed with cells inside its faces, unless `ends` is "periodic"
         cylinder: a Cylinder, or (axis, radius, length), low corner at the origin
         sphere: a Sphere or a radius, low corner at the origin
         vessel: a watertight mesh, a file or (vertices, triangles); coordinates times `scale` are in µm
@@ -140,7 +141,8 @@ def pack(
     More:
         tile: numbers of copies of a periodic box along x, y, z, in a larger box
         state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from (without
-            other arguments: with those of the run that it is of)
+            other arguments: with those of the run that it is of). What is given as arrays is written too, for
+            "cells.h5" in the folder "cells_inputs" beside it
         progress: called with a Progress about ten times a second; what it raises ends the packing
         comm: communicator of mpi4py whose ranks pack together; all call pack() with the same arguments
 
@@ -153,18 +155,31 @@ def pack(
     if callback is not None:
         listener = callback
 
+        if not callable(listener):
+            raise InputError(f"progress: expected a function, found {listener!r}")
+
         def callback(*values: Any) -> None:
             listener(Progress(*values))
 
     with words(communicator) as asked:
         _fill(asked, **arguments)
-        held = _packmesh.pack(asked.all(), address(communicator), callback)
-    return Packing(held, communicator)
+        saved = state if state is not None else restart
+        if saved is None:
+            if checkpoint_every is not None and asked.has_files():
+                raise InputError("checkpoint_every: what is given as arrays needs the name of a state file (state) too")
+            packing = Packing(_packmesh.pack(asked.all(), address(communicator), callback), communicator)
+            packing._inputs = asked.lend_folder(packing)
+            return packing
+        with asked.kept_beside(saved) as all_words:
+            return Packing(_packmesh.pack(all_words, address(communicator), callback), communicator)
 
 
 def forecast(**options: Any) -> Forecast:
     """What to expect of pack() with these arguments; nothing is packed."""
-    arguments = inspect.signature(pack).bind(**options)
+    try:
+        arguments = inspect.signature(pack).bind(**options)
+    except TypeError as error:
+        raise TypeError(f"forecast() {error}") from None
     arguments.apply_defaults()
     for name in ("progress", "comm"):
         arguments.arguments.pop(name)
@@ -175,22 +190,26 @@ def forecast(**options: Any) -> Forecast:
 
 def _fill(asked: Words, **given: Any) -> None:
     """Words for the arguments of pack()."""
+    for name in ("case", "state", "restart"):
+        if not isinstance(given[name], (str, os.PathLike, type(None))):
+            raise InputError(f"{name}: expected a file, found {given[name]!r}")
     if given["hematocrit"] is not None:
         asked.option("hematocrit", given["hematocrit"])
     if given["platelets"] is not None:
         asked.option("plt_ratio", given["platelets"])
-    asked.species(given["species"] or {}, options=given["hematocrit"] is None and not given["case"])
+    if given["species"] is not None:
+        asked.species(given["species"], given["hematocrit"] is not None, given["case"] is not None)
     for name in ("ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance", "wall_clearance",
                  "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "state",
                  "checkpoint_every", "restart"):
         if given[name] is not None:
             asked.option(name.replace("_", "-"), given[name])
-    for axis, (low, high) in (given["pre_inlet_ranges"] or {}).items():
-        asked.option("pre-inlet-range", axis, low, high)
-    for name, value in (given["growth"] or {}).items():
+    for axis, planes in mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}').items():
+        asked.option("pre-inlet-range", axis, *several("pre_inlet_ranges", planes, 2, "two planes"))
+    for name, value in mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}').items():
         asked.option("growth", name, value)
     if given["tile"] is not None:
-        asked.option("tile", *given["tile"])
+        asked.option("tile", *several("tile", given["tile"], 3, "three numbers"))
     asked.flag("fluid-volume", given["fluid_volume"])
     asked.flag("escape", given["escape"])
     asked.flag("best-effort", given["best_effort"])
@@ -210,13 +229,13 @@ def check(
     what: Union[Path, Packing],
     *,
     case: Optional[Path] = None,
-    box: Optional[Vector] = None,
+    box: Union[Box, Vector, None] = None,
     cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
     sphere: Union[Sphere, float, None] = None,
     vessel: Optional[MeshSource] = None,
     scale: float = 1.0,
     open_axis: Optional[str] = None,
-    obstacles: Sequence[Body] = (),
+    obstacles: Union[Body, Sequence[Body]] = (),
     walls: Optional[str] = None,
     ends: Optional[str] = None,
     dx: Optional[float] = None,
@@ -227,14 +246,24 @@ def check(
     """Tests cells exactly: a Packing, a folder of .pos files, or a state file (.h5).
 
     For files the lumen is given as for pack(), and so are species with meshes of their own. `clearance` and
-    `wall_clearance` [µm] are gaps that are required.
+    `wall_clearance` [µm] are gaps that are required. A Packing, and a state file without other arguments, are tested
+    in the lumen in which they were packed.
     """
+    given = dict(locals())
+    stated = [name for name, parameter in inspect.signature(check).parameters.items()
+              if name != "what" and given[name] is not parameter.default]
     if isinstance(what, Packing):
+        if stated:
+            raise InputError(f"check: a Packing is tested as it was packed; expected no {stated[0]}")
         return what.check()
+    if not isinstance(what, (str, os.PathLike)):
+        raise InputError(f"check: expected a Packing, a folder or a state file, found {what!r}")
+    if not stated and os.fspath(what).endswith(".h5"):
+        return load(what).check()
     with words() as asked:
         asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
         asked.obstacles(obstacles)
-        asked.species(species or {}, options=False)
+        asked.species(species or {}, counts=False)
         for name, value in (("walls", walls), ("ends", ends), ("dx", dx), ("clearance", clearance),
                             ("wall-clearance", wall_clearance)):
             if value is not None:
@@ -250,6 +279,8 @@ class Case:
     """A HemoCell case: a folder with config.xml and the XML files of its cells."""
 
     def __init__(self, config: Path) -> None:
+        if not isinstance(config, (str, os.PathLike)):
+            raise InputError(f"Case: expected the config.xml of a case, found {config!r}")
         self.config = pathlib.Path(config)
         self._values = _packmesh.case(os.fspath(config))
 
@@ -286,4 +317,8 @@ class Case:
 
     def check(self, what: Union[Path, Packing, None] = None, **options: Any) -> Check:
         """Tests the .pos files in a folder (by default that of the case) or a state file in this case."""
+        if isinstance(what, Packing):
+            if not any(os.path.abspath(word) == os.path.abspath(self.config) for word in what.command[1:2]):
+                raise InputError(f"check: the Packing is not of {self.config}; its .pos files can be tested there")
+            return check(what, **options)
         return check(self.config.parent if what is None else what, case=self.config, **options)

@@ -281,8 +281,20 @@ def write_page(path, data):
     print(f"(packMesh) Wrote {path}")
 
 
+def require_complete(names, reports):
+    """Takes all that is compared from each report on its own."""
+    for name, report in zip(names, reports):
+        try:
+            problem(report)
+            figures([report])
+            combined_curves([report])
+        except (KeyError, TypeError, IndexError, AttributeError) as error:
+            plot.fail_incomplete(name, error)
+
+
 def compare(names, folder, page):
     reports = [plot.read_report(name) for name in names]
+    require_complete(names, reports)
     require_same_problem(names, reports)
     warn_of_same_packings(names, reports)
     found, curves = figures(reports), combined_curves(reports)

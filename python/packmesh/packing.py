@@ -11,7 +11,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import _packmesh, convert
-from ._settings import Path, address
+from ._settings import Path, address, keep_inputs
 from .errors import InputError
 
 
@@ -123,6 +123,7 @@ class Packing:
     def __init__(self, held: Any, comm: Any = None) -> None:
         self._held = held
         self._comm = comm  # its MPI_Comm is in use as long as the packing is
+        self._inputs: Optional[pathlib.Path] = None  # folder of the files that the command names, until they are saved
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -219,13 +220,24 @@ class Packing:
         return found
 
     def save(self, file: Path) -> None:
-        """Writes a state file (HDF5), for load(), ``packMesh --restart``, ``--start`` and ParaView (collective)."""
-        self._held.save(os.fspath(file))
+        """Writes a state file (HDF5), for load(), ``packMesh --restart``, ``--start`` and ParaView (collective).
+
+        Meshes and cells that were given as arrays are saved too, in the folder ``cells_inputs`` beside ``cells.h5``.
+        """
+        if self._inputs is None:
+            self._held.save(os.fspath(file))
+            return
+        temporary = self._held.words
+        self._held.words = keep_inputs(temporary, self._inputs, file)
+        try:
+            self._held.save(os.fspath(file))
+        finally:
+            self._held.words = temporary
 
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
 
-        export: formats to write beside them: "csv", "lammps", "mirheo".
+        export: formats to write beside them: "csv", "espresso", "lammps", "lammps-molecular", "mirheo", "npfem", "stl".
         """
         return self._held.write(os.fspath(folder), list(export))
 

@@ -138,16 +138,24 @@ def fail(message):
     sys.exit(f"(packMesh) (Error) {message}")
 
 
+def fail_incomplete(path, error):
+    """For what is raised where a part of a report is missing or is something else."""
+    missing = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else f"a value is not what it should be ({error})"
+    fail(f"{path}: is not a complete report of packMesh: {missing}")
+
+
 def read_report(path):
     try:
         with open(path, encoding="utf-8") as file:
             report = json.load(file)
-    except (OSError, ValueError) as error:
-        fail(f"{path}: {error}")
+    except OSError as error:
+        fail(f"{path}: cannot be read: {error.strerror}")
+    except ValueError:
+        fail(f"{path}: is not a report of packMesh (packMesh --report report.json): it is not a JSON file")
     if not isinstance(report, dict) or report.get("schema") != "packMesh-report":
         fail(f"{path}: is not a report of packMesh")
-    if report["schemaVersion"] != 1:
-        fail(f"{path}: has version {report['schemaVersion']} of the schema, this program reads version 1")
+    if report.get("schemaVersion") != 1:
+        fail(f"{path}: has version {report.get('schemaVersion')} of the schema, this program reads version 1")
     return report
 
 
@@ -163,5 +171,9 @@ def main():
         if words.csv:
             write_tables(tables(report["measures"]), words.csv)
         draw(report["measures"], picture)
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        fail(f"{error.filename}: cannot be written: {error.strerror}" if error.filename else error)
+    except ValueError as error:
         fail(error)
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        fail_incomplete(words.report, error)

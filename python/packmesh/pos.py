@@ -13,7 +13,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from . import _packmesh
-from ._settings import Path
+from ._settings import Path, mapping, pos_rows
 
 __all__ = ["read_pos", "write_pos", "quaternions"]
 
@@ -36,7 +36,7 @@ def write_pos(folder: Path, cells: Mapping[str, Any]) -> None:
 
     Numbers are written with as many digits as read back to the same bits, as the program writes them.
     """
-    _packmesh.write_pos(os.fspath(folder), [(name, np.asarray(lines, float)) for name, lines in cells.items()])
+    _packmesh.write_pos(os.fspath(folder), pos_rows(mapping("cells", cells, '{"RBC": array of shape (n, 6)}')))
 
 
 def quaternions(lines: Any) -> np.ndarray:

@@ -18,6 +18,7 @@
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/state_files.h"
@@ -119,6 +120,13 @@ py::array_t<double> arrayOf(const std::vector<PosLine>& lines) {
 }
 
 using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// @throws InputError if `text` cannot be the name of cells, which is that of their file
+std::string cellName(const std::string& text) {
+  ValueSpec spec;
+  spec.kind = Kind::name;
+  return std::get<std::string>(parseValue(spec, text));
+}
 
 std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
   if (rows.ndim() != 2 || rows.shape(1) != 6)
@@ -272,7 +280,7 @@ py::tuple readPosFile(const fs::path& file) {
 
 void writePos(const fs::path& folder, const std::vector<std::pair<std::string, Rows>>& cells) {
   std::vector<std::pair<std::string, std::vector<PosLine>>> all;
-  for (const auto& [name, rows] : cells) all.emplace_back(name, linesOf(name, rows));
+  for (const auto& [name, rows] : cells) all.emplace_back(cellName(name), linesOf(name, rows));
   Caller().run([&] { writePosFiles(folder, all); });
 }
 
@@ -303,7 +311,7 @@ void addPacking(py::module_& module) {
                                for (const HeldPacking::Kind& kind : p.kinds) counts.push_back(kind.count);
                                return counts;
                              })
-      .def_property_readonly("words", [](const HeldPacking& p) { return p.words; })
+      .def_readwrite("words", &HeldPacking::words)
       .def_property_readonly("complete",
                              [](const HeldPacking& p) { return p.result.outcome == Outcome::certified; })
       .def_property_readonly("positions", &positionsOf)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""python3 -m packmesh compare."""
+"""python3 -m packmesh compare, and errors of plot."""
 import csv
 import json
 import re
@@ -12,8 +12,8 @@ import pytest
 TUBE = "--cylinder x 8 20 --hematocrit 0.25 --report report.json".split()
 
 
-def compare(*words, cwd, code=0):
-    done = subprocess.run([sys.executable, "-m", "packmesh", "compare", *map(str, words)], cwd=cwd, capture_output=True, text=True,
+def compare(*words, cwd, code=0, command="compare"):
+    done = subprocess.run([sys.executable, "-m", "packmesh", command, *map(str, words)], cwd=cwd, capture_output=True, text=True,
                           check=False)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
@@ -191,11 +191,29 @@ def test_checked(program):
 def test_errors(three):
     folder, names, _, _ = three
     assert "at least two reports" in compare(names[0], cwd=folder, code=1)
-    assert "none.json: " in compare(names[0], "none.json", cwd=folder, code=1)
+    assert "(Error) none.json: cannot be read: No such file or directory\n" in compare(names[0], "none.json", cwd=folder, code=1)
+    (folder / "page.html").write_text("<html>")
+    assert "page.html: is not a report of packMesh" in compare(names[0], "page.html", cwd=folder, code=1)
     (folder / "other.json").write_text("[1]")
     assert "other.json: is not a report of packMesh" in compare(names[0], "other.json", cwd=folder, code=1)
     change(folder, names[1], "cut.json", lambda report: report.pop("measures"))
-    assert "a report is incomplete: KeyError('measures')" in compare(names[0], "cut.json", cwd=folder, code=1)
+    assert "cut.json: is not a complete report of packMesh: there is no 'measures'" in compare(names[0], "cut.json", cwd=folder, code=1)
+    change(folder, names[1], "odd.json", lambda report: report.update(measures=[]))
+    assert "odd.json: is not a complete report of packMesh: a value" in compare(names[0], "odd.json", cwd=folder, code=1)
     change(folder, names[1], "layers.json", lambda report: report["measures"]["wall"]["red"].pop())
     assert "the layers of the profiles differ" in compare(names[0], "layers.json", cwd=folder, code=1)
     assert "none/page.html" in compare(*names, "--page", "none/page.html", cwd=folder, code=1)
+
+
+def test_errors_of_plot(three):
+    folder, names, _, _ = three
+
+    def plot(*words):
+        return compare(*words, cwd=folder, code=1, command="plot")
+    assert plot("none.json", "x.pdf") == "(packMesh) (Error) none.json: cannot be read: No such file or directory\n"
+    (folder / "page.html").write_text("<html>")
+    assert "page.html: is not a report of packMesh (packMesh --report report.json): it is not a JSON file" in plot("page.html")
+    change(folder, names[0], "cut.json", lambda report: report["measures"].pop("gaps"))
+    assert "cut.json: is not a complete report of packMesh: there is no 'gaps'" in plot("cut.json", "--csv", "tables")
+    change(folder, names[0], "version.json", lambda report: report.pop("schemaVersion"))
+    assert "version.json: has version None of the schema" in plot("version.json")

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Errors are exceptions with the texts of the program."""
+import numpy as np
 import pytest
 
 import packmesh
+from packmesh import Box
 
 CASES = {
     "hematocrit": (dict(box=(20, 20, 20), hematocrit=2), "20 20 20 --hematocrit 2", packmesh.InputError, 1),
@@ -81,3 +83,93 @@ def test_files(tmp_path):
     with pytest.raises(packmesh.InputError):
         packmesh.load(tmp_path / "bad.pos")
     assert not (tmp_path / "RBC.pos").exists()
+
+
+def test_names_of_files(tmp_path):
+    """Those of cells: nothing is written outside the folder."""
+    for name in ("../evil", "a/b", "", ".", "a b", str(tmp_path / "evil")):
+        with pytest.raises(packmesh.InputError, match="expected a cell name"):
+            packmesh.write_pos(tmp_path / "w", {name: np.zeros((1, 6))})
+    assert not list(tmp_path.rglob("*.pos"))
+    with pytest.raises(packmesh.InputError, match="expected a cell name"):
+        packmesh.pack(box=(20, 20, 20), species={"RBC": 2}, start={"../evil": np.zeros((1, 6))})
+
+
+BOX = dict(box=(20, 20, 20), species={"RBC": 2})
+WRONG = {
+    "box: expected three sizes .*, found 20": dict(box=20, hematocrit=0.1),
+    "box: expected three sizes .*, found '20": dict(box="20 20 20", hematocrit=0.1),
+    "box: a lumen has its low corner": dict(box=Box((20, 20, 20), (1, 0, 0)), hematocrit=0.1),
+    "cylinder: expected a Cylinder or": dict(cylinder=5, hematocrit=0.1),
+    "a mesh: expected a file or .*, found 3": dict(vessel=3, hematocrit=0.1),
+    "a mesh: expected arrays of numbers": dict(vessel=([["a"]], [[1]]), hematocrit=0.1),
+    "a mesh: .*whole numbers": dict(vessel=(np.eye(4, 3), [[0, 1, 2.5]]), hematocrit=0.1),
+    'species: expected {"RBC": 100}, found \'RBC\'': dict(BOX, species="RBC"),
+    'species: expected {"RBC": 100}, found \\[': dict(BOX, species=["RBC"]),
+    "species: expected the name of a cell, found 3": dict(BOX, species={3: 5}),
+    "case: expected a file, found 3": dict(case=3),
+    "state: expected a file, found 3": dict(BOX, state=3),
+    "regions: expected a Region, found 3": dict(BOX, regions=[3]),
+    "regions: expected a list, found 3": dict(BOX, regions=3),
+    "obstacles: expected a list, found 3": dict(BOX, obstacles=3),
+    "tile: expected three numbers, found 2": dict(BOX, ends="periodic", tile=2),
+    "growth: expected": dict(BOX, growth="initialScale"),
+    "pre_inlet_ranges: expected two planes, found 1": dict(BOX, pre_inlet_ranges={"y": 1}),
+    "progress: expected a function, found 3": dict(BOX, progress=3),
+    "start: expected files, .* found <object": dict(BOX, start=object()),
+    "fixed: expected files, .* found a list with 3": dict(BOX, fixed=[3]),
+    "the cells 'RBC': expected an array": dict(BOX, fixed={"RBC": "abc"}),
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_wrong_arguments(text):
+    with pytest.raises(packmesh.InputError, match=text):
+        packmesh.pack(**WRONG[text])
+
+
+def test_wrong_arguments_of_others(tmp_path):
+    with pytest.raises(packmesh.InputError, match="Case: expected the config.xml of a case, found None"):
+        packmesh.Case(None)
+    with pytest.raises(TypeError, match=r"forecast\(\) .*'foo'"):
+        packmesh.forecast(foo=1)
+    with pytest.raises(packmesh.InputError, match="the cells 'RBC': expected an array"):
+        packmesh.write_pos(tmp_path, {"RBC": "abc"})
+    with pytest.raises(packmesh.InputError, match="expected the name of a cell, found 3"):
+        packmesh.write_pos(tmp_path, {3: np.zeros((1, 6))})
+    with pytest.raises(packmesh.InputError, match="cells: expected"):
+        packmesh.write_pos(tmp_path, [1])
+    with pytest.raises(packmesh.InputError, match="found None"):
+        packmesh.check(None)
+
+
+def test_single_bodies_and_empty_lists():
+    sphere, region = packmesh.Sphere(4, (10, 10, 10)), packmesh.Region(0.1, Box((10, 20, 20)))
+    lumen = dict(box=(20, 20, 20), hematocrit=0.2)
+    listed = packmesh.forecast(**lumen, obstacles=[sphere], regions=[region])
+    assert packmesh.forecast(box=Box((20, 20, 20)), hematocrit=0.2, obstacles=sphere, regions=region) == listed
+    assert packmesh.pack(**BOX, fixed={"RBC": []}).counts["RBC"] == 2
+
+
+@pytest.mark.parametrize("cells", [5, packmesh.Species(count=5)])
+def test_hematocrit_and_a_number(cells, pipe):
+    for lumen in (dict(box=(20, 20, 20)), dict(case=pipe / "config.xml")):
+        with pytest.raises(packmesh.InputError, match="'--hematocrit' excludes '--rbc'"):
+            packmesh.pack(**lumen, hematocrit=0.4, species={"RBC": cells})
+    # Platelets, and some of the red cells, can have a number.
+    assert packmesh.forecast(box=(20, 20, 20), hematocrit=0.2, species={"PLT": 5}).counts["PLT"] == 5
+    case = packmesh.Case(pipe / "config.xml")
+    assert case.hematocrit and case.forecast(species={"RBC": cells}).counts["RBC"] == 5
+
+
+def test_lumen_of_a_packing(tmp_path, pipe):
+    packing = packmesh.pack(**BOX)
+    with pytest.raises(packmesh.InputError, match="expected no box"):
+        packmesh.check(packing, box=(5, 5, 5))
+    with pytest.raises(packmesh.InputError, match="is not of .*config.xml"):
+        packmesh.Case(pipe / "config.xml").check(packing)
+    packing.save(tmp_path / "cells.h5")
+    found = packmesh.check(tmp_path / "cells.h5")
+    assert found.clean and found.counts["RBC"] == 2
+    of_case = packmesh.Case(pipe / "config.xml").pack(species={"RBC": 5})
+    assert packmesh.Case(pipe / "config.xml").check(of_case).clean

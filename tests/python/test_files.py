@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Packings and .pos files that are written and read."""
+import tempfile
+
 import numpy as np
 import pytest
 from conftest import assert_same_cells
@@ -78,3 +80,57 @@ def test_state_while_packing(tmp_path):
     np.testing.assert_array_equal(packmesh.load(tmp_path / "state.h5").positions, packing.positions)
     again = packmesh.pack(**PACKINGS["box"], restart=tmp_path / "state.h5")
     np.testing.assert_array_equal(again.positions, packing.positions)
+
+
+def given_as_arrays(tube, what):
+    """Arguments of pack() with arrays or a packing."""
+    rod = (tube[0] / 8, tube[1])
+    return {"vessel": lambda: dict(vessel=tube, hematocrit=0.2),
+            "mesh": lambda: dict(box=(20, 20, 20), species={"Rod": Species(count=4, mesh=rod, mesh_frame="file"), "RBC": 5}),
+            "fixed": lambda: dict(box=(20, 20, 20), species={"RBC": 8}, fixed={"RBC": [[10, 10, 10, 0, 0, 0]]}),
+            "start": lambda: dict(box=(20, 20, 20), species={"RBC": 8}, start=packmesh.pack(box=(20, 20, 20), species={"RBC": 8}))}[what]()
+
+
+@pytest.mark.parametrize("what", ["vessel", "mesh", "fixed", "start"])
+@pytest.mark.parametrize("while_packing", [False, True])
+def test_state_of_arrays(what, while_packing, tmp_path, tube, program, monkeypatch):
+    """What the command of the state names is beside the state."""
+    folder = tmp_path / "a 'b' & c"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    arguments = given_as_arrays(tube, what)
+    packing = packmesh.pack(**arguments, **({"state": "cells.h5"} if while_packing else {}))
+    if not while_packing:
+        packing.save("cells.h5")
+        packing.save(tmp_path / "again.h5")
+        assert (tmp_path / "again_inputs").is_dir()
+    packing.write_pos(tmp_path / "before")
+    del packing
+    monkeypatch.chdir(tmp_path)
+    loaded = packmesh.load(folder / "cells.h5")
+    assert loaded.check().clean and loaded.hematocrit > 0
+    loaded.write_pos(tmp_path / "after")
+    assert_same_cells(tmp_path / "before", tmp_path / "after")
+    assert packmesh.check(folder / "cells.h5").clean
+    again = packmesh.pack(restart=folder / "cells.h5")
+    np.testing.assert_array_equal(again.positions, loaded.positions)
+    program("--restart", folder / "cells.h5", "--output-dir", ".")
+    assert_same_cells(tmp_path / "before", tmp_path / "program")
+
+
+def test_arrays_without_a_state(tmp_path, tube, monkeypatch):
+    """Temporary files exist as long as the packing; errors leave none."""
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    packing = packmesh.pack(vessel=tube, hematocrit=0.2)
+    assert len(list((tmp_path / "temporary").iterdir())) == 1
+    with pytest.raises(packmesh.OutputError, match="none"):
+        (tmp_path / "none").write_text("")
+        packing.save(tmp_path / "none" / "cells.h5")
+    del packing
+    with pytest.raises(packmesh.InputError):
+        packmesh.pack(vessel=tube, hematocrit=2, state=tmp_path / "cells.h5")
+    with pytest.raises(packmesh.InputError, match="checkpoint_every"):
+        packmesh.pack(vessel=tube, hematocrit=0.2, checkpoint_every=100)
+    packmesh.pack(box=(20, 20, 20), species={"RBC": 3}).save(tmp_path / "box.h5")
+    assert not list((tmp_path / "temporary").iterdir()) and not list(tmp_path.glob("*_inputs"))
