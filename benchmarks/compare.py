@@ -109,7 +109,7 @@ HEAD = ["problem", "packer", "seed", "cells in the files", "kept by HemoCell", "
 def row(r):
     times = [f"{r['cpu']:.2f}", f"{r['wall']:.2f}"]
     if "error" in r:
-        return [r["problem"], r["packer"], r["seed"], r["error"], "", "", ""] + times
+        return [r["problem"], r["packer"], r["seed"], r["error"], "", "", "", "", times[1]]
     return [r["problem"], r["packer"], r["seed"], sum(r["files"].values()), sum(r["kept"].values()),
             f"{r['hematocrit']:.4f} of {r['asked']:.2f}", r["overlaps"]] + times
 
