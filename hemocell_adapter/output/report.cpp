@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/core/version.h"
@@ -71,6 +72,14 @@ Report speciesOf(const Finished& done) {
 
 Report hematocritOf(const Finished& done) {
   const double lumen = done.scene.lumen.container->volume(), fluid = done.scene.lumen.fluidVolume();
+  std::vector<HematocritConvention> kept;
+  if (knowsAcceptance(done.scene))
+    kept = hematocritConventions(done.scene, tallyOf(done.scene, done.kept.kept));
+  const auto ofKept = [&](const HematocritConvention& all) {
+    for (const HematocritConvention& one : kept)
+      if (std::string_view(one.key) == all.key) return Report(one.volume / lumen);
+    return Report(nullptr);
+  };
   Report all = Report::array();
   for (const HematocritConvention& one : hematocritConventions(done.scene, done.tally))
     all.push_back(
@@ -78,7 +87,8 @@ Report hematocritOf(const Finished& done) {
          {"text", one.text},
          {"redVolume", one.volume},
          {"ofLumen", one.volume / lumen},
-         {"ofFluidNodes", done.scene.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)}});
+         {"ofFluidNodes", done.scene.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
+         {"keptOfLumen", ofKept(one)}});
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "packMesh/core/input_file.h"
@@ -363,6 +364,21 @@ class PackedSpecies {
   const bool listed_;  ///< the case lists its cells
 };
 
+/// Sorts names of cells as packing orders them: those of the settings, before them RBC and PLT if they are not
+/// among those, then the other cells with a known shape, then the rest alphabetically.
+void sortAsPacked(std::vector<std::string>& names, const Settings& settings) {
+  std::vector<std::string> order;
+  for (const SpeciesRequest& request : settings.species) order.push_back(request.name);
+  const auto place = [&](const std::string& name) { return std::find(order.begin(), order.end(), name); };
+  if (place("RBC") == order.end()) order.insert(order.begin(), "RBC");
+  if (place("PLT") == order.end()) order.insert(order.begin() + 1, "PLT");
+  for (const char* name : {"RBC_m", "PLT_m", "PLT_mko", "WBC", "vRBC"})
+    if (place(name) == order.end()) order.emplace_back(name);
+  std::sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+    return std::pair(place(a), a) < std::pair(place(b), b);
+  });
+}
+
 }  // namespace
 
 void nameSpeciesOfStates(Settings& settings) {
@@ -392,7 +408,7 @@ void chooseCheckedSpecies(Job& job, const Settings& settings) {
       if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
   }
   if (error) throw InputError(fmt::format("{}: cannot be read as a folder", job.outputDirectory.string()));
-  std::sort(names.begin(), names.end());
+  sortAsPacked(names, settings);
   for (const SpeciesRequest& request : settings.species) {
     if (settings.startStates.empty() && std::find(names.begin(), names.end(), request.name) == names.end()) {
       job.warnings.push_back(fmt::format("there is no {}.pos", request.name));

@@ -151,8 +151,8 @@ def check_clicks(webgl):
     with Page("row.html", webgl=webgl) as page:
         assert page.run("return packMesh.view.drawing.constructor.name") == ("MeshView" if webgl else "OutlineView")
         assert page.colors()[0] > 2000
-        for number, (file, line, position) in enumerate([("PLT.pos", 2, "14.000, 10.000, 10.000"), ("RBC.pos", 2, "8.000, 10.000, 10.000"),
-                                                         ("RBC.pos", 3, "20.000, 10.000, 10.000"), ("RBC.pos", 4, "32.000, 10.000, 10.000")], 1):
+        for number, (file, line, position) in enumerate([("RBC.pos", 2, "8.000, 10.000, 10.000"), ("RBC.pos", 3, "20.000, 10.000, 10.000"),
+                                                         ("RBC.pos", 4, "32.000, 10.000, 10.000"), ("PLT.pos", 2, "14.000, 10.000, 10.000")], 1):
             page.click(*page.run("return packMesh.view.screenOf(arguments[0])", number - 1))
             text = page.text("#cell")
             for words in (f"Cell {number}\n", f"{file}, line {line}\n", position):

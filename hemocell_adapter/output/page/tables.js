@@ -12,6 +12,25 @@ function durationText(seconds) {
 
 const noteOf = (text) => element("p", { class: "note" }, text);
 
+const checked = report.outcome === "checked";
+
+/** Cells that are not inside have no gap to the wall. */
+function wallGapText(certificate) {
+  return certificate.minimumWallGap === 0 ? "none, cells are not inside"
+    : gapText(certificate.minimumWallGap, certificate.gapsMeasuredUpTo);
+}
+
+function counted(n, one, many) {
+  return shown(n) + " " + (n === 1 ? one : many);
+}
+
+/** What was found, in one line. */
+function verdictText(certificate) {
+  if (certificate.clean) return "certificate: no overlap, all inside";
+  return "certificate: " + counted(certificate.overlapping, "overlapping pair", "overlapping pairs") + ", " +
+    counted(certificate.misplaced, "cell", "cells") + " misplaced";
+}
+
 /** @param heads those that begin with '#' denote numeric columns; empty: no head */
 function tableOf(heads, rows) {
   const numeric = heads.map((head) => head.startsWith("#"));
@@ -41,13 +60,21 @@ function showTiles() {
     element("div", { class: "tile " + kind }, element("b", {}, value), element("span", {}, what)));
   const sum = (member) => report.species.reduce((all, one) => all + one[member], 0);
   const certificate = report.certificate, placed = sum("placed"), asked = sum("asked");
-  tile(report.hematocrit[0].ofLumen.toFixed(4), "hematocrit of the lumen");
+  const { ofLumen, keptOfLumen } = report.hematocrit[0], drops = report.hemocell && report.hemocell.dropped;
+  if (drops) {
+    tile(keptOfLumen.toFixed(4), "hematocrit of the lumen, of what HemoCell keeps", checked ? "bad" : "");
+    tile(ofLumen.toFixed(4), "hematocrit of the lumen, of all cells");
+  } else {
+    tile(ofLumen.toFixed(4), "hematocrit of the lumen");
+  }
   tile(String(placed), placed < asked ? "cells, of " + asked + " requested" : "cells");
-  tile(certificate.clean ? "clean" : "NOT CLEAN", "certificate: no overlap, all inside", certificate.clean ? "good" : "bad");
+  tile(certificate.clean ? "clean" : "NOT CLEAN", verdictText(certificate), certificate.clean ? "good" : "bad");
   tile(gapText(certificate.minimumGap, certificate.gapsMeasuredUpTo), "smallest gap");
   const layer = report.measures.wall && report.measures.wall.cellFreeLayer[0].thickness;
   if (layer !== null) tile(layer.toFixed(2) + " µm", "cell-free layer");
-  if (report.hemocell) tile(shown(report.hemocell.kept), "cells that HemoCell keeps", report.hemocell.dropped ? "" : "good");
+  if (report.hemocell)
+    tile(shown(report.hemocell.kept) + (drops ? " of " + placed : ""), "cells that HemoCell keeps",
+      drops ? (checked ? "bad" : "") : "good");
 }
 
 function showSpecies() {
@@ -58,18 +85,21 @@ function showSpecies() {
     text += "; " + shown(lattice.fluidNodes) + " fluid nodes at dx " + shown(lattice.dx) + " µm: " +
       shown(lattice.fluidVolume) + " µm³";
   addCard("Cells",
-    tableOf(["cell", "origin", "#requested", "#placed", "specified as", "#mesh volume [µm³]", "#vertices", "#volume fraction",
-      "#HemoCell keeps"],
-    report.species.map((one) => [shown(one.name), shown(one.origin), shown(one.asked), shown(one.placed), shown(one.request),
-      shown(one.meshVolume, 4), shown(one.vertices), one.volumeFraction.toFixed(5), shown(one.keptByHemoCell)])),
+    tableOf(["cell", "origin"].concat(checked ? ["#in the file"] : ["#requested", "#placed", "specified as"],
+      ["#mesh volume [µm³]", "#vertices", "#volume fraction", "#HemoCell keeps"]),
+    report.species.map((one) => [shown(one.name), shown(one.origin)].concat(
+      checked ? [shown(one.placed)] : [shown(one.asked), shown(one.placed), shown(one.request)],
+      [shown(one.meshVolume, 4), shown(one.vertices), one.volumeFraction.toFixed(5), shown(one.keptByHemoCell)]))),
     noteOf(text));
 }
 
 function showHematocrit() {
-  const fluid = report.lumen.lattice !== null;
-  const heads = ["red cells counted by", "#of the lumen"].concat(fluid ? ["#of the fluid nodes"] : []);
+  const fluid = report.lumen.lattice !== null, drops = report.hemocell && report.hemocell.dropped > 0;
+  const heads = ["red cells counted by", "#of the lumen"].concat(fluid ? ["#of the fluid nodes"] : [],
+    drops ? ["#of the lumen, of what HemoCell keeps"] : []);
   addCard("Hematocrit", tableOf(heads, report.hematocrit.map((one) =>
-    [shown(one.text), one.ofLumen.toFixed(4)].concat(fluid ? [one.ofFluidNodes.toFixed(4)] : []))));
+    [shown(one.text), one.ofLumen.toFixed(4)].concat(fluid ? [one.ofFluidNodes.toFixed(4)] : [],
+      drops ? [one.keptOfLumen.toFixed(4)] : []))));
 }
 
 function showCertificate() {
@@ -80,10 +110,10 @@ function showCertificate() {
   if (!c.clean)
     rows.push(["overlapping pairs", shown(c.overlapping)], ["cells not inside, or too near to the wall", shown(c.misplaced)]);
   rows.push(["smallest gap between cells", gapText(c.minimumGap, most)]);
-  if (report.lumen.wall) rows.push(["smallest gap to the wall", gapText(c.minimumWallGap, most)]);
+  if (report.lumen.wall) rows.push(["smallest gap to the wall", wallGapText(c)]);
   if (report.hemocell) {
     rows.push(["HemoCell keeps", shown(report.hemocell.kept) + " cells, drops " + shown(report.hemocell.dropped)]);
-    for (const one of report.hemocell.reasons) rows.push(["dropped by HemoCell", shown(one.cells) + ": " + one.reason]);
+    for (const one of report.hemocell.reasons) rows.push(["dropped by HemoCell", one.reason + ": " + counted(one.cells, "cell", "cells")]);
   }
   addCard("Certificate", tableOf(["", ""], rows),
     noteOf("Decided by exact arithmetic on the meshes that HemoCell builds, at the positions in the .pos files."));
@@ -104,8 +134,9 @@ function showOrder() {
 
 function showSettings() {
   const list = element("dl", { class: "settings" });
+  const ofPacking = new Set(["seed", "method", "maxIterations", "hematocrit"]);
   for (const [name, value] of Object.entries(report.configuration))
-    list.append(element("div", {}, element("dt", {}, name), element("dd", {}, shown(value))));
+    if (!checked || !ofPacking.has(name)) list.append(element("div", {}, element("dt", {}, name), element("dd", {}, shown(value))));
   addCard("Settings", list, noteOf("Names are those of packMesh --reference and --help; – stands for none."));
 }
 

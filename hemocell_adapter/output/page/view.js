@@ -62,9 +62,9 @@ class View {
     this.draw(this.resting);
   }
 
-  /** Points relative to the middle; a view of all of them shows the lumen. */
+  /** Points relative to the middle; a view of all of them shows the lumen, and cells of files outside it. */
   outlineOf() {
-    const points = [];
+    const points = report.outcome === "checked" ? this.cornersOfCells() : [];
     if (!stored.lumen) {
       for (let corner = 0; corner < 8; ++corner)
         points.push([0, 1, 2].map((k) => (corner & (1 << k) ? 0.5 : -0.5) * this.size[k]));
@@ -73,6 +73,20 @@ class View {
     const { vertices } = meshOf(stored.lumen);
     for (let i = 0; i < vertices.length; i += 3) points.push(minus(vertices.subarray(i, i + 3), this.middle));
     return points;
+  }
+
+  /** Of the box around all cells, as points relative to the middle. */
+  cornersOfCells() {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < cells.count; ++i) {
+      const reach = Math.hypot(...report.species[cells.species[i]].size) / 2;
+      minus(cells.position(i), this.middle).forEach((x, k) => {
+        low[k] = Math.min(low[k], x - reach);
+        high[k] = Math.max(high[k], x + reach);
+      });
+    }
+    if (!cells.count) return [];
+    return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => [0, 1, 2].map((k) => (corner & (1 << k) ? high : low)[k]));
   }
 
   /** Shows everything from a direction [degrees]: azimuth 0 is +x, 90 is +y. */
@@ -91,7 +105,7 @@ class View {
     const away = Math.max((most[0] + most[1]) / (2 * wide), (most[2] + most[3]) / (2 * tall));
     const target = along(along(this.middle, right, (most[0] - most[1]) / 2), up, (most[2] - most[3]) / 2);
     const reach = Math.hypot(...this.size);
-    Object.assign(this.camera, { near: reach / 500, far: 20 * reach });
+    Object.assign(this.camera, { near: reach / 500, far: Math.max(20 * reach, 3 * away) });
     this.camera.updateProjectionMatrix();
     this.controls.target.set(...target);
     this.camera.position.set(...along(target, toEye, away));

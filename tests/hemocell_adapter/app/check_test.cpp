@@ -43,6 +43,16 @@ TEST_CASE("check reports what it could not examine", "[executable]") {
   CHECK_THAT(ran.out, Contains("Verdict: clean; not examined: ghost.pos\n"));
 }
 
+TEST_CASE("check numbers cells as packing does", "[executable]") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder.path(), "20 20 20 --rbc 2 --plt 2 --export csv").exitCode == 0);
+  const std::string packed = readText(folder.path() / "cells.csv");
+  REQUIRE(run(folder.path(), "check --box 20 20 20 --export csv").exitCode == 0);
+  const auto order = [](const std::string& text) { return text.find("RBC") < text.find("PLT"); };
+  CHECK(order(packed));
+  CHECK(order(readText(folder.path() / "cells.csv")));
+}
+
 TEST_CASE("check stops searching for overlaps when all cells overlap", "[executable]") {
   const TemporaryFolder folder;
   std::string file = "1000\n";
