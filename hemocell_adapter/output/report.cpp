@@ -82,13 +82,12 @@ Report hematocritOf(const Finished& done) {
   };
   Report all = Report::array();
   for (const HematocritConvention& one : hematocritConventions(done.scene, done.tally))
-    all.push_back(
-        {{"convention", one.key},
-         {"text", one.text},
-         {"redVolume", one.volume},
-         {"ofLumen", one.volume / lumen},
-         {"ofFluidNodes", done.scene.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
-         {"keptOfLumen", ofKept(one)}});
+    all.push_back({{"convention", one.key},
+                   {"text", one.text},
+                   {"redVolume", one.volume},
+                   {"ofLumen", one.volume / lumen},
+                   {"ofFluidNodes", done.scene.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
+                   {"keptOfLumen", ofKept(one)}});
   return all;
 }
 

@@ -162,6 +162,31 @@ def check_clicks(webgl):
         page.save("row" if webgl else "row_without_webgl")
 
 
+def check_bad_files():
+    """The page of cells that overlap, and that HemoCell drops, says so and shows all of them."""
+    with open("RBC.pos", "w", encoding="utf-8") as file:
+        file.write("4\n10 10 10 0 0 0\n10 10 11 0 0 0\n30 10 10 0 0 0\n30 10 60 0 0 0\n")
+    os.remove("PLT.pos")
+    run("check --cylinder x 8 40 --report bad.html".split(), 4)
+    with open("bad.json", encoding="utf-8") as file:
+        report = json.load(file)
+    certificate, hematocrit = report["certificate"], report["hematocrit"][0]
+    with Page("bad.html") as page:
+        tiles, text = page.text("#tiles"), page.text("main")
+        assert f"certificate: {certificate['overlapping']} overlapping pair" in tiles and "no overlap" not in tiles, tiles
+        assert f"{certificate['misplaced']} cell" in tiles, tiles
+        assert "none, cells are not inside" in text and "in the file" in text
+        for words in ("maxIterations", "seed", "requested", "placed"):
+            assert words not in page.text("#tables"), words
+        if report["hemocell"]:
+            assert tiles.startswith(f"{hematocrit['keptOfLumen']:.4f}"), tiles
+        for i in range(4):
+            x, y = page.run("return packMesh.view.screenOf(arguments[0])", i)
+            size = page.run("const c = packMesh.view.canvas; return [c.clientWidth, c.clientHeight]")
+            assert 0 < x < size[0] and 0 < y < size[1], (x, y, size)
+        page.save("bad")
+
+
 def check_markup():
     """Markup in a name is text, and does not end the elements that hold the data."""
     name = "</script><img src=x onerror=console.error(1)><b id=bold>"
@@ -223,6 +248,7 @@ def main():
             page.save("phone")
         for webgl in (True, False):
             check_clicks(webgl)
+        check_bad_files()
         check_markup()
         check_comparison()
         print("The report is whole")

@@ -1,6 +1,7 @@
 // Figures and tables of the report.
 
 function gapText(value, most) {
+  if (value === 0) return "none, cells overlap";
   return value === null ? "more than " + shown(most) + " µm" : value.toFixed(4) + " µm";
 }
 
@@ -134,7 +135,8 @@ function showOrder() {
 
 function showSettings() {
   const list = element("dl", { class: "settings" });
-  const ofPacking = new Set(["seed", "method", "maxIterations", "hematocrit"]);
+  const ofPacking = new Set(["seed", "method", "maxIterations", "maxTime", "hematocrit", "hematocritVolume", "builder", "escape",
+    "rotate", "order", "bestEffort", "realisations", "checkpointEvery", "growth", "growthFrames", "tile", "restart"]);
   for (const [name, value] of Object.entries(report.configuration))
     if (!checked || !ofPacking.has(name)) list.append(element("div", {}, element("dt", {}, name), element("dd", {}, shown(value))));
   addCard("Settings", list, noteOf("Names are those of packMesh --reference and --help; – stands for none."));
