@@ -364,8 +364,8 @@ class PackedSpecies {
   const bool listed_;  ///< the case lists its cells
 };
 
-/// Sorts names of cells as packing orders them: those of the settings, before them RBC and PLT if they are not
-/// among those, then the other cells with a known shape, then the rest alphabetically.
+/// Sorts names of cells as packing orders them: those of the settings, before them RBC and PLT if they are
+/// not among those, then the other cells with a known shape, then the rest alphabetically.
 void sortAsPacked(std::vector<std::string>& names, const Settings& settings) {
   std::vector<std::string> order;
   for (const SpeciesRequest& request : settings.species) order.push_back(request.name);

@@ -54,8 +54,8 @@ chmod +x "$scratch/bin/mpirun"
   expect 0 "for 0 iterations (mpirun -n 2)" "$case"
   grep -qx "started on 2 ranks" "$scratch/ranks.txt"
 )
-TELLS=csv READS=5 expect 4 "PLT.pos contains 8 cells, HemoCell read 5" "$case"
-TELLS=nowhere expect 3 "do not report how many cells it kept of: PLT RBC" "$case"
+TELLS=csv READS=5 expect 4 "RBC.pos contains 121 cells, HemoCell read 5" "$case"
+TELLS=nowhere expect 3 "do not report how many cells it kept of: RBC PLT" "$case"
 TELLS=crash expect 2 "HemoCell failed" "$case"
 # Cells that packMesh knows HemoCell deletes are no difference: those of a box, in the pipe.
 mkdir "$scratch/box"

@@ -119,7 +119,7 @@ TEST_CASE("The program warns of implausible units", "[executable][units]") {
     CHECK_THAT(warnings(), Contains("positions of RBC.pos times 0.5 the") && Contains("lattice units") &&
                                !Contains("PLT"));
     scale("PLT.pos", 2.0);
-    CHECK_THAT(warnings(), Contains("positions of PLT.pos and RBC.pos times 0.5 the"));
+    CHECK_THAT(warnings(), Contains("positions of RBC.pos and PLT.pos times 0.5 the"));
     scale("PLT.pos", 0.5e-6);
     CHECK_THAT(warnings(), Contains("positions of RBC.pos times 0.5 the") &&
                                Contains("positions of PLT.pos times 1e+06 the"));
