@@ -365,15 +365,13 @@ class PackedSpecies {
 };
 
 /// Sorts names of cells as packing orders them: those of the settings, before them RBC and PLT if they are
-/// not among those, then the other cells with a known shape, then the rest alphabetically.
+/// not among those, then the others alphabetically.
 void sortAsPacked(std::vector<std::string>& names, const Settings& settings) {
   std::vector<std::string> order;
   for (const SpeciesRequest& request : settings.species) order.push_back(request.name);
   const auto place = [&](const std::string& name) { return std::find(order.begin(), order.end(), name); };
   if (place("RBC") == order.end()) order.insert(order.begin(), "RBC");
   if (place("PLT") == order.end()) order.insert(order.begin() + 1, "PLT");
-  for (const char* name : {"RBC_m", "PLT_m", "PLT_mko", "WBC", "vRBC"})
-    if (place(name) == order.end()) order.emplace_back(name);
   std::sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
     return std::pair(place(a), a) < std::pair(place(b), b);
   });
