@@ -69,18 +69,6 @@ std::shared_ptr<const RunningCase> withCounts(const RunningCase& running,
   return copy;
 }
 
-/// Only cells that HemoCell keeps are added: it adds vertices where they are, and deletes cells on solid
-/// nodes.
-void requireCertified(const Scene& scene, const PackingResult& result) {
-  if (result.certificate.clean() && result.certificate.cells == result.cellCount) return;
-  throw AgreedFailure(
-      {ExitCode::internal,
-       fmt::format("the packing failed verification ({} overlapping pairs, {} cells misplaced); no cells "
-                   "were added. This is an internal error; please report it with the case {}",
-                   result.certificate.overlapping.size(), result.certificate.misplaced.size(),
-                   scene.config->file.string())});
-}
-
 }  // namespace
 
 Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words,
@@ -95,23 +83,14 @@ Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::
 
   PackingAttempts attempts(scene, ranks);
   PackingResult result = attempts.withRoom(timer).result;
-  const Counted cells = counted(scene, result, ranks);
-  const Tally& tally = cells.tally;
-  if (result.outcome == Outcome::outOfReach) {
-    const std::string reached = reachedText(scene, result, tally);
-    if (!scene.bestEffort || result.cellCount == 0)
-      throw AgreedFailure(
-          {ExitCode::outOfReach, reached + "; no cells were added (--best-effort adds those)"});
-    log::warning(reached + "; adding those (--best-effort)");
-  }
-  requireCertified(scene, result);
+  const Verified packed = verified(scene, result, ranks, addedToHemocell);
+  const Tally& tally = packed.cells.tally;
   const RunTimes times = {timer.cpu(), timer.wall()};
-  const Kept kept = {tally.counts, {}};  // by the certificate; counted once HemoCell has them
-  logSummary(scene, cells, result.certificate, kept, times);
+  logSummary(scene, packed.cells, result.certificate, packed.kept, times);
   if (scene.outputStated)
     for (const auto& file : writeCellFiles(scene, result, tally.counts, ranks))
       log::info(fmt::format("Wrote {}", file.string()));
-  writeViews({scene, result, tally, kept, ranks, nullptr}, times);
+  writeViews({scene, result, tally, packed.kept, ranks, nullptr}, times);
   return numbered(scene, result, ranks);
 }
 

@@ -22,6 +22,7 @@
 #include "hemocell_adapter/problem/tiling.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/timer.h"
+#include "packMesh/packing/gathered_cells.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/state_cells.h"
 #include "packMesh/packing/state_file.h"
@@ -74,18 +75,12 @@ void take(HeldPacking& packing, Scene scene, PackingResult result) {
   packing.ownParts.assign(scene.parts.size(), 0);
   for (const PlacedCell& cell : result.cells) ++packing.ownParts[cell.species];
   packing.result = std::move(result);
-  packing.verified = verified(scene, packing.result, packing.ranks);
+  packing.verified = verified(scene, packing.result, packing.ranks, returnedToPython);
   packing.scene = std::make_shared<const Scene>(std::move(scene));
   takeKinds(packing);
 }
 
-/// A cell in a message between ranks.
-struct PlainCell {
-  double linear[9], translation[3];
-  int species;
-};
-
-/// A measured cell, likewise.
+/// A measured cell in a message between ranks.
 struct MeasuredCell {
   std::int64_t id;
   double gap, localHematocrit;
@@ -126,7 +121,6 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
   RoomyPacking packed = attempts.withRoom(timer);
   if (packed.result.outcome == Outcome::interrupted || ranks.any(hooks.interrupted && hooks.interrupted()))
     throwInterrupted(scene, attempts.saved());
-  if (scene.largestClearance) setClearances(scene, packed.clearances);
   const bool delivers =
       packed.result.outcome != Outcome::outOfReach || (scene.bestEffort && packed.result.cellCount > 0);
   if (isTiled(scene) && delivers) {
@@ -184,30 +178,13 @@ void complete(HeldPacking& packing) {
   for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     result.cells[i].placement = placementOf(scene.read.lineOf(result.poses[i]));
-  result.certificate = examine(scene, allCells(packing)).certificate;
+  result.certificate = examine(scene, gatheredCells(packing.result.cells, packing.ranks)).certificate;
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
   packing.ranks.sum(counts);
   packing.verified.cells.tally = tallyOf(scene, std::move(counts));
   packing.verified.kept = keptOf(scene, result.cells, packing.ranks);
   packing.scene = std::make_shared<const Scene>(std::move(scene));
   takeKinds(packing);
-}
-
-std::vector<PlacedCell> allCells(const HeldPacking& packing) {
-  if (packing.ranks.alone()) return packing.result.cells;
-  std::vector<PlainCell> own;
-  for (const PlacedCell& cell : packing.result.cells) {
-    PlainCell plain{};
-    Eigen::Map<Mat3>(plain.linear) = cell.placement.linear;
-    Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
-    plain.species = cell.species;
-    own.push_back(plain);
-  }
-  std::vector<PlacedCell> all;
-  for (const PlainCell& cell : packing.ranks.gatherAll(own))
-    all.push_back(
-        {cell.species, {Eigen::Map<const Mat3>(cell.linear), Eigen::Map<const Vec3>(cell.translation)}});
-  return all;
 }
 
 std::vector<PosLine> posLinesOf(const HeldPacking& packing) {

@@ -52,9 +52,6 @@ HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& r
 /// @throws AgreedFailure, InputError if the files that the command names are missing, or are others
 void complete(HeldPacking& packing);
 
-/// The cells of all ranks, on each.
-std::vector<PlacedCell> allCells(const HeldPacking& packing);
-
 /// The numbers that are written to .pos files for this rank's cells, in their order.
 std::vector<PosLine> posLinesOf(const HeldPacking& packing);
 

@@ -122,6 +122,7 @@ RoomyPacking PackingAttempts::withRoom(const Timer& timer) {
       scene_, levels, firstLevel(levels), scene_.mostCells(), [&] { return ranks_.max(timer.wall()); },
       [&](const Clearances& clearances, const AttemptLimits& limits) { return (*this)(clearances, limits); });
   if (packing.result.outcome == Outcome::interrupted || ranks_.any(hooks_.interrupted())) return packing;
+  if (scene_.largestClearance) setClearances(scene_, packing.clearances);  // the last attempt may have failed
   tellEffort(packing.result.statistics, ranks_);
   warnOfNoRoom(levels, packing, scene_);
   return packing;

@@ -72,7 +72,7 @@ RunEnd deliver(const Scene& scene, PackingResult& result, const Timer& timer, co
                const Repeated* repeated = nullptr) {
   std::optional<Verified> checked;
   try {
-    checked = verified(scene, result, ranks);
+    checked = verified(scene, result, ranks, writtenToFiles);
   } catch (const AgreedFailure& failure) {
     log::error(failure.what());
     return {failure.code(), {}};
@@ -150,7 +150,6 @@ RunEnd packScene(Scene& scene, const Timer& timer, const Communicator& ranks) {
   PackingResult& result = packing.result;
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
     return {endInterrupted(scene, attempts.saved()), {}};
-  if (scene.largestClearance) setClearances(scene, packing.clearances);  // the last attempt may have failed
   RunEnd end =
       isTiled(scene) ? deliverTiled(scene, result, timer, ranks) : deliver(scene, result, timer, ranks);
   if (end.code != ExitCode::ok || !scene.stateFile || attempts.saved()) return end;

@@ -20,16 +20,17 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// Why nothing is written if not all cells could be packed.
-std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally) {
+/// Why there is nothing to hand out if not all cells could be packed.
+std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally,
+                        const Delivery& delivery) {
   const Statistics& done = result.statistics;
   const bool begun = done.effort() > 0;
   if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0)
-    return fmt::format("the time limit of {} was reached before packing began; nothing was written",
-                       durationText(scene.maxSeconds));
+    return fmt::format("the time limit of {} was reached before packing began; {}",
+                       durationText(scene.maxSeconds), delivery.nothing);
   return reachedText(scene, result, tally) +
-         (result.cellCount == 0 ? "; not even one cell could be packed. Nothing was written"
-                                : "; nothing was written (--best-effort writes that one)") +
+         (result.cellCount == 0 ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
+                                : fmt::format("; {} ({})", delivery.nothing, delivery.bestEffort)) +
          (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
 }
 
@@ -78,27 +79,29 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
   return kept;
 }
 
-Verified verified(const Scene& scene, PackingResult& result, const Communicator& ranks) {
+Verified verified(const Scene& scene, PackingResult& result, const Communicator& ranks,
+                  const Delivery& delivery) {
   Verified verified{counted(scene, result, ranks), {}};
   const Tally& tally = verified.cells.tally;
   if (result.outcome == Outcome::outOfReach) {
     if (!scene.bestEffort || result.cellCount == 0)
-      throw AgreedFailure({ExitCode::outOfReach, failureText(scene, result, tally)});
-    log::warning(reachedText(scene, result, tally) + "; writing that one (--best-effort)");
+      throw AgreedFailure({ExitCode::outOfReach, failureText(scene, result, tally, delivery)});
+    log::warning(fmt::format("{}; {}", reachedText(scene, result, tally), delivery.fewer));
   }
-  verified.kept = keptOf(scene, result.cells, ranks);
+  verified.kept = delivery.countedLater ? Kept{tally.counts, {}} : keptOf(scene, result.cells, ranks);
   const bool allKept = verified.kept.reasons.empty();
   const bool promised = scene.lumen.acceptedOnly && !scene.lumen.periodic;
   const bool complete = result.certificate.cells == result.cellCount;
   if (!result.certificate.clean() || !complete || (promised && !allKept))
     throw AgreedFailure(
         {ExitCode::internal,
-         fmt::format("the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
-                     "cells misplaced, HemoCell would drop some: {}); nothing was written. This is an "
-                     "internal error; please report it with the command",
-                     result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
-                     result.certificate.misplaced.size(),
-                     allKept ? "no" : verified.kept.reasons.front().first)});
+         fmt::format(
+             "the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
+             "cells misplaced, HemoCell would drop some: {}); {}. This is an internal error; please report "
+             "it with the command",
+             result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
+             result.certificate.misplaced.size(), allKept ? "no" : verified.kept.reasons.front().first,
+             delivery.nothing)});
   return verified;
 }
 

@@ -29,6 +29,20 @@ Counted counted(const Scene& scene, PackingResult& result, const Communicator& r
 /// What HemoCell keeps of the cells of all ranks. All ranks call.
 Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Communicator& ranks);
 
+/// How messages speak of what becomes of a packing.
+struct Delivery {
+  const char* nothing;     ///< of one that failed
+  const char* bestEffort;  ///< what could be done with one of fewer cells
+  const char* fewer;       ///< what is done with it
+  bool countedLater;       ///< HemoCell itself is asked which cells it keeps
+};
+inline constexpr Delivery writtenToFiles = {"nothing was written", "--best-effort writes that one",
+                                            "writing that one (--best-effort)", false};
+inline constexpr Delivery returnedToPython = {"no cells are returned", "best_effort returns that one",
+                                              "returning that one (best_effort)", false};
+inline constexpr Delivery addedToHemocell = {"no cells were added", "--best-effort adds those",
+                                             "adding those (--best-effort)", true};
+
 /// A packing that may be handed out.
 struct Verified {
   Counted cells;
@@ -39,7 +53,8 @@ struct Verified {
 /// call.
 /// @throws AgreedFailure if not all cells could be packed, unless the scene is content with those that were
 /// (--best-effort), or if the packing failed verification
-Verified verified(const Scene& scene, PackingResult& result, const Communicator& ranks);
+Verified verified(const Scene& scene, PackingResult& result, const Communicator& ranks,
+                  const Delivery& delivery);
 
 /// A packing repeated in a larger box.
 struct RepeatedPacking {

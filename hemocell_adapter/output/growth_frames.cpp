@@ -13,6 +13,7 @@
 #include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/io/vtp.h"
+#include "packMesh/packing/gathered_cells.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -95,30 +96,6 @@ void writeSurfaces(const fs::path& file, const std::vector<Surface>& own, const 
   files.commit();
 }
 
-/// The cells of all ranks, in the order of the ranks.
-std::vector<PlacedCell> gathered(const std::vector<PlacedCell>& own, const Communicator& ranks) {
-  struct Plain {
-    int species;
-    double linear[9], translation[3];
-  };
-  std::vector<Plain> plain;
-  for (const PlacedCell& cell : own) {
-    Plain p{};
-    p.species = cell.species;
-    Eigen::Map<Mat3>(p.linear) = cell.placement.linear;
-    Eigen::Map<Vec3>(p.translation) = cell.placement.translation;
-    plain.push_back(p);
-  }
-  std::vector<PlacedCell> all;
-  for (const Plain& p : ranks.gatherAll(plain)) {
-    PlacedCell cell{p.species, {}};
-    cell.placement.linear = Eigen::Map<const Mat3>(p.linear);
-    cell.placement.translation = Eigen::Map<const Vec3>(p.translation);
-    all.push_back(cell);
-  }
-  return all;
-}
-
 }  // namespace
 
 GrowthFrames::GrowthFrames(const PackingProblem& problem, fs::path folder, std::int64_t every)
@@ -144,7 +121,7 @@ void GrowthFrames::add(const std::vector<PlacedCell>& own) {
                          scaleOf(cell)});
   }
   writeSurfaces(folder_ / fmt::format("membranes_{:04}.vtp", frame.number), membranes, ranks);
-  if (all <= mostWithCatCells) writeCatCells(gathered(own, ranks), frame);
+  if (all <= mostWithCatCells) writeCatCells(gatheredCells(own, ranks), frame);
   frames_.push_back(frame);
   writeSeries();
 }

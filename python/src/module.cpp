@@ -27,6 +27,7 @@
 #include "hemocell_adapter/problem/make_job.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/version.h"
+#include "packMesh/packing/gathered_cells.h"
 
 namespace py = pybind11;
 using namespace packmesh;
@@ -230,7 +231,7 @@ double hematocritOf(const Held& held) {
 py::dict examined(const Held& held) {
   std::vector<PlacedCell> cells;
   const Examination found = withScene(held, [&](const HeldPacking& packing) {
-    cells = allCells(packing);
+    cells = gatheredCells(packing.result.cells, packing.ranks);
     return examine(*packing.scene, cells);
   });
   return examinationOf(*held->scene, cells, found);
