@@ -87,6 +87,7 @@ AnalysisInput analysisInputOf(const Scene& scene, const Communicator& ranks) {
   }
   input.container = scene.lumen.container.get();
   input.communicator = ranks;
+  input.threads = scene.team;
   return input;
 }
 

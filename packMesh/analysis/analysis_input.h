@@ -6,6 +6,7 @@
 
 #include "packMesh/container/container.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
@@ -16,6 +17,7 @@ struct AnalysisInput {
   std::vector<bool> inHematocrit;    ///< per species: true if its volume counts in the hematocrit
   const Container* container = nullptr;
   Communicator communicator;
+  Threads threads = {};  ///< of this rank
 };
 
 }  // namespace packmesh

@@ -18,6 +18,7 @@
 #include "packMesh/growth/plane_source.h"
 #include "packMesh/packing/packing_state.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/relaxation/freedom.h"
 #include "packMesh/shape/shape.h"
 
@@ -85,6 +86,7 @@ struct PackingProblem {
   Limits limits;
   /// The ranks that pack together. The packing does not depend on their number.
   Communicator communicator;
+  Threads threads = {};  ///< of this rank; the packing does not depend on their number either
   Method method = Method::relaxation;
   PlaneSource planeSource = PlaneSource::chords;  ///< of Method::cat
   GrowthSettings growth;                          ///< of Method::cat
@@ -120,6 +122,7 @@ struct PackingProblem {
     }
     input.container = container.get();
     input.communicator = communicator;
+    input.threads = threads;
     return input;
   }
 

@@ -76,6 +76,7 @@ CertificateInput WrittenCells::certificateInput() const {
   input.requiredGap = problem_->clearance;
   input.requiredWallGap = problem_->wallClearance;
   input.stop = problem_->interrupted;
+  input.threads = problem_->threads;
   return input;
 }
 

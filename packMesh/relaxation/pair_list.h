@@ -6,8 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "packMesh/parallel/block_grid.h"
+#include "packMesh/core/box.h"
 #include "packMesh/parallel/periodic_images.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_kernel.h"
 
@@ -31,16 +32,23 @@ struct ContactPair {
   ClusterMask touched[2] = {0, 0};
 };
 
-struct PairList {
-  std::vector<ContactPair> pairs;   ///< sorted by block, then by ids and shift
-  std::vector<std::int64_t> start;  ///< first pair of each block; one past the last at the end
+/// The pairs of each block, sorted by ids and shift.
+using PairList = std::vector<std::vector<ContactPair>>;
+
+/// Input of listPairs(). Holds references only.
+struct PairListInput {
+  const std::vector<Body>& bodies;         ///< wrapped into the bounds; sorted by block, then by id
+  const std::vector<std::int64_t>& start;  ///< first body of each block; one past the last at the end
+  const std::vector<double>& radii;        ///< per species, of cells of scale 1 [µm]
+  double margin = 0.0;                     ///< [µm]
+  Box bounds;
+  Vec3 period = Vec3::Zero();
+  std::function<bool(int block)> own = {};  ///< whose pairs are listed; empty: all blocks
+  Threads threads = {};
 };
 
-/// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`,
-/// each unordered pair of images once, assigned to the block of the cell with the smaller id; only pairs of
-/// blocks that are `own`. Pre: bodies wrapped into the bounds and sorted by block, then by id.
-PairList listPairs(
-    const std::vector<Body>& bodies, const std::vector<double>& radii, double margin, const Box& bounds,
-    const Vec3& period, int blocks, const std::function<bool(int)>& own = [](int) { return true; });
+/// All pairs of bodies whose bounding spheres come nearer than the margin, each unordered pair of images
+/// once, assigned to the block of the cell with the smaller id.
+PairList listPairs(const PairListInput& input);
 
 }  // namespace packmesh

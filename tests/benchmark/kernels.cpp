@@ -156,7 +156,7 @@ void listOfPairs(State& state) {
   }
   const std::vector<double> radii = {redCell().radius()};
   for (auto _ : state)
-    DoNotOptimize(listPairs(bodies, radii, 0.2 * radii[0], bounds, Vec3::Constant(100.0), 1).pairs.size());
+    DoNotOptimize(listPairs({bodies, {0, 5548}, radii, 0.2 * radii[0], bounds, Vec3::Constant(100.0)}));
 }
 
 // Growth.
