@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/parallel/threads.h"
 
+#include <unistd.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -29,6 +31,10 @@ struct Threads::Team {
   }
 
   ~Team() {
+    if (!isHere()) {
+      for (std::thread& other : others) other.detach();
+      return;
+    }
     {
       const std::lock_guard lock(mutex);
       over = true;
@@ -37,6 +43,9 @@ struct Threads::Team {
     begun.notify_all();
     for (std::thread& other : others) other.join();
   }
+
+  /// False in a process that was forked: it has no other threads.
+  bool isHere() const { return getpid() == process; }
 
   /// Does items until none is left.
   void help(int thread) {
@@ -95,6 +104,7 @@ struct Threads::Team {
     if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
   }
 
+  const pid_t process = getpid();
   std::vector<std::thread> others;
   std::mutex mutex;
   std::condition_variable begun, ended;
@@ -116,7 +126,8 @@ int Threads::count() const {
 }
 
 void Threads::run(std::int64_t items, const std::function<void(std::int64_t, int)>& work) const {
-  team_->run(items, work);
+  if (team_->isHere()) return team_->run(items, work);
+  for (std::int64_t i = 0; i < items; ++i) work(i, 0);
 }
 
 }  // namespace packmesh

@@ -13,7 +13,7 @@ namespace packmesh {
 ///
 /// A loop is shared item by item, in any order, so its items must be independent of each other; its result
 /// must not depend on which thread does an item. Loops are begun by one thread at a time, never from within
-/// another loop, and only the thread that begins them uses MPI.
+/// another loop, and only the thread that begins them uses MPI. In a forked process that thread is alone.
 class Threads {
  public:
   /// The calling thread alone.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/parallel/threads.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <stdexcept>
@@ -85,6 +88,19 @@ TEST_CASE("Copies share the threads", "[parallel]") {
   copy.forEach(10, [&](std::int64_t, int) { ++done; });
   REQUIRE(done == 10);
   REQUIRE(copy.count() == 2);
+}
+
+TEST_CASE("A forked process does loops alone", "[parallel]") {
+  const Threads threads(3);
+  const pid_t child = fork();
+  if (child == 0) {
+    int done = 0;
+    threads.forEach(10, [&](std::int64_t, int) { ++done; });
+    _exit(done == 10 ? 0 : 1);
+  }
+  int status = 1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  REQUIRE(status == 0);
 }
 
 TEST_CASE("Values that several threads need are the same for all of them", "[parallel]") {
