@@ -29,7 +29,7 @@ LARGE = 10 ** 6  # cells of packings that are made only once
 # Network assumed in predictions: the share of each of 64 ranks per node in 200 Gbit/s InfiniBand.
 LATENCY, BANDWIDTH = 5e-6, 4e8  # [s], [byte/s] per rank
 MEMORY = (2e-6, 2e9)  # the same between ranks of one machine
-WRITING = 5e8  # [byte/s]: .pos files go through the first rank
+WRITING = (5e8, 2e10)  # [byte/s] of a rank, of the file system: every rank writes its part of the .pos files
 LINE = 115  # [byte] of a .pos file
 REDUCTIONS, GROWTH_REDUCTIONS = 2, 8  # per sweep and per iteration of growth, over all ranks
 
@@ -193,7 +193,8 @@ class Model:
         latency, bandwidth = network
         messages = self.messages_per_neighbour * min(n - 1, 26) + self.reductions * math.ceil(math.log2(n))
         exchange = sweeps * (messages * latency + faces * self.bytes_per_face_cell / bandwidth)
-        return self.start + compute, exchange, cells * LINE / writing
+        rank, all_ranks = writing
+        return self.start + compute, exchange, cells * LINE / min(n * rank, all_ranks)
 
 
 def model(program, repeats, growth=False):

@@ -13,10 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Part of a file: a header, then this rank's lines.
+/// Part of a file: a header, then this rank's lines, in any number of pieces.
 struct Section {
   std::string head;
-  std::function<std::string()> lines;
+  std::function<std::vector<std::string>()> lines;
 };
 
 struct File {
@@ -45,21 +45,35 @@ class CellFiles {
   void addPosFiles() {
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
       if (scene_.species[s].mostCells() == 0) continue;
-      const auto lines = [this, s] {
-        std::vector<PosLine> own;
-        for (std::size_t i = 0; i < result_.cells.size(); ++i)
-          if (result_.cells[i].species == int(s)) own.push_back(scene_.read.lineOf(result_.poses[i]));
-        return formatPosLines(own);
-      };
-      files_.push_back(
-          {scene_.outputDirectory / (scene_.species[s].name + ".pos"), {{formatPosHead(counts_[s]), lines}}});
+      files_.push_back({scene_.outputDirectory / (scene_.species[s].name + ".pos"),
+                        {{formatPosHead(counts_[s]), [this, s] { return posLines(static_cast<int>(s)); }}}});
     }
+  }
+
+  std::vector<std::string> posLines(int species) const {
+    std::vector<std::size_t> own;
+    for (std::size_t i = 0; i < result_.cells.size(); ++i)
+      if (result_.cells[i].species == species) own.push_back(i);
+    constexpr std::int64_t linesOfPiece = 4096;
+    const auto count = static_cast<std::int64_t>(own.size());
+    std::vector<std::string> pieces(static_cast<std::size_t>((count + linesOfPiece - 1) / linesOfPiece));
+    scene_.team.forEachPart(
+        count,
+        [&](std::int64_t begin, std::int64_t end, int) {
+          std::vector<PosLine> lines;
+          for (std::int64_t i = begin; i < end; ++i)
+            lines.push_back(scene_.read.lineOf(result_.poses[own[i]]));
+          pieces[begin / linesOfPiece] = formatPosLines(lines);
+        },
+        linesOfPiece);
+    return pieces;
   }
 
   void addExport(const ExportedFile& exported) {
     File file{scene_.outputDirectory / exported.name, {}};
     for (const ExportedSection& section : exported.sections)
-      file.sections.push_back({section.head, [this, section] { return textOf(section); }});
+      file.sections.push_back(
+          {section.head, [this, section] { return std::vector<std::string>{textOf(section)}; }});
     files_.push_back(std::move(file));
   }
 

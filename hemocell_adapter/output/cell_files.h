@@ -12,8 +12,7 @@
 
 namespace packmesh::hemocell {
 
-/// Writes them, all or none. The first rank writes; the others send it their lines, in the order of the
-/// ranks. All ranks call.
+/// Writes them, all or none. Every rank writes its cells, in the order of the ranks. All ranks call.
 /// @param counts of all ranks, per species
 /// @return the files
 /// @throws AgreedFailure if they cannot be written; then no file has changed

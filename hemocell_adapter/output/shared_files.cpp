@@ -3,8 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <exception>
-#include <vector>
+#include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/ranks.h"
@@ -23,27 +22,53 @@ void SharedFiles::makeFolder(const std::filesystem::path& folder) {
 
 void SharedFiles::begin(const std::filesystem::path& target) {
   onFirstRank(ranks_, [&] { files_.begin(target); });
+  size_ = 0;
+  if (ranks_.alone()) return;
+  const bool first = ranks_.rank() == 0;
+  const std::string file = ranks_.broadcast(first ? files_.temporary().string() : "", 0);
+  const std::string name = ranks_.broadcast(first ? files_.target().string() : "", 0);
+  together(ranks_, [&] {
+    if (!first) own_.emplace(file, name);
+  });
 }
 
 void SharedFiles::append(const std::function<std::string()>& text) {
-  onFirstRank(ranks_, [&] { files_.append(text()); });
+  std::vector<std::string> own;
+  onFirstRank(ranks_, [&] {
+    if (ranks_.rank() == 0) own.push_back(text());
+  });
+  appendParts(own);
 }
 
-void SharedFiles::appendParts(const std::string& own) {
-  std::exception_ptr error;
-  ranks_.visitInOrder(std::vector<char>(own.begin(), own.end()), [&](const std::vector<char>& part) {
-    try {
-      if (!error) files_.append(std::string(part.begin(), part.end()));
-    } catch (...) {
-      error = std::current_exception();
+void SharedFiles::appendParts(std::string own) {
+  appendParts(std::vector<std::string>{std::move(own)});
+}
+
+void SharedFiles::appendParts(const std::vector<std::string>& own) {
+  std::int64_t length = 0;
+  for (const std::string& text : own) length += static_cast<std::int64_t>(text.size());
+  std::int64_t position = size_ + ranks_.sumBefore({length}).front();
+  size_ += ranks_.sum(length);
+  together(ranks_, [&] {
+    for (const std::string& text : own) {
+      if (own_) {
+        own_->write(position, text);
+      } else {
+        files_.append(text);
+      }
+      position += static_cast<std::int64_t>(text.size());
     }
-  });
-  onFirstRank(ranks_, [&] {
-    if (error) std::rethrow_exception(error);
+    if (!own_) files_.skipTo(size_);
   });
 }
 
 void SharedFiles::end() {
+  together(ranks_, [&] {
+    if (!own_) return;
+    own_->verify();
+    own_->close();
+  });
+  own_.reset();
   onFirstRank(ranks_, [&] { files_.end(); });
 }
 

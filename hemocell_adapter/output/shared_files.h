@@ -2,18 +2,21 @@
 /// @file Output files to which all ranks contribute.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "hemocell_adapter/hemocell/pos_file.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
-/// AtomicFiles written by the first rank; the others send it their parts, in the order of the ranks. All
-/// ranks call everything. @throws AgreedFailure on all ranks if something cannot be written
+/// AtomicFiles to which every rank writes its own parts, at positions that follow from the lengths of all;
+/// the first rank creates and renames them. All ranks call everything, and need the same file system.
+/// @throws AgreedFailure on all ranks if something cannot be written on any
 class SharedFiles {
  public:
   explicit SharedFiles(const Communicator& ranks) : ranks_(ranks) {}
@@ -23,13 +26,16 @@ class SharedFiles {
   /// Adds the text of the first rank.
   void append(const std::function<std::string()>& text);
   /// Adds the texts of all ranks, in their order.
-  void appendParts(const std::string& own);
+  void appendParts(const std::vector<std::string>& own);
+  void appendParts(std::string own);
   void end();
   void commit();
 
  private:
   const Communicator& ranks_;
-  AtomicFiles files_;
+  AtomicFiles files_;               ///< of the first rank
+  std::optional<CheckedFile> own_;  ///< the file begun last, on the other ranks
+  std::int64_t size_ = 0;           ///< of the file begun last [bytes]
 };
 
 }  // namespace packmesh::hemocell

@@ -2,9 +2,16 @@
 /// @file Atomic writing of files: a file appears completely or not at all.
 #pragma once
 
+#include <sys/types.h>
+
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "packMesh/io/checked_file.h"
 
 namespace packmesh {
 
@@ -27,8 +34,14 @@ class AtomicFiles {
   /// Begins a file under a temporary name.
   void begin(const std::filesystem::path& target);
   /// Appends to the file begun last.
-  void append(const std::string& text);
-  /// Flushes the file begun last to disk and reads it back.
+  void append(std::string_view text);
+  /// For parts of the file begun last that others write into temporary(): what is appended next comes after
+  /// that position [bytes].
+  void skipTo(std::int64_t position) { size_ = position; }
+  /// The name of the file begun last until it is committed.
+  const std::filesystem::path& temporary() const { return entries_.back().temporary; }
+  const std::filesystem::path& target() const { return entries_.back().target; }
+  /// Flushes the file begun last to disk and reads back what was appended.
   void end();
 
   void add(const std::filesystem::path& target, const std::string& text) {
@@ -42,13 +55,11 @@ class AtomicFiles {
  private:
   struct Entry {
     std::filesystem::path target, temporary;
-  };
-  struct Part {
-    std::size_t length, hash;
+    std::optional<mode_t> mode;  ///< of the file that it replaces
   };
   std::vector<Entry> entries_;
-  int open_ = -1;            ///< descriptor of the file begun last
-  std::vector<Part> parts_;  ///< its parts, for comparison after reading back
+  std::optional<CheckedFile> file_;  ///< the one begun last
+  std::int64_t size_ = 0;            ///< of it [bytes]
 };
 
 }  // namespace packmesh
