@@ -5,6 +5,7 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/certificate/certify.h"
 
 namespace packmesh::hemocell {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -33,14 +32,5 @@ Pose poseOf(const PosLine& line);
 std::string formatPosLines(const std::vector<PosLine>& lines);
 /// Text before the lines: the number of cells.
 std::string formatPosHead(std::int64_t count);
-
-/// Reads the part of a .pos file that HemoCell reads, strictly: the announced number of lines with exactly
-/// six finite numbers each. Further lines are ignored.
-/// @param warnings if not null, receives a warning for ignored lines and for everything that HemoCell accepts
-/// but other tools do not: tabs, repeated, leading or trailing spaces (pos_to_vtk drops such lines), Windows
-/// line ends, blank lines
-/// @throws InputError with file and line: missing file, invalid count, fewer lines than announced, comments,
-/// extra or missing fields, numbers that are not finite or implausibly large
-std::vector<PosLine> readPos(const std::filesystem::path& file, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace packmesh::hemocell

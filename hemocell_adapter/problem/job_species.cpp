@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/packing/state_cells.h"
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
 #include "packMesh/core/error.h"
@@ -31,16 +32,50 @@ void requireRegular(const struct stat& info, const fs::path& file, const std::st
   if (kind) throw InputError(file.string() + ": is " + kind + ", expected " + expected);
 }
 
-/// Closes a file descriptor on destruction.
-struct Descriptor {
-  explicit Descriptor(int opened) : number(opened) {}
-  ~Descriptor() {
-    if (number >= 0) ::close(number);
+/// A regular file that is open for reading.
+struct OpenFile {
+  OpenFile(const fs::path& file, const std::string& expected)
+      // Without O_NONBLOCK, opening a pipe would block until another process opens it for writing.
+      : name(file), number(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
+    const int error = errno;
+    if (number < 0) {
+      requireFile(file, expected);  // sockets cannot be opened
+      failReading(file, error);
+    }
+    struct stat info;
+    try {
+      if (::fstat(number, &info) != 0) failReading(file, errno);
+      requireRegular(info, file, expected);
+    } catch (...) {
+      ::close(number);
+      throw;
+    }
+    size = static_cast<std::int64_t>(info.st_size);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  ~OpenFile() { ::close(number); }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  /// Appends up to `most` bytes from position `from` on. @return false: there are none
+  bool append(std::string& content, std::int64_t from, std::size_t most) const {
+    const std::size_t before = content.size();
+    content.resize(before + most);
+    ssize_t got = -1;
+    do {
+      got = ::pread(number, content.data() + before, most, static_cast<off_t>(from));
+    } while (got < 0 && errno == EINTR);
+    if (got < 0) failReading(name, errno);
+    content.resize(before + static_cast<std::size_t>(got));
+    return got > 0;
+  }
+
+  const fs::path& name;
   int number;
+  std::int64_t size = 0;  ///< [bytes]; files in /proc and /sys report 0
 };
+
+/// Bytes that are read at a time where it is not known how many there are.
+constexpr std::size_t step = std::size_t{1} << 16;
 
 }  // namespace
 
@@ -56,30 +91,38 @@ void requireFile(const fs::path& file, const std::string& expected) {
 }
 
 std::string contentOf(const fs::path& file, const std::string& expected) {
-  // Without O_NONBLOCK, opening a pipe would block until another process opens it for writing.
-  const Descriptor in(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  const int error = errno;
-  struct stat info;
-  if (in.number < 0) {
-    requireFile(file, expected);  // sockets cannot be opened
-    failReading(file, error);
-  }
-  if (::fstat(in.number, &info) != 0) failReading(file, errno);
-  requireRegular(info, file, expected);
+  return linesOf(file, expected, 0, 1);
+}
 
-  constexpr std::size_t step = std::size_t{1} << 16;
+std::string linesOf(const fs::path& file, const std::string& expected, int part, int parts) {
+  const OpenFile in(file, expected);
+  // The first line that begins at a border or after it comes after the first line feed at border - 1 or
+  // after.
+  const auto feedFrom = [&](int p) {
+    return p == 0 ? -1 : std::max<std::int64_t>(in.size * p / parts - 1, 0);
+  };
+  const std::int64_t begin = std::max<std::int64_t>(feedFrom(part), 0), end = feedFrom(part + 1);
+  const bool last = part + 1 == parts;
   std::string content;
-  for (std::size_t done = 0;;) {
-    // One byte more than the expected size, to detect the end; files in /proc and /sys report size 0.
-    content.resize(std::max(static_cast<std::size_t>(info.st_size) + 1, done + step));
-    const ssize_t got = ::read(in.number, content.data() + done, content.size() - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) failReading(file, errno);
-    done += static_cast<std::size_t>(got);
-    if (got > 0) continue;
-    content.resize(done);
-    return content;
+  const auto position = [&] { return begin + static_cast<std::int64_t>(content.size()); };
+  // One byte more than the expected size, to detect the end.
+  for (bool more = true; more && (last || position() <= end);)
+    more = in.append(content, position(),
+                     static_cast<std::size_t>(std::max<std::int64_t>(end + 2 - position(), step)));
+  if (!last) {
+    std::size_t feed = content.find('\n', static_cast<std::size_t>(end - begin));
+    for (bool more = true; feed == content.npos && more;) {
+      const std::size_t searched = content.size();
+      more = in.append(content, position(), step);
+      feed = content.find('\n', searched);
+    }
+    if (feed != content.npos) content.resize(feed + 1);
   }
+  if (part > 0) {
+    const std::size_t feed = content.find('\n');
+    content.erase(0, feed == content.npos ? feed : feed + 1);
+  }
+  return content;
 }
 
 }  // namespace packmesh

@@ -18,4 +18,9 @@ void requireFile(const std::filesystem::path& file, const std::string& expected)
 /// All bytes of a file. @throws InputError like requireFile(), and if reading fails
 std::string contentOf(const std::filesystem::path& file, const std::string& expected);
 
+/// The lines that begin in one of `parts` parts of equal length of a file; the first line is in part 0. All
+/// parts together are contentOf() the file. @throws InputError likewise
+/// @param part from 0
+std::string linesOf(const std::filesystem::path& file, const std::string& expected, int part, int parts);
+
 }  // namespace packmesh

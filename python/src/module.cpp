@@ -21,6 +21,7 @@
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"

@@ -9,6 +9,7 @@
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/make_job.h"
 #include "packMesh/core/error.h"

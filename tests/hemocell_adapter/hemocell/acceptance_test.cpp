@@ -11,6 +11,7 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/container/primitives.h"

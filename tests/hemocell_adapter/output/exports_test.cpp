@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_intersection.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;

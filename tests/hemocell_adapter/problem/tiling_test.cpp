@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
