@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "hemocell_adapter/app/examination.h"
 #include "hemocell_adapter/app/run.h"
+#include "hemocell_adapter/app/run_steps.h"
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
@@ -39,8 +42,8 @@ class FaultList {
 
 class Report {
  public:
-  Report(const Scene& scene, const FoundCells& found)
-      : scene_(scene), found_(found), examination_(examine(scene, found.cells)) {}
+  Report(const Scene& scene, const FoundCells& found, const Communicator& ranks)
+      : scene_(scene), found_(found), ranks_(ranks), examination_(examine(scene, found.cells, ranks)) {}
 
   bool print() {
     printHead();
@@ -48,21 +51,19 @@ class Report {
     printMisplaced();
     printFactor();
     if (knowsAcceptance(scene_)) printKept();
-    printHematocrit("In the files", nullptr);
-    if (knowsAcceptance(scene_) && kept_.size() < found_.cells.size())
-      printHematocrit("Of what HemoCell keeps", &kept_);
+    printHematocrit("In the files", found_.counts);
+    if (knowsAcceptance(scene_) && dropped() > 0) printHematocrit("Of what HemoCell keeps", kept().kept);
     log::info(fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0 ? gapText(certificate_.minimumGap)
                                                                            : "none, cells overlap"));
     if (scene_.lumen.container->wall())
       log::info(fmt::format("Minimum gap to the wall: {}", certificate_.minimumWallGap > 0.0
                                                                ? gapText(certificate_.minimumWallGap)
                                                                : "none, cells are not inside"));
-    const std::size_t dropped = found_.cells.size() - kept_.size();
     log::info(fmt::format(
         "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
-        examination_.droppedIsFault || dropped == 0
+        examination_.droppedIsFault || dropped() == 0
             ? ""
-            : fmt::format("; that HemoCell drops {} is expected where cells may cross the faces", dropped),
+            : fmt::format("; that HemoCell drops {} is expected where cells may cross the faces", dropped()),
         scene_.unchecked.empty() ? ""
                                  : fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "))));
     return clean();
@@ -70,10 +71,10 @@ class Report {
 
   /// Summary in one line, for one of several packings.
   std::string line() const {
-    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
-    std::string text = fmt::format(
-        "{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "NOT clean", found_.cells.size(),
-        found_.cells.size() == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
+    const Tally tally = tallyOf(scene_, found_.counts);
+    std::string text =
+        fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "NOT clean",
+                    found_.all, found_.all == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
     if (certificate_.overlapping.empty())
       text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
     else
@@ -82,7 +83,7 @@ class Report {
     if (!certificate_.misplaced.empty())
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
     if (knowsAcceptance(scene_))
-      text += fmt::format("; HemoCell keeps {} of {}", kept_.size(), found_.cells.size());
+      text += fmt::format("; HemoCell keeps {} of {}", found_.all - dropped(), found_.all);
     if (!scene_.unchecked.empty())
       text += fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "));
     return text;
@@ -95,19 +96,18 @@ class Report {
       log::warning("so many cells overlap that nothing else is written");
       return;
     }
-    requireWritableOutputs(scene_);
+    onFirstRank(ranks_, [&] { requireWritableOutputs(scene_); });
     PackingResult result;
     result.cells = found_.cells;
     result.poses = found_.poses;
-    result.cellCount = std::int64_t(found_.cells.size());
+    result.cellCount = found_.all;
     result.certificate = certificate_;
-    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
-    const Communicator alone;
+    const Tally tally = tallyOf(scene_, found_.counts);
     if (!scene_.exports.empty())
-      for (const auto& file : writeExports(scene_, result, tally.counts, alone))
+      for (const auto& file : writeExports(scene_, result, tally.counts, ranks_))
         log::info(fmt::format("Wrote {}", file.string()));
     const Kept keptCells = kept();
-    Finished done{scene_, result, tally, keptCells, alone};
+    Finished done{scene_, result, tally, keptCells, ranks_};
     done.checked = true;
     writeViews(done, {timer.cpu(), timer.wall()});
   }
@@ -117,23 +117,26 @@ class Report {
  private:
   Kept kept() const {
     Kept all;
-    all.kept.assign(scene_.species.size(), 0);
-    for (const std::int64_t i : kept_) ++all.kept[found_.cells[i].species];
-    for (const auto& violation : violations_)
-      if (violation) countReason(all, *violation, 1);
+    all.kept = found_.counts;
+    for (const Examination::Dropped& one : examination_.dropped) {
+      --all.kept[found_.placeOf(one.cell).species];
+      countReason(all, examination_.reasons[one.reason], 1);
+    }
     return all;
   }
 
+  std::int64_t dropped() const { return std::int64_t(examination_.dropped.size()); }
+
   std::string nameOf(std::int64_t cell) const {
-    const CellSpecies& species = scene_.species[found_.cells[cell].species];
-    const std::int64_t line = found_.lineNumber[cell];
+    const FoundCells::Place place = found_.placeOf(cell);
+    const CellSpecies& species = scene_.species[place.species];
     if (isState(species.startFrom))
-      return fmt::format("{}: {} {}", species.startFrom, species.name, line - 1);
-    return fmt::format("{}.pos:{}", species.name, line);
+      return fmt::format("{}: {} {}", species.startFrom, species.name, place.index + 1);
+    return fmt::format("{}.pos:{}", species.name, place.index + 2);  // the first line has their number
   }
 
   void printHead() const {
-    log::info(versionLine(1, scene_.team.count()));
+    log::info(versionLine(ranks_.size(), scene_.team.count()));
     if (scene_.config) log::info(fmt::format("Check of {}", scene_.config->file.string()));
     for (const std::string& line : lumenLines(scene_)) log::info(line);
     for (const CellSpecies& species : scene_.species) {
@@ -141,7 +144,7 @@ class Report {
       log::info(fmt::format("{}: {}", species.name, species.origin));
       log::info(distanceLine(species));
     }
-    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
+    const Tally tally = tallyOf(scene_, found_.counts);
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
       log::info(fmt::format("{}: {} cells", scene_.species[s].name, tally.counts[s]));
     }
@@ -150,7 +153,7 @@ class Report {
   void printOverlap() const {
     std::int64_t amongKept = 0;
     for (const OverlappingPair& pair : certificate_.overlapping) {
-      amongKept += !violations_[pair.first] && !violations_[pair.second];
+      amongKept += examination_.keeps(pair.first) && examination_.keeps(pair.second);
     }
     const std::string nearer = scene_.demanded.membranes > 0.0
                                    ? fmt::format(" or nearer than {:.6g} µm", scene_.demanded.membranes)
@@ -193,7 +196,7 @@ class Report {
   void printFactor() const {
     std::vector<std::pair<PositionFactor, std::vector<std::string>>> factors;
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-      const auto found = factorOf([&](const PlacedCell& cell) { return cell.species == int(s); });
+      const auto found = factorOf([&](int species) { return species == int(s); });
       if (!found) continue;
       auto same = std::find_if(factors.begin(), factors.end(),
                                [&](const auto& one) { return one.first.factor == found->factor; });
@@ -201,8 +204,7 @@ class Report {
       same->second.push_back(scene_.species[s].name + ".pos");
     }
     if (factors.empty())
-      if (const auto found = factorOf([](const PlacedCell&) { return true; }))
-        factors.push_back({*found, {"all files"}});
+      if (const auto found = factorOf([](int) { return true; })) factors.push_back({*found, {"all files"}});
     for (const auto& [factor, files] : factors)
       log::warning(
           fmt::format("with the positions of {} times {:.6g} the cells would lie in the lumen: perhaps {}; "
@@ -213,97 +215,105 @@ class Report {
   template <class Chosen>
   std::optional<PositionFactor> factorOf(const Chosen& chosen) const {
     std::vector<Vec3> positions;
+    for (const PlacedCell& cell : found_.cells)
+      if (chosen(cell.species)) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
-    for (const PlacedCell& cell : found_.cells) {
-      if (!chosen(cell)) continue;
-      positions.push_back(cell.placement.translation);
-      volumes += scene_.species[cell.species].shape->volume();
-    }
-    return positionFactor(*scene_.lumen.container, positions, volumes, scene_.dx);
+    for (std::size_t s = 0; s < scene_.species.size(); ++s)
+      if (chosen(int(s))) volumes += double(found_.counts[s]) * scene_.species[s].shape->volume();
+    return positionFactor(*scene_.lumen.container, positions, volumes, scene_.dx, ranks_);
   }
 
   void printKept() const {
+    std::vector<Kept> reasons(scene_.species.size());  // by species
+    for (const Examination::Dropped& one : examination_.dropped)
+      countReason(reasons[found_.placeOf(one.cell).species], examination_.reasons[one.reason], 1);
+    const std::vector<std::int64_t> kept = this->kept().kept;
     for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-      Kept reasons;
-      std::int64_t total = 0, kept = 0;
-      for (std::size_t i = 0; i < found_.cells.size(); ++i) {
-        if (found_.cells[i].species != int(s)) continue;
-        ++total;
-        if (violations_[i]) {
-          countReason(reasons, *violations_[i], 1);
-        } else {
-          ++kept;
-        }
-      }
-      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept, total, scene_.species[s].name);
-      for (const auto& [reason, count] : reasons.reasons)
+      const std::int64_t total = found_.counts[s];
+      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept[s], total, scene_.species[s].name);
+      for (const auto& [reason, count] : reasons[s].reasons)
         text += fmt::format("; drops {}: {}", count, reason);
-      if (scene_.lumen.keptBox && kept < total) text += fmt::format(" (nodes at dx {:.6g} µm)", scene_.dx);
+      if (scene_.lumen.keptBox && kept[s] < total) text += fmt::format(" (nodes at dx {:.6g} µm)", scene_.dx);
       log::info(text);
     }
     FaultList list;
     if (log::level() != log::Level::verbose) return;
-    for (std::size_t i = 0; i < found_.cells.size(); ++i) {
-      if (violations_[i]) list.add(fmt::format("dropped: {}: {}", nameOf(std::int64_t(i)), *violations_[i]));
-    }
+    for (const Examination::Dropped& one : examination_.dropped)
+      list.add(fmt::format("dropped: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]));
   }
 
-  void printHematocrit(const char* which, const std::vector<std::int64_t>* chosen) const {
-    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells, chosen));
+  void printHematocrit(const char* which, const std::vector<std::int64_t>& counts) const {
+    const Tally tally = tallyOf(scene_, counts);
     for (const std::string& line : hematocritLines(scene_, tally))
       log::info(fmt::format("{}: {}", which, line));
   }
 
   const Scene& scene_;
   const FoundCells& found_;
+  const Communicator& ranks_;
   const Examination examination_;
   const Certificate& certificate_ = examination_.certificate;
-  const std::vector<std::optional<std::string>>& violations_ = examination_.violations;
-  const std::vector<std::int64_t>& kept_ = examination_.kept;
 };
 
 }  // namespace
 
-ExitCode runCheck(const Job& job) {
+ExitCode runCheck(const Job& job, const Communicator& ranks) {
   for (const std::string& warning : job.warnings) log::warning(warning);
   const Timer timer;
-  Scene scene = buildScene(job);
-  for (const std::string& notice : scene.notices) log::warning(notice);
-  const FoundCells found = readCells(scene);
-  const std::vector<std::int64_t> counts = countsOf(scene, found.cells);
-  for (const std::string& warning : limitWarnings(scene, counts)) log::warning(warning);
-  for (std::size_t s = 0; s < counts.size(); ++s) scene.species[s].count = counts[s];
-  Report report(scene, found);
+  Scene scene = builtScene(job, ranks);
+  const FoundCells found = readCells(scene, ranks);
+  for (const std::string& warning : limitWarnings(scene, found.counts)) log::warning(warning);
+  for (std::size_t s = 0; s < found.counts.size(); ++s) scene.species[s].count = found.counts[s];
+  Report report(scene, found, ranks);
   const bool clean = report.print();
   report.writeOutputs(timer);
   return clean ? ExitCode::ok : ExitCode::faultsFound;
 }
 
-ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf) {
+namespace {
+
+/// What is said of one of several folders.
+ExitCode tellInALine(const std::filesystem::path& folder, const Job& job, bool first,
+                     const Communicator& ranks) {
+  for (const std::string& warning : job.warnings) log::warning(warning);
+  std::optional<Scene> scene;
+  together(ranks, [&] { scene = buildScene(job, ranks); });
+  if (first) {
+    log::info(versionLine(ranks.size(), scene->team.count()));
+    for (const std::string& notice : scene->notices) log::warning(notice);
+  }
+  const FoundCells found = readCells(*scene, ranks);
+  const Report report(*scene, found, ranks);
+  log::info(fmt::format("{}: {}", folder.string(), report.line()));
+  return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
+}
+
+}  // namespace
+
+ExitCode runCheckOfFolders(const Job& job, const Communicator& ranks,
+                           const std::function<Job(const std::filesystem::path&)>& jobOf) {
   ExitCode worst = ExitCode::ok;
   std::size_t clean = 0;
   bool first = true;
-  const auto tellInALine = [&](const std::filesystem::path& folder) {
-    const Job one = jobOf(folder);
-    for (const std::string& warning : one.warnings) log::warning(warning);
-    const Scene scene = buildScene(one);
-    if (first) {
-      log::info(versionLine(1, scene.team.count()));
-      for (const std::string& notice : scene.notices) log::warning(notice);
-    }
-    const FoundCells found = readCells(scene);
-    const Report report(scene, found);
-    log::info(fmt::format("{}: {}", folder.string(), report.line()));
-    return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
+  const auto examineFolder = [&](const std::filesystem::path& folder) {
+    std::optional<Job> one;
+    together(ranks, [&] { one = jobOf(folder); });
+    return folder == job.outputDirectory ? runCheck(*one, ranks) : tellInALine(folder, *one, first, ranks);
+  };
+  const auto refused = [](const std::filesystem::path& folder, const char* why) {
+    log::error(why);
+    log::info(fmt::format("{}: not examined", folder.string()));
+    return ExitCode::badInput;
   };
   for (const std::filesystem::path& folder : job.foldersToCheck) {
     ExitCode code = ExitCode::ok;
     try {
-      code = folder == job.outputDirectory ? runCheck(jobOf(folder)) : tellInALine(folder);
+      code = examineFolder(folder);
     } catch (const InputError& error) {
-      code = ExitCode::badInput;
-      log::error(error.what());
-      log::info(fmt::format("{}: not examined", folder.string()));
+      code = refused(folder, error.what());
+    } catch (const AgreedFailure& failure) {
+      if (failure.code() != ExitCode::badInput) throw;
+      code = refused(folder, failure.what());
     }
     first = false;
     clean += code == ExitCode::ok;

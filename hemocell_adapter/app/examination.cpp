@@ -2,11 +2,18 @@
 #include "hemocell_adapter/app/examination.h"
 
 #include <algorithm>
+#include <exception>
+#include <limits>
+#include <numeric>
 
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/shared_cells.h"
+#include "packMesh/packing/id_shares.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -15,30 +22,33 @@ namespace {
 /// if all overlap, as in a file in metres, the number of pairs is quadratic.
 constexpr std::int64_t leastOverlaps = 100000, overlapsPerCell = 4;
 
-}  // namespace
+/// A cell on the way to the rank that has its number.
+struct ReadCell {
+  std::int64_t id;
+  int species;
+  double position[3], angles[3];
 
-FoundCells readCells(const Scene& scene) {
-  FoundCells found;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const CellSpecies& species = scene.species[s];
-    std::vector<std::string> warnings;
-    const std::vector<PosLine> lines =
-        isState(species.startFrom) ? species.start
-                                   : readPos(scene.outputDirectory / (species.name + ".pos"), &warnings);
-    for (const std::string& warning : warnings) log::warning(warning);
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      found.cells.push_back({int(s), placementOf(lines[i])});
-      found.poses.push_back(poseOf(lines[i]));
-      found.lineNumber.push_back(std::int64_t(i) + 2);
-    }
-  }
-  return found;
+  PosLine line() const { return {Eigen::Map<const Vec3>(position), Eigen::Map<const Vec3>(angles)}; }
+};
+
+ReadCell readCell(std::int64_t id, int species, const PosLine& line) {
+  ReadCell cell{};
+  cell.id = id;
+  cell.species = species;
+  Eigen::Map<Vec3>(cell.position) = line.position;
+  Eigen::Map<Vec3>(cell.angles) = line.angles;
+  return cell;
 }
 
-Examination examine(const Scene& scene, const std::vector<PlacedCell>& cells) {
+/// This rank's part of the cells of a state, which every rank has read.
+PosShare shareOf(const std::vector<PosLine>& all, const Communicator& ranks) {
+  const auto [first, end] = IdShares(static_cast<std::int64_t>(all.size()), ranks).own();
+  return {{all.begin() + first, all.begin() + end}, first, static_cast<std::int64_t>(all.size())};
+}
+
+CertificateInput inputOf(const Scene& scene, std::int64_t cells) {
   CertificateInput input;
   input.container = scene.lumen.container.get();
-  input.cells = &cells;
   for (const CellSpecies& species : scene.species) {
     input.shapes.push_back(species.shape.get());
     input.walls.push_back(scene.lumen.container->wall());
@@ -47,14 +57,124 @@ Examination examine(const Scene& scene, const std::vector<PlacedCell>& cells) {
   input.requiredGap = scene.demanded.membranes;
   input.threads = scene.team;
   input.requiredWallGap = scene.demanded.wall;
-  input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(cells.size()));
-  Examination found;
-  found.certificate = certify(input);
-  found.droppedIsFault = scene.lumen.acceptedOnly && !scene.periodicEnds.value_or(false);
-  forEachVerdict(scene, cells, [&](std::size_t i, const std::optional<std::string>& violation) {
-    found.violations.push_back(violation);
-    if (!violation) found.kept.push_back(std::int64_t(i));
+  input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * cells);
+  return input;
+}
+
+Certificate certificateOf(const Scene& scene, const std::vector<PlacedCell>& own, std::int64_t all,
+                          const Communicator& ranks) {
+  CertificateInput input = inputOf(scene, all);
+  if (ranks.alone()) {
+    input.cells = &own;
+    return certify(input);
+  }
+  const SharedCells here =
+      sharedInSpace(own, input.shapes, *input.container, std::max(gapOfInterest, input.requiredGap), ranks);
+  input.cells = &here.cells;
+  input.own = &here.own;
+  int rounds = searchRounds(all);
+  CommonSearch search;
+  search.numbers = &here.numbers;
+  search.cells = all;
+  search.sum = [&](std::int64_t found) {
+    --rounds;
+    return ranks.sum(found);
+  };
+  Certificate certificate;
+  std::exception_ptr error;
+  try {
+    certificate = Certifier(input, gapOfInterest, &search).certificate();
+  } catch (...) {
+    error = std::current_exception();
+  }
+  while (rounds > 0) search.sum(0);  // the other ranks go on
+  together(ranks, [&] {
+    if (error) std::rethrow_exception(error);
   });
+  return ofAllRanks(certificate, here.numbers, ranks);
+}
+
+/// What HemoCell drops.
+void takeVerdicts(const Scene& scene, const std::vector<PlacedCell>& own, const Communicator& ranks,
+                  Examination& found) {
+  std::vector<std::string> reasons;
+  const auto indexOf = [](std::vector<std::string>& all, const std::string& reason) {
+    const auto known = std::find(all.begin(), all.end(), reason);
+    if (known != all.end()) return known - all.begin();
+    all.push_back(reason);
+    return static_cast<std::ptrdiff_t>(all.size()) - 1;
+  };
+  std::vector<Examination::Dropped> dropped;
+  const std::int64_t first = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
+  forEachVerdict(scene, own, [&](std::size_t i, const std::optional<std::string>& violation) {
+    if (violation) dropped.push_back({first + static_cast<std::int64_t>(i), indexOf(reasons, *violation)});
+  });
+  const std::int64_t before = ranks.sumBefore({static_cast<std::int64_t>(reasons.size())}).front();
+  for (Examination::Dropped& one : dropped) one.reason += before;
+  std::string text;
+  for (const std::string& reason : reasons) text += reason + '\n';
+  const std::vector<char> gathered = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  std::vector<std::int64_t> meaning;  // by the number of a reason among those of all ranks
+  for (auto at = gathered.begin(); at != gathered.end();) {
+    const auto end = std::find(at, gathered.end(), '\n');
+    meaning.push_back(indexOf(found.reasons, std::string(at, end)));
+    at = end + 1;
+  }
+  found.dropped = ranks.gatherAll(dropped);
+  for (Examination::Dropped& one : found.dropped) one.reason = meaning[one.reason];
+}
+
+}  // namespace
+
+FoundCells::Place FoundCells::placeOf(std::int64_t cell) const {
+  Place place{0, cell};
+  while (place.index >= counts[place.species]) place.index -= counts[place.species++];
+  return place;
+}
+
+FoundCells readCells(const Scene& scene, const Communicator& ranks) {
+  FoundCells found;
+  std::vector<ReadCell> read;
+  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    const CellSpecies& species = scene.species[s];
+    std::vector<std::string> warnings;
+    const PosShare share =
+        isState(species.startFrom)
+            ? shareOf(species.start, ranks)
+            : readPosShare(scene.outputDirectory / (species.name + ".pos"), ranks, scene.team, &warnings);
+    for (const std::string& warning : warnings) log::warning(warning);
+    std::int64_t id = found.all + share.first;
+    for (const PosLine& line : share.lines) read.push_back(readCell(id++, static_cast<int>(s), line));
+    found.counts.push_back(share.all);
+    found.all += share.all;
+  }
+  if (!ranks.alone()) read = IdShares(found.all, ranks).collect(read);
+  for (const ReadCell& cell : read) {
+    const PosLine line = cell.line();
+    found.cells.push_back({cell.species, placementOf(line)});
+    found.poses.push_back(poseOf(line));
+  }
+  return found;
+}
+
+bool Examination::keeps(std::int64_t cell) const {
+  const auto at = std::lower_bound(dropped.begin(), dropped.end(), cell,
+                                   [](const Dropped& one, std::int64_t number) { return one.cell < number; });
+  return at == dropped.end() || at->cell != cell;
+}
+
+Examination examine(const Scene& scene, const std::vector<PlacedCell>& own, const Communicator& ranks) {
+  Examination found;
+  found.cells = ranks.sum(static_cast<std::int64_t>(own.size()));
+  found.certificate = certificateOf(scene, own, found.cells, ranks);
+  found.droppedIsFault = scene.lumen.acceptedOnly && !scene.periodicEnds.value_or(false);
+  // A sum that does not depend on the ranks.
+  std::vector<std::int64_t> counts = countsOf(scene, own);
+  ranks.sum(counts);
+  found.certificate.cellVolume = 0.0;
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    found.certificate.cellVolume += double(counts[s]) * scene.species[s].shape->volume();
+  takeVerdicts(scene, own, ranks, found);
   return found;
 }
 

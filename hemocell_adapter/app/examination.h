@@ -9,30 +9,50 @@
 
 #include "hemocell_adapter/problem/scene.h"
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
-/// The cells of all files, and the origin of each.
+/// The cells of all files, species by species. Each rank has an equal share, in the order of the ranks.
 struct FoundCells {
   std::vector<PlacedCell> cells;
   std::vector<Pose> poses;
-  std::vector<std::int64_t> lineNumber;  ///< in its .pos file
+  std::int64_t all = 0;              ///< of all ranks
+  std::vector<std::int64_t> counts;  ///< of all ranks, per species
+
+  /// Species of a cell, given its number, and its number within the species.
+  struct Place {
+    int species;
+    std::int64_t index;
+  };
+  Place placeOf(std::int64_t cell) const;
 };
 
-/// Reads the .pos files of a scene that is to be checked, or the cells of its states. @throws InputError
-FoundCells readCells(const Scene& scene);
+/// Reads the .pos files of a scene that is to be checked, or the cells of its states. All ranks call.
+/// @throws InputError; AgreedFailure if there are several ranks
+FoundCells readCells(const Scene& scene, const Communicator& ranks);
 
-/// What was found in cells: whether they overlap, are in the lumen, and are kept by HemoCell.
+/// What was found in the cells of all ranks: whether they overlap, are in the lumen, and are kept by
+/// HemoCell.
 struct Examination {
   Certificate certificate;
-  std::vector<std::optional<std::string>> violations;  ///< HemoCell's, per cell
-  std::vector<std::int64_t> kept;                      ///< indices of the cells that HemoCell keeps
-  bool droppedIsFault = false;                         ///< whether HemoCell is to keep all
+  std::int64_t cells = 0;
+  struct Dropped {
+    std::int64_t cell;
+    std::int64_t reason;  ///< index into `reasons`
+  };
+  std::vector<Dropped> dropped;      ///< cells that HemoCell does not keep, in ascending order
+  std::vector<std::string> reasons;  ///< why, in the order in which they occur
+  bool droppedIsFault = false;       ///< whether HemoCell is to keep all
 
-  bool clean() const { return certificate.clean() && (!droppedIsFault || kept.size() == violations.size()); }
+  bool keeps(std::int64_t cell) const;
+  bool clean() const { return certificate.clean() && (!droppedIsFault || dropped.empty()); }
 };
 
-/// Tests cells against the clearances that the scene demands.
-Examination examine(const Scene& scene, const std::vector<PlacedCell>& cells);
+/// Tests cells against the clearances that the scene demands: each rank those in a part of the lumen. The
+/// result is the same on all ranks, and on any number of them. All ranks call.
+/// @param own cells of this rank, numbered in rank order
+/// @throws InputError; AgreedFailure if there are several ranks
+Examination examine(const Scene& scene, const std::vector<PlacedCell>& own, const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

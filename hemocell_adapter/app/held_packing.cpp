@@ -22,7 +22,6 @@
 #include "hemocell_adapter/problem/tiling.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/timer.h"
-#include "packMesh/packing/gathered_cells.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/state_cells.h"
 #include "packMesh/packing/state_file.h"
@@ -178,7 +177,7 @@ void complete(HeldPacking& packing) {
   for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     result.cells[i].placement = placementOf(scene.read.lineOf(result.poses[i]));
-  result.certificate = examine(scene, gatheredCells(packing.result.cells, packing.ranks)).certificate;
+  result.certificate = examine(scene, packing.result.cells, packing.ranks).certificate;
   std::vector<std::int64_t> counts = countsOf(scene, result.cells);
   packing.ranks.sum(counts);
   packing.verified.cells.tally = tallyOf(scene, std::move(counts));

@@ -69,13 +69,8 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
   std::optional<Job> job;
   together(ranks, [&] { job = makeJob(commandLine); });
   if (commandLine.command == Command::pack) return runPacking(*job, ranks);
-  ExitCode code = ExitCode::ok;
-  onFirstRank(ranks, [&] {
-    code = job->foldersToCheck.empty()
-               ? runCheck(*job)
-               : runCheckOfFolders(*job, [&](const auto& folder) { return makeJob(commandLine, folder); });
-  });
-  return static_cast<ExitCode>(ranks.sum(first ? int(code) : 0));
+  if (job->foldersToCheck.empty()) return runCheck(*job, ranks);
+  return runCheckOfFolders(*job, ranks, [&](const auto& folder) { return makeJob(commandLine, folder); });
 }
 
 /// Runs, and reports errors. @return the exit code, the same on all ranks

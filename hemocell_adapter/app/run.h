@@ -16,13 +16,16 @@ namespace packmesh::hemocell {
 /// @throws InputError, OutputError; AgreedFailure if there are several ranks
 ExitCode runPacking(const Job& job, const Communicator& ranks);
 
-/// Examines the .pos files of `job`.
-/// @throws InputError
-ExitCode runCheck(const Job& job);
+/// Examines the .pos files of `job`. All ranks call; what is said and written does not depend on their
+/// number.
+/// @throws InputError; AgreedFailure if there are several ranks
+ExitCode runCheck(const Job& job, const Communicator& ranks);
 
 /// Examines each of job.foldersToCheck and prints one line for each, and all details of job.outputDirectory.
+/// All ranks call.
 /// @param jobOf creates the job of a folder
 /// @return ok if all are clean; otherwise the highest code
-ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::filesystem::path&)>& jobOf);
+ExitCode runCheckOfFolders(const Job& job, const Communicator& ranks,
+                           const std::function<Job(const std::filesystem::path&)>& jobOf);
 
 }  // namespace packmesh::hemocell

@@ -26,17 +26,22 @@ struct Fit {
   bool canBe = true;    ///< the volume of the cells fits into the box around the positions
 };
 
-Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double volumes, double factor) {
+Fit fitOf(const Container& container, const std::vector<Vec3>& positions, double volumes, double factor,
+          const Communicator& ranks) {
   const Box bounds = container.bounds();
   Box box;
-  std::size_t inside = 0;
+  std::int64_t inside = 0;
   for (const Vec3& p : positions) {
     const Vec3 q = factor * p;
     box.add(q);
     inside += bounds.contains(q) && (!container.wall() || container.wall()->distance(q).distance > 0.0);
   }
+  for (int k = 0; k < 3; ++k) {
+    box.lo[k] = ranks.min(box.lo[k]);
+    box.hi[k] = ranks.max(box.hi[k]);
+  }
   Fit fit;
-  fit.inside = double(inside) / double(positions.size());
+  fit.inside = double(ranks.sum(inside)) / double(ranks.sum(std::int64_t(positions.size())));
   int longest = 0;
   bounds.size().maxCoeff(&longest);
   fit.spread = box.size()[longest] / bounds.size()[longest];
@@ -76,12 +81,12 @@ std::string unitHint(double extent, double factor, double least, double most) {
 }
 
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
-                                             double volumes, double dx) {
+                                             double volumes, double dx, const Communicator& ranks) {
   // A few cells can lie anywhere.
-  constexpr std::size_t fewest = 5;
+  constexpr std::int64_t fewest = 5;
   constexpr double mostlyIn = 0.9, allIn = 0.99, leastSpread = 0.6;
-  if (positions.size() < fewest) return {};
-  const Fit given = fitOf(container, positions, volumes, 1.0);
+  if (ranks.sum(std::int64_t(positions.size())) < fewest) return {};
+  const Fit given = fitOf(container, positions, volumes, 1.0, ranks);
   if (given.inside >= mostlyIn && given.canBe) return {};
   std::vector<PositionFactor> candidates = {
       {dx, "they are in lattice units or for a lattice spacing of 1 µm"},
@@ -96,7 +101,7 @@ std::optional<PositionFactor> positionFactor(const Container& container, const s
   double widest = leastSpread;
   for (const PositionFactor& candidate : candidates) {
     if (candidate.factor == 1.0) continue;
-    const Fit fit = fitOf(container, positions, volumes, candidate.factor);
+    const Fit fit = fitOf(container, positions, volumes, candidate.factor, ranks);
     if (!(fit.inside >= allIn && fit.spread > widest && fit.canBe)) continue;
     best = candidate;
     widest = fit.spread;

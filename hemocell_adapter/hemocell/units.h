@@ -8,6 +8,7 @@
 
 #include "packMesh/container/container.h"
 #include "packMesh/core/vector.h"
+#include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
@@ -34,9 +35,12 @@ struct PositionFactor {
 };
 
 /// Suggests such a factor if most positions lie outside, or so close to each other that cells must overlap.
+/// The result is the same on all ranks, which all call.
+/// @param positions of this rank's cells [µm]
 /// @param volumes total volume of the cells [µm³]
 /// @param dx lattice spacing of the case [µm]
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
-                                             double volumes, double dx);
+                                             double volumes, double dx,
+                                             const Communicator& ranks = Communicator());
 
 }  // namespace packmesh::hemocell

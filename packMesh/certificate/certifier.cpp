@@ -20,6 +20,11 @@ constexpr double firstLevel = 0.02;
 /// Cells that a thread examines at a time.
 constexpr std::int64_t cellsPerPart = 64;
 
+/// @param begin of the round: the first cell that has not been examined
+std::int64_t endOfRound(std::int64_t begin, std::int64_t cells) {
+  return std::min(2 * begin + 1, cells);
+}
+
 std::string tooNear(double gap, double required) {
   int digits = 6;
   while (digits < 17 && toText(gap, digits) == toText(required, digits)) ++digits;
@@ -29,7 +34,13 @@ std::string tooNear(double gap, double required) {
 
 }  // namespace
 
-Certifier::Certifier(const CertificateInput& input, double largestGap)
+int searchRounds(std::int64_t cells) {
+  int rounds = 0;
+  for (std::int64_t begin = 0; begin < cells; begin = endOfRound(begin, cells)) ++rounds;
+  return rounds;
+}
+
+Certifier::Certifier(const CertificateInput& input, double largestGap, const CommonSearch* common)
     : input_(input),
       cells_(input_),
       changed_(cells_.count(), true),
@@ -39,7 +50,7 @@ Certifier::Certifier(const CertificateInput& input, double largestGap)
       wallGaps_(cells_.count(), infinite),
       wallGap_(largestGap, largestGap) {
   neighbors_.emplace(cells_.neighbors());
-  examineAll();
+  examineAll(common);
   finish();
 }
 
@@ -124,19 +135,27 @@ void Certifier::take(const Findings& findings) {
 
 /// Examines all cells in rounds, each of them twice as large as the one before: if all cells overlap, few of
 /// their pairs are found.
-void Certifier::examineAll() {
+void Certifier::examineAll(const CommonSearch* common) {
   const std::vector<std::int32_t> all = allCells();
+  const std::int64_t count = common ? common->cells : cells_.count();
   const bool limited = input_.mostOverlaps < std::numeric_limits<std::int64_t>::max();
-  for (std::int64_t begin = 0, end = 0; begin < cells_.count() && certificate_.complete; begin = end) {
-    end = limited ? std::min(2 * begin + 1, cells_.count()) : cells_.count();
+  // The first cell here whose number is not less.
+  const auto here = [&](std::int64_t number) -> std::int64_t {
+    if (!common) return number;
+    return std::lower_bound(common->numbers->begin(), common->numbers->end(), number) -
+           common->numbers->begin();
+  };
+  for (std::int64_t begin = 0, end = 0; begin < count && certificate_.complete; begin = end) {
+    end = limited ? endOfRound(begin, count) : count;
+    const std::int64_t first = here(begin), behind = here(end);
     std::vector<std::int32_t> round;
     for (const std::int32_t i : all)
-      if (begin <= i && i < end && cells_.isOwn(i)) round.push_back(i);
-    certificate_.moreOverlaps =
-        static_cast<std::int64_t>(certificate_.overlapping.size()) >= input_.mostOverlaps;
-    forEach(round, [&](std::int64_t i, Findings& found) {
-      if (!certificate_.moreOverlaps) examinePairs(i, true, true, found);
-      examineWall(i, true, found);
+      if (first <= i && i < behind && cells_.isOwn(i)) round.push_back(i);
+    const auto found = static_cast<std::int64_t>(certificate_.overlapping.size());
+    certificate_.moreOverlaps = (common ? common->sum(found) : found) >= input_.mostOverlaps;
+    forEach(round, [&](std::int64_t i, Findings& findings) {
+      if (!certificate_.moreOverlaps) examinePairs(i, true, true, findings);
+      examineWall(i, true, findings);
     });
   }
 }

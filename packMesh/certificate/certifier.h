@@ -2,6 +2,8 @@
 /// @file A certificate that is updated while a few cells at a time move.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -9,6 +11,19 @@
 #include "packMesh/certificate/smallest_gap.h"
 
 namespace packmesh {
+
+/// Cells that several ranks examine together, each its own, so that all end the search for overlaps at the
+/// same cell (CertificateInput::mostOverlaps, which then limits the pairs of all ranks).
+struct CommonSearch {
+  const std::vector<std::int64_t>* numbers = nullptr;  ///< of each cell among those of all ranks, ascending
+  std::int64_t cells = 0;                              ///< of all ranks
+  /// Sum over the ranks of the overlapping pairs that each has found. Called searchRounds() times, whatever
+  /// is found, unless an exception ends the search.
+  std::function<std::int64_t(std::int64_t own)> sum;
+};
+
+/// In how many rounds cells are searched for overlaps if their number is limited.
+int searchRounds(std::int64_t cells);
 
 /// Certifies cells and updates the certificate when some of them have changed, by examining only the pairs
 /// and walls of changed cells.
@@ -20,7 +35,9 @@ class Certifier {
   /// Certifies all cells. The data referenced by `input` must outlive this object; the number of cells must
   /// not change.
   /// @param largestGap as for certify() [µm]
-  explicit Certifier(const CertificateInput& input, double largestGap = gapOfInterest);
+  /// @param common with mostOverlaps, without `stop` and upToFirstFault; used by the constructor only
+  explicit Certifier(const CertificateInput& input, double largestGap = gapOfInterest,
+                     const CommonSearch* common = nullptr);
   Certifier(const Certifier&) = delete;
   Certifier& operator=(const Certifier&) = delete;
 
@@ -48,7 +65,7 @@ class Certifier {
   void forEach(const std::vector<std::int32_t>& cells, const Examine& examine);
   void take(const Findings& findings);
   void forgetChanged();
-  void examineAll();
+  void examineAll(const CommonSearch* common);
   void examineChanged();
   void finish();
   void examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found) const;

@@ -75,13 +75,13 @@ py::dict certificateOf(const Certificate& certificate) {
   return all;
 }
 
-py::dict examinationOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Examination& found) {
+/// @param counts of the cells examined, per species
+py::dict examinationOf(const Scene& scene, const std::vector<std::int64_t>& counts,
+                       const Examination& found) {
   py::list names, dropped;
-  std::vector<std::int64_t> counts(scene.species.size(), 0);
   for (const CellSpecies& species : scene.species) names.append(species.name);
-  for (const PlacedCell& cell : cells) ++counts[cell.species];
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    if (found.violations[i]) dropped.append(py::make_tuple(i, *found.violations[i]));
+  for (const Examination::Dropped& one : found.dropped)
+    dropped.append(py::make_tuple(one.cell, found.reasons[one.reason]));
   py::dict all;
   all["clean"] = found.clean();
   all["names"] = names;
@@ -89,7 +89,7 @@ py::dict examinationOf(const Scene& scene, const std::vector<PlacedCell>& cells,
   all["certificate"] = certificateOf(found.certificate);
   all["knows_acceptance"] = knowsAcceptance(scene);
   all["dropped"] = dropped;
-  all["hematocrit"] = tallyOf(scene, countsOf(scene, cells)).redMesh / scene.referenceVolume();
+  all["hematocrit"] = tallyOf(scene, counts).redMesh / scene.referenceVolume();
   all["unchecked"] = scene.unchecked;
   return all;
 }
@@ -230,28 +230,29 @@ double hematocritOf(const Held& held) {
 }
 
 py::dict examined(const Held& held) {
-  std::vector<PlacedCell> cells;
+  std::vector<std::int64_t> counts;
   const Examination found = withScene(held, [&](const HeldPacking& packing) {
-    cells = gatheredCells(packing.result.cells, packing.ranks);
-    return examine(*packing.scene, cells);
+    counts = packing.verified.cells.tally.counts;
+    return examine(*packing.scene, packing.result.cells, packing.ranks);
   });
-  return examinationOf(*held->scene, cells, found);
+  return examinationOf(*held->scene, counts, found);
 }
 
 py::dict check(const Words& words) {
   Caller caller;
   std::shared_ptr<const Scene> scene;
-  std::vector<PlacedCell> cells;
+  std::vector<std::int64_t> counts;
   const Examination found = caller.run([&] {
     const Job job = makeJob(parseCommandLine("packMesh", words));
     for (const std::string& warning : job.warnings) log::warning(warning);
     if (!job.foldersToCheck.empty())
       throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
     scene = std::make_shared<const Scene>(builtScene(job, Communicator()));
-    cells = readCells(*scene).cells;
-    return examine(*scene, cells);
+    const FoundCells cells = readCells(*scene, Communicator());
+    counts = cells.counts;
+    return examine(*scene, cells.cells, Communicator());
   });
-  return examinationOf(*scene, cells, found);
+  return examinationOf(*scene, counts, found);
 }
 
 py::dict forecast(const Words& words) {

@@ -89,6 +89,60 @@ void requireSameOnRanks(const std::string& arguments,
   }
 }
 
+/// A .pos text with all positions multiplied, and every tenth cell moved towards the one before.
+std::string moved(const std::string& text, double factor, double share) {
+  std::istringstream in(text);
+  std::ostringstream out;
+  std::string count, angles;
+  std::getline(in, count);
+  out.precision(17);
+  out << count << '\n';
+  double p[3], last[3] = {0, 0, 0};
+  for (int i = 0; in >> p[0] >> p[1] >> p[2] && std::getline(in, angles); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      out << (k ? " " : "") << factor * (i % 10 == 9 ? p[k] + share * (last[k] - p[k]) : p[k]);
+      last[k] = p[k];
+    }
+    out << angles << '\n';
+  }
+  return out.str();
+}
+
+/// The lines of packMesh in a text.
+std::string own(const std::string& text) {
+  std::istringstream lines(text);
+  std::string kept, line;
+  while (std::getline(lines, line))
+    if (line.rfind("(packMesh)", 0) == 0) kept += line + '\n';
+  return kept;
+}
+
+/// Checks on every number of ranks and threads.
+void requireSameCheck(const TemporaryFolder& folder, const std::string& arguments, int exitCode,
+                      const std::string& words) {
+  CAPTURE(arguments);
+  const std::set<fs::path> before = filesIn(folder.path());
+  std::string files, story;
+  for (const auto& [ranks, threads] : {Team{1, 1}, Team{1, 3}, Team{2, 1}, Team{3, 2}, Team{5, 1}}) {
+    CAPTURE(ranks, threads);
+    const Ran ran = run(folder.path(), arguments, "packMesh",
+                        "OMP_NUM_THREADS=" + std::to_string(threads) + " " + onRanks(ranks));
+    INFO(ran.all());
+    REQUIRE(ran.exitCode == exitCode);
+    const std::string written = filesOf(folder.path(), before), said = storyOf(ran.out) + own(ran.err);
+    for (const fs::path& file : filesIn(folder.path()))
+      if (before.count(file) == 0) fs::remove(folder.path() / file);
+    if (story.empty()) {
+      files = written;
+      story = said;
+      REQUIRE_THAT(story, Contains(words));
+      continue;
+    }
+    CHECK((written == files));  // too long to print
+    CHECK(said == story);
+  }
+}
+
 }  // namespace
 
 TEST_CASE("A case gives the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {
@@ -199,15 +253,82 @@ TEST_CASE("Ranks without a block are idle, and this is reported", "[ranks]") {
   CHECK_THAT(ran.out, Contains("1 block of cells for 4 ranks: the remaining ranks were idle"));
 }
 
-TEST_CASE("check runs on one rank under mpirun", "[ranks]") {
+TEST_CASE("check says and writes the same on 1, 2, 3 and 5 ranks", "[ranks]") {
   const SampleCase folder;
-  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.2").exitCode == 0);
-  const Ran ran = run(folder.path(), "check config.xml", "packMesh", onRanks(2));
-  INFO(ran.all());
-  CHECK(ran.exitCode == 0);
-  CHECK(count(ran.out, "Verdict: clean") == 1);
-  writeText(folder.path() / "RBC.pos", "2\n5 6 7 0 0 0\n5 6 7 0 0 0\n");
-  CHECK(run(folder.path(), "check config.xml", "packMesh", onRanks(2)).exitCode == 4);
+  REQUIRE(run(folder.path(), "config.xml --hematocrit 0.3 --plt_ratio 0.1 --state state.h5").exitCode == 0);
+  const std::string outputs =
+      " --report report.html --vtp --vtp-meshes --pov --export csv --export lammps-molecular --export stl";
+  requireSameCheck(folder, "check config.xml" + outputs, 0, "Verdict: clean");
+  requireSameCheck(folder, "check config.xml --start state.h5 --report report.json", 0, "Verdict: clean");
+  requireSameCheck(folder,
+                   "check config.xml --verbose --clearance 0.2 --wall-clearance 0.5 --report report.json", 4,
+                   "nearer than 0.2");
+  const std::string cells = readText(folder.path() / "RBC.pos");
+  writeText(folder.path() / "RBC.pos", moved(cells, 1.0, 0.7));
+  requireSameCheck(folder, "check config.xml --verbose" + outputs, 4, "the meshes meet");
+  writeText(folder.path() / "RBC.pos", moved(cells, 1.3, 0.0));
+  requireSameCheck(folder, "check config.xml --verbose" + outputs, 4, "Cells not wholly inside the lumen");
+  writeText(folder.path() / "RBC.pos", moved(cells, 1e-6, 0.0));
+  requireSameCheck(folder, "check config.xml", 4, "perhaps they are in metres");
+}
+
+TEST_CASE("check of periodic boxes says the same on 1, 2, 3 and 5 ranks", "[ranks]") {
+  const TemporaryFolder folder;
+  const std::string box = " --box 60 30 30 --ends periodic";
+  REQUIRE(run(folder.path(), "60 30 30 --ends periodic --hematocrit 0.3").exitCode == 0);
+  requireSameCheck(folder, "check" + box + " --report report.json --vtp --export csv", 0, "Verdict: clean");
+  const std::string cells = readText(folder.path() / "RBC.pos");
+  writeText(folder.path() / "RBC.pos", moved(cells, 1.0, 0.9));
+  requireSameCheck(folder, "check" + box + " --verbose --report report.json", 4, "(periodic image)");
+  writeText(folder.path() / "RBC.pos", "2\n1 2 3 0 0 0\n59.5 2 3 0 90 0\n");  // fewer cells than ranks
+  requireSameCheck(folder, "check" + box + " --report report.json --export csv", 4, "Overlapping pairs: 1");
+  writeText(folder.path() / "RBC.pos", "0\n");
+  requireSameCheck(folder, "check" + box, 0, "Verdict: clean");
+}
+
+TEST_CASE("check of cells that all overlap ends the search at the same cell on 1, 2, 3 and 5 ranks",
+          "[ranks]") {
+  const TemporaryFolder folder;
+  std::string heap = "700\n", heaps = "1400\n";
+  for (int i = 0; i < 700; ++i) {
+    const std::string line = std::to_string(0.003 * (i % 9)) + " 0.01 0 0 " + std::to_string(i) + " 0\n";
+    heap += "30 " + line.substr(line.find(' ') + 1);
+    heaps += "10" + line.substr(1) + "50" + line.substr(1);
+  }
+  writeText(folder.path() / "RBC.pos", heap);
+  requireSameCheck(folder, "check --box 60 60 60", 4, "Overlapping pairs: at least");
+  writeText(folder.path() / "RBC.pos", heaps);  // on different ranks
+  requireSameCheck(folder, "check --box 60 60 60", 4, "Overlapping pairs: at least");
+}
+
+TEST_CASE("check refuses files with the same words on 1, 2, 3 and 5 ranks", "[ranks]") {
+  const TemporaryFolder folder;
+  std::string lines;
+  for (int i = 0; i < 20; ++i)
+    lines += std::to_string(5 + 10 * (i % 5)) + " " + std::to_string(5 + 10 * (i / 5)) + " 9 0 0 0\n";
+  const auto refused = [&](const std::string& text, const std::string& words) {
+    writeText(folder.path() / "RBC.pos", text);
+    requireSameCheck(folder, "check --box 60 60 60", 2, words);
+  };
+  refused("", "RBC.pos:1: the file is empty");
+  refused("30\n" + lines, "announces 30 cells, but 20 follow");
+  refused("40\n" + lines + "1 2 3 4 5\n" + lines + "1 2 3 4 5 nan\n", "RBC.pos:22: 5 fields");
+  refused("21\n" + lines + "1 2 3 4 5 nan\n", "RBC.pos:22: field 6");
+  writeText(folder.path() / "RBC.pos", "20\r\n\n" + lines + "1 2 3 4 5 nan\n");
+  requireSameCheck(folder, "check --box 60 60 60", 0, "a blank line between cells");
+}
+
+TEST_CASE("check of realisations says the same on 1, 2, 3 and 5 ranks", "[ranks]") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder.path(), "30 30 30 --hematocrit 0.2 --realisations 3").exitCode == 0);
+  requireSameCheck(folder, "check --box 30 30 30", 0, "Verdict: 3 of 3 folders clean");
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(folder.path()))
+    if (entry.is_directory()) folders.push_back(entry.path());
+  REQUIRE(folders.size() == 3);
+  writeText(folders[0] / "RBC.pos", "2\n5 6 7 0 0 0\n5 6 7 0 0 0\n");
+  writeText(folders[1] / "RBC.pos", "2\n5 6 7 0 0 0\n");
+  requireSameCheck(folder, "check --box 30 30 30", 4, "Verdict: 1 of 3 folders clean");
 }
 
 TEST_CASE("An error found by all ranks is reported once", "[ranks]") {

@@ -61,7 +61,7 @@ std::string readTogether(const fs::path& file, const Communicator& ranks, const 
 std::string lines(int count, const std::string& end = "\n") {
   std::string text;
   for (int i = 0; i < count; ++i)
-    text += std::to_string(i) + " 2 " + std::to_string(i % 90 * i % 977) + " 4 5 " +
+    text += std::to_string(i % 997) + " 2 " + std::to_string(i % 90 * i % 977) + " 4 5 " +
             std::string(i % 7 + 1, '1') + end;
   return text;
 }
