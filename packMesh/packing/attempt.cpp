@@ -293,13 +293,16 @@ bool Attempt::settled(std::int64_t sweeps) {
 
 /// Assigns every rank its share of the cells, sorted by id.
 void Attempt::deliver() {
-  result_.cells.clear();
-  result_.poses.clear();
-  for (const BodyState& state : shares_.collect(relaxation_->cells())) {
-    const Pose pose = bodyOf(state).pose();
-    result_.poses.push_back(pose);
-    result_.cells.push_back({state.species, WrittenCells::placement(problem_, pose)});
-  }
+  const std::vector<BodyState> states = shares_.collect(relaxation_->cells());
+  result_.poses.resize(states.size());
+  result_.cells.resize(states.size());
+  problem_.threads.forEachPart(
+      static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          const Pose pose = result_.poses[i] = bodyOf(states[i]).pose();
+          result_.cells[i] = {states[i].species, WrittenCells::placement(problem_, pose)};
+        }
+      });
   result_.cellCount = relaxation_->cellCount();
   delivered_ = true;
 }
