@@ -90,6 +90,14 @@ bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
   return a.vertices == b.vertices && a.triangles == b.triangles;
 }
 
+template <class Use>
+auto asFinished(const HeldPacking& packing, const Scene& scene, Use&& use) {
+  std::optional<Repeated> repeated;
+  if (packing.before) repeated.emplace(Repeated{packing.before->scene, packing.before->result});
+  return use(Finished{scene, packing.result, packing.verified.cells.tally, packing.verified.kept,
+                      packing.ranks, repeated ? &*repeated : nullptr});
+}
+
 /// The scene of the command with which the cells were packed.
 Scene sceneOf(const HeldPacking& packing) {
   const std::vector<std::string>& words = packing.words;
@@ -252,11 +260,20 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
 }
 
 std::string reportOf(const HeldPacking& packing) {
-  std::optional<Repeated> repeated;
-  if (packing.before) repeated.emplace(Repeated{packing.before->scene, packing.before->result});
-  return reportText({*packing.scene, packing.result, packing.verified.cells.tally, packing.verified.kept,
-                     packing.ranks, repeated ? &*repeated : nullptr},
-                    packing.times);
+  return asFinished(packing, *packing.scene,
+                    [&](const Finished& done) { return reportText(done, packing.times); });
+}
+
+std::vector<fs::path> writeViewFiles(const HeldPacking& packing, const fs::path& folder, const Views& views) {
+  Scene scene = *packing.scene;
+  scene.outputDirectory = folder;
+  scene.povScene = false;
+  scene.vtp = views.vtp;
+  scene.vtpMeshes = views.vtpMeshes;
+  scene.reportFile = views.reportFile;
+  SharedFiles(packing.ranks).makeFolder(folder);
+  asFinished(packing, scene, [&](const Finished& done) { writeViews(done, packing.times); });
+  return viewFiles(scene);
 }
 
 }  // namespace packmesh::hemocell

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,6 +59,17 @@ std::vector<PosLine> posLinesOf(const HeldPacking& packing);
 /// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: complete
 std::vector<std::filesystem::path> writeCells(const HeldPacking& packing, const std::filesystem::path& folder,
                                               const std::vector<std::string>& formats);
+
+/// Which files are written for looking at a packing.
+struct Views {
+  bool vtp = false, vtpMeshes = false;                   ///< see writeVtp()
+  std::optional<std::filesystem::path> reportFile = {};  ///< .json, or .html together with a .json file
+};
+
+/// Writes these files, VTK files to a folder. All ranks call. Pre: complete
+/// @return their names
+std::vector<std::filesystem::path> writeViewFiles(const HeldPacking& packing,
+                                                  const std::filesystem::path& folder, const Views& views);
 
 /// Writes .pos files of any cells, all or none. @throws OutputError
 void writePosFiles(const std::filesystem::path& folder,

@@ -242,12 +242,15 @@ def check(
     species: Optional[Mapping[str, Species]] = None,
     clearance: Optional[float] = None,
     wall_clearance: Optional[float] = None,
+    vtp: Optional[Path] = None,
+    report: Optional[Path] = None,
 ) -> Check:
     """Tests cells exactly: a Packing, a folder of .pos files, or a state file (.h5).
 
     For files the lumen is given as for pack(), and so are species with meshes of their own. `clearance` and
     `wall_clearance` [µm] are gaps that are required. A Packing, and a state file without other arguments, are tested
-    in the lumen in which they were packed.
+    in the lumen in which they were packed; they have write_vtp() and write_report(). Of files, `vtp` is a folder for the
+    former, `report` a file for the latter.
     """
     given = dict(locals())
     stated = [name for name, parameter in inspect.signature(check).parameters.items()
@@ -271,8 +274,10 @@ def check(
         asked.flag("box", box is not None)
         if case is not None:
             asked.words.insert(0, os.fspath(case))
+        if report is not None:
+            asked.option("report", report)
         asked.option("start" if os.fspath(what).endswith(".h5") else "output-dir", what)
-        return Check._of(_packmesh.check(["check", *asked.all()]))
+        return Check._of(_packmesh.check(["check", *asked.all()], vtp))
 
 
 class Case:
@@ -316,9 +321,9 @@ class Case:
         return forecast(case=self.config, **options)
 
     def check(self, what: Union[Path, Packing, None] = None, **options: Any) -> Check:
-        """Tests the .pos files in a folder (by default that of the case) or a state file in this case."""
+        """Tests the .pos files in a folder (by default that of the case, or its `<outputDirectory>`) or a state file in this case."""
         if isinstance(what, Packing):
             if not any(os.path.abspath(word) == os.path.abspath(self.config) for word in what.command[1:2]):
                 raise InputError(f"check: the Packing is not of {self.config}; its .pos files can be tested there")
             return check(what, **options)
-        return check(self.config.parent if what is None else what, case=self.config, **options)
+        return check(self._values["output_directory"] if what is None else what, case=self.config, **options)
