@@ -32,15 +32,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The job, with no output but the state that the command asks for. What a `<packing>` section of config.xml
-/// asks for is left to the program.
+/// The job, with no output but the state and the states of growth that the command asks for. What a
+/// `<packing>` section of config.xml asks for is left to the program.
 Job jobInMemory(const CommandLine& commandLine) {
   Job job = makeJob(commandLine);
   const Settings options = commandLine.settings();
   if (!options.stateFile && !options.restart && !options.states("checkpoint-every")) job.stateFile.reset();
   job.reportFile.reset();
   job.povScene = job.vtp = job.vtpMeshes = false;
-  job.growthFrames = 0;
+  if (!options.states("growth-frames")) job.growthFrames = 0;
   job.exports.clear();
   return job;
 }

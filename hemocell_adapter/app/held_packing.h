@@ -39,7 +39,8 @@ struct HeldPacking {
   RunTimes times;
 };
 
-/// Packs as the program does, and writes nothing but the state that the command asks for.
+/// Packs as the program does, and writes nothing but the state and the states of growth that the command asks
+/// for.
 /// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
 HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const RunHooks& hooks);
 
