@@ -4,11 +4,10 @@
 #include <algorithm>
 
 #include "hemocell_adapter/app/examination.h"
+#include "hemocell_adapter/app/examined_outputs.h"
 #include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/hemocell/units.h"
-#include "hemocell_adapter/output/cell_files.h"
-#include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/scene.h"
@@ -88,42 +87,10 @@ class Report {
     return text;
   }
 
-  /// What the command line requests: report, scene, VTK files, exports.
-  void writeOutputs(const Timer& timer) const {
-    if (scene_.exports.empty() && viewFiles(scene_).empty()) return;
-    if (certificate_.moreOverlaps) {
-      log::warning("so many cells overlap that nothing else is written");
-      return;
-    }
-    requireWritableOutputs(scene_);
-    PackingResult result;
-    result.cells = found_.cells;
-    result.poses = found_.poses;
-    result.cellCount = std::int64_t(found_.cells.size());
-    result.certificate = certificate_;
-    const Tally tally = tallyOf(scene_, countsOf(scene_, found_.cells));
-    const Communicator alone;
-    if (!scene_.exports.empty())
-      for (const auto& file : writeExports(scene_, result, tally.counts, alone))
-        log::info(fmt::format("Wrote {}", file.string()));
-    const Kept keptCells = kept();
-    Finished done{scene_, result, tally, keptCells, alone};
-    done.checked = true;
-    writeViews(done, {timer.cpu(), timer.wall()});
-  }
-
   bool clean() const { return examination_.clean(); }
+  const Examination& examination() const { return examination_; }
 
  private:
-  Kept kept() const {
-    Kept all;
-    all.kept.assign(scene_.species.size(), 0);
-    for (const std::int64_t i : kept_) ++all.kept[found_.cells[i].species];
-    for (const auto& violation : violations_)
-      if (violation) countReason(all, *violation, 1);
-    return all;
-  }
-
   std::string nameOf(std::int64_t cell) const {
     const CellSpecies& species = scene_.species[found_.cells[cell].species];
     const std::int64_t line = found_.lineNumber[cell];
@@ -270,12 +237,10 @@ ExitCode runCheck(const Job& job) {
   Scene scene = buildScene(job);
   for (const std::string& notice : scene.notices) log::warning(notice);
   const FoundCells found = readCells(scene);
-  const std::vector<std::int64_t> counts = countsOf(scene, found.cells);
-  for (const std::string& warning : limitWarnings(scene, counts)) log::warning(warning);
-  for (std::size_t s = 0; s < counts.size(); ++s) scene.species[s].count = counts[s];
+  for (const std::string& warning : limitWarnings(scene, countsOf(scene, found.cells))) log::warning(warning);
   Report report(scene, found);
   const bool clean = report.print();
-  report.writeOutputs(timer);
+  writeOutputsOf(scene, found, report.examination(), {timer.cpu(), timer.wall()});
   return clean ? ExitCode::ok : ExitCode::faultsFound;
 }
 

@@ -13,6 +13,14 @@ packing = packmesh.pack(box=(45, 45, 45), hematocrit=0.3, seed=5, comm=comm)
 assert comm.allreduce(len(packing)) == sum(packing.counts.values())
 packing.write_pos(folder / "together")
 packing.save(folder / "cells.h5")
+packing.write_vtp(folder / "together")
+packing.write_scene(folder / "together/cells.pov")
+try:
+    packing.write_scene(folder / "none/cells.pov")
+except packmesh.OutputError as error:
+    assert "cells.pov: cannot be written" in str(error)
+else:
+    raise AssertionError("no error")
 loaded = packmesh.load(folder / "cells.h5", comm=comm)
 assert np.array_equal(np.concatenate(comm.allgather(loaded.positions)), np.concatenate(comm.allgather(packing.positions)))
 assert loaded.check().clean and loaded.certificate.clean and loaded.hematocrit == packing.hematocrit
