@@ -10,8 +10,8 @@ case_folder=build/examples/pipe
 mkdir -p "$case_folder"
 cp examples/pipe/*.xml examples/pipe/*.stl "$case_folder/"
 cd "$case_folder"
-../../bin/packMesh config.xml --pov
-PYTHONPATH=../../../python python3 -m packmesh render cells.pov
+../../bin/packMesh config.xml --vtp
+PYTHONPATH=../../../python python3 -m packmesh render
 cat << MESSAGE
 
 The packed case is in $PWD

@@ -5,13 +5,12 @@
 #include <optional>
 
 #include "hemocell_adapter/app/examination.h"
+#include "hemocell_adapter/app/examined_outputs.h"
 #include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/app/run_steps.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
-#include "hemocell_adapter/output/cell_files.h"
-#include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/scene.h"
@@ -89,43 +88,12 @@ class Report {
     return text;
   }
 
-  /// What the command line requests: report, scene, VTK files, exports.
-  void writeOutputs(const Timer& timer) const {
-    if (scene_.exports.empty() && viewFiles(scene_).empty()) return;
-    if (certificate_.moreOverlaps) {
-      log::warning("so many cells overlap that nothing else is written");
-      return;
-    }
-    onFirstRank(ranks_, [&] { requireWritableOutputs(scene_); });
-    PackingResult result;
-    result.cells = found_.cells;
-    result.poses = found_.poses;
-    result.cellCount = found_.all;
-    result.certificate = certificate_;
-    const Tally tally = tallyOf(scene_, found_.counts);
-    if (!scene_.exports.empty())
-      for (const auto& file : writeExports(scene_, result, tally.counts, ranks_))
-        log::info(fmt::format("Wrote {}", file.string()));
-    const Kept keptCells = kept();
-    Finished done{scene_, result, tally, keptCells, ranks_};
-    done.checked = true;
-    writeViews(done, {timer.cpu(), timer.wall()});
-  }
-
   bool clean() const { return examination_.clean(); }
+  const Examination& examination() const { return examination_; }
 
  private:
-  Kept kept() const {
-    Kept all;
-    all.kept = found_.counts;
-    for (const Examination::Dropped& one : examination_.dropped) {
-      --all.kept[found_.placeOf(one.cell).species];
-      countReason(all, examination_.reasons[one.reason], 1);
-    }
-    return all;
-  }
-
   std::int64_t dropped() const { return std::int64_t(examination_.dropped.size()); }
+  Kept kept() const { return keptOf(found_, examination_); }
 
   std::string nameOf(std::int64_t cell) const {
     const FoundCells::Place place = found_.placeOf(cell);
@@ -263,10 +231,9 @@ ExitCode runCheck(const Job& job, const Communicator& ranks) {
   Scene scene = builtScene(job, ranks);
   const FoundCells found = readCells(scene, ranks);
   for (const std::string& warning : limitWarnings(scene, found.counts)) log::warning(warning);
-  for (std::size_t s = 0; s < found.counts.size(); ++s) scene.species[s].count = found.counts[s];
   Report report(scene, found, ranks);
   const bool clean = report.print();
-  report.writeOutputs(timer);
+  writeOutputsOf(scene, found, report.examination(), {timer.cpu(), timer.wall()}, ranks);
   return clean ? ExitCode::ok : ExitCode::faultsFound;
 }
 

@@ -31,15 +31,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The job, with no output but the state that the command asks for. What a `<packing>` section of config.xml
-/// asks for is left to the program.
+/// The job, with no output but the state and the states of growth that the command asks for. What a
+/// `<packing>` section of config.xml asks for is left to the program.
 Job jobInMemory(const CommandLine& commandLine) {
   Job job = makeJob(commandLine);
   const Settings options = commandLine.settings();
   if (!options.stateFile && !options.restart && !options.states("checkpoint-every")) job.stateFile.reset();
   job.reportFile.reset();
   job.povScene = job.vtp = job.vtpMeshes = false;
-  job.growthFrames = 0;
+  if (!options.states("growth-frames")) job.growthFrames = 0;
   job.exports.clear();
   return job;
 }
@@ -87,6 +87,14 @@ struct MeasuredCell {
 
 bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
   return a.vertices == b.vertices && a.triangles == b.triangles;
+}
+
+template <class Use>
+auto asFinished(const HeldPacking& packing, const Scene& scene, Use&& use) {
+  std::optional<Repeated> repeated;
+  if (packing.before) repeated.emplace(Repeated{packing.before->scene, packing.before->result});
+  return use(Finished{scene, packing.result, packing.verified.cells.tally, packing.verified.kept,
+                      packing.ranks, repeated ? &*repeated : nullptr});
 }
 
 /// The scene of the command with which the cells were packed.
@@ -250,11 +258,20 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
 }
 
 std::string reportOf(const HeldPacking& packing) {
-  std::optional<Repeated> repeated;
-  if (packing.before) repeated.emplace(Repeated{packing.before->scene, packing.before->result});
-  return reportText({*packing.scene, packing.result, packing.verified.cells.tally, packing.verified.kept,
-                     packing.ranks, repeated ? &*repeated : nullptr},
-                    packing.times);
+  return asFinished(packing, *packing.scene,
+                    [&](const Finished& done) { return reportText(done, packing.times); });
+}
+
+std::vector<fs::path> writeViewFiles(const HeldPacking& packing, const fs::path& folder, const Views& views) {
+  Scene scene = *packing.scene;
+  scene.outputDirectory = folder;
+  scene.povScene = false;
+  scene.vtp = views.vtp;
+  scene.vtpMeshes = views.vtpMeshes;
+  scene.reportFile = views.reportFile;
+  SharedFiles(packing.ranks).makeFolder(folder);
+  asFinished(packing, scene, [&](const Finished& done) { writeViews(done, packing.times); });
+  return viewFiles(scene);
 }
 
 }  // namespace packmesh::hemocell

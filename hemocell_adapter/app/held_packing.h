@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,7 +39,8 @@ struct HeldPacking {
   RunTimes times;
 };
 
-/// Packs as the program does, and writes nothing but the state that the command asks for.
+/// Packs as the program does, and writes nothing but the state and the states of growth that the command asks
+/// for.
 /// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
 HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const RunHooks& hooks);
 
@@ -58,6 +60,17 @@ std::vector<PosLine> posLinesOf(const HeldPacking& packing);
 /// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: complete
 std::vector<std::filesystem::path> writeCells(const HeldPacking& packing, const std::filesystem::path& folder,
                                               const std::vector<std::string>& formats);
+
+/// Which files are written for looking at a packing.
+struct Views {
+  bool vtp = false, vtpMeshes = false;                   ///< see writeVtp()
+  std::optional<std::filesystem::path> reportFile = {};  ///< .json, or .html together with a .json file
+};
+
+/// Writes these files, VTK files to a folder. All ranks call. Pre: complete
+/// @return their names
+std::vector<std::filesystem::path> writeViewFiles(const HeldPacking& packing,
+                                                  const std::filesystem::path& folder, const Views& views);
 
 /// Writes .pos files of any cells, all or none. @throws OutputError
 void writePosFiles(const std::filesystem::path& folder,

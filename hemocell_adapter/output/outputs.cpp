@@ -14,7 +14,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/exports.h"
-#include "hemocell_adapter/output/pov_scene.h"
+#include "hemocell_adapter/output/pictured_cell.h"
 #include "hemocell_adapter/output/report.h"
 #include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/output/shared_files.h"
@@ -57,16 +57,6 @@ std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& mea
                        c.localHematocrit});
   });
   return cells;
-}
-
-void writeScene(const Finished& done, const std::vector<PicturedCell>& cells, const fs::path& file) {
-  std::vector<const Shape*> shapes;
-  std::vector<std::string> names;
-  for (const CellSpecies& species : done.scene.species) {
-    shapes.push_back(species.shape.get());
-    names.push_back(species.name);
-  }
-  writePovScene(file, shapes, names, cells, *done.scene.lumen.container);
 }
 
 void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
@@ -167,7 +157,6 @@ void warnOfStaleFiles(const Scene& scene) {
 
 std::vector<fs::path> viewFiles(const Scene& scene) {
   std::vector<fs::path> files = vtpFiles(scene);
-  if (scene.povScene) files.push_back(scene.outputDirectory / "cells.pov");
   if (scene.reportFile) {
     files.push_back(*scene.reportFile);
     const fs::path json = fs::path(*scene.reportFile).replace_extension(".json");
@@ -183,18 +172,17 @@ void writeViews(const Finished& done, const RunTimes& times) {
   if (views.empty()) return;
   const AnalysisInput analysis = analysisInputOf(scene, ranks);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
-  std::vector<PicturedCell> cells;
-  if (scene.povScene || (scene.reportFile && scene.reportFile->extension() == ".html"))
-    cells = allCells(done, measures);
-  if (scene.povScene)
-    onFirstRank(ranks, [&] { writeScene(done, cells, scene.outputDirectory / "cells.pov"); });
-  if (scene.vtp || scene.vtpMeshes) writeVtp(done, measures);
+  if (!vtpFiles(scene).empty()) writeVtp(done, measures);
   if (scene.reportFile) {
     SharedFiles(ranks).makeFolder(scene.reportFile->parent_path());
+    std::vector<PicturedCell> cells;
+    if (scene.reportFile->extension() == ".html") cells = allCells(done, measures);
     const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(scene));
     onFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
   }
   for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));
+  if (scene.povScene)
+    log::info(fmt::format("For a picture: python3 -m packmesh render {}", scene.outputDirectory.string()));
 }
 
 }  // namespace packmesh::hemocell

@@ -28,7 +28,7 @@ std::vector<std::filesystem::path> viewFiles(const Scene& scene);
 /// Warns of .pos files that HemoCell would load together with the new ones.
 void warnOfStaleFiles(const Scene& scene);
 
-/// Writes the additional output that the job requests: scene for POV-Ray, VTK files, reports; prints their
+/// Writes the additional output that the job requests: VTK files, reports; prints their
 /// names. All ranks call. @throws AgreedFailure
 void writeViews(const Finished& done, const RunTimes& times);
 

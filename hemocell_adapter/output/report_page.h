@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/output/pov_scene.h"
+#include "hemocell_adapter/output/pictured_cell.h"
 #include "hemocell_adapter/output/report.h"
 
 namespace packmesh::hemocell {

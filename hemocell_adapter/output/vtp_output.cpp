@@ -5,6 +5,7 @@
 
 #include "hemocell_adapter/output/shared_files.h"
 #include "packMesh/io/vtp.h"
+#include "packMesh/io/vtp_surface.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -19,12 +20,33 @@ struct Part {
   std::function<std::string()> own;
 };
 
+fs::path lumenFile(const Scene& scene) {
+  return scene.outputDirectory / "lumen.vtp";
+}
+
 /// Cells of one species on this rank.
 struct OwnCells {
   std::vector<std::size_t> at;  ///< in the result
   std::int64_t first = 0;       ///< number of the first among those of its species
   std::int64_t firstOfAll = 0;  ///< number of the species' first cell among all
 };
+
+/// The surface of the lumen; of a box without walls its edges.
+VtpSurface surfaceOf(const Container& lumen) {
+  if (lumen.wall()) {
+    const TriangleMesh mesh = lumen.surface();
+    return {mesh.vertices, mesh.triangles};
+  }
+  VtpSurface edges;
+  const Box box = lumen.bounds();
+  for (int corner = 0; corner < 8; ++corner) {
+    edges.points.emplace_back(corner & 1 ? box.hi.x() : box.lo.x(), corner & 2 ? box.hi.y() : box.lo.y(),
+                              corner & 4 ? box.hi.z() : box.lo.z());
+    for (const int axis : {1, 2, 4})
+      if (!(corner & axis)) edges.lines.emplace_back(corner, corner | axis);
+  }
+  return edges;
+}
 
 class Writer {
  public:
@@ -43,12 +65,11 @@ class Writer {
       own.firstOfAll = before;
       before += done_.tally.counts[s];
       const fs::path base = done_.scene.outputDirectory / species.name;
-      if (done_.scene.vtp) {
+      if (done_.scene.writesVtp()) {
         write(base.string() + ".vtp", centres(int(s), own),
               {done_.tally.counts[s], done_.tally.counts[s], 0});
         const TriangleMesh& mesh = species.shape->mesh();
-        write(base.string() + "_mesh.vtp", templateMesh(mesh),
-              {std::int64_t(mesh.vertices.size()), 0, std::int64_t(mesh.triangles.size())});
+        write(base.string() + "_mesh.vtp", {mesh.vertices, mesh.triangles});
       }
       if (done_.scene.vtpMeshes) {
         const TriangleMesh& mesh = species.shape->mesh();
@@ -57,10 +78,18 @@ class Writer {
                done_.tally.counts[s] * std::int64_t(mesh.triangles.size())});
       }
     }
+    if (done_.scene.writesVtp()) write(lumenFile(done_.scene), surfaceOf(*done_.scene.lumen.container));
     files_.commit();
   }
 
  private:
+  /// Of the first rank only.
+  void write(const fs::path& file, const VtpSurface& surface) {
+    files_.begin(file);
+    files_.append([&] { return vtpText(surface); });
+    files_.end();
+  }
+
   void write(const fs::path& file, const std::vector<Part>& parts, const VtpSizes& sizes) {
     std::vector<VtpArray> arrays;
     for (const Part& part : parts) arrays.push_back(part.array);
@@ -124,29 +153,6 @@ class Writer {
     };
   }
 
-  /// Of the first rank only.
-  std::vector<Part> templateMesh(const TriangleMesh& mesh) const {
-    const auto vertices = std::int64_t(mesh.vertices.size()), triangles = std::int64_t(mesh.triangles.size());
-    const bool first = ranks_.rank() == 0;
-    return {{{Place::points, "", Type::float64, 3, vertices},
-             [&mesh, first] {
-               std::vector<double> numbers;
-               for (const Vec3& v : mesh.vertices) numbers.insert(numbers.end(), v.data(), v.data() + 3);
-               return first ? vtpNumbers(numbers) : "";
-             }},
-            {{Place::polygonConnectivity, "", Type::int64, 1, 3 * triangles},
-             [&mesh, first] {
-               std::vector<std::int64_t> numbers;
-               for (const Triangle& t : mesh.triangles) numbers.insert(numbers.end(), t.begin(), t.end());
-               return first ? vtpNumbers(numbers) : "";
-             }},
-            {{Place::polygonOffsets, "", Type::int64, 1, triangles}, [triangles, first] {
-               std::vector<std::int64_t> numbers;
-               for (std::int64_t i = 1; i <= triangles; ++i) numbers.push_back(3 * i);
-               return first ? vtpNumbers(numbers) : "";
-             }}};
-  }
-
   std::vector<Part> membranes(int s, const OwnCells& own) const {
     const TriangleMesh& mesh = done_.scene.species[s].shape->mesh();
     const auto vertices = std::int64_t(mesh.vertices.size()), triangles = std::int64_t(mesh.triangles.size());
@@ -201,9 +207,10 @@ std::vector<fs::path> vtpFiles(const Scene& scene) {
   for (const CellSpecies& species : scene.species) {
     if (species.mostCells() == 0) continue;
     const std::string base = (scene.outputDirectory / species.name).string();
-    if (scene.vtp) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
+    if (scene.writesVtp()) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
     if (scene.vtpMeshes) files.emplace_back(base + "_cells.vtp");
   }
+  if (scene.writesVtp()) files.push_back(lumenFile(scene));
   return files;
 }
 

@@ -12,9 +12,10 @@ namespace packmesh::hemocell {
 /// The files that writeVtp() writes.
 std::vector<std::filesystem::path> vtpFiles(const Scene& scene);
 
-/// With --vtp `<Cell>.vtp`, a vertex for each cell with its measures, and `<Cell>_mesh.vtp`, the mesh to be
-/// drawn there; with --vtp-meshes `<Cell>_cells.vtp`, all membranes. All ranks call; the bytes do not depend
-/// on their number. @throws AgreedFailure
+/// With --vtp (or --pov) `<Cell>.vtp`, a vertex for each cell with its measures, `<Cell>_mesh.vtp`, the mesh
+/// to be drawn there, and `lumen.vtp`, the surface of the lumen or the edges of a box; with --vtp-meshes
+/// `<Cell>_cells.vtp`, all membranes. All ranks call; the bytes do not depend on their number. @throws
+/// AgreedFailure
 void writeVtp(const Finished& done, const CellMeasures& measures);
 
 }  // namespace packmesh::hemocell

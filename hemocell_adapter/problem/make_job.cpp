@@ -157,8 +157,7 @@ void onlyOutputsOf(const Settings& options, Settings& settings) {
 }
 
 bool requestsOutputs(const RunSettings& settings) {
-  return !settings.exports.empty() || settings.povScene || settings.vtp || settings.vtpMeshes ||
-         settings.reportFile;
+  return !settings.exports.empty() || settings.writesVtp() || settings.vtpMeshes || settings.reportFile;
 }
 
 /// A restart of one of several realisations continues with the following ones, in the folder that contains

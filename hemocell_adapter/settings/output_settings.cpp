@@ -49,10 +49,12 @@ std::vector<Setting> outputSettings() {
               "continue from a saved state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
-      flagSetting("pov", &R::povScene, "write cells.pov, a scene for POV-Ray").withTag("povScene"),
-      flagSetting(
-          "vtp", &R::vtp,
-          "write <Cell>.vtp for ParaView: the cells as points with their measurements, and their meshes"),
+      flagSetting("pov", &R::povScene,
+                  "write what python3 -m packmesh render makes pictures of: the files of --vtp")
+          .withTag("povScene"),
+      flagSetting("vtp", &R::vtp,
+                  "write <Cell>.vtp for ParaView: the cells as points with their measurements, their meshes, "
+                  "and lumen.vtp"),
       flagSetting("vtp-meshes", &R::vtpMeshes,
                   "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
       setting("growth-frames", &R::growthFrames, integer("n", "states", 1, 1e9),

@@ -100,8 +100,9 @@ struct RunSettings {
   std::optional<std::filesystem::path> stateFile, restart;
   double checkpointEvery = 0.0;  ///< [s]; 0: only at signals and at the end
   bool povScene = false, vtp = false, vtpMeshes = false;
-  std::int64_t growthFrames = 0;                    ///< interval in states of growth; 0: none are written
-  std::optional<std::filesystem::path> reportFile;  ///< .json, or .html together with a .json file
+  bool writesVtp() const { return vtp || povScene; }  ///< pictures are made of these files
+  std::int64_t growthFrames = 0;                      ///< interval in states of growth; 0: none are written
+  std::optional<std::filesystem::path> reportFile;    ///< .json, or .html together with a .json file
   bool quiet = false, verbose = false;
 };
 

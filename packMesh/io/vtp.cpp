@@ -25,9 +25,11 @@ std::string nameOf(const VtpArray& array) {
     case Place::points:
       return "Points";
     case Place::vertexOffsets:
+    case Place::lineOffsets:
     case Place::polygonOffsets:
       return "offsets";
     case Place::vertexConnectivity:
+    case Place::lineConnectivity:
     case Place::polygonConnectivity:
       return "connectivity";
     case Place::data:
@@ -45,8 +47,8 @@ std::string vtpHead(const VtpSizes& sizes, const std::vector<VtpArray>& arrays) 
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
       "header_type=\"UInt64\">\n<PolyData>\n<Piece NumberOfPoints=\"" +
       std::to_string(sizes.points) + "\" NumberOfVerts=\"" + std::to_string(sizes.vertices) +
-      "\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" + std::to_string(sizes.polygons) +
-      "\">\n";
+      "\" NumberOfLines=\"" + std::to_string(sizes.lines) + "\" NumberOfStrips=\"0\" NumberOfPolys=\"" +
+      std::to_string(sizes.polygons) + "\">\n";
   const auto section = [&](const char* tag, std::initializer_list<Place> places) {
     out += std::string("<") + tag + ">\n";
     std::int64_t offset = 0;
@@ -64,6 +66,7 @@ std::string vtpHead(const VtpSizes& sizes, const std::vector<VtpArray>& arrays) 
   section("CellData", {Place::data});
   section("Points", {Place::points});
   section("Verts", {Place::vertexConnectivity, Place::vertexOffsets});
+  if (sizes.lines > 0) section("Lines", {Place::lineConnectivity, Place::lineOffsets});
   section("Polys", {Place::polygonConnectivity, Place::polygonOffsets});
   return out + "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
 }

@@ -12,7 +12,16 @@ namespace packmesh {
 /// An array of a .vtp file. The file consists of vtpHead(), vtpBegin() and the numbers of each array in
 /// order, and vtpEnd().
 struct VtpArray {
-  enum class Place { points, vertexOffsets, vertexConnectivity, polygonOffsets, polygonConnectivity, data };
+  enum class Place {
+    points,
+    vertexOffsets,
+    vertexConnectivity,
+    lineOffsets,
+    lineConnectivity,
+    polygonOffsets,
+    polygonConnectivity,
+    data
+  };
   enum class Type { float32, float64, int32, int64 };
   Place place = Place::data;
   std::string name;  ///< name of data arrays
@@ -25,13 +34,13 @@ struct VtpArray {
   }
 };
 
-/// Numbers of points, vertices and polygons.
+/// Numbers of points, vertices, polygons and lines.
 struct VtpSizes {
-  std::int64_t points = 0, vertices = 0, polygons = 0;
+  std::int64_t points = 0, vertices = 0, polygons = 0, lines = 0;
 };
 
-/// @param arrays data belongs to the vertices or polygons; if there are as many points as vertices, also to
-/// the points
+/// @param arrays data belongs to the vertices, lines or polygons; if there are as many points as vertices,
+/// also to the points
 std::string vtpHead(const VtpSizes& sizes, const std::vector<VtpArray>& arrays);
 std::string vtpBegin(const VtpArray& array);
 std::string vtpEnd();

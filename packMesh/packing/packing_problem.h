@@ -93,8 +93,8 @@ struct PackingProblem {
   /// Method::cat: if growth does not bring all cells to full size, and if there is a reserve, escape from
   /// local maxima.
   std::optional<EscapeSettings> escape;
-  /// The pose as it will be written, so that the certificate refers to the written numbers; empty:
-  /// Pose::placement.
+  /// The pose as it will be written, so that the certificate refers to the written numbers; called by several
+  /// threads at once. Empty: Pose::placement.
   std::function<Placement(const Pose&)> written;
   /// Polled between sweeps, and between the cells of a certificate; true stops the run.
   std::function<bool()> interrupted;

@@ -40,9 +40,8 @@ class Threads {
   /// The same for items that take little time: calls work(begin, end, thread) for parts of 0 ... items - 1.
   template <class Work>
   void forEachPart(std::int64_t items, Work&& work, std::int64_t part = 1024) const {
-    forEach((items + part - 1) / part, [&](std::int64_t p, int thread) {
-      work(p * part, std::min(items, (p + 1) * part), thread);
-    });
+    forEach((items + part - 1) / part,
+            [&](std::int64_t p, int thread) { work(p * part, std::min(items, (p + 1) * part), thread); });
   }
 
  private:

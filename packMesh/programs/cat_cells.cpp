@@ -3,17 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <iostream>
 #include <memory>
-#include <set>
 
 #include "packMesh/core/error.h"
 #include "packMesh/growth/cat_export.h"
 #include "packMesh/growth/tetrahedralise.h"
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/io/mesh_collection.h"
-#include "packMesh/io/pov_meshes.h"
+#include "packMesh/io/vtp_surface.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 
@@ -31,8 +30,8 @@ constexpr const char* usage =
     "  object          likewise; FILE@x,y,z moves the mesh by (x, y, z)\n"
     "  --output f      output file for the cells: .obj, .ply or .h5 (default: cells.obj)\n"
     "  --mid-gap       end cells halfway between object and container, not at the container\n"
-    "  --pov f         write objects, cells and container as a POV-Ray scene (python3 -m packmesh render)\n"
-    "  --show n,m,...  show only the cells of these objects in the scene; the first object is 1\n";
+    "  --vtp f         write container, objects and cells to one file (.vtp) for ParaView and for pictures\n"
+    "                  (python3 -m packmesh render)\n";
 
 struct UsageError : InputError {
   using InputError::InputError;
@@ -41,9 +40,8 @@ struct UsageError : InputError {
 struct Options {
   std::string container;
   std::vector<std::string> objects;
-  std::string output = "cells.obj", scene;
+  std::string output = "cells.obj", surfaces;
   WallFaces wall = WallFaces::atWall;
-  std::set<std::size_t> shown;  ///< indices from 0; empty: all
 };
 
 std::vector<double> numbers(const std::string& text, const std::string& argument) {
@@ -74,14 +72,11 @@ Options parse(int argc, char** argv) {
     };
     if (argument == "--output")
       options.output = value();
-    else if (argument == "--pov")
-      options.scene = value();
+    else if (argument == "--vtp")
+      options.surfaces = value();
     else if (argument == "--mid-gap")
       options.wall = WallFaces::midGap;
-    else if (argument == "--show") {
-      for (const double n : numbers(value(), argument))
-        options.shown.insert(static_cast<std::size_t>(std::max(n, 1.0)) - 1);
-    } else if (argument.rfind("--", 0) == 0)
+    else if (argument.rfind("--", 0) == 0)
       throw UsageError("unknown option '" + argument + "'; see catCells --help");
     else
       files.push_back(argument);
@@ -90,8 +85,6 @@ Options parse(int argc, char** argv) {
   requireMeshCollectionEnding(options.output);
   options.container = files.front();
   options.objects.assign(files.begin() + 1, files.end());
-  if (!options.shown.empty() && *options.shown.rbegin() >= options.objects.size())
-    throw UsageError(fmt::format("--show: the largest object number is {}", options.objects.size()));
   return options;
 }
 
@@ -126,30 +119,30 @@ void printCases(const Tetrahedra& tetrahedra, WallFaces wall) {
       tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
 }
 
-void writeScene(const Options& options, const TetrahedraInput& input, const CatCells& cells) {
-  constexpr std::array<std::array<double, 3>, 6> palette{{{0.80, 0.10, 0.08},
-                                                          {0.12, 0.38, 0.70},
-                                                          {0.16, 0.55, 0.30},
-                                                          {0.90, 0.50, 0.10},
-                                                          {0.48, 0.26, 0.62},
-                                                          {0.10, 0.56, 0.60}}};
-  constexpr std::array<double, 3> faded{0.80, 0.82, 0.85};
-  constexpr double transparency = 0.60;
-  std::vector<TriangleMesh> objects;
-  for (const PlacedMesh& object : input.objects) {
-    TriangleMesh mesh = object.mesh->mesh();
-    for (Vec3& v : mesh.vertices) v = object.placement(v);
-    objects.push_back(std::move(mesh));
+/// Container, objects and cells. Triangles have the number of their object, the first is 1, and of the
+/// container 0; and `cell`: 1 for those of CAT cells.
+void writeSurfaces(const std::string& file, const TetrahedraInput& input, const CatCells& cells) {
+  VtpSurface all;
+  std::vector<std::int64_t> object, cell;
+  const auto add = [&](const TriangleMesh& mesh, const Placement& placement, std::size_t number,
+                       bool isCell) {
+    const int first = int(all.points.size());
+    for (const Vec3& v : mesh.vertices) all.points.push_back(placement(v));
+    for (const Triangle& t : mesh.triangles)
+      all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    object.resize(all.triangles.size(), std::int64_t(number));
+    cell.resize(all.triangles.size(), isCell);
+  };
+  add(input.container->mesh(), {}, 0, false);
+  for (std::size_t i = 0; i < input.objects.size(); ++i) {
+    add(input.objects[i].mesh->mesh(), input.objects[i].placement, i + 1, false);
+    add(cells.cells[i], {}, i + 1, true);
   }
-  std::vector<PictureMesh> meshes;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    const bool shown = options.shown.empty() || options.shown.count(i) != 0;
-    const auto& color = shown ? palette[i % palette.size()] : faded;
-    meshes.push_back({&objects[i], color});
-    if (shown) meshes.push_back({&cells.cells[i], color, transparency, true});
-  }
-  writePovMeshes(options.scene, meshes, input.container->mesh());
-  fmt::print("(packMesh) Wrote {}\n", options.scene);
+  all.data = {{"object", std::move(object)}, {"cell", std::move(cell)}};
+  AtomicFiles files;
+  files.add(file, vtpText(all));
+  files.commit();
+  fmt::print("(packMesh) Wrote {}\n", file);
 }
 
 void run(const Options& options) {
@@ -173,7 +166,7 @@ void run(const Options& options) {
              100.0 * sum / signedVolume(container.mesh()));
   writeCatCells(options.output, cells, options.objects);
   fmt::print("(packMesh) Wrote {}\n", options.output);
-  if (!options.scene.empty()) writeScene(options, input, cells);
+  if (!options.surfaces.empty()) writeSurfaces(options.surfaces, input, cells);
 }
 
 }  // namespace

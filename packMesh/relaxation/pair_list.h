@@ -3,13 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
-#include "packMesh/core/box.h"
 #include "packMesh/parallel/periodic_images.h"
-#include "packMesh/parallel/threads.h"
-#include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_kernel.h"
 
 namespace packmesh {
@@ -34,21 +30,5 @@ struct ContactPair {
 
 /// The pairs of each block, sorted by ids and shift.
 using PairList = std::vector<std::vector<ContactPair>>;
-
-/// Input of listPairs(). Holds references only.
-struct PairListInput {
-  const std::vector<Body>& bodies;         ///< wrapped into the bounds; sorted by block, then by id
-  const std::vector<std::int64_t>& start;  ///< first body of each block; one past the last at the end
-  const std::vector<double>& radii;        ///< per species, of cells of scale 1 [µm]
-  double margin = 0.0;                     ///< [µm]
-  Box bounds;
-  Vec3 period = Vec3::Zero();
-  std::function<bool(int block)> own = {};  ///< whose pairs are listed; empty: all blocks
-  Threads threads = {};
-};
-
-/// All pairs of bodies whose bounding spheres come nearer than the margin, each unordered pair of images
-/// once, assigned to the block of the cell with the smaller id.
-PairList listPairs(const PairListInput& input);
 
 }  // namespace packmesh

@@ -192,10 +192,10 @@ double Relaxation::range() const {
 /// Sends this rank's bodies to the owners of their blocks, and ghosts to the ranks that need them. Pre: no
 /// ghosts.
 void Relaxation::distribute() {
-  for (Body& body : bodies_) {
-    body.position = wrapped(body.position, input_.bounds, input_.period);
-    body.block = blocks_.blockOf(body.position);
-  }
+  forEachBody([&](std::size_t i, int) {
+    bodies_[i].position = wrapped(bodies_[i].position, input_.bounds, input_.period);
+    bodies_[i].block = blocks_.blockOf(bodies_[i].position);
+  });
   shared_.distribute(bodies_, range());
 }
 
@@ -210,9 +210,10 @@ void Relaxation::refreshLists(bool sleeping) {
   movedBefore_ = 0.0;
   state_.listedInSweep = state_.sweeps;
   list_ = PairList();  // never two lists in memory at a time
+  lister_.reset();
 
   dropCopies();
-  if (isUneven()) shareOut(workOfBlock_);
+  if (!sleeping && isUneven()) shareOut(workOfBlock_);
   distribute();
   bodyStart_.assign(blocks_.count() + 1, 0);
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
@@ -225,27 +226,45 @@ void Relaxation::refreshLists(bool sleeping) {
     body.sleeping = sleeping && state_.disturbed.count(body.id) == 0;
     listedAt_[i] = body.position;
   });
-  listPairsOfOwn();
+  mayBeDeep_ = coarseWillDo() || state_.last.deepest > deepContact;
+  lister_.emplace(PairListerInput{bodies_, bodyStart_, radii_, input_.clearance + largestExtra_ + state_.skin,
+                                  input_.bounds, input_.period});
+  list_.resize(blocks_.count());
+  isListed_.assign(blocks_.count(), false);
+  if (!communicator_.alone()) {
+    isShared_ = shared_.shared(bodies_.size());
+    atBorder_.assign(blocks_.count(), false);
+  }
   listed_ = true;
   displacement_ = 0.0;
+  if (sleeping) return;
+  for (const std::vector<int>& colour : blocksOfColour_) listPairs(colour);
+  lister_.reset();
+  recordWork();
 }
 
-void Relaxation::listPairsOfOwn() {
-  list_ =
-      listPairs({bodies_, bodyStart_, radii_, input_.clearance + largestExtra_ + state_.skin, input_.bounds,
-                 input_.period, [&](int block) { return shared_.owns(block); }, input_.threads});
-  const bool mayBeDeep = coarseWillDo() || state_.last.deepest > deepContact;
-  input_.threads.forEach(static_cast<std::int64_t>(list_.size()), [&](std::int64_t block, int) {
-    for (ContactPair& p : list_[block]) {
-      p.deep = mayBeDeep;
+/// Lists the pairs of blocks, unless they are listed already.
+void Relaxation::listPairs(std::vector<int> blocks) {
+  if (!lister_) return;
+  blocks.erase(std::remove_if(blocks.begin(), blocks.end(), [&](int b) { return isListed_[b] != 0; }),
+               blocks.end());
+  lister_->list(blocks, input_.threads, list_);
+  input_.threads.forEach(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t b, int) {
+    isListed_[blocks[b]] = true;
+    for (ContactPair& p : list_[blocks[b]]) {
+      p.deep = mayBeDeep_;
       if (bodies_[p.first].sleeping && bodies_[p.second].sleeping) p.apartUntil = 0.0f;
       if (state_.extraClearance.empty()) continue;
       const auto extra = state_.extraClearance.find({bodies_[p.first].id, bodies_[p.second].id});
       if (extra != state_.extraClearance.end()) p.extraClearance = extra->second;
     }
   });
+  if (!communicator_.alone()) findBorder(blocks);
+}
+
+/// Records the work of this rank's blocks, of which all pairs are listed.
+void Relaxation::recordWork() {
   if (communicator_.alone()) return;
-  findBorder();
   workOfBlock_.assign(blocks_.count(), 0);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (const int b : colour)
@@ -253,17 +272,14 @@ void Relaxation::listPairsOfOwn() {
           static_cast<std::int64_t>(list_[b].size()) + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
 }
 
-/// Determines the blocks that could change a body that another rank holds.
-void Relaxation::findBorder() {
-  const std::vector<char> shared = shared_.shared(bodies_.size());
-  atBorder_.assign(blocks_.count(), false);
-  for (const std::vector<int>& colour : blocksOfColour_)
-    for (const int b : colour) {
-      atBorder_[b] = std::any_of(shared.begin() + bodyStart_[b], shared.begin() + bodyStart_[b + 1],
-                                 [](char is) { return is != 0; }) ||
-                     std::any_of(list_[b].begin(), list_[b].end(),
-                                 [&](const ContactPair& p) { return shared[p.first] || shared[p.second]; });
-    }
+/// Determines which of these blocks could change a body that another rank holds.
+void Relaxation::findBorder(const std::vector<int>& blocks) {
+  const auto& shared = isShared_;
+  for (const int b : blocks)
+    atBorder_[b] = std::any_of(shared.begin() + bodyStart_[b], shared.begin() + bodyStart_[b + 1],
+                               [](char is) { return is != 0; }) ||
+                   std::any_of(list_[b].begin(), list_[b].end(),
+                               [&](const ContactPair& p) { return shared[p.first] || shared[p.second]; });
 }
 
 /// Whether the load of a rank exceeds the mean by much.
@@ -335,6 +351,7 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   solver_.setCoarsely(state_.coarsely);
   for (int colour = 0; colour < BlockGrid::colours; ++colour) {
     if (!blocks_.has(colour)) continue;
+    listActive(colour);
     // Changes are sent as early as possible, so that no rank waits.
     resolve(colour, true, sums);
     shared_.beginGhostUpdate(bodies_);
@@ -347,6 +364,15 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   ++state_.sweeps;
   state_.last = sums;
   return sums;
+}
+
+/// Lists the pairs of the blocks of a colour that are about to be resolved.
+void Relaxation::listActive(int colour) {
+  if (!lister_) return;
+  std::vector<int> blocks;
+  for (const int block : blocksOfColour_[colour])
+    if (active_[block]) blocks.push_back(block);
+  listPairs(std::move(blocks));
 }
 
 /// Resolves the contacts of the blocks of a colour that are, or are not, at the border, as far as they can
@@ -415,6 +441,7 @@ void Relaxation::remove(const std::vector<std::int64_t>& ids) {
 
 void Relaxation::dropLists() {
   list_ = PairList();
+  lister_.reset();
   listed_ = false;
   dropCopies();
   distribute();

@@ -4,13 +4,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "packMesh/parallel/block_grid.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_solver.h"
 #include "packMesh/relaxation/freedom.h"
-#include "packMesh/relaxation/pair_list.h"
+#include "packMesh/relaxation/pair_lister.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/shared_bodies.h"
 
@@ -95,13 +96,15 @@ class Relaxation {
   void addUp(SweepSums& sums);
   void resolve(int colour, bool border, SweepSums& sums);
   void resolve(int block, SweepSums& sums);
-  void findBorder();
+  void findBorder(const std::vector<int>& blocks);
   bool atBorder(int block) const { return !atBorder_.empty() && atBorder_[block]; }
   void activate(int block);
   void activateAll();
   void activateDisturbed();
   bool isSleeping(double slack) const;
-  void listPairsOfOwn();
+  void listPairs(std::vector<int> blocks);
+  void listActive(int colour);
+  void recordWork();
   void shareOut(std::vector<std::int64_t> workOfBlock);
   bool isUneven() const;
   void expectMotion();
@@ -144,7 +147,12 @@ class Relaxation {
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions at the last rebuild of the lists
   PairList list_;
-  double movedBefore_ = 0.0;  ///< sum over all cells at the last estimate of the motion [µm]
+  std::vector<char> isListed_;  ///< per block, whether its pairs are
+  /// Exists while pairs of some blocks are not listed: if cells sleep, they are when a cell comes near.
+  std::optional<PairLister> lister_;
+  bool mayBeDeep_ = true;       ///< whether pairs could be deep contacts at the last rebuild of the lists
+  std::vector<char> isShared_;  ///< per body, whether another rank holds it
+  double movedBefore_ = 0.0;    ///< sum over all cells at the last estimate of the motion [µm]
   std::int64_t foreseenInSweep_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< on this rank, at the last rebuild of the lists [pairs]
   bool listed_ = false;

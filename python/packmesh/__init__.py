@@ -12,17 +12,18 @@ import importlib as _importlib
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 if _TYPE_CHECKING:
+    from ._check import check
     from ._settings import Box, Cylinder, Mesh, Region, Species, Sphere
-    from .case import Case, Forecast, Progress, check, forecast, pack
+    from .case import Case, Forecast, Progress, forecast, pack, realisations
     from .errors import Error, InfeasibleError, InputError, InternalError, OutputError
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
     from .pos import read_pos, write_pos
 
 __all__ = ["Box", "Case", "Certificate", "Check", "Cylinder", "Error", "Forecast", "InfeasibleError", "InputError",
            "InternalError", "Mesh", "Misplaced", "OutputError", "Overlap", "Packing", "Profile", "Progress", "Region",
-           "Species", "Sphere", "check", "forecast", "load", "pack", "read_pos", "write_pos"]
+           "Species", "Sphere", "check", "forecast", "load", "pack", "read_pos", "realisations", "write_pos"]
 
-_MODULES = ("errors", "_settings", "pos", "packing", "case")
+_MODULES = ("errors", "_settings", "pos", "packing", "_check", "case")
 
 
 def __getattr__(name):

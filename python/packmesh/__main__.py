@@ -11,7 +11,7 @@ import sys
 COMMANDS = {
     "plot": "plots of a report (packMesh --report report.json), or its numbers as tables; needs matplotlib",
     "compare": "mean and spread of realisations by their reports, as tables and as a page",
-    "render": "a picture of a scene (packMesh --pov); needs POV-Ray",
+    "render": "a picture of a packing (packMesh --vtp), a case or a state; needs POV-Ray",
     "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
     "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",
     "paraview-cells": "a picture of a state (packMesh --state) by ParaView; needs pvpython",

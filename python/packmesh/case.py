@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Packing: pack(), forecast(), check() and Case."""
+"""Packing: pack(), realisations(), forecast() and Case."""
 from __future__ import annotations
 
 import dataclasses
 import inspect
 import os
 import pathlib
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
 
 from . import _packmesh
+from ._check import check
 from ._settings import (Body, Box, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, mapping,
                         several, words)
 from .errors import InputError
-from .packing import Check, Packing, load
+from .packing import Check, Packing
 
 Cells = Union[Path, Sequence[Path], Mapping[str, Any], Packing]
 
@@ -93,13 +96,15 @@ def pack(
     state: Optional[Path] = None,
     checkpoint_every: Optional[float] = None,
     restart: Optional[Path] = None,
+    growth_frames: Optional[int] = None,
+    output_dir: Optional[Path] = None,
     progress: Optional[Callable[[Progress], Any]] = None,
     comm: Any = None,
 ) -> Packing:
     """Packs cells so that no two meshes overlap and all are inside the lumen. Lengths are in µm, times in s.
 
     The arguments are those of the program packMesh, and so are their defaults; the same arguments give the same cells.
-    Nothing is written, unless `state` is given.
+    Nothing is written, unless `state` or `growth_frames` is given.
 
     The lumen, one of:
         case: config.xml of a HemoCell case
@@ -146,6 +151,8 @@ def pack(
         state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from (without
             other arguments: with those of the run that it is of). What is given as arrays is written too, for
             "cells.h5" in the folder "cells_inputs" beside it
+        growth_frames, output_dir: with method "cat", every so many states of growth are written to the folder
+            "growth_frames" there (by default in that of the case, or the working directory), as series for ParaView
         progress: called with a Progress about ten times a second; what it raises ends the packing
         comm: communicator of mpi4py whose ranks pack together; all call pack() with the same arguments
 
@@ -177,23 +184,46 @@ def pack(
             return Packing(_packmesh.pack(all_words, address(communicator), callback), communicator)
 
 
-def forecast(**options: Any) -> Forecast:
-    """What to expect of pack() with these arguments; nothing is packed."""
+def realisations(count: int, *, seed: Optional[int] = None, **options: Any) -> Iterator[Packing]:
+    """Packings of the same problem with consecutive seeds: those of the program's ``--realisations``.
+
+    Each is made when the iterator reaches it. `seed` is that of the first (by default that of the case, or 1), `options`
+    are the other arguments of pack(). The first that is not feasible raises InfeasibleError; a `seed` after it continues.
+    """
+    if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or count < 1:
+        raise InputError(f"realisations: expected a number of packings, found {count!r}")
+    for name in ("state", "checkpoint_every", "restart", "growth_frames"):
+        if options.get(name) is not None:
+            raise InputError(f"realisations: each needs another {name}; call pack() with a seed for each")
+    _bound(options, "realisations")
+    if seed is None:
+        seed = 1 if options.get("case") is None else Case(options["case"]).seed
+    return (pack(seed=one, **options) for one in range(seed, seed + count))
+
+
+def _bound(options: Mapping[str, Any], function: str) -> Dict[str, Any]:
+    """All arguments of pack(). @raises TypeError"""
     try:
         arguments = inspect.signature(pack).bind(**options)
     except TypeError as error:
-        raise TypeError(f"forecast() {error}") from None
+        raise TypeError(f"{function}() {error}") from None
     arguments.apply_defaults()
+    return arguments.arguments
+
+
+def forecast(**options: Any) -> Forecast:
+    """What to expect of pack() with these arguments; nothing is packed."""
+    arguments = _bound(options, "forecast")
     for name in ("progress", "comm"):
-        arguments.arguments.pop(name)
+        arguments.pop(name)
     with words() as asked:
-        _fill(asked, **arguments.arguments)
+        _fill(asked, **arguments)
         return Forecast(**_packmesh.forecast(asked.all()))
 
 
 def _fill(asked: Words, **given: Any) -> None:
     """Words for the arguments of pack()."""
-    for name in ("case", "state", "restart"):
+    for name in ("case", "state", "restart", "output_dir"):
         if not isinstance(given[name], (str, os.PathLike, type(None))):
             raise InputError(f"{name}: expected a file, found {given[name]!r}")
     if given["hematocrit"] is not None:
@@ -203,8 +233,8 @@ def _fill(asked: Words, **given: Any) -> None:
     if given["species"] is not None:
         asked.species(given["species"], given["hematocrit"] is not None, given["case"] is not None)
     for name in ("ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance", "wall_clearance",
-                 "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads", "state",
-                 "checkpoint_every", "restart"):
+                 "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads",
+                 "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         if given[name] is not None:
             asked.option(name.replace("_", "-"), given[name])
     for axis, planes in mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}').items():
@@ -226,56 +256,6 @@ def _fill(asked: Words, **given: Any) -> None:
         asked.words.insert(0, os.fspath(given["case"]))
     if not asked.words:
         raise InputError("nothing to do: give a lumen (case, box, cylinder, sphere or vessel) and cells")
-
-
-def check(
-    what: Union[Path, Packing],
-    *,
-    case: Optional[Path] = None,
-    box: Union[Box, Vector, None] = None,
-    cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
-    sphere: Union[Sphere, float, None] = None,
-    vessel: Optional[MeshSource] = None,
-    scale: float = 1.0,
-    open_axis: Optional[str] = None,
-    obstacles: Union[Body, Sequence[Body]] = (),
-    walls: Optional[str] = None,
-    ends: Optional[str] = None,
-    dx: Optional[float] = None,
-    species: Optional[Mapping[str, Species]] = None,
-    clearance: Optional[float] = None,
-    wall_clearance: Optional[float] = None,
-) -> Check:
-    """Tests cells exactly: a Packing, a folder of .pos files, or a state file (.h5).
-
-    For files the lumen is given as for pack(), and so are species with meshes of their own. `clearance` and
-    `wall_clearance` [µm] are gaps that are required. A Packing, and a state file without other arguments, are tested
-    in the lumen in which they were packed.
-    """
-    given = dict(locals())
-    stated = [name for name, parameter in inspect.signature(check).parameters.items()
-              if name != "what" and given[name] is not parameter.default]
-    if isinstance(what, Packing):
-        if stated:
-            raise InputError(f"check: a Packing is tested as it was packed; expected no {stated[0]}")
-        return what.check()
-    if not isinstance(what, (str, os.PathLike)):
-        raise InputError(f"check: expected a Packing, a folder or a state file, found {what!r}")
-    if not stated and os.fspath(what).endswith(".h5"):
-        return load(what).check()
-    with words() as asked:
-        asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
-        asked.obstacles(obstacles)
-        asked.species(species or {}, counts=False)
-        for name, value in (("walls", walls), ("ends", ends), ("dx", dx), ("clearance", clearance),
-                            ("wall-clearance", wall_clearance)):
-            if value is not None:
-                asked.option(name, value)
-        asked.flag("box", box is not None)
-        if case is not None:
-            asked.words.insert(0, os.fspath(case))
-        asked.option("start" if os.fspath(what).endswith(".h5") else "output-dir", what)
-        return Check._of(_packmesh.check(["check", *asked.all()]))
 
 
 class Case:
@@ -314,14 +294,18 @@ class Case:
         """Packs the case: pack() with the other arguments, which override the `<packing>` section."""
         return pack(case=self.config, **options)
 
+    def realisations(self, count: int, **options: Any) -> Iterator[Packing]:
+        """Packings of the case with consecutive seeds: realisations() with the other arguments."""
+        return realisations(count, case=self.config, **options)
+
     def forecast(self, **options: Any) -> Forecast:
         """What to expect of it; nothing is packed."""
         return forecast(case=self.config, **options)
 
     def check(self, what: Union[Path, Packing, None] = None, **options: Any) -> Check:
-        """Tests the .pos files in a folder (by default that of the case) or a state file in this case."""
+        """Tests the .pos files in a folder (by default that of the case, or its `<outputDirectory>`) or a state file in this case."""
         if isinstance(what, Packing):
             if not any(os.path.abspath(word) == os.path.abspath(self.config) for word in what.command[1:2]):
                 raise InputError(f"check: the Packing is not of {self.config}; its .pos files can be tested there")
             return check(what, **options)
-        return check(self.config.parent if what is None else what, case=self.config, **options)
+        return check(self._values["output_directory"] if what is None else what, case=self.config, **options)

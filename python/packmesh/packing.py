@@ -6,13 +6,14 @@ import dataclasses
 import json
 import os
 import pathlib
+import tempfile
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _packmesh, convert
+from . import _packmesh, convert, scene
 from ._settings import Path, address, keep_inputs
-from .errors import InputError
+from .errors import InputError, OutputError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -240,6 +241,36 @@ class Packing:
         export: formats to write beside them: "csv", "espresso", "lammps", "lammps-molecular", "mirheo", "npfem", "stl".
         """
         return self._held.write(os.fspath(folder), list(export))
+
+    def write_vtp(self, folder: Path = ".", meshes: bool = False) -> List[pathlib.Path]:
+        """Writes ``<species>.vtp``, ``<species>_mesh.vtp`` and ``lumen.vtp`` for ParaView and for ``python3 -m packmesh render``
+        (collective).
+
+        meshes: also ``<species>_cells.vtp``, all membranes.
+        """
+        return self._held.write_views(os.fspath(folder), True, meshes, None)
+
+    def write_report(self, file: Path) -> List[pathlib.Path]:
+        """Writes report.json, or report.html with an interactive view and report.json beside it (collective)."""
+        name = os.fspath(file)
+        if not name.endswith((".json", ".html")):
+            raise InputError(f"write_report: expected a file that ends in .json or .html, found '{name}'")
+        return self._held.write_views(".", False, False, name)
+
+    def write_scene(self, file: Path) -> None:
+        """Writes a scene for POV-Ray (.pov), which ``python3 -m packmesh render`` renders (collective)."""
+        with tempfile.TemporaryDirectory() as folder:
+            self.write_vtp(folder)
+            failure = None
+            if self._comm is None or self._comm.rank == 0:
+                try:
+                    scene.write(file, scene.packing_scene(*scene.read_packing(folder)))
+                except OSError as error:
+                    failure = f"{os.fspath(file)}: cannot be written: {error.strerror}"
+        if self._comm is not None:
+            failure = self._comm.bcast(failure)
+        if failure:
+            raise OutputError(failure)
 
     def to_meshio(self) -> Any:
         """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""

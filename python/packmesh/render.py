@@ -1,11 +1,21 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Renders a scene written by packMesh --pov; needs POV-Ray, and no display.
+"""Pictures of packings by POV-Ray; needs no display.
 
-    python3 -m packmesh render cells.pov [picture.png] [width height] [options]
+    python3 -m packmesh render [what] [picture.png] [width height] [options]
 
+what is one of
+  a folder      with the files of packMesh --vtp (default: the current one)
+  config.xml    the .pos files of a HemoCell case, as packMesh check config.xml --vtp would write them
+  cells.h5      a state file (packMesh --state)
+  cells.vtp     what catCells --vtp wrote
+  cells.pov     a scene that was kept
+For a case and a state file, the package must be installed (docs/howto/python.md).
+
+  --scene cells.pov                 keep the scene, for POV-Ray itself
   --color species|gap|orientation   quantity shown by colour (orientation: symmetry axis along x red, y green, z blue)
   --max-gap d                       gaps of d µm and more are yellow (default: nine of ten cells have a smaller gap)
   --clip x=0.5                      cuts the scene at this fraction of the lumen's extent along x, y or z
+  --show 1,5                        of what catCells wrote: draw only the cells of these objects
   --azimuth a --elevation e         direction of the camera [degrees]: azimuth 0 is +x, 90 is +y
   --turntable n                     n pictures around the scene: picture-000.png ..., and an animation if ffmpeg
                                     (picture.mp4) or ImageMagick (picture.gif) is installed
@@ -20,7 +30,9 @@ import subprocess
 import sys
 import tempfile
 
-OPTIONS = ("color", "max-gap", "clip", "azimuth", "elevation", "turntable", "quality", "size")
+from packmesh import scene, vtp
+
+OPTIONS = ("scene", "show", "color", "max-gap", "clip", "azimuth", "elevation", "turntable", "quality", "size")
 QUALITIES = {"draft": ["-A"], "normal": ["+A0.2", "+AM2", "+R2"], "fine": ["+A0.05", "+AM2", "+R4", "Declare=Fine=1"]}
 COLOURS = {"species": [], "gap": ["Declare=ColorBy=1"], "orientation": ["Declare=ColorBy=2"]}
 
@@ -101,14 +113,91 @@ def animate(base):
     return None
 
 
-def largest_gap(told, scene):
+def largest_gap(told, file):
     """The gap from which on cells are yellow: as stated, or of the scene."""
     for one in told:
         if one.startswith("Declare=GapMost="):
             return one.split("=")[2]
-    with open(scene, encoding="utf-8", errors="replace") as file:
+    with open(file, encoding="utf-8", errors="replace") as file:
         return next((found[1] for found in (re.match(r"#ifndef \(GapMost\) #declare GapMost = ([^;]*);", line) for line in file)
                      if found), "?")
+
+
+def write_packing_files(what, folder):
+    """The files of packMesh --vtp, of a case or a state file, by the module of C++."""
+    try:
+        import packmesh
+        if what.endswith(".h5"):
+            packmesh.load(what).write_vtp(folder)
+        else:
+            packmesh.Case(what).check(vtp=folder)
+    except ImportError:
+        fail(f"{what}: the Python package packmesh is not installed with its module of C++; write the files for the picture by "
+             "packMesh --vtp (packMesh check config.xml --vtp for .pos files), and render their folder", 1)
+    except packmesh.Error as error:
+        fail(error)
+
+
+def write_scene(what, shown, target):
+    """Of anything but a scene."""
+    try:
+        if what.endswith(".vtp"):
+            scene.write(target, scene.cat_scene(vtp.read(what), shown))
+        elif os.path.isdir(what):
+            scene.write(target, scene.packing_scene(*scene.read_packing(what)))
+        else:
+            with tempfile.TemporaryDirectory() as folder:
+                write_packing_files(what, folder)
+                scene.write(target, scene.packing_scene(*scene.read_packing(folder)))
+    except scene.Unusable as error:
+        fail(error if os.path.isdir(what) else f"{what}: {error}")
+    except vtp.Unreadable as error:
+        fail(error)
+    except OSError as error:
+        fail(f"{error.filename}: {error.strerror}", 1)
+
+
+def picture_of(what):
+    """The name of the picture, unless it is stated."""
+    if os.path.isdir(what):
+        return os.path.join(what, "cells.png")
+    base, ending = os.path.splitext(what)
+    return os.path.join(os.path.dirname(what), "cells.png") if ending == ".xml" else base + ".png"
+
+
+def size_of(words, options):
+    """Width and height in pixels."""
+    width, height = "1200", None
+    if "size" in options:
+        found = re.fullmatch(r"(\d+)x(\d+)", options["size"])
+        if not found:
+            fail(f"--size: expected WIDTHxHEIGHT such as 1200x800, found '{options['size']}'")
+        width, height = found.groups()
+    width = whole("width", words[2] if len(words) > 2 else width, 16, 20000)
+    return width, whole("height", words[3] if len(words) > 3 else height or str(width * 2 // 3), 16, 20000)
+
+
+def rendered(file, picture, size, arguments):
+    """One picture. POV-Ray may only write below the folder it runs in: in a temporary folder, from which it is moved."""
+    with tempfile.TemporaryDirectory() as work:
+        shutil.copy(file, os.path.join(work, "scene.pov"))
+        done = subprocess.run(["povray", "+Iscene.pov", "+Oscene.png", f"+W{size[0]}", f"+H{size[1]}", *arguments, "-D", "-GA"],
+                              cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
+        if done.returncode != 0:
+            print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
+            fail(f"povray failed on {file}", 1)
+        shutil.move(os.path.join(work, "scene.png"), picture)
+
+
+def render(file, picture, size, arguments, turntable):
+    if not turntable:
+        rendered(file, picture, size, arguments)
+        return say(f"Wrote {picture}")
+    base = re.sub(r"\.png$", "", picture)
+    for frame in range(turntable):
+        rendered(file, f"{base}-{frame:03d}.png", size, [*arguments, f"Declare=Turn={360 * frame / turntable:g}"])
+    say(f"Wrote {base}-000.png to {base}-{turntable - 1:03d}.png")
+    return animate(base)
 
 
 def main(arguments=None):
@@ -117,50 +206,37 @@ def main(arguments=None):
         print(__doc__)
         return
     words, options = parse(arguments)
-    if not 1 <= len(words) <= 4:
+    if len(words) > 4:
         print(__doc__, file=sys.stderr)
         sys.exit(2)
     told = declarations(options)
     turntable = whole("--turntable", options["turntable"], 2, 3600) if "turntable" in options else 0
-    width, height = "1200", None
-    if "size" in options:
-        found = re.fullmatch(r"(\d+)x(\d+)", options["size"])
-        if not found:
-            fail(f"--size: expected WIDTHxHEIGHT such as 1200x800, found '{options['size']}'")
-        width, height = found.groups()
+    size = size_of(words, options)
     color = one_of("--color", options.get("color", "species"), COLOURS)
     quality = one_of("--quality", options.get("quality", "normal"), QUALITIES)
-    scene = words[0]
-    if not os.access(scene, os.R_OK):
-        fail(f"no readable scene '{scene}'")
-    picture = os.path.realpath(words[1] if len(words) > 1 else re.sub(r"\.pov$", "", scene) + ".png")
-    width = whole("width", words[2] if len(words) > 2 else width, 16, 20000)
-    height = whole("height", words[3] if len(words) > 3 else height or str(width * 2 // 3), 16, 20000)
+    shown = [whole("--show", one, 1, 999999) for one in options["show"].split(",")] if "show" in options else []
+    what = words[0] if words else "."
+    ending = "" if os.path.isdir(what) else os.path.splitext(what)[1]
+    if not os.access(what, os.R_OK):
+        fail(f"there is no readable '{what}'")
+    if not os.path.isdir(what) and ending not in (".pov", ".vtp", ".h5", ".xml"):
+        fail(f"{what}: is none of what can be rendered: a folder, config.xml, a state (.h5), .vtp or .pov; --help explains")
+    if shown and ending != ".vtp":
+        fail("--show: is for files of catCells --vtp")
+    if ending == ".pov" and "scene" in options:
+        fail(f"--scene: {what} is a scene")
+    picture = os.path.realpath(words[1] if len(words) > 1 else picture_of(what))
     if not os.path.isdir(os.path.dirname(picture)):
         fail(f"there is no folder '{os.path.dirname(picture)}'")
-    if not shutil.which("povray"):
-        fail("povray is not installed (scripts/setup.sh)", 1)
-
-    def render(to, *more):
-        # POV-Ray may only write below the folder it runs in: render in a temporary folder, then move.
-        with tempfile.TemporaryDirectory() as work:
-            shutil.copy(scene, os.path.join(work, "scene.pov"))
-            done = subprocess.run(["povray", "+Iscene.pov", "+Oscene.png", f"+W{width}", f"+H{height}", *QUALITIES[quality],
-                                   *told, *COLOURS[color], *more, "-D", "-GA"], cwd=work, stdout=subprocess.PIPE,
-                                  stderr=subprocess.STDOUT, text=True, errors="replace", check=False)
-            if done.returncode != 0:
-                print("\n".join(done.stdout.splitlines()[-20:]), file=sys.stderr)
-                fail(f"povray failed on {scene}", 1)
-            shutil.move(os.path.join(work, "scene.png"), to)
-
-    if not turntable:
-        render(picture)
-        say(f"Wrote {picture}")
-    else:
-        base = re.sub(r"\.png$", "", picture)
-        for frame in range(turntable):
-            render(f"{base}-{frame:03d}.png", f"Declare=Turn={360 * frame / turntable:g}")
-        say(f"Wrote {base}-000.png to {base}-{turntable - 1:03d}.png")
-        animate(base)
-    if color == "gap":
-        say(f"Colours: gap 0 dark violet, {largest_gap(told, scene)} µm and more yellow")
+    with tempfile.TemporaryDirectory() as work:
+        file = what
+        if ending != ".pov":
+            file = options.get("scene", os.path.join(work, "cells.pov"))
+            write_scene(what, shown, file)
+            if "scene" in options:
+                say(f"Wrote {file}")
+        if not shutil.which("povray"):
+            fail("povray is not installed (scripts/setup.sh)", 1)
+        render(file, picture, size, [*QUALITIES[quality], *told, *COLOURS[color]], turntable)
+        if color == "gap":
+            say(f"Colours: gap 0 dark violet, {largest_gap(told, file)} µm and more yellow")

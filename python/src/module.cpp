@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "caller.h"
-#include "hemocell_adapter/app/examination.h"
+#include "hemocell_adapter/app/examined_outputs.h"
 #include "hemocell_adapter/app/held_packing.h"
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
@@ -22,11 +22,13 @@
 #include "hemocell_adapter/hemocell/case_config.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
+#include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_job.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
 #include "packMesh/packing/gathered_cells.h"
 
@@ -238,21 +240,31 @@ py::dict examined(const Held& held) {
   return examinationOf(*held->scene, counts, found);
 }
 
-py::dict check(const Words& words) {
+/// @param vtpFolder for VTK files of the cells
+py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
   Caller caller;
   std::shared_ptr<const Scene> scene;
-  std::vector<std::int64_t> counts;
+  FoundCells cells;
   const Examination found = caller.run([&] {
+    const Timer timer;
     const Job job = makeJob(parseCommandLine("packMesh", words));
     for (const std::string& warning : job.warnings) log::warning(warning);
     if (!job.foldersToCheck.empty())
       throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
     scene = std::make_shared<const Scene>(builtScene(job, Communicator()));
-    const FoundCells cells = readCells(*scene, Communicator());
-    counts = cells.counts;
-    return examine(*scene, cells.cells, Communicator());
+    const Communicator alone;
+    cells = readCells(*scene, alone);
+    const Examination examined = examine(*scene, cells.cells, alone);
+    Scene written = *scene;
+    if (vtpFolder) {
+      SharedFiles(alone).makeFolder(*vtpFolder);
+      written.outputDirectory = *vtpFolder;
+      written.vtp = true;
+    }
+    writeOutputsOf(written, cells, examined, {timer.cpu(), timer.wall()}, alone);
+    return examined;
   });
-  return examinationOf(*scene, counts, found);
+  return examinationOf(*scene, cells.counts, found);
 }
 
 py::dict forecast(const Words& words) {
@@ -297,6 +309,8 @@ py::dict caseOf(const fs::path& file) {
       config.packing.hematocrit ? py::cast(*config.packing.hematocrit) : py::object(py::none());
   all["seed"] = config.packing.seed;
   all["species"] = species;
+  const fs::path& output = config.packing.outputDirectory;
+  all["output_directory"] = output.empty() ? fs::absolute(file).parent_path() : output;
   return all;
 }
 
@@ -341,6 +355,13 @@ void addPacking(py::module_& module) {
            [](const Held& held, const fs::path& folder, const Words& formats) {
              return withScene(
                  held, [&](const HeldPacking& packing) { return writeCells(packing, folder, formats); });
+           })
+      .def("write_views",
+           [](const Held& held, const fs::path& folder, bool vtp, bool meshes,
+              const std::optional<fs::path>& report) {
+             return withScene(held, [&](const HeldPacking& packing) {
+               return writeViewFiles(packing, folder, {vtp, meshes, report});
+             });
            })
       .def("save", [](const Held& held, const fs::path& file) {
         Caller caller;

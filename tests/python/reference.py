@@ -13,7 +13,7 @@ Lengths are in µm, times in s, angles in degrees. N is the number of cells of a
 triangles of a template.
 """
 GROUPS = {
-    "Packing": ["pack", "forecast", "Case"],
+    "Packing": ["pack", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region"],
     "Results": ["Packing", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Files": ["read_pos", "write_pos"],

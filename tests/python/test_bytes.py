@@ -131,3 +131,27 @@ def test_exports(program, tmp_path):
     assert sorted(file.name for file in files) == sorted(file.name for file in folder.iterdir())
     for file in files:
         assert file.read_bytes() == (folder / file.name).read_bytes()
+
+
+def test_realisations(program, tmp_path, pipe):
+    folder, _ = program(16, 16, 16, "--hematocrit", 0.3, "--realisations", 3, "--seed", 4)
+    packings = packmesh.realisations(3, box=(16, 16, 16), hematocrit=0.3, seed=4)
+    for number, packing in enumerate(packings, 1):
+        packing.write_pos(tmp_path / "python")
+        assert_same_cells(folder / f"realisation_{number}", tmp_path / "python")
+    config = pipe / "config.xml"
+    config.write_text(config.read_text().replace("<seed> 1", "<seed> 7").replace("<hematocrit> 0.40", "<hematocrit> 0.10"))
+    program(config, "--realisations", 2, "--output-dir", tmp_path / "case")
+    for number, packing in enumerate(packmesh.Case(config).realisations(2), 1):
+        packing.write_pos(tmp_path / "python")
+        assert_same_cells(tmp_path / f"case/realisation_{number}", tmp_path / "python")
+
+
+def test_growth_frames(program, tmp_path):
+    folder, _ = program("--cylinder", "x", 6, 20, "--rbc", 6, "--method", "cat", "--growth-frames", 20)
+    packmesh.pack(cylinder=("x", 6, 20), species={"RBC": 6}, method="cat", growth_frames=20, output_dir=tmp_path / "python")
+    files = sorted(file.name for file in (folder / "growth_frames").iterdir())
+    assert len(files) > 4 and files == sorted(file.name for file in (tmp_path / "python/growth_frames").iterdir())
+    for name in files:
+        assert (folder / "growth_frames" / name).read_bytes() == (tmp_path / "python/growth_frames" / name).read_bytes(), name
+    assert [file.name for file in (tmp_path / "python").iterdir()] == ["growth_frames"]

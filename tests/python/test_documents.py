@@ -14,16 +14,17 @@ def test_reference():
     assert (SOURCE / "docs/reference/python.md").read_text() == reference.page()
 
 
-def test_howto(tmp_path, monkeypatch, pipe):
-    """The Python blocks of the page run, one after the other, in the folder of a case."""
+@pytest.mark.parametrize("page, least", [("python", 5), ("realisations", 1)])
+def test_howto(page, least, tmp_path, monkeypatch, pipe):
+    """The Python blocks of a page run, one after the other, in the folder of a case."""
     monkeypatch.chdir(pipe)
-    blocks = re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs/howto/python.md").read_text(), re.M | re.S)
+    blocks = re.findall(r"^```python\n(.*?)^```", (SOURCE / f"docs/howto/{page}.md").read_text(), re.M | re.S)
     names = {}
-    assert len(blocks) >= 5
+    assert len(blocks) >= least
     for block in blocks:
         if "mpi4py" in block and not importlib.util.find_spec("mpi4py"):
             continue
-        exec(compile(block, "python.md", "exec"), names)
+        exec(compile(block, page + ".md", "exec"), names)
 
 
 def test_notebook(tmp_path):

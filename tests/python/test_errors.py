@@ -32,9 +32,9 @@ def test_text(name, program, tmp_path, monkeypatch):
     assert isinstance(raised.value, packmesh.Error)
     if words:
         _, text = program(*words.split(), code=code)
-        of_python = str(raised.value).replace("no cells are returned (best_effort returns that one)",
-                                              "nothing was written (--best-effort writes that one)")
-        assert f"(packMesh) (Error) {of_python}\n" in text
+        told = str(raised.value).replace("no cells are returned (best_effort returns that one)",
+                                         "nothing was written (--best-effort writes that one)")
+        assert f"(packMesh) (Error) {told}\n" in text
     assert list((tmp_path / "program").iterdir()) == []
 
 
@@ -57,6 +57,15 @@ def test_arguments():
         packmesh.pack(box=(20, 20, 20), hematocrit=0.1, comm=3)
     with pytest.raises(TypeError):
         packmesh.pack(box=(20, 20, 20), hematocrits=0.1)
+    with pytest.raises(TypeError, match="^realisations\\(\\) got an unexpected"):
+        packmesh.realisations(2, box=(20, 20, 20), hematocrits=0.1)
+    for count in (0, 2.0, True):
+        with pytest.raises(packmesh.InputError, match="realisations: expected a number of packings"):
+            packmesh.realisations(count, box=(20, 20, 20), hematocrit=0.1)
+    with pytest.raises(packmesh.InputError, match="each needs another state"):
+        packmesh.realisations(2, box=(20, 20, 20), hematocrit=0.1, state="cells.h5")
+    with pytest.raises(packmesh.InputError, match="growth-frames' is for --method cat"):
+        packmesh.pack(box=(20, 20, 20), hematocrit=0.1, growth_frames=2)
 
 
 def test_obstacles():

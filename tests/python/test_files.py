@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Packings and .pos files that are written and read."""
+import json
 import tempfile
 
 import numpy as np
@@ -134,3 +135,33 @@ def test_arrays_without_a_state(tmp_path, tube, monkeypatch):
         packmesh.pack(vessel=tube, hematocrit=0.2, checkpoint_every=100)
     packmesh.pack(box=(20, 20, 20), species={"RBC": 3}).save(tmp_path / "box.h5")
     assert not list((tmp_path / "temporary").iterdir()) and not list(tmp_path.glob("*_inputs"))
+
+
+def test_views_of_files(program, tmp_path):
+    """What check() writes of .pos files is what the program writes of them."""
+    packing = packmesh.pack(**PACKINGS["vessel"])
+    folder, _ = program("--version")
+    packing.write_pos(folder)
+    program("check", "--cylinder", "x", 8, 20, "--vtp")
+    for source in (folder, packing.save(tmp_path / "cells.h5") or tmp_path / "cells.h5"):
+        found = packmesh.check(source, cylinder=("x", 8, 20), vtp=tmp_path / "vtp", report=tmp_path / "found.html")
+        assert found.clean
+        for name in ("RBC.vtp", "RBC_mesh.vtp", "PLT.vtp", "PLT_mesh.vtp", "lumen.vtp"):
+            assert (tmp_path / "vtp" / name).read_bytes() == (folder / name).read_bytes(), name
+    report = json.loads((tmp_path / "found.json").read_text())
+    assert report["outcome"] == "checked" and report["measures"] == packing.report()["measures"]
+
+
+def test_report_page(tmp_path):
+    packing = packmesh.pack(**PACKINGS["box"])
+    assert packing.write_report(tmp_path / "new/page.html") == [tmp_path / "new/page.html", tmp_path / "new/page.json"]
+    written = json.loads((tmp_path / "new/page.json").read_text())
+    assert written["configuration"].pop("report") == str(tmp_path / "new/page.html")
+    assert {**packing.report(), "configuration": None} == {**written, "configuration": None}
+    assert (tmp_path / "new/page.html").read_text().startswith("<!DOCTYPE html>")
+    with pytest.raises(packmesh.InputError, match="ends in .json or .html, found 'page.pdf'"):
+        packing.write_report("page.pdf")
+    (tmp_path / "file").touch()
+    for write in (packing.write_vtp, packing.write_scene, packing.write_report):
+        with pytest.raises(packmesh.OutputError):
+            write(tmp_path / "file/report.json")

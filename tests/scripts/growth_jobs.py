@@ -408,9 +408,9 @@ def realisations(j):
 
 @job
 def all_outputs(j):
-    j.pack("20 20 20 --rbc 15 --plt 5 --pov --vtp --vtp-meshes --report r.json --export csv --export lammps --export mirheo "
+    j.pack("20 20 20 --rbc 15 --plt 5 --vtp --vtp-meshes --report r.json --export csv --export lammps --export mirheo "
            "--state s.h5")
-    for name in ("cells.pov", "RBC.vtp", "RBC_cells.vtp", "cells.csv", "cells.lammps", "RBC.com_q.txt", "s.h5"):
+    for name in ("lumen.vtp", "RBC.vtp", "RBC_cells.vtp", "cells.csv", "cells.lammps", "RBC.com_q.txt", "s.h5"):
         require((j.folders[0] / name).stat().st_size > 100, f"{name} is empty")
     require(j.report()["statistics"]["growth"]["iterations"] > 0, "the report states no iterations")
 

@@ -25,8 +25,10 @@ def size(path):
 
 
 def check_rendering(render):
-    run([*render, "cells.pov", "a.png", "120", "80"])
-    assert size("a.png") == (120, 80)
+    run([*render, ".", "a.png", "120", "80", "--scene", "cells.pov"])
+    assert size("a.png") == (120, 80) and os.path.getsize("cells.pov") > 10000
+    run([*render, "--size", "60x40"])
+    assert size("cells.png") == (60, 40)
     say = run([*render, "cells.pov", "b.png", "--size", "90x90", "--clip", "x=0.5", "--color", "gap", "--quality", "draft",
                "--azimuth", "30", "--elevation", "-10"])
     assert size("b.png") == (90, 90) and "µm and more yellow" in say, say
@@ -42,7 +44,7 @@ def check_rendering(render):
                            (["--size", "big"], "WIDTHxHEIGHT"), (["--max-gap", "0"], "[0.001, 1]"),
                            (["--size"], "needs a value"), (["--colour", "gap"], "unknown option '--colour'")):
         assert message in run([*render, "cells.pov", *words], False), message
-    assert "no readable scene" in run([*render, "none.pov"], False)
+    assert "no readable 'none.pov'" in run([*render, "none.pov"], False)
     assert "there is no folder" in run([*render, "cells.pov", "none/a.png"], False)
 
 
@@ -85,7 +87,7 @@ def main():
     packmesh = [python, "-m", "packmesh"]
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        run([program, *"--cylinder x 8 30 --hematocrit 0.2 --plt_ratio 0.1 --report report.json --pov".split()])
+        run([program, *"--cylinder x 8 30 --hematocrit 0.2 --plt_ratio 0.1 --report report.json --vtp".split()])
         check_rendering([*packmesh, "render"])
         with open("other.json", "w", encoding="utf-8") as file:
             file.write("[1]")

@@ -82,6 +82,12 @@ def main():
                         *"--state state.h5 --quiet".split()], check=True)
         red = check_species("RBC", 0)
         platelets = check_species("PLT", len(red))
+        walls = read("lumen.vtp")
+        assert walls.GetNumberOfPoints() == 8 and walls.GetNumberOfPolys() == walls.GetNumberOfCells() == 12
+        subprocess.run([program, *"25 25 25 --rbc 5 --ends periodic --vtp --output-dir periodic --quiet".split()], check=True)
+        edges = read("periodic/lumen.vtp")
+        assert edges.GetNumberOfPoints() == 8 and edges.GetNumberOfLines() == edges.GetNumberOfCells() == 12
+        assert edges.GetBounds() == (0, 25) * 3
         reader = vtkXdmfReader()
         reader.SetFileName("state.xdmf")
         reader.Update()

@@ -85,7 +85,7 @@ TEST_CASE("check writes the same outputs of files as the run that packed them", 
   ok(folder, "config.xml --hematocrit 0.2 --plt_ratio 0.2 --export csv --vtp" + outputs);
   const std::string pos = readText(folder.path() / "RBC.pos");
   const nlohmann::json packed = nlohmann::json::parse(readText(folder.path() / "out/report.json"));
-  const std::vector<std::string> names = {"cells.csv",    "cells.lammps",  "cells.pov",      "RBC.vtp",
+  const std::vector<std::string> names = {"cells.csv",    "cells.lammps",  "lumen.vtp",      "RBC.vtp",
                                           "RBC_mesh.vtp", "RBC_cells.vtp", "out/report.html"};
   for (const std::string& name : names) fs::remove(folder.path() / name);
   const Ran ran = run(folder.path(), "check config.xml" + outputs);

@@ -107,7 +107,7 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
   }
 }
 
-TEST_CASE("Reports, VTK files and scenes do not depend on the number of ranks", "[executable]") {
+TEST_CASE("Reports and VTK files do not depend on the number of ranks", "[executable]") {
   const SampleCase folder;
   const std::string arguments =
       "config.xml --hematocrit 0.25 --plt_ratio 0.3 --report report.json --vtp --vtp-meshes --pov "
@@ -214,7 +214,7 @@ TEST_CASE("Reports of one cell, and of species without cells, are complete", "[e
   CHECK(reportIn(folder.path() / "fewer.json")["outcome"] == "bestEffort");
 }
 
-TEST_CASE("Reports and scenes show a lumen with obstacles", "[executable]") {
+TEST_CASE("Reports and VTK files show a lumen with obstacles", "[executable]") {
   const SampleCase folder;
   writeText(folder.path() / "config.xml",
             configXml("<dx>5e-7</dx><nx>40</nx><ny>42</ny><nz>44</nz>",
@@ -223,7 +223,7 @@ TEST_CASE("Reports and scenes show a lumen with obstacles", "[executable]") {
                       "<sphere center=\"3 16 16\" radius=\"2\"/>"
                       "<mesh file=\"tube.stl\" scale=\"0.5\" offset=\"16 4 4\"/>"
                       "</obstacles></container></packing>"));
-  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report report.json --pov");
+  const Ran ran = run(folder.path(), "config.xml --hematocrit 0.1 --report report.json --vtp");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   const Report container = reportIn(folder.path() / "report.json")["configuration"]["container"];
@@ -239,7 +239,7 @@ TEST_CASE("Reports and scenes show a lumen with obstacles", "[executable]") {
         Report{{"kind", "sphere"}, {"radius", 2.0}, {"center", {3.0, 16.0, 16.0}}});
   CHECK(container["obstacles"][2]["kind"] == "mesh");
   CHECK(container["obstacles"][2]["scale"] == 0.5);
-  CHECK(fs::file_size(folder.path() / "cells.pov") > 1000);
+  CHECK(fs::file_size(folder.path() / "lumen.vtp") > 1000);
 }
 
 TEST_CASE("Errors of an output are reported before packing", "[executable]") {
@@ -256,7 +256,7 @@ TEST_CASE("Errors of an output are reported before packing", "[executable]") {
   CHECK_THAT(refused(box + "--report", 1), Contains("--report"));
   CHECK_THAT(refused(box + "--report config.xml/report.json", 5), Contains("is not a folder"));
   CHECK_THAT(refused(box + "--report /proc/report.json", 5), Contains("/proc: the folder is not writable"));
-  for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "cells.pov"}) {
+  for (const char* taken : {"report.json", "RBC.vtp", "RBC_mesh.vtp", "RBC_cells.vtp", "lumen.vtp"}) {
     fs::create_directory(folder.path() / taken);
     CHECK_THAT(refused(box + "--report report.html --vtp --vtp-meshes --pov", 5),
                Contains(std::string(taken) + ": is not a regular file"));

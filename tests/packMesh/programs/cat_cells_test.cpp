@@ -47,22 +47,19 @@ struct Meshes : test::TemporaryFolder {
 
 }  // namespace
 
-TEST_CASE("catCells writes a cell for each object and a scene", "[executable]") {
+TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executable]") {
   const Meshes folder;
   for (const std::string kind : {"obj", "ply", "h5"}) {
-    const Ran ran =
-        folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --show 2 --pov c.pov --output c." + kind);
+    const Ran ran = folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --vtp c.vtp --output c." + kind);
     INFO(ran.text);
     REQUIRE(ran.exitCode == 0);
     CHECK_THAT(ran.text, Contains("ball.off@-2,0,0: cell of 236") && Contains("100.000000 %"));
     CHECK(std::filesystem::file_size(folder.path() / ("c." + kind)) > 1000);
   }
   CHECK(signedVolume(readMesh(folder.path() / "c.obj")) == Approx(512.0));
-  std::ifstream in(folder.path() / "c.pov");
-  const std::string scene{std::istreambuf_iterator<char>(in), {}};
-  std::size_t meshes = 0;
-  for (std::size_t at = scene.find("mesh2 {"); at != scene.npos; at = scene.find("mesh2 {", at + 1)) ++meshes;
-  CHECK(meshes == 4);  // two balls, one cell and the container
+  std::ifstream in(folder.path() / "c.vtp");
+  const std::string surfaces{std::istreambuf_iterator<char>(in), {}};
+  CHECK_THAT(surfaces, Contains("Name=\"object\"") && Contains("Name=\"cell\""));
   // With a layer along the wall cells are smaller.
   const Ran ran = folder.run("box.off ball.off@-2,0,0 ball.off@2,0,0 --mid-gap");
   CHECK(ran.exitCode == 0);
@@ -89,7 +86,7 @@ TEST_CASE("catCells explains errors", "[executable]") {
   CHECK_THAT(refused("box.off ball.off@1,two,3", 1), Contains("@1,two,3"));
   CHECK_THAT(refused("box.off", 1), Contains("at least one object"));
   CHECK_THAT(refused("box.off ball.off --colour", 1), Contains("--colour"));
-  CHECK_THAT(refused("box.off ball.off --show 2", 1), Contains("number is 1"));
+  CHECK_THAT(refused("box.off ball.off --vtp", 1), Contains("--vtp needs a value"));
   // Before anything else: the container does not even exist.
   CHECK_THAT(refused("none.off ball.off --output cells.vtk", 2), Contains(".obj, .ply or .h5"));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/pair_list.h"
+#include "packMesh/relaxation/pair_lister.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -61,7 +61,12 @@ std::vector<std::int64_t> startsOf(const Scene& s) {
 }
 
 PairList list(const Scene& s, const Threads& threads = {}) {
-  return listPairs({s.bodies, startsOf(s), s.radii, s.margin, s.bounds, s.period, {}, threads});
+  const std::vector<std::int64_t> start = startsOf(s);
+  std::vector<int> all(s.blocks.count());
+  std::iota(all.begin(), all.end(), 0);
+  PairList list(all.size());
+  PairLister({s.bodies, start, s.radii, s.margin, s.bounds, s.period}).list(all, threads, list);
+  return list;
 }
 
 std::vector<Key> keys(const Scene& s, const PairList& pairs) {
@@ -147,7 +152,27 @@ TEST_CASE("Several threads list the pairs that one lists", "[relaxation]") {
 
 TEST_CASE("There are no pairs without cells or with one cell in a large period", "[relaxation]") {
   const Box bounds{{0, 0, 0}, {20, 20, 20}};
-  const PairList none = listPairs({{}, std::vector<std::int64_t>(5, 0), {1.0}, 0.1, bounds, bounds.size()});
-  REQUIRE((none.size() == 4 && none[0].empty() && none[3].empty()));
-  REQUIRE(listPairs({{Body()}, {0, 1}, {1.0}, 0.1, bounds, bounds.size()})[0].empty());
+  const std::vector<double> radii = {1.0};
+  for (const std::vector<Body>& bodies : {std::vector<Body>(), std::vector<Body>(1)}) {
+    const std::vector<std::int64_t> start = {0, static_cast<std::int64_t>(bodies.size())};
+    PairList list(1);
+    PairLister({bodies, start, radii, 0.1, bounds, bounds.size()}).list({0}, {}, list);
+    REQUIRE(list[0].empty());
+  }
+}
+
+TEST_CASE("Pairs of some blocks can be listed later, at the positions of the beginning", "[relaxation]") {
+  Scene s = randomScene(3, 200, 1.5, 25.0);
+  const PairList all = list(s);
+  const std::vector<std::int64_t> start = startsOf(s);
+  const PairLister search({s.bodies, start, s.radii, s.margin, s.bounds, s.period});
+  for (Body& body : s.bodies) body.position.x() += 3.0;
+  PairList some(all.size());
+  const std::vector<int> later = {2, 0};
+  search.list(later, {}, some);
+  for (int b = 0; b < s.blocks.count(); ++b) {
+    const bool listed = b == 0 || b == 2;
+    REQUIRE(some[b].size() == (listed ? all[b].size() : 0));
+    for (std::size_t p = 0; p < some[b].size(); ++p) REQUIRE(some[b][p].second == all[b][p].second);
+  }
 }

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Scenes for POV-Ray 3.7 of the .vtp files of packMesh: packings, and the cells of the chordal axis transform."""
+import contextlib
+import dataclasses
+import os
+
+from packmesh import pov, vtp
+from packmesh.pov_camera import camera
+
+#: Conventional colours of blood cells by the beginning of their names, and a palette for everything else.
+COLOURS = {"RBC": (0.56, 0.022, 0.020), "vRBC": (0.56, 0.022, 0.020), "PLT": (0.95, 0.72, 0.22), "WBC": (0.86, 0.88, 0.93)}
+PALETTE = [(0.10, 0.34, 0.62), (0.16, 0.50, 0.30), (0.46, 0.25, 0.58), (0.85, 0.42, 0.10), (0.10, 0.52, 0.55), (0.62, 0.28, 0.40)]
+OBJECT_PALETTE = [(0.80, 0.10, 0.08), (0.12, 0.38, 0.70), (0.16, 0.55, 0.30), (0.90, 0.50, 0.10), (0.48, 0.26, 0.62),
+                  (0.10, 0.56, 0.60)]
+FADED = (0.80, 0.82, 0.85)  # objects whose cells are not shown
+TRANSPARENCY = 0.60  # of cells of the chordal axis transform
+SAME_PLANE = 0.99999  # cosine of the largest angle between faces that count as one plane
+RIM_RADIUS, EDGE_RADIUS = 0.0014, 0.0009  # of the bars, as a fraction of the diagonal
+
+#: Parameters that can be set on the command line, and macros with which every cell is drawn.
+SETTINGS = """
+#macro Clip() #if (ClipAxis > 0) clipped_by { plane { ClipNormal, ClipOffset } } #end #end
+#declare Shine = finish { specular 0.30 roughness 0.025 }
+#declare Chance = seed(1);
+#declare Scale5 = array[5] { <0.267, 0.005, 0.329>, <0.230, 0.322, 0.546>, <0.128, 0.567, 0.551>,
+                             <0.369, 0.789, 0.383>, <0.993, 0.906, 0.144> }
+#macro OnScale(T)                     // from dark violet (0) to yellow (1)
+  #local S = 4 * min(max(T, 0), 0.99999);
+  #local K = int(S);
+  (Scale5[K] + (S - K) * (Scale5[K + 1] - Scale5[K]))
+#end
+#macro Pigment(I, Axis, Gap, Tint)
+  #switch (ColorBy)
+    #case (1) pigment { srgb OnScale(Gap / GapMost) } #break
+    #case (2) pigment { rgb 0.06 + 0.80 * <Axis.x * Axis.x, Axis.y * Axis.y, Axis.z * Axis.z> } #break
+    #else pigment { rgb Tint * (0.82 + 0.36 * rand(Chance)) }
+  #end
+#end
+// A cell; of one that the clip plane cuts, the part behind the plane, with a cap.
+#macro Draw(Cell, I, P, U, V, Gap, Tint, Radius)
+  #local W = vcross(U, V) / vlength(U);
+  #local Skin = texture { Pigment(I, V, Gap, Tint) finish { Shine } }
+  #if (ClipAxis > 0)
+    #local Ahead = vdot(ClipNormal, P) - ClipOffset;
+  #else
+    #local Ahead = -2 * Radius;
+  #end
+  #if (Ahead < -Radius)
+    object { Cell texture { Skin } matrix <U.x, U.y, U.z, V.x, V.y, V.z, W.x, W.y, W.z, P.x, P.y, P.z> }
+  #else #if (Ahead < Radius)
+    intersection {
+      object { Cell texture { Skin } matrix <U.x, U.y, U.z, V.x, V.y, V.z, W.x, W.y, W.z, P.x, P.y, P.z> }
+      plane { ClipNormal, ClipOffset texture { Pigment(I, V, Gap, 0.35 + 0.65 * Tint) finish { ambient 0.3 } } }
+    }
+  #end #end
+#end
+"""
+
+
+class Unusable(ValueError):
+    """The files do not contain what can be drawn."""
+
+
+@dataclasses.dataclass
+class Cells:
+    """The cells of a species: template mesh, radius around its centre; centre, images of x and y, and gap of each cell."""
+
+    name: str
+    species: int
+    mesh: vtp.PolyData
+    radius: float
+    centres: list
+    x: list
+    y: list
+    gaps: list
+
+
+def image_of_x(q):
+    """By the rotation of a unit quaternion w, x, y, z."""
+    w, x, y, z = q
+    return 1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)
+
+
+def image_of_y(q):
+    w, x, y, z = q
+    return 2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)
+
+
+def read_packing(folder):
+    """The cells of all species in the files that --vtp writes, and the lumen. @raises OSError, vtp.Unreadable, Unusable"""
+    species, ids = [], []
+    for name in sorted(file[:-len("_mesh.vtp")] for file in os.listdir(folder) if file.endswith("_mesh.vtp")):
+        path = os.path.join(folder, name + ".vtp")
+        if not os.path.isfile(path):
+            continue
+        cells, mesh = vtp.read(path), vtp.read(os.path.join(folder, name + "_mesh.vtp"))
+        if not cells.points:
+            continue
+        try:
+            ids += cells.data["id"]
+            turned = cells.data["orientation"]
+            species.append(Cells(name, cells.data["species"][0], mesh, max(map(pov.norm, mesh.points)), cells.points,
+                                 list(map(image_of_x, turned)), list(map(image_of_y, turned)), cells.data["gap"]))
+        except KeyError as error:
+            raise Unusable(f"{path}: has no data {error}, unlike the files that packMesh --vtp writes") from None
+    lumen = os.path.join(folder, "lumen.vtp")
+    if not os.path.isfile(lumen):
+        raise Unusable(f"{folder}: has no lumen.vtp; packMesh --vtp writes it beside the .pos files, packMesh check --vtp for "
+                       ".pos files that are there")
+    if sorted(ids) != list(range(len(ids))):
+        raise Unusable(f"{folder}: the .vtp files of {', '.join(one.name for one in species)} are not of the same packing; remove "
+                       "those that are left of an earlier one")
+    return sorted(species, key=lambda one: one.species), vtp.read(lumen)
+
+
+def colour_of(one):
+    found = [colour for prefix, colour in COLOURS.items() if one.name.startswith(prefix)]
+    return found[0] if found else PALETTE[one.species % len(PALETTE)]
+
+
+def most_gap(gaps):
+    """Largest gap of the colour scale [µm]: the 90th percentile, rounded up."""
+    most = sorted(gaps)[9 * len(gaps) // 10] if gaps else 0.0
+    return next((rounded for rounded in (0.02, 0.05, 0.1, 0.2, 0.5) if most <= rounded), 1)
+
+
+def species_text(number, one):
+    label = "".join(" " if c < " " else c for c in one.name)
+    names = [f"{what}{number}" for what in ("At", "X", "Y", "Gap")]
+    values = [list(map(pov.vector, vectors)) for vectors in (one.centres, one.x, one.y)] + [list(map(pov.number, one.gaps))]
+    at, x, y, gap = (name + "[I]" for name in names)
+    return (f"\n// {label}: mesh; position, images of x and y, gap of each cell\n#declare Cell{number} =\n"
+            + pov.mesh2(one.mesh.points, one.mesh.triangles, -1)
+            + "  inside_vector <0.31, 0.17, 0.93>\n}\n"  # along no edge that cells are likely to have
+            + "".join(map(pov.listed, names, values))
+            + f"#for (I, 0, {len(one.gaps) - 1})\n  Draw(Cell{number}, I, {at}, {x}, {y}, {gap}, {pov.vector(colour_of(one))}, "
+            + f"{pov.number(one.radius)})\n#end\n")
+
+
+def packing_scene(species, lumen):
+    """One mesh per species, drawn for every cell; the lumen translucent around them, or the edges of a box. Pieces of text."""
+    low, high = pov.bounds(lumen.points)
+    size = pov.norm(pov.sub(high, low))
+    yield pov.head("A packing of blood cells")
+    yield ("\n// Set by povray Declare=Name=value:\n"
+           + pov.default("ColorBy", "0", "0: species, 1: gap, 2: orientation of the symmetry axis (x red, y green, z blue)")
+           + pov.default("GapMost", most_gap([gap for one in species for gap in one.gaps]), "[um] this gap and larger ones are yellow")
+           + pov.default("ClipAxis", "0", "1, 2, 3: the half towards the camera is cut off across x, y, z")
+           + pov.default("ClipAt", "0.5", "there, fraction of the lumen's extent"))
+    extents = [(point, 0.0) for point in lumen.points] + [(centre, one.radius) for one in species for centre in one.centres]
+    yield camera(extents, low, high, clipped=True)
+    yield SETTINGS
+    for number, one in enumerate(species):
+        yield species_text(number, one)
+    edges = [(lumen.points[a], lumen.points[b]) for a, b in lumen.lines]
+    if lumen.triangles:
+        yield pov.glass(lumen.points, lumen.triangles, "  Clip()\n")
+        edges = pov.sharp_edges(lumen.points, lumen.triangles, pov.CREASE)
+    if edges:
+        yield pov.RIM + "union {\n" + pov.bars(edges, "Rim", RIM_RADIUS * size, size) + "  Clip()\n}\n"
+
+
+def part(surface, chosen):
+    """The triangles of a surface for which `chosen` is true, and their points."""
+    triangles = [t for t, is_chosen in zip(surface.triangles, chosen) if is_chosen]
+    number = {}
+    for t in triangles:
+        for corner in t:
+            number.setdefault(corner, len(number))
+    return [surface.points[corner] for corner in number], [tuple(number[corner] for corner in t) for t in triangles]
+
+
+def cat_scene(surface, shown=()):
+    """Of the file that catCells --vtp writes: objects, and around them their cells of the chordal axis transform, in a container.
+
+    shown: numbers of the objects whose cells are drawn, from 1 on; empty: all. @raises Unusable
+    """
+    if not surface.data.get("object") or "cell" not in surface.data:
+        raise Unusable("is not a file that catCells --vtp writes")
+    kinds = list(zip(surface.data["object"], surface.data["cell"]))
+    objects = max(number for number, _ in kinds)
+    for number in shown:
+        if not 1 <= number <= objects:
+            raise Unusable(f"--show: expected numbers of objects from 1 to {objects}, found {number}")
+    container = part(surface, [kind == (0, 0) for kind in kinds])
+    low, high = pov.bounds(container[0])
+    size = pov.norm(pov.sub(high, low))
+    yield pov.head("Meshes in a container")
+    yield camera([(point, 0.0) for point in container[0]], low, high)
+    for number in range(1, objects + 1):
+        drawn = not shown or number in shown
+        colour = OBJECT_PALETTE[(number - 1) % len(OBJECT_PALETTE)] if drawn else FADED
+        texture = f"  texture {{ pigment {{ rgb {pov.vector(colour)} transmit %g }} finish {{ specular 0.2 roughness 0.03 }} }}"
+        yield "\n" + pov.mesh2(*part(surface, [kind == (number, 0) for kind in kinds]), pov.CREASE) + texture % 0 + "\n}\n"
+        if drawn:
+            cell = part(surface, [kind == (number, 1) for kind in kinds])
+            dark = f"pigment {{ rgb {pov.vector([0.35 * x for x in colour])} }}"
+            yield ("\n" + pov.mesh2(*cell, SAME_PLANE) + texture % TRANSPARENCY + "\n  no_shadow\n}\n"
+                   + pov.bars(pov.sharp_edges(*cell, SAME_PLANE), dark, EDGE_RADIUS * size, size))
+    yield pov.glass(*container)
+    yield pov.RIM + pov.bars(pov.sharp_edges(*container, pov.CREASE), "Rim", RIM_RADIUS * size, size)
+
+
+def write(path, pieces):
+    """Writes a scene; an existing file is replaced when the new one is complete. @raises OSError"""
+    unfinished = f"{path}.{os.getpid()}.part"
+    try:
+        with open(unfinished, "w", encoding="utf-8") as file:
+            file.writelines(pieces)
+        os.replace(unfinished, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.remove(unfinished)
+        raise

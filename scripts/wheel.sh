@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: AGPL-3.0-or-later
+# Builds the Python package as a wheel in build/wheel and uses it in a fresh virtual environment: scripts/wheel.sh
+# The wheel is for the Python it was built with (PYTHON: another one than Debian's) and needs the libraries of
+# scripts/setup.sh --without-tests where it is installed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+scripts/setup.sh --without-tests
+python=${PYTHON:-/usr/bin/python3}
+wheels=$PWD/build/wheel
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+rm -rf "$wheels"
+
+# Both environments have the packages of the system: scikit-build for the one, NumPy for the other.
+"$python" -m venv --system-site-packages "$scratch/builder"
+"$scratch/builder/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir "$wheels" .
+"$python" -m venv --system-site-packages "$scratch/user"
+"$scratch/user/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheels"/packmesh-*.whl
+mkdir "$scratch/folder"
+tests/python/use.sh "$scratch/user/bin/python" "$(echo "$scratch"/user/lib/python3.*/site-packages)" "$scratch/folder"
+echo "(packMesh) Wrote $(echo "$wheels"/*.whl)"
