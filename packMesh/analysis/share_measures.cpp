@@ -94,17 +94,18 @@ std::vector<Traveller> sentToSlices(const AnalysisInput& analysis, const std::ve
 CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<PlacedCell>& own) {
   const std::vector<Traveller> here = sentToSlices(analysis, own);
   std::vector<PlacedCell> cells;
-  std::vector<bool> isOwn;
+  std::vector<bool> isOwn, leftOut;
   for (const Traveller& one : here) {
     cells.push_back(one.cell());
     isOwn.push_back(one.own);
+    leftOut.push_back(analysis.outside.count(one.id) > 0);
   }
   CertificateInput input;
   input.shapes = analysis.shapes;
   input.container = analysis.container;
   input.cells = &cells;
   input.own = &isOwn;
-  const CellMeasures found = measureCells(analysis, input);
+  const CellMeasures found = measureCells(analysis, input, leftOut);
 
   std::vector<std::vector<Measured>> back(analysis.communicator.size());
   std::size_t n = 0;
