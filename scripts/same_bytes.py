@@ -126,6 +126,7 @@ CASES = {  # <domain> and <packing> of cases that no example has
 # Parts of texts that depend on the clock or on the build.
 MEASURED = [(re.compile(pattern), to) for pattern, to in [
     (r"packMesh \d+\.\d+\.\d+( \(\w+\))?", "packMesh VERSION"), (r"(Time:|CPU time) .*", "TIME"),
+    (r" with \d+ threads", ""),
     (r"\(packMesh\) (growth|relaxation|escape|search for the densest packing): .*\n", ""),  # progress, by the clock
     (r"(?i)\b\d+(\.\d+)?(e-?\d+)? (s|min|h|MB|GB|kB)\b", "MEASURED"), (r"/\S*same_bytes\S*?/", "FOLDER/")]]
 NOT_COMPARED = {"version", "commit", "times", "command", "seconds", "wall", "cpu"}

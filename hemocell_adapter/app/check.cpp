@@ -100,7 +100,7 @@ class Report {
   }
 
   void printHead() const {
-    log::info(versionLine(1));
+    log::info(versionLine(1, scene_.team.count()));
     if (scene_.config) log::info(fmt::format("Check of {}", scene_.config->file.string()));
     for (const std::string& line : lumenLines(scene_)) log::info(line);
     for (const CellSpecies& species : scene_.species) {
@@ -253,7 +253,7 @@ ExitCode runCheckOfFolders(const Job& job, const std::function<Job(const std::fi
     for (const std::string& warning : one.warnings) log::warning(warning);
     const Scene scene = buildScene(one);
     if (first) {
-      log::info(versionLine(1));
+      log::info(versionLine(1, scene.team.count()));
       for (const std::string& notice : scene.notices) log::warning(notice);
     }
     const FoundCells found = readCells(scene);

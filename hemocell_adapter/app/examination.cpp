@@ -44,15 +44,16 @@ Examination examine(const Scene& scene, const std::vector<PlacedCell>& cells) {
     input.extraWallGap.push_back(species.extraWallClearance(scene.demanded.wall));
   }
   input.requiredGap = scene.demanded.membranes;
+  input.threads = scene.team;
   input.requiredWallGap = scene.demanded.wall;
   input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * std::int64_t(cells.size()));
   Examination found;
   found.certificate = certify(input);
   found.droppedIsFault = scene.lumen.acceptedOnly && !scene.periodicEnds.value_or(false);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    found.violations.push_back(hemocellViolation(scene, cells[i]));
-    if (!found.violations.back()) found.kept.push_back(std::int64_t(i));
-  }
+  forEachVerdict(scene, cells, [&](std::size_t i, const std::optional<std::string>& violation) {
+    found.violations.push_back(violation);
+    if (!violation) found.kept.push_back(std::int64_t(i));
+  });
   return found;
 }
 

@@ -179,9 +179,8 @@ void saveCells(std::shared_ptr<const RunningCase> running, const std::vector<Mov
   largest = ranks.max(largest);
   const std::int64_t numbers = static_cast<std::int64_t>(ranks.max(highest)) + 1;
   std::optional<Scene> scene;
-  together(ranks, [&] { scene = buildScene(jobOf(withCounts(*running, counts), {"--best-effort"})); });
-  PackingProblem problem = problemOf(*scene, {}, {});
-  problem.communicator = ranks;
+  together(ranks, [&] { scene = buildScene(jobOf(withCounts(*running, counts), {"--best-effort"}), ranks); });
+  const PackingProblem problem = problemOf(*scene, {}, {});
   std::vector<std::int32_t> partOf(counts.size(), 0);
   for (std::size_t p = 0; p < scene->parts.size(); ++p)
     partOf[running->cell(scene->species[scene->parts[p].species].name) - running->cells.data()] =

@@ -229,8 +229,7 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
   const Communicator& ranks = packing.ranks;
   if (packing.ownParts.empty())
     throw InputError(fmt::format("the packing was loaded from {}: copy that file", packing.file.string()));
-  PackingProblem problem = problemOf(*packing.scene, {}, {});
-  problem.communicator = ranks;
+  const PackingProblem problem = problemOf(*packing.scene, {}, {});
   const PackingResult& result = packing.result;
   PackingState state;
   state.position.stage = Stage::certificate;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <limits>
 #include <optional>
 
 #include "hemocell_adapter/app/run.h"
@@ -18,10 +19,23 @@
 #include "packMesh/parallel/arrival.h"
 #include "packMesh/parallel/mpi_session.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace {
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
+
+/// Memory is freed and requested again at every rebuild of the neighbour lists: returning it to the system
+/// each time took an eighth of the time of a million cells, as it has to be zeroed again.
+void keepFreedMemory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
+}
 
 /// Whether an MPI launcher started this program as one of several ranks. If not, MPI is not initialised,
 /// which would take longer than many packings.
@@ -105,6 +119,7 @@ ExitCode runAndTell(const std::string& program, const std::vector<std::string>& 
 }  // namespace
 
 int main(int argc, char** argv) {
+  keepFreedMemory();
   const std::vector<std::string> arguments(argv + (argc > 0), argv + argc);
   std::optional<MpiSession> mpi;
   Communicator ranks;

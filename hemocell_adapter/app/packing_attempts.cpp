@@ -84,9 +84,7 @@ PackingAttempts::PackingAttempts(Scene& scene, const Communicator& ranks, const 
 
 PackingProblem PackingAttempts::problemWith(const Clearances& clearances) {
   setClearances(scene_, clearances);
-  PackingProblem problem = problemOf(scene_, hooks_.interrupted, hooks_.progress);
-  problem.communicator = ranks_;
-  return problem;
+  return problemOf(scene_, hooks_.interrupted, hooks_.progress);
 }
 
 std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clearances,

@@ -41,7 +41,7 @@ std::optional<double> ProgressLog::expectedSeconds() {
   if (scene_.method != Method::relaxation) return {};
   if (!forecast_) forecast_ = forecastOf(scene_);
   if (!forecast_->seconds) return {};
-  return *forecast_->seconds / ranks_;
+  return *forecast_->seconds / (ranks_ * scene_.team.count());
 }
 
 std::string ProgressLog::text(const Progress& progress, double seconds) {

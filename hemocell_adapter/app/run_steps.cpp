@@ -38,7 +38,7 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
 
 Scene builtScene(const Job& job, const Communicator& ranks) {
   std::optional<Scene> scene;
-  together(ranks, [&] { scene = buildScene(job); });
+  together(ranks, [&] { scene = buildScene(job, ranks); });
   for (const std::string& notice : scene->notices) log::warning(notice);
   return std::move(*scene);
 }
@@ -58,13 +58,13 @@ Kept keptOf(const Scene& scene, const std::vector<PlacedCell>& cells, const Comm
   Kept own;
   own.kept.assign(scene.species.size(), 0);
   if (!knowsAcceptance(scene)) return own;
-  for (const PlacedCell& cell : cells) {
-    if (const auto violation = hemocellViolation(scene, cell)) {
+  forEachVerdict(scene, cells, [&](std::size_t i, const std::optional<std::string>& violation) {
+    if (violation) {
       countReason(own, *violation, 1);
     } else {
-      ++own.kept[cell.species];
+      ++own.kept[cells[i].species];
     }
-  }
+  });
   std::string text;
   for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
   const std::vector<char> all = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
@@ -112,7 +112,6 @@ RepeatedPacking repeatedInTiles(const Scene& scene, PackingResult& result, const
   log::info(fmt::format("Repeated {} x {} x {} times: {}", scene.tiles[0], scene.tiles[1], scene.tiles[2],
                         lumenLines(big).front()));
   PackingProblem problem = problemOf(big, interrupted, {});
-  problem.communicator = ranks;
   PackingResult packed = pack(problem);
   return {std::move(big), std::move(packed)};
 }

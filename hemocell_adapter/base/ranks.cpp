@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/base/ranks.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <optional>
+
+#include "packMesh/parallel/cores.h"
 
 namespace packmesh::hemocell {
 
@@ -49,6 +52,14 @@ void onFirstRank(const Communicator& ranks, const std::function<void()>& work) {
   together(ranks, [&] {
     if (ranks.rank() == 0) work();
   });
+}
+
+Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks) {
+  if (requested) return Threads(static_cast<int>(*requested));
+  // A list, "4,2", has the numbers of nested levels.
+  if (const char* text = std::getenv("OMP_NUM_THREADS"))
+    if (const int threads = std::atoi(text); threads > 0) return Threads(threads);
+  return Threads(ranks.alone() ? availableCores() : 1);
 }
 
 }  // namespace packmesh::hemocell

@@ -2,6 +2,7 @@
 #include "hemocell_adapter/hemocell/lattice_pages.h"
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -170,9 +171,26 @@ class RepeatedPages final : public LatticePages {
 
 }  // namespace
 
+std::uint64_t LatticePages::newName() {
+  static std::atomic<std::uint64_t> names{0};
+  return ++names;
+}
+
 const LatticePage& LatticePages::pageAt(const std::array<int, 3>& page) const {
+  // Successive words mostly come from the same page.
+  struct Last {
+    std::uint64_t name = 0;
+    std::int64_t number = 0;
+    const LatticePage* page = nullptr;
+  };
+  thread_local std::array<Last, 4> lasts;
   const std::int64_t at = number(page);
-  if (at == lastNumber_) return *last_;
+  Last& last = lasts[name_ % lasts.size()];
+  if (last.name != name_ || last.number != at) last = {name_, at, &found(page)};
+  return *last.page;
+}
+
+const LatticePage& LatticePages::found(const std::array<int, 3>& page) const {
   // Most pages are uniform and need no copy.
   static const LatticePage solid{}, fluid = [] {
     LatticePage all;
@@ -185,15 +203,12 @@ const LatticePage& LatticePages::pageAt(const std::array<int, 3>& page) const {
     all = all && exists && coarse_.all->fluid(i, page[1], page[2]);
     any = any || (exists && coarse_.any->fluid(i, page[1], page[2]));
   }
-  if (all || !any) {
-    last_ = all ? &fluid : &solid;
-  } else {
-    const auto [entry, isNew] = pages_.try_emplace(at);
-    if (isNew) make(page, entry->second);
-    last_ = &entry->second;
-  }
-  lastNumber_ = at;
-  return *last_;
+  if (all || !any) return all ? fluid : solid;
+  return pages_.at(number(page), [&] {
+    LatticePage made;
+    make(page, made);
+    return made;
+  });
 }
 
 std::shared_ptr<const LatticePages> erodedPages(std::shared_ptr<const LatticePages> of, int radius) {

@@ -6,8 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <unordered_map>
 #include <vector>
+
+#include "packMesh/parallel/made_once.h"
 
 namespace packmesh::hemocell {
 
@@ -31,7 +32,7 @@ struct CoarseNodes {
   std::shared_ptr<const BlockFlagsOfLattice> all, any;
 };
 
-/// Not thread-safe.
+/// Threads can share it.
 class LatticePages {
  public:
   static constexpr int nodesX = 64, nodesYZ = 8, blockNodes = 8;
@@ -62,12 +63,13 @@ class LatticePages {
   CoarseNodes coarse_;
 
  private:
+  static std::uint64_t newName();
   const LatticePage& pageAt(const std::array<int, 3>& page) const;
+  const LatticePage& found(const std::array<int, 3>& page) const;
 
   std::array<int, 3> nodes_, count_;
-  mutable std::unordered_map<std::int64_t, LatticePage> pages_;  ///< those with fluid and solid nodes
-  mutable std::int64_t lastNumber_ = -1;
-  mutable const LatticePage* last_ = nullptr;
+  mutable MadeOnce<std::int64_t, LatticePage> pages_;  ///< those with fluid and solid nodes
+  std::uint64_t name_ = newName();                     ///< no other object has it, not even later
 };
 
 /// Pages of the nodes of another lattice that have no solid node within ±radius (see Lattice::eroded).

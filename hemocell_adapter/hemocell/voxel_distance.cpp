@@ -248,19 +248,22 @@ void VoxelDistance::sample(const NodeBlock& block, float* distances) const {
     }
 }
 
+void VoxelDistance::transform(const Lattice& of, int step, const std::array<int, 3>& samples) const {
+  for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k];
+  transform_.spacing = step;
+  transform_.value = voxelTransform(of, step, samples);
+}
+
 WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
   constexpr double edge = LatticePages::blockNodes;
-  if (transform_.value.empty()) {
+  std::call_once(transformed_, [&] {
     const BlockFlagsOfLattice& flags = *inside_.pages()->coarse().all;
     Lattice blocks(flags.blocks, 1.0);
     for (int k = 0; k < flags.blocks[2]; ++k)
       for (int j = 0; j < flags.blocks[1]; ++j)
         for (int i = 0; i < flags.blocks[0]; ++i) blocks.setFluid(i, j, k, flags.fluid(i, j, k));
-    std::array<int, 3> samples;
-    for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k] = flags.blocks[k] + 1;
-    transform_.spacing = 1;
-    transform_.value = voxelTransform(blocks, 1, samples);
-  }
+    transform(blocks, 1, {flags.blocks[0] + 1, flags.blocks[1] + 1, flags.blocks[2] + 1});
+  });
   WallDistance result = transform_.sample(w / edge);
   result.distance = edge * (result.distance - coarsenesses[0].error);
   std::array<int, 3> node;
@@ -272,13 +275,12 @@ WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
 
 WallDistance VoxelDistance::far(const Vec3& w) const {
   if (inside_.pages()) return farByBlocks(w);
-  if (transform_.value.empty()) {
+  std::call_once(transformed_, [&] {
     const int step = coarsenessOf(nodes_).step;
     std::array<int, 3> samples;
-    for (int k = 0; k < 3; ++k) transform_.nodes[k] = samples[k] = bricks_.count()[k] * brickNodes / step + 1;
-    transform_.spacing = step;
-    transform_.value = voxelTransform(inside_, step, samples);
-  }
+    for (int k = 0; k < 3; ++k) samples[k] = bricks_.count()[k] * brickNodes / step + 1;
+    transform(inside_, step, samples);
+  });
   WallDistance result = transform_.sample(w);
   result.distance -= farError_;
   return result;

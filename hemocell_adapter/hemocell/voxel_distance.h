@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,7 @@ namespace packmesh::hemocell {
 /// edges and centres of the cubes, so that each interpolation cell lies in one cube and **the sign is exact
 /// everywhere**: distance > 0 only where the node of the point is fluid. Away from the boundary:
 /// interpolation of a coarser transform, minus its largest error. The two are blended so that the distance is
-/// continuous. Both are computed when needed. Not thread-safe.
+/// continuous. Both are computed when needed. Threads can share it.
 class VoxelDistance {
  public:
   /// @param inside must outlive this object
@@ -62,6 +63,7 @@ class VoxelDistance {
   const std::int8_t* brick(const std::array<int, 3>& at) const;
   bool makeBrick(const std::array<int, 3>& at, std::int8_t* codes) const;
   WallDistance far(const Vec3& w) const;
+  void transform(const Lattice& of, int step, const std::array<int, 3>& samples) const;
   /// In a lattice of pages: a lower bound, from the blocks of nodes that are all fluid. Beyond farReach.
   WallDistance farByBlocks(const Vec3& w) const;
   WallDistance inLattice(const Vec3& w) const;
@@ -71,7 +73,8 @@ class VoxelDistance {
   const Lattice& inside_;
   mutable Bricks<std::int8_t, std::int64_t> bricks_;  ///< of fine samples
   double farError_;                 ///< largest excess of the coarse interpolation beyond fineReach [nodes]
-  mutable DistanceGrid transform_;  ///< signed distance at the coarse samples [nodes]; empty: not needed yet
+  mutable DistanceGrid transform_;  ///< signed distance at the coarse samples [nodes]
+  mutable std::once_flag transformed_;  ///< whether it has been needed yet
 };
 
 /// Euclidean distance transform: signed distance [nodes] from the corners of cubes to the boundary of the

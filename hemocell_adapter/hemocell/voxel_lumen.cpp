@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <memory>
 #include <utility>
 
 #include "hemocell_adapter/hemocell/voxel_distance.h"
@@ -13,6 +13,7 @@
 #include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_tree.h"
+#include "packMesh/parallel/made_once.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -173,17 +174,18 @@ class VoxelLumen final : public Container, public Wall {
 
   /// The faces of a block of nodes; nullptr if there are none.
   const MeshHierarchy* facesOf(const std::array<int, 3>& block) const {
-    const auto [at, isNew] = faces_.try_emplace(block);
-    if (isNew) {
-      std::array<int, 3> first, last;
-      for (int k = 0; k < 3; ++k) {
-        first[k] = blockNodes * block[k];
-        last[k] = std::min(first[k] + blockNodes - 1, lattice_->nodes()[k]);
-      }
-      const TriangleMesh mesh = voxelSurface(*lattice_, periodic_, first, last);
-      if (!mesh.triangles.empty()) at->second = std::make_unique<const MeshHierarchy>(mesh);
-    }
-    return at->second.get();
+    return faces_
+        .at(block,
+            [&] {
+              std::array<int, 3> first, last;
+              for (int k = 0; k < 3; ++k) {
+                first[k] = blockNodes * block[k];
+                last[k] = std::min(first[k] + blockNodes - 1, lattice_->nodes()[k]);
+              }
+              const TriangleMesh mesh = voxelSurface(*lattice_, periodic_, first, last);
+              return mesh.triangles.empty() ? nullptr : std::make_unique<const MeshHierarchy>(mesh);
+            })
+        .get();
   }
 
   std::shared_ptr<const Lattice> lattice_;
@@ -193,7 +195,7 @@ class VoxelLumen final : public Container, public Wall {
   VoxelDistance voxels_;
   Vec3 lo_;  ///< low corner of the lattice's voxels [µm]
   Box bounds_;
-  mutable std::map<std::array<int, 3>, std::unique_ptr<const MeshHierarchy>> faces_;  ///< by block
+  mutable MadeOnce<std::array<int, 3>, std::unique_ptr<const MeshHierarchy>> faces_;  ///< by block
 };
 
 }  // namespace

@@ -78,6 +78,7 @@ AnalysisInput analysisInputOf(const Finished& done) {
   }
   input.container = scene.lumen.container.get();
   input.communicator = done.ranks;
+  input.threads = scene.team;
   for (const MisplacedCell& cell : done.result.certificate.misplaced)
     if (!(cell.gap > 0.0)) input.outside.insert(cell.cell);
   return input;

@@ -200,13 +200,10 @@ Report repeatedOf(const Repeated* repeated) {
 
 Report timesOf(const Finished& done, const RunTimes& times) {
   const Statistics& s = done.result.statistics;
-  return {{"ranks", done.ranks.size()},
-          {"wall", times.wall},
-          {"cpu", times.cpu},
-          {"placement", s.placementSeconds},
-          {"relaxation", s.relaxationSeconds},
-          {"growth", s.growthSeconds},
-          {"certificate", s.certificateSeconds}};
+  return {
+      {"ranks", done.ranks.size()}, {"threads", done.scene.team.count()}, {"wall", times.wall},
+      {"cpu", times.cpu},           {"placement", s.placementSeconds},    {"relaxation", s.relaxationSeconds},
+      {"growth", s.growthSeconds},  {"certificate", s.certificateSeconds}};
 }
 
 /// Of one of several realisations: its number, and the folders of its neighbours.

@@ -43,8 +43,12 @@ std::string gapText(double gap) {
   return fmt::format("{:.6f} µm", gap);
 }
 
-std::string versionLine(int ranks) {
-  return fmt::format("packMesh {} ({}), {} rank{}", version(), gitHash(), ranks, ranks == 1 ? "" : "s");
+std::string versionLine(int ranks, int threads) {
+  const auto counted = [](int n, const char* what) {
+    return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+  };
+  return fmt::format("packMesh {} ({}), {}{}", version(), gitHash(), counted(ranks, "rank"),
+                     threads == 1 ? "" : fmt::format(" with {}", counted(threads, "thread")));
 }
 
 std::vector<std::string> lumenLines(const Scene& scene) {
@@ -131,7 +135,7 @@ std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::
 
 std::vector<std::string> headLines(const Scene& scene, int ranks) {
   std::vector<std::string> lines;
-  lines.push_back(versionLine(ranks));
+  lines.push_back(versionLine(ranks, scene.team.count()));
   if (scene.config) lines.push_back(fmt::format("Case: {}", scene.config->file.string()));
   for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
   if (scene.hematocrit) {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/densest_known.h"
@@ -214,8 +215,10 @@ void preparePacking(Scene& scene) {
 
 }  // namespace
 
-Scene buildScene(Job job) {
+Scene buildScene(Job job, const Communicator& ranks) {
   Scene scene(std::move(job));
+  scene.ranks = ranks;
+  scene.team = teamOf(scene.threads, ranks);
   scene.lumen = makeLumen(scene);
   const auto takeNotices = [&] {
     for (std::string& notice : scene.lumen.notices) scene.notices.push_back(std::move(notice));
@@ -265,6 +268,8 @@ PackingProblem problemOf(const Scene& scene, std::function<bool()> interrupted,
       problem.species.back().asked = *species.ratio * redCells;
   }
   problem.container = scene.lumen.container;
+  problem.communicator = scene.ranks;
+  problem.threads = scene.team;
   problem.method = scene.method;
   problem.planeSource = scene.planeSource;
   problem.growth = scene.growth;

@@ -11,9 +11,10 @@
 
 namespace packmesh::hemocell {
 
-/// Builds shapes, lumen, walls and, for packing, counts.
+/// Builds shapes, lumen, walls and, for packing, counts. Does not communicate.
+/// @param ranks that pack the scene
 /// @throws InputError, MeshError
-Scene buildScene(Job job);
+Scene buildScene(Job job, const Communicator& ranks = {});
 
 /// Updates parts and walls of a scene that is to be packed with these clearances, which initially are those
 /// demanded.

@@ -10,9 +10,8 @@ namespace packmesh::hemocell {
 ///
 /// - Ellipsoids, platelets and white cells: 0.7707, the densest known packing of ellipsoids of any kind
 ///   (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004; equal spheres reach 0.7405).
-/// - Red cells of HemoCell's formula: 0.74. The densest packing of such a shape is not known. Rigid red cells
-///   of another model were packed at random to 0.7155 (Xu et al.: Appl. Math. Mech. 40, 737-750, 2019); here
-///   columns reach 0.65, and straight columns of these meshes in hexagonal order would fill 0.67.
+/// - Red cells of HemoCell's formula: 0.748, a crystal of these meshes (config/crystals/red_cells_2.json); a
+///   bound is not known.
 /// - For other meshes nothing is known, and nothing is refused.
 ///
 /// A few cells can fill a lumen that matches their shape: lumens with walls are only judged if there are

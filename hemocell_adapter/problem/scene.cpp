@@ -44,6 +44,23 @@ std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCel
   return {};
 }
 
+void forEachVerdict(const Scene& scene, const std::vector<PlacedCell>& cells,
+                    const std::function<void(std::size_t, const std::optional<std::string>&)>& visit) {
+  constexpr std::size_t atATime = 8192;
+  std::vector<std::optional<std::string>> violations(std::min(cells.size(), atATime));
+  for (std::size_t begin = 0; begin < cells.size(); begin += atATime) {
+    const std::size_t count = std::min(cells.size() - begin, atATime);
+    scene.team.forEachPart(
+        static_cast<std::int64_t>(count),
+        [&](std::int64_t first, std::int64_t end, int) {
+          for (std::int64_t i = first; i < end; ++i)
+            violations[i] = hemocellViolation(scene, cells[begin + i]);
+        },
+        64);
+    for (std::size_t i = 0; i < count; ++i) visit(begin + i, violations[i]);
+  }
+}
+
 std::vector<std::int64_t> countsOf(const Scene& scene, const std::vector<PlacedCell>& cells,
                                    const std::vector<std::int64_t>* chosen) {
   std::vector<std::int64_t> counts(scene.species.size(), 0);

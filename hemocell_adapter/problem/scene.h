@@ -2,7 +2,10 @@
 /// @file A job with its lumen and species, and queries about it.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,6 +31,8 @@ struct Scene : Job {
   /// Nothing is built yet; buildScene() does that.
   explicit Scene(Job job) : Job(std::move(job)), clearances(demanded) {}
 
+  Communicator ranks;  ///< that pack it
+  Threads team;        ///< of this rank
   Lumen lumen;
   Clearances clearances;             ///< used for packing (setClearances()); initially those demanded
   std::vector<ScenePart> parts;      ///< what is packed
@@ -55,6 +60,10 @@ std::vector<std::int64_t> namedBySpecies(const Scene& scene, PackingResult& resu
 
 /// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
 std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell);
+/// Calls visit(cell, violation) for each cell, in order, in the calling thread.
+void forEachVerdict(
+    const Scene& scene, const std::vector<PlacedCell>& cells,
+    const std::function<void(std::size_t cell, const std::optional<std::string>& violation)>& visit);
 
 /// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
 bool knowsAcceptance(const Scene& scene);

@@ -105,6 +105,10 @@ std::vector<Setting> limitSettings() {
               "the same as --max-iterations, under the name it has in packCells")
           .withoutTag()
           .alsoOfPackCells(),
+      setting("threads", &R::threads, integer("n", "threads", 1, 1024),
+              "threads of each rank, which share its work; the packing does not depend on their number")
+          .byDefault("OMP_NUM_THREADS, or all cores; with several ranks one")
+          .withoutTag(),
       flagSetting("best-effort", &R::bestEffort,
                   "if the request is not feasible, write the densest certified packing that was found"),
       flagSetting(

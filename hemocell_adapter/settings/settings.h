@@ -90,6 +90,7 @@ struct RunSettings {
   bool inColumns = false;                     ///< the species with the largest volume starts in columns
   double maxSeconds = 0.0;                    ///< 0: no limit
   std::optional<std::int64_t> maxIterations;  ///< empty: default of the method
+  std::optional<std::int64_t> threads;        ///< of each rank; empty: teamOf() decides
   bool bestEffort = false;
   bool dryRun = false, validate = false;  ///< print what would be done; only check the input
 

@@ -8,6 +8,7 @@
 
 #include "packMesh/container/container.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
@@ -21,6 +22,7 @@ struct AnalysisInput {
   /// leave them out. A certified packing has none.
   std::set<std::int64_t> outside = {};
   Communicator communicator;
+  Threads threads = {};  ///< of this rank
 };
 
 }  // namespace packmesh

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "packMesh/certificate/certified_cells.h"
@@ -80,7 +81,7 @@ class Measuring {
       : analysis_(analysis), input_(input), leftOut_(leftOut), cells_(input_) {}
 
   CellMeasures operator()() const {
-    const std::vector<double> gaps = gapsOfAll();
+    const std::vector<std::atomic<double>> gaps = gapsOfAll();
     const std::vector<double> hematocrits = localHematocrits();
     CellMeasures own;
     for (std::int64_t i = 0; i < cells_.count(); ++i) {
@@ -94,27 +95,46 @@ class Measuring {
  private:
   const PlacedCell& cell(std::int64_t i) const { return (*input_.cells)[i]; }
 
+  /// Calls visit(0 ... count - 1), shared among the threads.
+  template <class Visit>
+  void forEachCell(const Visit& visit) const {
+    constexpr std::int64_t atATime = 64;
+    analysis_.threads.forEachPart(
+        cells_.count(),
+        [&](std::int64_t begin, std::int64_t end, int) {
+          for (std::int64_t i = begin; i < end; ++i) visit(i);
+        },
+        atATime);
+  }
+
   /// Gaps of own cells [µm]; upper bounds for the others. The search limit rises: gaps below the previous
   /// limit are known, so large distances are measured only for isolated cells. A gap below the limit is exact
   /// for any limit, so the result does not depend on the order.
-  std::vector<double> gapsOfAll() const {
-    std::vector<double> gaps(cells_.count(), farthestGap);
+  std::vector<std::atomic<double>> gapsOfAll() const {
+    std::vector<std::atomic<double>> gaps(cells_.count());
+    for (std::atomic<double>& gap : gaps) gap = farthestGap;
     const PeriodicNeighbors neighbors = cells_.neighbors();
     double known = 0.0;  // gaps below this are final
     const auto stillOpen = [&](std::int64_t i) {
-      return cells_.isOwn(i) && gaps[i] >= known ? gaps[i] : 0.0;
+      const double gap = gaps[i];
+      return cells_.isOwn(i) && gap >= known ? gap : 0.0;
     };
+    const auto lower = [](std::atomic<double>& gap, double to) {
+      for (double now = gap; to < now && !gap.compare_exchange_weak(now, to);) {
+      }
+    };
+    const std::vector<std::int32_t> order = neighbors.spatialOrder();
     for (double level = firstLevel; known < farthestGap; level *= levelGrowth) {
       level = std::min(level, farthestGap);
-      for (std::int64_t i = 0; i < cells_.count(); ++i)
-        neighbors.forEachNear(i, level, true, [&](const NearPair& pair) {
-          double &a = gaps[pair.first], &b = gaps[pair.second];
+      forEachCell([&](std::int64_t i) {
+        neighbors.forEachNear(order[i], level, true, [&](const NearPair& pair) {
           const double limit = std::min(level, std::max(stillOpen(pair.first), stillOpen(pair.second)));
           if (limit == 0.0 || !(pair.apart < limit)) return;
           const double gap = cells_.relation(pair, limit).gap;
-          a = std::min(a, gap);
-          b = std::min(b, gap);
+          lower(gaps[pair.first], gap);
+          lower(gaps[pair.second], gap);
         });
+      });
       known = level;
     }
     return gaps;
@@ -125,27 +145,31 @@ class Measuring {
     std::vector<std::vector<Vec3>> points;
     for (const Shape* shape : analysis_.shapes) points.push_back(innerPoints(*shape, pointsOfCell));
     const Boxes boxes(*analysis_.container);
-    std::vector<std::int64_t> red(boxes.count(), 0);  // [steps]
-    for (std::int64_t i = 0; i < cells_.count(); ++i) {
-      if (!cells_.isOwn(i) || !analysis_.inHematocrit[cell(i).species]) continue;
-      if (!leftOut_.empty() && leftOut_[i]) continue;
+    std::vector<std::atomic<std::int64_t>> redHere(boxes.count());  // [steps]
+    forEachCell([&](std::int64_t i) {
+      if (!cells_.isOwn(i) || !analysis_.inHematocrit[cell(i).species]) return;
+      if (!leftOut_.empty() && leftOut_[i]) return;
       const std::vector<Vec3>& inCell = points[cell(i).species];
       const auto each = std::llround(cells_.volume(i) / volumeStep / double(inCell.size()));
-      for (const Vec3& p : inCell) red[boxes.of(cell(i).placement(p))] += each;
-    }
+      for (const Vec3& p : inCell) redHere[boxes.of(cell(i).placement(p))] += each;
+    });
+    std::vector<std::int64_t> red(redHere.begin(), redHere.end());
     analysis_.communicator.sum(red);
-    std::vector<double> hematocrit(red.size(), -1.0);  // computed when needed
+    std::vector<std::atomic<double>> hematocrit(red.size());  // computed when needed
+    for (std::atomic<double>& h : hematocrit) h = -1.0;
     std::vector<double> local(cells_.count(), 0.0);
-    for (std::int64_t i = 0; i < cells_.count(); ++i) {
-      if (!cells_.isOwn(i)) continue;
+    forEachCell([&](std::int64_t i) {
+      if (!cells_.isOwn(i)) return;
       const std::vector<Vec3>& inCell = points[cell(i).species];
       for (const Vec3& p : inCell) {
         const std::int64_t box = boxes.of(cell(i).placement(p));
-        double& h = hematocrit[box];
-        if (h < 0.0) h = volumeStep * double(red[box]) / lumenIn(boxes, box, analysis_.container->wall());
+        double h = hematocrit[box];
+        if (h < 0.0)
+          hematocrit[box] = h =
+              volumeStep * double(red[box]) / lumenIn(boxes, box, analysis_.container->wall());
         local[i] += h / double(inCell.size());
       }
-    }
+    });
     return local;
   }
 

@@ -105,6 +105,7 @@ CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<Place
   input.container = analysis.container;
   input.cells = &cells;
   input.own = &isOwn;
+  input.threads = analysis.threads;
   const CellMeasures found = measureCells(analysis, input, leftOut);
 
   std::vector<std::vector<Measured>> back(analysis.communicator.size());

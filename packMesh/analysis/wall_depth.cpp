@@ -24,15 +24,17 @@ WallDepth::WallDepth(const Wall& wall, const Box& box)
     cells_[k] = std::max(1, static_cast<int>(std::ceil(box.size()[k] / spacing_)));
     nodes *= cells_[k] + 1;
   }
-  nodes_.assign(nodes, std::numeric_limits<double>::quiet_NaN());
+  nodes_ = std::vector<std::atomic<double>>(nodes);
+  for (std::atomic<double>& node : nodes_) node = std::numeric_limits<double>::quiet_NaN();
 }
 
 double WallDepth::node(std::size_t index) const {
-  double& value = nodes_[index];
-  if (!std::isnan(value)) return value;
+  if (const double known = nodes_[index].load(std::memory_order_relaxed); !std::isnan(known)) return known;
   const std::size_t row = cells_[0] + 1, slab = row * (cells_[1] + 1);
   const Vec3 at(double(index % row), double(index % slab / row), double(index / slab));
-  return value = wall_.distance(box_.lo + spacing_ * at).distance;
+  const double value = wall_.distance(box_.lo + spacing_ * at).distance;
+  nodes_[index].store(value, std::memory_order_relaxed);
+  return value;
 }
 
 double WallDepth::operator()(const Vec3& p) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <vector>
 
 #include "packMesh/container/container.h"
@@ -12,8 +13,8 @@ namespace packmesh {
 /// Distance to a wall: exact near the wall and if it has a closed form. Further than three node spacings from
 /// the wall, where the search for the nearest triangle is slow, it is interpolated linearly between exact
 /// distances at about 32,000 nodes in the box, which are computed when needed, one by one: whole Bricks of
-/// them would need 1.5 to 2.4 times as many searches (in cylinders with a radius of 10 to 25 µm). Not
-/// thread-safe.
+/// them would need 1.5 to 2.4 times as many searches (in cylinders with a radius of 10 to 25 µm).
+/// Threads can share it.
 class WallDepth {
  public:
   /// References `wall`, which must outlive this object. @param box contains all points
@@ -32,7 +33,7 @@ class WallDepth {
   bool exact_;
   double spacing_ = 0.0;
   std::array<int, 3> cells_ = {1, 1, 1};
-  mutable std::vector<double> nodes_;  ///< [µm]; NaN: not yet computed
+  mutable std::vector<std::atomic<double>> nodes_;  ///< [µm]; NaN: not yet computed
 };
 
 }  // namespace packmesh

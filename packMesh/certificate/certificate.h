@@ -12,6 +12,7 @@
 #include "packMesh/container/container.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/shape/shape.h"
 
 namespace packmesh {
@@ -72,12 +73,13 @@ struct CertificateInput {
   /// True for the cells to certify; the others, copies of cells certified by other ranks, only occur as
   /// second cell of pairs. nullptr: all.
   const std::vector<bool>* own = nullptr;
-  /// Polled before each cell; true stops. Empty: never.
+  /// Polled by the calling thread between cells; true stops. Empty: never.
   std::function<bool()> stop = {};
   /// Once this many overlapping pairs are found, no further cells are searched for overlaps: if all cells
   /// overlap, the number of pairs is quadratic in the number of cells.
   std::int64_t mostOverlaps = std::numeric_limits<std::int64_t>::max();
   bool upToFirstFault = false;  ///< stop at the first cell with a violation
+  Threads threads = {};         ///< that share the work of this rank
 };
 
 /// Larger gaps are not measured by default [µm].

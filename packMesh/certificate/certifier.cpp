@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/certificate/certifier.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "packMesh/core/vector_text.h"
 
@@ -13,6 +16,9 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 /// Initial limit of the gaps measured, above the required gap [µm]: measuring gaps of a micrometre costs many
 /// times as much as gaps of a hundredth, and few packings need it.
 constexpr double firstLevel = 0.02;
+
+/// Cells that a thread examines at a time.
+constexpr std::int64_t cellsPerPart = 64;
 
 std::string tooNear(double gap, double required) {
   int digits = 6;
@@ -33,17 +39,18 @@ Certifier::Certifier(const CertificateInput& input, double largestGap)
       wallGaps_(cells_.count(), infinite),
       wallGap_(largestGap, largestGap) {
   neighbors_.emplace(cells_.neighbors());
-  examineChanged();
+  examineAll();
+  finish();
 }
 
 void Certifier::update(const std::vector<std::int64_t>& changed) {
-  allChanged_ = false;
   changed_.assign(cells_.count(), false);
   for (const std::int64_t cell : changed) changed_[cell] = true;
   forgetChanged();
   neighbors_.reset();
   neighbors_.emplace(cells_.neighbors());
   examineChanged();
+  finish();
 }
 
 void Certifier::forgetChanged() {
@@ -58,7 +65,7 @@ void Certifier::forgetChanged() {
       nearest_[i] = wallGaps_[i] = infinite;
       partner_[i] = -1;
     } else if (partner_[i] >= 0 && changed_[partner_[i]]) {
-      stale_.push_back(i);
+      stale_.push_back(static_cast<std::int32_t>(i));
     } else {
       pairGap_.found(nearest_[i]);
     }
@@ -75,28 +82,78 @@ void Certifier::forgetChanged() {
                   misplaced.end());
 }
 
-bool Certifier::stopped() {
-  if (input_.stop && input_.stop()) certificate_.complete = false;
-  if (input_.upToFirstFault && !(certificate_.overlapping.empty() && certificate_.misplaced.empty()))
-    certificate_.complete = false;
-  return !certificate_.complete;
+std::vector<std::int32_t> Certifier::allCells() const {
+  return neighbors_->spatialOrder();
 }
 
-/// True if the search for overlaps stops. Checked between cells, so that the overlaps of a cell are all found
-/// or none.
-bool Certifier::enoughOverlaps() {
-  if (static_cast<std::int64_t>(certificate_.overlapping.size()) < input_.mostOverlaps) return false;
-  return certificate_.moreOverlaps = true;
+template <class Examine>
+void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& examine) {
+  std::vector<Findings> found(input_.threads.count(), Findings{pairGap_, wallGap_});
+  std::atomic<bool> stops{!certificate_.complete};
+  const auto until = [&](const Findings& own) {
+    return input_.upToFirstFault && !(own.overlapping.empty() && own.misplaced.empty());
+  };
+  input_.threads.forEachPart(
+      static_cast<std::int64_t>(cells.size()),
+      [&](std::int64_t begin, std::int64_t end, int thread) {
+        for (std::int64_t k = begin; k < end; ++k) {
+          if (thread == 0 && input_.stop && input_.stop()) stops = true;
+          if (stops) return;
+          examine(cells[k], found[thread]);
+          if (until(found[thread])) stops = true;
+        }
+      },
+      cellsPerPart);
+  certificate_.complete = !stops;
+  for (const Findings& some : found) take(some);
+}
+
+void Certifier::take(const Findings& findings) {
+  pairGap_.join(findings.pairGap);
+  wallGap_.join(findings.wallGap);
+  for (const Findings::Near& near : findings.near)
+    if (near.gap < nearest_[near.cell]) {
+      nearest_[near.cell] = near.gap;
+      partner_[near.cell] = near.partner;
+    }
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  append(certificate_.overlapping, findings.overlapping);
+  append(certificate_.misplaced, findings.misplaced);
+  certificate_.pairsTested += findings.pairsTested;
+}
+
+/// Examines all cells in rounds, each of them twice as large as the one before: if all cells overlap, few of
+/// their pairs are found.
+void Certifier::examineAll() {
+  const std::vector<std::int32_t> all = allCells();
+  const bool limited = input_.mostOverlaps < std::numeric_limits<std::int64_t>::max();
+  for (std::int64_t begin = 0, end = 0; begin < cells_.count() && certificate_.complete; begin = end) {
+    end = limited ? std::min(2 * begin + 1, cells_.count()) : cells_.count();
+    std::vector<std::int32_t> round;
+    for (const std::int32_t i : all)
+      if (begin <= i && i < end && cells_.isOwn(i)) round.push_back(i);
+    certificate_.moreOverlaps =
+        static_cast<std::int64_t>(certificate_.overlapping.size()) >= input_.mostOverlaps;
+    forEach(round, [&](std::int64_t i, Findings& found) {
+      if (!certificate_.moreOverlaps) examinePairs(i, true, true, found);
+      examineWall(i, true, found);
+    });
+  }
 }
 
 void Certifier::examineChanged() {
-  for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i)
-    if (changed_[i] && (cells_.isOwn(i) || !allChanged_)) {
-      if (!enoughOverlaps()) examinePairs(i, allChanged_, true);
-      examineWall(i, true);
-    }
-  for (const std::int64_t i : stale_) measureLater(i);
+  std::vector<std::int32_t> changed;
+  for (std::int64_t i = 0; i < cells_.count(); ++i)
+    if (changed_[i]) changed.push_back(static_cast<std::int32_t>(i));
+  forEach(changed, [&](std::int64_t i, Findings& found) {
+    examinePairs(i, false, true, found);
+    examineWall(i, true, found);
+  });
+  measureLater(stale_);
   stale_.clear();
+}
+
+void Certifier::finish() {
   sortByCells(certificate_.overlapping);
   std::sort(certificate_.misplaced.begin(), certificate_.misplaced.end(),
             [](const MisplacedCell& a, const MisplacedCell& b) { return a.cell < b.cell; });
@@ -105,53 +162,56 @@ void Certifier::examineChanged() {
 
 /// @param isNew the pairs have not been examined at their present positions: search for violations, not only
 /// gaps
-void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew) {
-  const auto reach = [&] { return std::max(pairGap_.limit(), isNew ? input_.requiredGap : 0.0); };
-  pairGap_.measured();
+void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found) const {
+  SmallestGap& smallest = found.pairGap;
+  const auto reach = [&] { return std::max(smallest.limit(), isNew ? input_.requiredGap : 0.0); };
+  smallest.measured();
   neighbors_->forEachNear(cell, reach(), onlyLater, [&](const NearPair& pair) {
     const std::int64_t other = pair.first == cell ? pair.second : pair.first;
     if (!cells_.isOwn(pair.first)) return;
     if (!onlyLater && changed_[other] && other < cell) return;  // already examined from the other cell
-    if (isNew && pair.apart < input_.requiredGap) ++certificate_.pairsTested;
+    if (isNew && pair.apart < input_.requiredGap) ++found.pairsTested;
     if (!(pair.apart < reach())) return;
     const MeshPairResult result = cells_.relation(pair, reach());
-    pairGap_.measured();
+    smallest.measured();
     if (isNew) {
       if (const auto fault = cells_.faultOf(pair, result)) {
-        certificate_.overlapping.push_back(*fault);
+        found.overlapping.push_back(*fault);
         return;
       }
     }
-    if (result.relation != MeshRelation::apart || !(result.gap < nearest_[pair.first])) return;
-    nearest_[pair.first] = result.gap;
-    partner_[pair.first] = static_cast<std::int32_t>(pair.second);
-    pairGap_.found(result.gap);
+    if (result.relation != MeshRelation::apart || !std::isfinite(result.gap)) return;
+    found.near.push_back({pair.first, static_cast<std::int32_t>(pair.second), result.gap});
+    smallest.found(result.gap);
   });
 }
 
-void Certifier::measureLater(std::int64_t cell) {
-  nearest_[cell] = infinite;
-  partner_[cell] = -1;
-  examinePairs(cell, true, false);
+/// Measures the gaps to later cells.
+void Certifier::measureLater(const std::vector<std::int32_t>& cells) {
+  for (const std::int32_t cell : cells) {
+    nearest_[cell] = infinite;
+    partner_[cell] = -1;
+  }
+  forEach(cells, [&](std::int64_t i, Findings& found) { examinePairs(i, true, false, found); });
 }
 
 /// @param isNew the cell has not been examined at its present position: search for violations, not only the
 /// gap
-void Certifier::examineWall(std::int64_t cell, bool isNew) {
+void Certifier::examineWall(std::int64_t cell, bool isNew, Findings& found) {
   const Wall* wall = cells_.wall(cell);
   if (!wall || !cells_.isOwn(cell)) return;
-  wallGap_.measured();
+  found.wallGap.measured();
   const double required = input_.wallGapOf((*input_.cells)[cell].species);
-  const double reach = std::max(wallGap_.limit(), isNew ? required : 0.0);
+  const double reach = std::max(found.wallGap.limit(), isNew ? required : 0.0);
   wallGaps_[cell] = infinite;
   if (wall->isAway(cells_.sphere(cell), reach)) return;
   WallVerdict verdict = wall->examine(cells_.mesh(cell), reach);
   if (isNew && verdict.violation)
-    certificate_.misplaced.push_back({cell, std::move(*verdict.violation), 0.0});
+    found.misplaced.push_back({cell, std::move(*verdict.violation), 0.0});
   else if (isNew && verdict.gap < required)
-    certificate_.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap});
+    found.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap});
   wallGaps_[cell] = verdict.gap;
-  wallGap_.found(verdict.gap);
+  found.wallGap.found(verdict.gap);
 }
 
 void Certifier::settlePairGap() {
@@ -159,14 +219,14 @@ void Certifier::settlePairGap() {
   while (certificate_.complete && !(ofAllCells && pairGap_.settled())) {
     pairGap_.beginAgain();
     ofAllCells = true;
-    for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i) measureLater(i);
+    measureLater(allCells());
   }
 }
 
 void Certifier::settleWallGap() {
   while (certificate_.complete && !wallGap_.settled()) {
     wallGap_.beginAgain();
-    for (std::int64_t i = 0; i < cells_.count() && !stopped(); ++i) examineWall(i, false);
+    forEach(allCells(), [&](std::int64_t i, Findings& found) { examineWall(i, false, found); });
   }
 }
 

@@ -14,7 +14,7 @@ namespace packmesh {
 /// and walls of changed cells.
 ///
 /// Every field of the certificate equals, to the bit, the result of certify() for the same cells. Memory:
-/// about 130 bytes per cell, none per pair.
+/// about 130 bytes per cell, none per pair. The result does not depend on the number of threads.
 class Certifier {
  public:
   /// Certifies all cells. The data referenced by `input` must outlive this object; the number of cells must
@@ -30,30 +30,46 @@ class Certifier {
   void update(const std::vector<std::int64_t>& changed);
 
  private:
-  /// Polls `stop`.
-  bool stopped();
-  bool enoughOverlaps();
+  /// What one thread finds.
+  struct Findings {
+    SmallestGap pairGap, wallGap;
+    struct Near {
+      std::int64_t cell;
+      std::int32_t partner;
+      double gap;  ///< [µm]
+    };
+    std::vector<Near> near = {};
+    std::vector<OverlappingPair> overlapping = {};
+    std::vector<MisplacedCell> misplaced = {};
+    std::int64_t pairsTested = 0;
+  };
+  /// Calls examine(cell, findings) for cells, shared among the threads, until told to stop.
+  template <class Examine>
+  void forEach(const std::vector<std::int32_t>& cells, const Examine& examine);
+  void take(const Findings& findings);
   void forgetChanged();
+  void examineAll();
   void examineChanged();
-  void examinePairs(std::int64_t cell, bool onlyLater, bool isNew);
-  void measureLater(std::int64_t cell);
+  void finish();
+  void examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found) const;
+  void measureLater(const std::vector<std::int32_t>& cells);
   void settlePairGap();
-  void examineWall(std::int64_t cell, bool isNew);
+  void examineWall(std::int64_t cell, bool isNew, Findings& found);
   void settleWallGap();
   void summarise();
+  std::vector<std::int32_t> allCells() const;
 
   const CertificateInput input_;
   const CertifiedCells cells_;
   Certificate certificate_;
   std::optional<PeriodicNeighbors> neighbors_;  ///< of the cells as last examined
   std::vector<bool> changed_;
-  bool allChanged_ = true;
 
   /// Per cell: the smallest gap [µm] among its pairs with later cells that are no violations, and the
   /// partner; exact up to the limit measured by pairGap_.
   std::vector<double> nearest_;
   std::vector<std::int32_t> partner_;
-  std::vector<std::int64_t> stale_;  ///< cells whose nearest partner has moved
+  std::vector<std::int32_t> stale_;  ///< cells whose nearest partner has moved
   SmallestGap pairGap_;
 
   std::vector<double> wallGaps_;  ///< per cell, likewise [µm]

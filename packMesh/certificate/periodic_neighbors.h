@@ -37,6 +37,9 @@ class PeriodicNeighbors {
   void forEachNear(std::int64_t sphere, double margin, bool onlyLater,
                    const std::function<void(const NearPair&)>& visit) const;
 
+  /// All spheres, in an order in which successive ones are mostly near each other.
+  std::vector<std::int32_t> spatialOrder() const { return grid_.order(); }
+
  private:
   /// Spheres wrapped into one period, and the number of periods each was moved by.
   std::vector<Sphere> wrapped_;

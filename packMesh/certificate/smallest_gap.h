@@ -29,6 +29,11 @@ class SmallestGap {
   void found(double gap) {
     if (gap < ofInterest_) least_ = std::min(least_, gap);
   }
+  /// Takes over what another search with the same limits has found.
+  void join(const SmallestGap& other) {
+    least_ = std::min(least_, other.least_);
+    known_ = std::min(known_, other.known_);
+  }
   /// Forgets the smallest gap; found() provides it again.
   void forgetLeast() { least_ = std::numeric_limits<double>::infinity(); }
   /// Forgets everything and raises the limit. Pre: not settled.

@@ -25,8 +25,8 @@ struct BrickView {
   /// Offset of brick (i,j,k) in `values`, at i + bricks[0] * (j + bricks[1] * k); negative until the brick is
   /// computed.
   const std::int32_t* begins;
-  /// The distances at the nodes of bricks, x fastest. The address changes as bricks are added. After the last
-  /// there is one more value.
+  /// The distances at the nodes of bricks, x fastest. The address changes as bricks are added, by other
+  /// threads too: read it after `begins`. After the last there is one more value.
   const std::int16_t* const* values;
   int bricks[3];
   float nodesPerLength;  ///< [1/µm]

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/vector_text.h"
@@ -40,12 +41,8 @@ SampledDistance::SampledDistance(const DistanceSource& source, const Box& region
       lo_(BrickView::cells * firstBrick(region, BrickView::cells * spacing)),
       bricks_(bricksIn(region, spacing)) {}
 
-const std::int16_t* SampledDistance::brick(int index) const {
+const std::int16_t* SampledDistance::brick(int index) const try {
   return bricks_.at(index, [&](std::int16_t* values) {
-    constexpr std::size_t most = std::numeric_limits<std::int32_t>::max() - BrickView::nodes;
-    if (bricks_.storedValues() > most)
-      throw InputError("the distances to the walls near cells need more than 4 GB at a spacing of " +
-                       toText(spacing_, 3) + " µm");
     const int(&count)[3] = bricks_.count();
     const int at[3] = {index % count[0], index / count[0] % count[1], index / count[0] / count[1]};
     NodeBlock block;
@@ -64,6 +61,9 @@ const std::int16_t* SampledDistance::brick(int index) const {
     }
     return true;
   });
+} catch (const std::length_error&) {
+  throw InputError("the distances to the walls near cells need more than 4 GB at a spacing of " +
+                   toText(spacing_, 3) + " µm");
 }
 
 BrickView SampledDistance::view() const {

@@ -12,9 +12,7 @@ namespace packmesh {
 
 /// Interpolates a distance between nodes at integer multiples of a spacing, in bricks that are computed when
 /// they are first needed: time and memory depend on the wall's area near cells, not on the lumen's volume.
-/// The result does not depend on the order of evaluations.
-///
-/// Not thread-safe.
+/// The result does not depend on the order of evaluations. Threads can share it.
 class SampledDistance {
  public:
   /// @param source must outlive this

@@ -38,6 +38,7 @@ RelaxationInput relaxationInputOf(const GrowthScene& scene) {
   input.clearance = scene.clearance + tolerance::relaxationMargin;
   input.wallClearance = scene.wallClearance + tolerance::relaxationMargin;
   input.rotate = scene.rotate;
+  input.threads = scene.threads;
   return input;
 }
 

@@ -10,6 +10,7 @@
 #include "packMesh/container/container.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/freedom.h"
 #include "packMesh/shape/shape.h"
@@ -27,6 +28,7 @@ struct GrowthScene {
   bool rotate = true;
   std::uint64_t seed = 1;
   Communicator communicator;  ///< the ranks that grow the cells together
+  Threads threads = {};       ///< of this rank
   /// Polled by single ranks inside long operations (runs of TetGen); true abandons them. Empty: never.
   std::function<bool()> stop = {};
   /// How a pose of scale 1 will be written; empty: Pose::placement.
@@ -54,6 +56,7 @@ struct GrowthScene {
     input.container = container;
     input.requiredGap = clearance;
     input.requiredWallGap = wallClearance;
+    input.threads = threads;
     return input;
   }
 };

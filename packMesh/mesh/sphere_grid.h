@@ -47,6 +47,14 @@ class SphereGrid {
     }
   }
 
+  /// The indices of all spheres, level by level in the order of the grid's cells.
+  std::vector<std::int32_t> order() const {
+    std::vector<std::int32_t> order;
+    for (const Level& level : levels_)
+      for (const Entry& entry : level.entries) order.push_back(entry.index);
+    return order;
+  }
+
  private:
   struct Entry {
     Sphere sphere;

@@ -10,6 +10,7 @@
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/growth/barrier_relaxation.h"
+#include "packMesh/packing/calibration.h"
 #include "packMesh/packing/placed_cells.h"
 #include "packMesh/relaxation/schedule.h"
 
@@ -19,6 +20,10 @@ namespace {
 /// Number of repair rounds after which a packing counts as unresolved, and sweeps in each.
 constexpr int repairRounds = 60;
 constexpr std::int64_t repairSweeps = 400;
+
+/// The same of calibration.
+constexpr int calibrationRounds = 30;
+constexpr std::int64_t calibrationSweeps = 300;
 
 /// Thin parts of cells can pierce each other between their sample points, where a small increase of the
 /// clearance has no effect: for pairs that fail more often than this, the increase doubles every time.
@@ -230,6 +235,7 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
 /// Certifies the cells of the relaxation; pairs and cells that fail get more clearance and are relaxed again.
 /// Post: if false, the position is at relaxation, or the run is interrupted.
 bool Attempt::certified() {
+  if (isCompaction(at_.schedule.part)) return calibrated();
   std::optional<Certifier> certifier;
   written_ = WrittenCells(problem_);
   for (; at_.round < repairRounds; ++at_.round) {
@@ -284,6 +290,56 @@ bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
   return false;
 }
 
+/// As certified(), after a compaction. Post: if false, the position is at the next one, or the run is
+/// interrupted.
+bool Attempt::calibrated() {
+  const std::int64_t part = at_.schedule.part;
+  for (; at_.round < calibrationRounds; ++at_.round) {
+    if (at_.stage == Stage::certificate) {
+      relaxation_->dropLists();
+      keepState();
+      if (calibratedOnce()) return true;
+      if (control_.outOfTime()) return false;
+      ++result_.statistics.repairs;
+      at_.stage = Stage::repair;
+      at_.schedule.sweep = 0;
+    }
+    const Timer watch(result_.statistics.relaxationSeconds);
+    const std::int64_t most = relaxation_->sweeps() + calibrationSweeps - at_.schedule.sweep;
+    settleCompacted(*relaxation_, tolerance::relaxationTolerance, calibrationSweeps, limits(most),
+                    at_.schedule);
+    if (control_.stopped() || isTooDeepToCalibrate(*relaxation_)) break;
+    at_.stage = Stage::certificate;
+  }
+  at_ = {Stage::relaxation, at_.fewer, 0, {part + 1, 0}};
+  return false;
+}
+
+/// @return whether the certificate is clean; if not, the clearances have been corrected
+bool Attempt::calibratedOnce() {
+  Timer watch(result_.statistics.certificateSeconds);
+  written_.take(*relaxation_);
+  CertificateInput input = written_.certificateInput();
+  input.requiredGap += Calibration::range;  // all nearer pairs are listed, with their gaps
+  input.stop = [this] { return control_.outOfTimeHere(); };
+  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.communicator);
+  if (!found.complete) return false;
+  const double required = problem_.clearance;
+  const bool clean = found.misplaced.empty() &&
+                     std::none_of(found.overlapping.begin(), found.overlapping.end(),
+                                  [&](const OverlappingPair& p) { return p.gap <= 0.0 || p.gap < required; });
+  if (clean) return cleanByChance();
+  const ExtraClearances extra = relaxation_->state().extraClearance;
+  for (const OverlappingPair& pair : found.overlapping) {
+    const auto known = extra.find(std::minmax(pair.first, pair.second));
+    const double correction =
+        Calibration::correction(pair.gap, required, known == extra.end() ? 0.0 : known->second);
+    if (correction != 0.0) relaxation_->demandClearance(pair.first, pair.second, correction);
+  }
+  for (const MisplacedCell& cell : found.misplaced) demandDistance(cell);
+  return false;
+}
+
 /// Continues with settle().
 bool Attempt::settled(std::int64_t sweeps) {
   Timer watch(result_.statistics.relaxationSeconds);
@@ -293,13 +349,16 @@ bool Attempt::settled(std::int64_t sweeps) {
 
 /// Assigns every rank its share of the cells, sorted by id.
 void Attempt::deliver() {
-  result_.cells.clear();
-  result_.poses.clear();
-  for (const BodyState& state : shares_.collect(relaxation_->cells())) {
-    const Pose pose = bodyOf(state).pose();
-    result_.poses.push_back(pose);
-    result_.cells.push_back({state.species, WrittenCells::placement(problem_, pose)});
-  }
+  const std::vector<BodyState> states = shares_.collect(relaxation_->cells());
+  result_.poses.resize(states.size());
+  result_.cells.resize(states.size());
+  problem_.threads.forEachPart(
+      static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          const Pose pose = result_.poses[i] = bodyOf(states[i]).pose();
+          result_.cells[i] = {states[i].species, WrittenCells::placement(problem_, pose)};
+        }
+      });
   result_.cellCount = relaxation_->cellCount();
   delivered_ = true;
 }

@@ -79,6 +79,8 @@ class Attempt {
   bool cleanByChance();
   Certificate examined(std::optional<Certifier>& certifier);
   bool settled(std::int64_t sweeps);
+  bool calibrated();
+  bool calibratedOnce();
   void deliver();
   void demandDistance(const MisplacedCell& cell);
   bool isFixed(std::int64_t id) const;

@@ -34,6 +34,7 @@ GrowthScene growthSceneOf(const PackingProblem& problem) {
   scene.rotate = problem.rotate;
   scene.seed = problem.seed;
   scene.communicator = problem.communicator;
+  scene.threads = problem.threads;
   scene.written = problem.written;
   return scene;
 }

@@ -18,6 +18,7 @@
 #include "packMesh/growth/plane_source.h"
 #include "packMesh/packing/packing_state.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/relaxation/freedom.h"
 #include "packMesh/shape/shape.h"
 
@@ -85,14 +86,15 @@ struct PackingProblem {
   Limits limits;
   /// The ranks that pack together. The packing does not depend on their number.
   Communicator communicator;
+  Threads threads = {};  ///< of this rank; the packing does not depend on their number either
   Method method = Method::relaxation;
   PlaneSource planeSource = PlaneSource::chords;  ///< of Method::cat
   GrowthSettings growth;                          ///< of Method::cat
   /// Method::cat: if growth does not bring all cells to full size, and if there is a reserve, escape from
   /// local maxima.
   std::optional<EscapeSettings> escape;
-  /// The pose as it will be written, so that the certificate refers to the written numbers; empty:
-  /// Pose::placement.
+  /// The pose as it will be written, so that the certificate refers to the written numbers; called by several
+  /// threads at once. Empty: Pose::placement.
   std::function<Placement(const Pose&)> written;
   /// Polled between sweeps, and between the cells of a certificate; true stops the run.
   std::function<bool()> interrupted;
@@ -120,6 +122,7 @@ struct PackingProblem {
     }
     input.container = container.get();
     input.communicator = communicator;
+    input.threads = threads;
     return input;
   }
 

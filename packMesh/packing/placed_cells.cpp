@@ -22,12 +22,12 @@ std::vector<Pose> startOf(const PackingProblem& problem, std::uint64_t seed, con
     for (std::int64_t cell = from; cell < to; ++cell) poses.push_back(columns.pose(cell));
     return poses;
   }
-  const PlacementInput random{species.shape.get(), problem.wallOf(species), firstId + atRandom, to - atRandom,
-                              &species.freedom};
+  const PlacementInput random{species.shape.get(), problem.wallOf(species), firstId + atRandom,
+                              to - atRandom,       &species.freedom,        problem.threads};
   const auto stop = [&] { return control.outOfTimeHere(); };
-  for (const Pose& pose : placeRandomly(random, problem.container->bounds(), seed, problem.rotate, stop))
-    poses.push_back(pose);
-  return poses;
+  std::vector<Pose> placed = placeRandomly(random, problem.container->bounds(), seed, problem.rotate, stop);
+  placed.insert(placed.begin(), poses.begin(), poses.end());
+  return placed;
 }
 
 }  // namespace
@@ -40,6 +40,7 @@ std::optional<std::vector<Body>> placedCells(const PackingProblem& problem, std:
                                              const IdShares& shares, RunControl& control) {
   const auto [first, end] = shares.own();
   std::vector<Body> bodies;
+  bodies.reserve(end - first);
   std::int64_t begin = 0;  // first id of the species
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const Species& species = problem.species[s];

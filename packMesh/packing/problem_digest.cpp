@@ -117,9 +117,9 @@ void addEscape(const EscapeSettings& settings, Digest& digest) {
 std::string digestOf(const PackingProblem& problem) {
   // The members after the escape affect how the problem is run, not what is packed. `written` is not
   // compared: it belongs to the program, not to the problem.
-  const auto& [species, container, clearance, wallClearance, seed, rotate, limits, communicator, method,
-               planeSource, growth, escape, written, interrupted, progress, resume, checkpoints, observe] =
-      problem;
+  const auto& [species, container, clearance, wallClearance, seed, rotate, limits, communicator, threads,
+               method, planeSource, growth, escape, written, interrupted, progress, resume, checkpoints,
+               observe] = problem;
   Digest digest;
   digest.add(generation);
   digest.add(static_cast<int>(method));

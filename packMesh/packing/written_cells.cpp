@@ -26,11 +26,19 @@ double distanceBetween(const Vec3& a, const Vec3& b, const Vec3& period) {
 
 void WrittenCells::take(Relaxation& relaxation) {
   *this = WrittenCells(*problem_);
-  for (const Body& body : relaxation.cellsAround()) {
+  const std::vector<Body> bodies = relaxation.cellsAround();
+  ids_.reserve(bodies.size());
+  own_.reserve(bodies.size());
+  for (const Body& body : bodies) {
     ids_.push_back(body.id);
     own_.push_back(relaxation.owns(body));
-    cells_.push_back({body.species, placement(*problem_, body.pose())});
   }
+  cells_.resize(bodies.size());
+  problem_->threads.forEachPart(static_cast<std::int64_t>(bodies.size()),
+                                [&](std::int64_t begin, std::int64_t end, int) {
+                                  for (std::int64_t i = begin; i < end; ++i)
+                                    cells_[i] = {bodies[i].species, placement(*problem_, bodies[i].pose())};
+                                });
   relaxation.forgetTouched();
 }
 
@@ -76,6 +84,7 @@ CertificateInput WrittenCells::certificateInput() const {
   input.requiredGap = problem_->clearance;
   input.requiredWallGap = problem_->wallClearance;
   input.stop = problem_->interrupted;
+  input.threads = problem_->threads;
   return input;
 }
 

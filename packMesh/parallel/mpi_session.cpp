@@ -6,7 +6,8 @@
 namespace packmesh {
 
 MpiSession::MpiSession() {
-  MPI_Init(nullptr, nullptr);
+  int provided = 0;  // one thread at a time: SharedPages
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
 }
 
 MpiSession::~MpiSession() {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <mutex>
 
 namespace packmesh {
 
@@ -47,6 +48,8 @@ void SharedPages::read(std::int64_t page, std::uint64_t* words) const {
     std::copy_n(&own_[at], words_, words);
     return;
   }
+  static std::mutex one;  // of several threads uses MPI at a time
+  const std::lock_guard lock(one);
   MPI_Get(words, words_, MPI_UINT64_T, owner, at, words_, MPI_UINT64_T, window_->win);
   MPI_Win_flush(owner, window_->win);
 }

@@ -11,7 +11,8 @@
 namespace packmesh {
 
 /// Pages of equal size, in equal shares of consecutive pages on the ranks. Any rank can read any page without
-/// the owner taking part (one-sided communication); its contents do not change.
+/// the owner taking part (one-sided communication); its contents do not change. Threads can share it
+/// (MPI_THREAD_SERIALIZED).
 class SharedPages {
  public:
   /// All ranks call. @param own this rank's share, in order. @param words of a page

@@ -2,7 +2,9 @@
 #include "packMesh/placement/placement.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 
 #include "packMesh/core/random.h"
 
@@ -70,8 +72,7 @@ std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, 
   const AxisCone* cone = input.freedom && input.freedom->cone ? &*input.freedom->cone : nullptr;
   const Box& room = region ? region->bounds() : bounds;
   const double wanted = input.shape->bound().semiAxes.minCoeff();
-  for (std::int64_t i = 0; i < input.count; ++i) {
-    if (stop && i % betweenPolls == 0 && stop()) break;
+  const auto place = [&](std::int64_t i) {
     const std::uint64_t id = input.firstId + i;
     Pose& pose = poses[i];
     double best = -std::numeric_limits<double>::infinity();
@@ -83,10 +84,18 @@ std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, 
       best = distance;
       pose.position = p;
     }
-    if (!rotate) continue;
+    if (!rotate) return;
     const auto u = uniform4(seed, RandomStream::orientation, id, 0);
     pose.orientation = cone ? withinCone(*cone, u[0], u[1], u[2]) : uniformRotation(u[0], u[1], u[2]);
-  }
+  };
+  std::atomic<bool> stops{false};
+  input.threads.forEachPart(
+      input.count,
+      [&](std::int64_t begin, std::int64_t end, int thread) {
+        if (thread == 0 && stop && stop()) stops = true;
+        for (std::int64_t i = begin; i < end && !stops; ++i) place(i);
+      },
+      betweenPolls);
   return poses;
 }
 

@@ -8,6 +8,7 @@
 
 #include "packMesh/container/container.h"
 #include "packMesh/core/pose.h"
+#include "packMesh/parallel/threads.h"
 #include "packMesh/relaxation/freedom.h"
 #include "packMesh/shape/shape.h"
 
@@ -20,6 +21,7 @@ struct PlacementInput {
   std::int64_t firstId = 0;    ///< global id of the first cell
   std::int64_t count = 0;
   const Freedom* freedom = nullptr;  ///< nullptr: unrestricted
+  Threads threads = {};
 };
 
 /// Random poses of scale 1, within the species' freedom: centres uniform over the lumen, but more evenly

@@ -55,6 +55,11 @@ struct SweepSums {
     totalSteps += static_cast<std::int64_t>(depth * stepsPerMicrometre);
     ++contacts;
   }
+  void add(const SweepSums& other) {
+    deepest = deepest > other.deepest ? deepest : other.deepest;
+    totalSteps += other.totalSteps;
+    contacts += other.contacts;
+  }
 
  private:
   static constexpr double stepsPerMicrometre = 0x1p20;

@@ -3,12 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
-#include "packMesh/parallel/block_grid.h"
 #include "packMesh/parallel/periodic_images.h"
-#include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_kernel.h"
 
 namespace packmesh {
@@ -31,16 +28,7 @@ struct ContactPair {
   ClusterMask touched[2] = {0, 0};
 };
 
-struct PairList {
-  std::vector<ContactPair> pairs;   ///< sorted by block, then by ids and shift
-  std::vector<std::int64_t> start;  ///< first pair of each block; one past the last at the end
-};
-
-/// All pairs of bodies whose bounding spheres (radii per species, times scale) come nearer than `margin`,
-/// each unordered pair of images once, assigned to the block of the cell with the smaller id; only pairs of
-/// blocks that are `own`. Pre: bodies wrapped into the bounds and sorted by block, then by id.
-PairList listPairs(
-    const std::vector<Body>& bodies, const std::vector<double>& radii, double margin, const Box& bounds,
-    const Vec3& period, int blocks, const std::function<bool(int)>& own = [](int) { return true; });
+/// The pairs of each block, sorted by ids and shift.
+using PairList = std::vector<std::vector<ContactPair>>;
 
 }  // namespace packmesh

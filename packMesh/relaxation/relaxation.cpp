@@ -156,10 +156,11 @@ void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
 }
 
 double Relaxation::largestDisplacement() const {
-  double square = 0.0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
-    square = std::max(square, (bodies_[i].position - listedAt_[i]).squaredNorm());
-  return std::sqrt(square);
+  std::vector<double> squares(input_.threads.count(), 0.0);
+  forEachBody([&](std::size_t i, int thread) {
+    squares[thread] = std::max(squares[thread], (bodies_[i].position - listedAt_[i]).squaredNorm());
+  });
+  return std::sqrt(*std::max_element(squares.begin(), squares.end()));
 }
 
 /// Whether the next sweep is to examine all pairs completely, unless coarse samples suffice.
@@ -191,10 +192,10 @@ double Relaxation::range() const {
 /// Sends this rank's bodies to the owners of their blocks, and ghosts to the ranks that need them. Pre: no
 /// ghosts.
 void Relaxation::distribute() {
-  for (Body& body : bodies_) {
-    body.position = wrapped(body.position, input_.bounds, input_.period);
-    body.block = blocks_.blockOf(body.position);
-  }
+  forEachBody([&](std::size_t i, int) {
+    bodies_[i].position = wrapped(bodies_[i].position, input_.bounds, input_.period);
+    bodies_[i].block = blocks_.blockOf(bodies_[i].position);
+  });
   shared_.distribute(bodies_, range());
 }
 
@@ -209,59 +210,76 @@ void Relaxation::refreshLists(bool sleeping) {
   movedBefore_ = 0.0;
   state_.listedInSweep = state_.sweeps;
   list_ = PairList();  // never two lists in memory at a time
+  lister_.reset();
 
   dropCopies();
-  if (isUneven()) shareOut(workOfBlock_);
+  if (!sleeping && isUneven()) shareOut(workOfBlock_);
   distribute();
   bodyStart_.assign(blocks_.count() + 1, 0);
   for (const Body& body : bodies_) ++bodyStart_[body.block + 1];
   for (int b = 0; b < blocks_.count(); ++b) bodyStart_[b + 1] += bodyStart_[b];
 
-  for (Body& body : bodies_) {
+  listedAt_.resize(bodies_.size());
+  forEachBody([&](std::size_t i, int) {
+    Body& body = bodies_[i];
     body.forgetSurroundings();
     body.sleeping = sleeping && state_.disturbed.count(body.id) == 0;
+    listedAt_[i] = body.position;
+  });
+  mayBeDeep_ = coarseWillDo() || state_.last.deepest > deepContact;
+  lister_.emplace(PairListerInput{bodies_, bodyStart_, radii_, input_.clearance + largestExtra_ + state_.skin,
+                                  input_.bounds, input_.period});
+  list_.resize(blocks_.count());
+  isListed_.assign(blocks_.count(), false);
+  if (!communicator_.alone()) {
+    isShared_ = shared_.shared(bodies_.size());
+    atBorder_.assign(blocks_.count(), false);
   }
-  listPairsOfOwn();
-  listedAt_.resize(bodies_.size());
-  for (std::size_t i = 0; i < bodies_.size(); ++i) listedAt_[i] = bodies_[i].position;
   listed_ = true;
   displacement_ = 0.0;
+  if (sleeping) return;
+  for (const std::vector<int>& colour : blocksOfColour_) listPairs(colour);
+  lister_.reset();
+  recordWork();
 }
 
-void Relaxation::listPairsOfOwn() {
-  list_ = listPairs(bodies_, radii_, input_.clearance + largestExtra_ + state_.skin, input_.bounds,
-                    input_.period, blocks_.count(), [&](int block) { return shared_.owns(block); });
-  const bool mayBeDeep = coarseWillDo() || state_.last.deepest > deepContact;
-  for (ContactPair& p : list_.pairs) {
-    p.deep = mayBeDeep;
-    if (bodies_[p.first].sleeping && bodies_[p.second].sleeping) p.apartUntil = 0.0f;
-  }
-  if (!state_.extraClearance.empty())
-    for (ContactPair& p : list_.pairs) {
+/// Lists the pairs of blocks, unless they are listed already.
+void Relaxation::listPairs(std::vector<int> blocks) {
+  if (!lister_) return;
+  blocks.erase(std::remove_if(blocks.begin(), blocks.end(), [&](int b) { return isListed_[b] != 0; }),
+               blocks.end());
+  lister_->list(blocks, input_.threads, list_);
+  input_.threads.forEach(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t b, int) {
+    isListed_[blocks[b]] = true;
+    for (ContactPair& p : list_[blocks[b]]) {
+      p.deep = mayBeDeep_;
+      if (bodies_[p.first].sleeping && bodies_[p.second].sleeping) p.apartUntil = 0.0f;
+      if (state_.extraClearance.empty()) continue;
       const auto extra = state_.extraClearance.find({bodies_[p.first].id, bodies_[p.second].id});
       if (extra != state_.extraClearance.end()) p.extraClearance = extra->second;
     }
+  });
+  if (!communicator_.alone()) findBorder(blocks);
+}
+
+/// Records the work of this rank's blocks, of which all pairs are listed.
+void Relaxation::recordWork() {
   if (communicator_.alone()) return;
-  findBorder();
   workOfBlock_.assign(blocks_.count(), 0);
   for (const std::vector<int>& colour : blocksOfColour_)
     for (const int b : colour)
       workOfBlock_[b] =
-          list_.start[b + 1] - list_.start[b] + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
+          static_cast<std::int64_t>(list_[b].size()) + workOfCell * (bodyStart_[b + 1] - bodyStart_[b]);
 }
 
-/// Determines the blocks that could change a body that another rank holds.
-void Relaxation::findBorder() {
-  const std::vector<char> shared = shared_.shared(bodies_.size());
-  atBorder_.assign(blocks_.count(), false);
-  for (const std::vector<int>& colour : blocksOfColour_)
-    for (const int b : colour) {
-      const auto pairs = list_.pairs.begin();
-      atBorder_[b] = std::any_of(shared.begin() + bodyStart_[b], shared.begin() + bodyStart_[b + 1],
-                                 [](char is) { return is != 0; }) ||
-                     std::any_of(pairs + list_.start[b], pairs + list_.start[b + 1],
-                                 [&](const ContactPair& p) { return shared[p.first] || shared[p.second]; });
-    }
+/// Determines which of these blocks could change a body that another rank holds.
+void Relaxation::findBorder(const std::vector<int>& blocks) {
+  const auto& shared = isShared_;
+  for (const int b : blocks)
+    atBorder_[b] = std::any_of(shared.begin() + bodyStart_[b], shared.begin() + bodyStart_[b + 1],
+                               [](char is) { return is != 0; }) ||
+                   std::any_of(list_[b].begin(), list_[b].end(),
+                               [&](const ContactPair& p) { return shared[p.first] || shared[p.second]; });
 }
 
 /// Whether the load of a rank exceeds the mean by much.
@@ -321,7 +339,7 @@ SweepSums Relaxation::sweep(double omega, double slack) {
     expectMotion();
   }
   activateDisturbed();
-  for (Body& body : bodies_) body.overlap = 0.0;
+  forEachBody([&](std::size_t i, int) { bodies_[i].overlap = 0.0; });
   SweepSums sums;
   solver_.setPush(omega, slack);
   const bool coarsely = coarseWillDo();
@@ -333,12 +351,11 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   solver_.setCoarsely(state_.coarsely);
   for (int colour = 0; colour < BlockGrid::colours; ++colour) {
     if (!blocks_.has(colour)) continue;
+    listActive(colour);
     // Changes are sent as early as possible, so that no rank waits.
-    for (const int block : blocksOfColour_[colour])
-      if (atBorder(block)) resolve(block, sums);
+    resolve(colour, true, sums);
     shared_.beginGhostUpdate(bodies_);
-    for (const int block : blocksOfColour_[colour])
-      if (!atBorder(block)) resolve(block, sums);
+    resolve(colour, false, sums);
     for (const int block : shared_.finishGhostUpdate(bodies_)) activate(block);
   }
   shared_.awaitGhostUpdate();
@@ -349,15 +366,37 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   return sums;
 }
 
-/// Resolves the contacts of a block, if any of them can have changed.
+/// Lists the pairs of the blocks of a colour that are about to be resolved.
+void Relaxation::listActive(int colour) {
+  if (!lister_) return;
+  std::vector<int> blocks;
+  for (const int block : blocksOfColour_[colour])
+    if (active_[block]) blocks.push_back(block);
+  listPairs(std::move(blocks));
+}
+
+/// Resolves the contacts of the blocks of a colour that are, or are not, at the border, as far as they can
+/// have changed.
+void Relaxation::resolve(int colour, bool border, SweepSums& sums) {
+  due_.clear();
+  for (const int block : blocksOfColour_[colour])
+    if (atBorder(block) == border && std::exchange(active_[block], false)) due_.push_back(block);
+  std::vector<SweepSums> of(input_.threads.count());
+  input_.threads.forEach(static_cast<std::int64_t>(due_.size()), [&](std::int64_t i, int thread) {
+    SweepSums found;
+    resolve(due_[i], found);
+    if (found.contacts == 0) due_[i] = none;
+    of[thread].add(found);
+  });
+  for (const SweepSums& found : of) sums.add(found);
+  for (const int block : due_)
+    if (block != none) activate(block);
+}
+
 void Relaxation::resolve(int block, SweepSums& sums) {
-  if (!std::exchange(active_[block], false)) return;
-  const std::int64_t before = sums.contacts;
-  for (std::int64_t p = list_.start[block]; p < list_.start[block + 1]; ++p)
-    solver_.resolve(list_.pairs[p], bodies_, sums);
+  for (ContactPair& pair : list_[block]) solver_.resolve(pair, bodies_, sums);
   for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
     solver_.resolveSurroundings(bodies_[i], sums);
-  if (sums.contacts > before) activate(block);
 }
 
 /// Over all ranks: the sums of a sweep and the displacement of the cells.
@@ -402,6 +441,7 @@ void Relaxation::remove(const std::vector<std::int64_t>& ids) {
 
 void Relaxation::dropLists() {
   list_ = PairList();
+  lister_.reset();
   listed_ = false;
   dropCopies();
   distribute();

@@ -4,13 +4,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "packMesh/parallel/block_grid.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_solver.h"
 #include "packMesh/relaxation/freedom.h"
-#include "packMesh/relaxation/pair_list.h"
+#include "packMesh/relaxation/pair_lister.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/shared_bodies.h"
 
@@ -26,11 +27,13 @@ struct RelaxationInput {
   double clearance = 0.0;      ///< target gap between membranes [µm]
   double wallClearance = 0.0;  ///< target gap between membrane and wall [µm]
   bool rotate = true;
+  Threads threads = {};  ///< that share the work of this rank
 };
 
 /// Bodies, the neighbour list, and the sweeps over them. The result of a sweep depends on the bodies and the
-/// input alone, not on the number of ranks: pairs are processed block by block in the order of the blocks'
-/// colours, and after each colour the ranks exchange what has changed.
+/// input alone, not on the number of ranks or threads: pairs are processed block by block in the order of the
+/// blocks' colours. Blocks of a colour are independent, and after each colour the ranks exchange what has
+/// changed.
 ///
 /// All ranks call every function that is not const together, with the same arguments.
 class Relaxation {
@@ -91,14 +94,17 @@ class Relaxation {
 
   void refreshLists(bool sleeping);
   void addUp(SweepSums& sums);
+  void resolve(int colour, bool border, SweepSums& sums);
   void resolve(int block, SweepSums& sums);
-  void findBorder();
+  void findBorder(const std::vector<int>& blocks);
   bool atBorder(int block) const { return !atBorder_.empty() && atBorder_[block]; }
   void activate(int block);
   void activateAll();
   void activateDisturbed();
   bool isSleeping(double slack) const;
-  void listPairsOfOwn();
+  void listPairs(std::vector<int> blocks);
+  void listActive(int colour);
+  void recordWork();
   void shareOut(std::vector<std::int64_t> workOfBlock);
   bool isUneven() const;
   void expectMotion();
@@ -110,6 +116,14 @@ class Relaxation {
   std::vector<Body> cellsThat(const std::function<bool(const Body&)>& fit) const;
   void distribute();
   void dropCopies();
+  /// Calls visit(index, thread) for every body, own and ghosts.
+  template <class Visit>
+  void forEachBody(Visit&& visit) const {
+    const auto bodies = static_cast<std::int64_t>(bodies_.size());
+    input_.threads.forEachPart(bodies, [&](std::int64_t begin, std::int64_t end, int thread) {
+      for (std::int64_t i = begin; i < end; ++i) visit(static_cast<std::size_t>(i), thread);
+    });
+  }
 
   RelaxationInput input_;
   Communicator communicator_;
@@ -126,12 +140,19 @@ class Relaxation {
   /// Blocks in which a sweep could change anything: those with a contact in the last sweep, and those where a
   /// cell moved that a cell of the block could touch.
   std::vector<char> active_;
+  std::vector<int> due_;  ///< blocks being resolved; those without contacts become `none`
+  static constexpr int none = -1;
   std::vector<char> atBorder_;  ///< blocks that could change a body that another rank holds; empty: none
   std::vector<Body> bodies_;    ///< own and ghosts, sorted by block, then by id
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions at the last rebuild of the lists
   PairList list_;
-  double movedBefore_ = 0.0;  ///< sum over all cells at the last estimate of the motion [µm]
+  std::vector<char> isListed_;  ///< per block, whether its pairs are
+  /// Exists while pairs of some blocks are not listed: if cells sleep, they are when a cell comes near.
+  std::optional<PairLister> lister_;
+  bool mayBeDeep_ = true;       ///< whether pairs could be deep contacts at the last rebuild of the lists
+  std::vector<char> isShared_;  ///< per body, whether another rank holds it
+  double movedBefore_ = 0.0;    ///< sum over all cells at the last estimate of the motion [µm]
   std::int64_t foreseenInSweep_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< on this rank, at the last rebuild of the lists [pairs]
   bool listed_ = false;

@@ -30,20 +30,26 @@ struct ScheduleLimits {
 /// higher fractions it keeps the cells agitated, like a temperature; if it is too large, cells lock. From
 /// then on it is therefore reduced in proportion to the excess of the mean penetration over a limit: another
 /// 240 sweeps, sufficient up to about 0.59. Then the limit and the over-relaxation decrease slowly, as in
-/// simulated annealing, over 2000 sweeps, then, after a restart of the annealing, over 2.5 times as many, and
-/// so on. It ends without success at the end of a part if the cells still penetrate so deeply that they are
-/// jammed (from a fraction of about 0.65 on after the first part).
+/// simulated annealing, over 2000 sweeps, then, after a restart of the annealing, over 2.5 times as many.
+/// After that come compactions, in which contacts are only resolved to within tolerance::compactionSlack: the
+/// cells are agitated at the most effective limit for some thousand sweeps, then cooled for 1500. It ends
+/// without success at the end of a part if the cells still penetrate so deeply that they are jammed (from a
+/// fraction of about 0.65 on after the first part).
 /// @param at position to start from; kept up to date
 /// @return true if the tolerance was reached within the limits, or if so few contacts are left that repairing
-///   them one by one will succeed; false if a limit was reached or the cells are jammed
+///   them one by one will succeed, or so shallow ones after a compaction that calibrating them may; false if
+///   a limit was reached or the cells are jammed
 bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, SchedulePosition& at);
 inline bool relax(Relaxation& relaxation, double tolerance, const ScheduleLimits& limits) {
   SchedulePosition start;
   return relax(relaxation, tolerance, limits, start);
 }
 
-/// Total number of sweeps in this many parts of relax(): the first one, then annealings.
+/// Total number of sweeps in this many parts of relax(): the first one, annealings, compactions.
 std::int64_t sweepsOfRelax(std::int64_t parts);
+
+/// Whether a part of relax() is a compaction, after which the clearances of pairs are calibrated.
+bool isCompaction(std::int64_t part);
 
 /// At most `sweeps` sweeps of a nearly resolved state that move only cells with penetrations deeper than
 /// `tolerance` [µm], until there are none.
@@ -55,5 +61,12 @@ inline bool settle(Relaxation& relaxation, double tolerance, std::int64_t sweeps
   SchedulePosition start;
   return settle(relaxation, tolerance, sweeps, limits, start);
 }
+
+/// The same for the state after a compaction, while the clearances of pairs are calibrated.
+bool settleCompacted(Relaxation& relaxation, double tolerance, std::int64_t sweeps,
+                     const ScheduleLimits& limits, SchedulePosition& at);
+
+/// Whether the penetrations that are left are too deep for calibration.
+bool isTooDeepToCalibrate(const Relaxation& relaxation);
 
 }  // namespace packmesh

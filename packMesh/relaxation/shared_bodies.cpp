@@ -17,12 +17,12 @@ struct Change {
   std::int64_t slot;
 };
 
-/// Sorts by block, then by id. Bodies are large, and mostly sorted already.
-void sortByBlock(std::vector<Body>& bodies) {
-  const auto before = [](const Body& a, const Body& b) {
-    return std::tie(a.block, a.id) < std::tie(b.block, b.id);
-  };
-  if (std::is_sorted(bodies.begin(), bodies.end(), before)) return;
+bool before(const Body& a, const Body& b) {
+  return std::tie(a.block, a.id) < std::tie(b.block, b.id);
+}
+
+/// Sorts any bodies by block, then by id.
+void sortAll(std::vector<Body>& bodies) {
   struct Key {
     std::int32_t block, index;
     std::int64_t id;
@@ -37,6 +37,47 @@ void sortByBlock(std::vector<Body>& bodies) {
   sorted.reserve(bodies.size());
   for (const Key& key : keys) sorted.push_back(bodies[key.index]);
   bodies = std::move(sorted);
+}
+
+/// Takes bodies out so that those that remain are sorted: of two in the wrong order, the one that has moved
+/// to a later block, or, if several precede the second, that one. @return those taken out
+std::vector<Body> takeUnsorted(std::vector<Body>& bodies) {
+  constexpr std::size_t mostBack = 8;
+  std::vector<Body> taken;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    std::size_t back = kept;
+    while (back > 0 && kept - back < mostBack && before(bodies[i], bodies[back - 1])) --back;
+    if (back > 0 && before(bodies[i], bodies[back - 1])) {
+      taken.push_back(bodies[i]);
+      continue;
+    }
+    taken.insert(taken.end(), bodies.begin() + back, bodies.begin() + kept);
+    if (back != i) bodies[back] = bodies[i];
+    kept = back + 1;
+  }
+  bodies.resize(kept);
+  return taken;
+}
+
+/// Bodies are mostly sorted if there are fewer steps down than one in this many.
+constexpr std::size_t mostlySorted = 8;
+
+/// Sorts by block, then by id. Bodies are large, and mostly sorted already.
+void sortByBlock(std::vector<Body>& bodies) {
+  std::size_t steps = 0;  // down
+  for (std::size_t i = 1; i < bodies.size(); ++i) steps += before(bodies[i], bodies[i - 1]);
+  if (steps == 0) return;
+  if (steps > bodies.size() / mostlySorted) return sortAll(bodies);
+  std::vector<Body> taken = takeUnsorted(bodies);
+  sortAll(taken);
+  std::size_t from = bodies.size(), to = from + taken.size();
+  bodies.resize(to);
+  while (!taken.empty()) {  // from the end, so that no other memory is needed
+    const bool last = from == 0 || before(bodies[from - 1], taken.back());
+    bodies[--to] = last ? taken.back() : bodies[--from];
+    if (last) taken.pop_back();
+  }
 }
 
 }  // namespace

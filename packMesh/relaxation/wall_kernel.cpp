@@ -77,7 +77,8 @@ inline Look sampled(const WallGrid& grid, const Point& p) {
     begin = gather(bricks.begins, index);
   }
   const Ints first = begin + BrickView::placeOf(node);
-  const std::int16_t* values = *bricks.values;
+  __atomic_thread_fence(__ATOMIC_ACQUIRE);
+  const std::int16_t* values = __atomic_load_n(bricks.values, __ATOMIC_RELAXED);
   Lanes c[8];
   for (int k = 0; k < 4; ++k) {  // two neighbours along x at a time
     const Ints both = gather(values, first + ((k & 1) * BrickView::row + (k >> 1) * BrickView::slab));

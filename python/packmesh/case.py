@@ -91,6 +91,7 @@ def pack(
     max_time: Optional[float] = None,
     max_iterations: Optional[int] = None,
     best_effort: bool = False,
+    threads: Optional[int] = None,
     tile: Optional[Sequence[int]] = None,
     state: Optional[Path] = None,
     checkpoint_every: Optional[float] = None,
@@ -143,6 +144,8 @@ def pack(
         max_time: time limit; if not all cells fit, fewer are packed, which can take as long again
         max_iterations: of sweeps or growth iterations
         best_effort: return the densest packing that was found instead of raising InfeasibleError
+        threads: of this process (OMP_NUM_THREADS, or as many as there are cores; with several ranks one); the packing
+            does not depend on it
     More:
         tile: numbers of copies of a periodic box along x, y, z, in a larger box
         state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from (without
@@ -230,8 +233,8 @@ def _fill(asked: Words, **given: Any) -> None:
     if given["species"] is not None:
         asked.species(given["species"], given["hematocrit"] is not None, given["case"] is not None)
     for name in ("ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance", "wall_clearance",
-                 "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "state",
-                 "checkpoint_every", "restart", "growth_frames", "output_dir"):
+                 "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads",
+                 "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         if given[name] is not None:
             asked.option(name.replace("_", "-"), given[name])
     for axis, planes in mapping("pre_inlet_ranges", given["pre_inlet_ranges"] or {}, '{"y": (0, 42)}').items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Errors are exceptions with the texts of the program."""
+"""Errors are exceptions with the texts of the program, except for what becomes of the cells."""
 import numpy as np
 import pytest
 

@@ -7,6 +7,7 @@
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/pack.h"
+#include "packMesh/relaxation/body_state.h"
 #include "tests/support/shapes.h"
 
 namespace packmesh::test {
@@ -46,6 +47,26 @@ inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, doub
   problem.species.push_back({"PLT", ball, 1 + problem.species[0].count / 14, nullptr});
   problem.container = std::move(container);
   problem.seed = seed;
+  return problem;
+}
+
+/// Red cells of a packing in a periodic cube that has shrunk by a factor since, so that some overlap: as
+/// after a compaction, to be calibrated. With several ranks the first one has all cells.
+inline PackingProblem toBeCalibrated(double edge, double fraction, double factor,
+                                     const Communicator& communicator = {}) {
+  const PackingResult packed = pack(redCellProblem(periodicCube(edge), fraction));
+  PackingProblem problem = redCellProblem(periodicCube(factor * edge), 0.0);
+  problem.species[0].count = packed.cellCount;
+  problem.communicator = communicator;
+  PackingState& state = problem.resume.emplace();
+  state.position = {Stage::certificate, false, 0, {3, 0}};
+  state.cellCount = packed.cellCount;
+  if (communicator.rank() == 0)
+    for (std::size_t i = 0; i < packed.poses.size(); ++i) {
+      Pose pose = packed.poses[i];
+      pose.position *= factor;
+      state.cells.push_back(stateOf(makeBody(static_cast<std::int64_t>(i), 0, pose)));
+    }
   return problem;
 }
 

@@ -61,7 +61,7 @@ TEST_CASE("check stops searching for overlaps when all cells overlap", "[executa
   const Ran ran = run(folder.path(), "check 20 20 20");
   INFO(ran.all());
   CHECK(ran.exitCode == int(ExitCode::faultsFound));
-  CHECK_THAT(ran.out, Contains("Overlapping pairs: at least 100") &&
+  CHECK_THAT(ran.out, Contains("Overlapping pairs: at least 118872") &&
                           Contains("further pairs were not examined") &&
                           Contains("; of those found, 0 are among cells HemoCell keeps\n"));
 }

@@ -59,18 +59,24 @@ int count(const std::string& text, const std::string& part) {
   return n;
 }
 
-/// Packs in a folder of its own on every number of ranks.
-void requireSameOnRanks(const std::string& arguments, const std::vector<int>& numbers = {1, 2, 3, 4, 8}) {
+struct Team {
+  int ranks, threads;  ///< threads of each rank
+};
+
+/// Packs in a folder of its own on every number of ranks and threads.
+void requireSameOnRanks(const std::string& arguments,
+                        const std::vector<Team>& teams = {{1, 1}, {1, 4}, {2, 2}, {3, 1}, {4, 1}, {8, 1}}) {
   CAPTURE(arguments);
   std::string files, story;
-  for (const int ranks : numbers) {
-    CAPTURE(ranks);
+  for (const auto& [ranks, threads] : teams) {
+    CAPTURE(ranks, threads);
     const SampleCase folder;
     const std::set<fs::path> before = filesIn(folder.path());
-    const Ran ran = run(folder.path(), arguments, "packMesh", onRanks(ranks));
+    const Ran ran = run(folder.path(), arguments, "packMesh",
+                        "OMP_NUM_THREADS=" + std::to_string(threads) + " " + onRanks(ranks));
     INFO(ran.all());
     REQUIRE(ran.exitCode == 0);
-    if (ranks == 1) {
+    if (files.empty()) {
       files = filesOf(folder.path(), before);
       story = storyOf(ran.out);
       REQUIRE(files.size() > 1000);
@@ -78,7 +84,8 @@ void requireSameOnRanks(const std::string& arguments, const std::vector<int>& nu
     }
     CHECK((filesOf(folder.path(), before) == files));  // too long to print
     CHECK(storyOf(ran.out) == story);
-    CHECK_THAT(ran.out, Contains(std::to_string(ranks) + " ranks"));
+    CHECK_THAT(ran.out, Contains(std::to_string(ranks) + (ranks > 1 ? " ranks" : " rank")));
+    if (threads > 1) CHECK_THAT(ran.out, Contains("with " + std::to_string(threads) + " threads"));
   }
 }
 
@@ -93,9 +100,12 @@ TEST_CASE("All outputs are the same on 1, 2, 3 and 5 ranks with both methods", "
   const std::string outputs =
       " --report report.html --vtp --vtp-meshes --pov --state state.h5 --export csv --export "
       "lammps-molecular --export mirheo --export stl";
-  requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs, {1, 2, 3, 5});
-  requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs, {1, 2, 3, 5});
-  requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp", {1, 2, 3, 5});
+  requireSameOnRanks("config.xml --hematocrit 0.3 --plt_ratio 0.1" + outputs,
+                     {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {5, 1}});
+  requireSameOnRanks("16 16 16 --rbc 12 --plt 4 --method cat" + outputs,
+                     {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {5, 1}});
+  requireSameOnRanks("50 50 50 --hematocrit 0.45 --report report.json --vtp",
+                     {{1, 1}, {1, 3}, {2, 1}, {3, 2}, {5, 1}});
 }
 
 TEST_CASE("Boxes and tubes give the same files and messages on 1, 2, 3, 4 and 8 ranks", "[ranks]") {

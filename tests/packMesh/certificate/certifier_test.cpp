@@ -242,5 +242,5 @@ TEST_CASE("After repair of a pair that was too close, the cells are examined onc
   certifier.update({3});
   REQUIRE(certifier.certificate().clean());
   REQUIRE(certifier.certificate().minimumGap == Approx(gap));
-  REQUIRE(examined == static_cast<std::int64_t>(cells.size()));
+  REQUIRE(examined == 1);
 }

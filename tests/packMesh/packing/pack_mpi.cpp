@@ -184,3 +184,12 @@ TEST_CASE("An interruption of one rank ends all ranks", "[mpi]") {
   REQUIRE(result.outcome == Outcome::interrupted);
   REQUIRE(result.cells.empty());
 }
+
+TEST_CASE("Calibration gives the same packing on any number of ranks", "[mpi]") {
+  const PackingResult alone = pack(test::toBeCalibrated(42.0, 0.5, 0.99));
+  const PackingResult together = pack(test::toBeCalibrated(42.0, 0.5, 0.99, Communicator::world()));
+  REQUIRE(alone.statistics.repairs > 0);
+  REQUIRE(together.statistics.repairs == alone.statistics.repairs);
+  REQUIRE(together.statistics.sweeps == alone.statistics.sweeps);
+  REQUIRE(together.certificate.minimumGap == alone.certificate.minimumGap);
+}

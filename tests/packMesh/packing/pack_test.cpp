@@ -99,6 +99,30 @@ TEST_CASE("The packing has the same bits for the same problem and differs for an
   REQUIRE_FALSE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 6)), first));
 }
 
+TEST_CASE("The packing has the same bits on any number of threads", "[packing]") {
+  const TriangleMesh tube = sample::tube(
+      0.0, 80.0, 81, 16, [](double x) { return Vec3(x, 2.0 * std::sin(2.0 * M_PI * x / 80.0), 0.0); },
+      [](double) { return 9.0; });
+  const std::vector<std::pair<std::shared_ptr<const Container>, double>> lumens = {
+      {periodicCube(60.0), 0.45},
+      {makeBox(Box{Vec3(0, 0, 0), Vec3(90, 60, 22)}, {true, false, false}), 0.35},
+      {makeVessel(tube, VesselEnds{0, 0.0, 80.0, true}, 0.5), 0.30}};
+  for (const auto& [lumen, fraction] : lumens) {
+    CAPTURE(lumen->describe());
+    PackingProblem problem = redCellProblem(lumen, fraction, 5);
+    const PackingResult alone = pack(problem);
+    REQUIRE(alone.outcome == Outcome::certified);
+    REQUIRE(alone.statistics.blocks > 1);
+    for (const int threads : {2, 5}) {
+      problem.threads = Threads(threads);
+      const PackingResult together = pack(problem);
+      REQUIRE(test::sameBits(together, alone));
+      REQUIRE(together.certificate.pairsTested == alone.certificate.pairsTested);
+      REQUIRE(together.certificate.minimumWallGap == alone.certificate.minimumWallGap);
+    }
+  }
+}
+
 TEST_CASE("All instruction sets give the same packing", "[packing]") {
   std::vector<PackingResult> results;
   for (const auto& [name, set] :

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/pair_list.h"
+#include "packMesh/relaxation/pair_lister.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 #include <tuple>
+
+#include "packMesh/parallel/block_grid.h"
 
 using namespace packmesh;
 
@@ -50,19 +53,32 @@ Scene randomScene(unsigned seed, int count, double largestRadius, double size) {
   return scene;
 }
 
-PairList list(const Scene& s) {
-  return listPairs(s.bodies, s.radii, s.margin, s.bounds, s.period, s.blocks.count());
+std::vector<std::int64_t> startsOf(const Scene& s) {
+  std::vector<std::int64_t> start(s.blocks.count() + 1, 0);
+  for (const Body& body : s.bodies) ++start[body.block + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  return start;
+}
+
+PairList list(const Scene& s, const Threads& threads = {}) {
+  const std::vector<std::int64_t> start = startsOf(s);
+  std::vector<int> all(s.blocks.count());
+  std::iota(all.begin(), all.end(), 0);
+  PairList list(all.size());
+  PairLister({s.bodies, start, s.radii, s.margin, s.bounds, s.period}).list(all, threads, list);
+  return list;
 }
 
 std::vector<Key> keys(const Scene& s, const PairList& pairs) {
   std::vector<Key> out;
-  for (const ContactPair& p : pairs.pairs) {
-    Key key{s.bodies[p.first].id, s.bodies[p.second].id, p.shift[0], p.shift[1], p.shift[2]};
-    if (p.first == p.second &&
-        p.shift < ImageShift{0, 0, 0})  // a cell and its image, seen from the other side
-      key = {s.bodies[p.first].id, s.bodies[p.second].id, -p.shift[0], -p.shift[1], -p.shift[2]};
-    out.push_back(key);
-  }
+  for (const std::vector<ContactPair>& ofBlock : pairs)
+    for (const ContactPair& p : ofBlock) {
+      Key key{s.bodies[p.first].id, s.bodies[p.second].id, p.shift[0], p.shift[1], p.shift[2]};
+      if (p.first == p.second &&
+          p.shift < ImageShift{0, 0, 0})  // a cell and its image, seen from the other side
+        key = {s.bodies[p.first].id, s.bodies[p.second].id, -p.shift[0], -p.shift[1], -p.shift[2]};
+      out.push_back(key);
+    }
   return out;
 }
 
@@ -111,28 +127,52 @@ TEST_CASE("Pairs are stored at the block of the smaller id, in order of ids and 
   for (unsigned seed = 0; seed < 16; ++seed) {
     const Scene s = randomScene(seed, 120, 1.5, 25.0);
     const PairList pairs = list(s);
-    REQUIRE(pairs.start.size() == static_cast<std::size_t>(s.blocks.count()) + 1);
-    REQUIRE(pairs.start.front() == 0);
-    REQUIRE(pairs.start.back() == static_cast<std::int64_t>(pairs.pairs.size()));
+    REQUIRE(pairs.size() == static_cast<std::size_t>(s.blocks.count()));
     for (int b = 0; b < s.blocks.count(); ++b)
-      for (std::int64_t p = pairs.start[b]; p < pairs.start[b + 1]; ++p) {
-        const ContactPair& pair = pairs.pairs[p];
+      for (std::size_t p = 0; p < pairs[b].size(); ++p) {
+        const ContactPair& pair = pairs[b][p];
         REQUIRE(s.bodies[pair.first].id <= s.bodies[pair.second].id);
         REQUIRE(s.bodies[pair.first].block == b);
         REQUIRE(pair.apartUntil < 0.0);
         REQUIRE(pair.extraClearance == 0.0f);
-        if (p == pairs.start[b]) continue;
-        const ContactPair& before = pairs.pairs[p - 1];
+        if (p == 0) continue;
+        const ContactPair& before = pairs[b][p - 1];
         REQUIRE(std::make_tuple(s.bodies[before.first].id, s.bodies[before.second].id, before.shift) <
                 std::make_tuple(s.bodies[pair.first].id, s.bodies[pair.second].id, pair.shift));
       }
   }
 }
 
+TEST_CASE("Several threads list the pairs that one lists", "[relaxation]") {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    const Scene s = randomScene(seed, 200, 1.0, 25.0);
+    REQUIRE(keys(s, list(s, Threads(3))) == keys(s, list(s)));
+  }
+}
+
 TEST_CASE("There are no pairs without cells or with one cell in a large period", "[relaxation]") {
   const Box bounds{{0, 0, 0}, {20, 20, 20}};
-  const PairList none = listPairs({}, {1.0}, 0.1, bounds, bounds.size(), 4);
-  REQUIRE(none.pairs.empty());
-  REQUIRE(none.start == std::vector<std::int64_t>(5, 0));
-  REQUIRE(listPairs({Body()}, {1.0}, 0.1, bounds, bounds.size(), 1).pairs.empty());
+  const std::vector<double> radii = {1.0};
+  for (const std::vector<Body>& bodies : {std::vector<Body>(), std::vector<Body>(1)}) {
+    const std::vector<std::int64_t> start = {0, static_cast<std::int64_t>(bodies.size())};
+    PairList list(1);
+    PairLister({bodies, start, radii, 0.1, bounds, bounds.size()}).list({0}, {}, list);
+    REQUIRE(list[0].empty());
+  }
+}
+
+TEST_CASE("Pairs of some blocks can be listed later, at the positions of the beginning", "[relaxation]") {
+  Scene s = randomScene(3, 200, 1.5, 25.0);
+  const PairList all = list(s);
+  const std::vector<std::int64_t> start = startsOf(s);
+  const PairLister search({s.bodies, start, s.radii, s.margin, s.bounds, s.period});
+  for (Body& body : s.bodies) body.position.x() += 3.0;
+  PairList some(all.size());
+  const std::vector<int> later = {2, 0};
+  search.list(later, {}, some);
+  for (int b = 0; b < s.blocks.count(); ++b) {
+    const bool listed = b == 0 || b == 2;
+    REQUIRE(some[b].size() == (listed ? all[b].size() : 0));
+    for (std::size_t p = 0; p < some[b].size(); ++p) REQUIRE(some[b][p].second == all[b][p].second);
+  }
 }

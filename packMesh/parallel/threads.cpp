@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/parallel/threads.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace packmesh {
+namespace {
+
+/// A thread that waits for the next loop, or for the end of one, first looks for it this many times without
+/// sleeping: loops often follow each other within microseconds.
+constexpr int looksBeforeSleep = 2000;
+
+}  // namespace
+
+struct Threads::Team {
+  explicit Team(int count) {
+    try {
+      for (int thread = 1; thread < count; ++thread) others.emplace_back([this, thread] { serve(thread); });
+    } catch (const std::system_error&) {  // no resources for more: those there are do the work
+    }
+  }
+
+  ~Team() {
+    if (!isHere()) {
+      for (std::thread& other : others) other.detach();
+      return;
+    }
+    {
+      const std::lock_guard lock(mutex);
+      over = true;
+      ++loop;
+    }
+    begun.notify_all();
+    for (std::thread& other : others) other.join();
+  }
+
+  /// False in a process that was forked: it has no other threads.
+  bool isHere() const { return getpid() == process; }
+
+  /// Does items until none is left.
+  void help(int thread) {
+    for (std::int64_t item = next++; item < items; item = next++) {
+      try {
+        (*work)(item, thread);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (item < failedItem) {
+          failedItem = item;
+          failure = std::current_exception();
+        }
+        next = items;
+      }
+    }
+  }
+
+  /// Waits until ready(), which others make true before they notify `by`.
+  template <class Ready>
+  void await(std::condition_variable& by, Ready&& ready) {
+    for (int look = 0; look < looksBeforeSleep; ++look) {
+      if (ready()) return;
+      std::this_thread::yield();
+    }
+    std::unique_lock lock(mutex);
+    by.wait(lock, ready);
+  }
+
+  void serve(int thread) {
+    for (std::int64_t last = 0;;) {
+      await(begun, [&] { return loop != last; });
+      last = loop;
+      if (over) return;
+      help(thread);
+      {
+        const std::lock_guard lock(mutex);
+        --busy;
+      }
+      ended.notify_one();
+    }
+  }
+
+  void run(std::int64_t itemsOfLoop, const std::function<void(std::int64_t, int)>& workOfLoop) {
+    {
+      const std::lock_guard lock(mutex);
+      work = &workOfLoop;
+      items = itemsOfLoop;
+      next = 0;
+      failedItem = std::numeric_limits<std::int64_t>::max();
+      busy = static_cast<int>(others.size());
+      ++loop;
+    }
+    begun.notify_all();
+    help(0);
+    await(ended, [&] { return busy == 0; });
+    if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
+  }
+
+  const pid_t process = getpid();
+  std::vector<std::thread> others;
+  std::mutex mutex;
+  std::condition_variable begun, ended;
+  std::atomic<std::int64_t> loop{0};  ///< number of the last one
+  std::atomic<int> busy{0};           ///< other threads that have not ended it
+  std::atomic<bool> over{false};
+
+  const std::function<void(std::int64_t, int)>* work = nullptr;
+  std::int64_t items = 0;
+  std::atomic<std::int64_t> next{0};
+  std::int64_t failedItem = 0;
+  std::exception_ptr failure;
+};
+
+Threads::Threads(int count) : team_(count > 1 ? std::make_shared<Team>(count) : nullptr) {}
+
+int Threads::count() const {
+  return team_ ? static_cast<int>(team_->others.size()) + 1 : 1;
+}
+
+void Threads::run(std::int64_t items, const std::function<void(std::int64_t, int)>& work) const {
+  if (team_->isHere()) return team_->run(items, work);
+  for (std::int64_t i = 0; i < items; ++i) work(i, 0);
+}
+
+}  // namespace packmesh

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/parallel/threads.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "packMesh/parallel/cores.h"
+#include "packMesh/parallel/made_once.h"
+
+using namespace packmesh;
+
+TEST_CASE("Threads do every item of a loop once", "[parallel]") {
+  for (const int count : {1, 2, 3, 8}) {
+    const Threads threads = count == 1 ? Threads() : Threads(count);
+    REQUIRE(threads.count() == count);
+    for (const std::int64_t items : {0, 1, 2, 7, 1000}) {
+      CAPTURE(count, items);
+      std::vector<std::atomic<int>> done(items);
+      std::vector<std::int64_t> byThread(count, 0);
+      threads.forEach(items, [&](std::int64_t item, int thread) {
+        ++done[item];
+        ++byThread[thread];
+      });
+      std::int64_t sum = 0;
+      for (const std::int64_t some : byThread) sum += some;
+      REQUIRE(sum == items);
+      for (const std::atomic<int>& times : done) REQUIRE(times == 1);
+    }
+  }
+}
+
+TEST_CASE("Parts of a loop cover its items without overlap", "[parallel]") {
+  const Threads threads(3);
+  for (const std::int64_t items : {0, 1, 9, 10, 11, 95}) {
+    std::vector<std::atomic<int>> done(items);
+    threads.forEachPart(
+        items,
+        [&](std::int64_t begin, std::int64_t end, int) {
+          for (std::int64_t i = begin; i < end; ++i) ++done[i];
+        },
+        10);
+    for (const std::atomic<int>& times : done) REQUIRE(times == 1);
+  }
+}
+
+TEST_CASE("Each of many loops sees what the one before has written", "[parallel]") {
+  const Threads threads(4);
+  std::vector<int> values(64, 0);
+  for (int loop = 0; loop < 2000; ++loop) {
+    const std::vector<int> before = values;
+    threads.forEach(64, [&](std::int64_t i, int) { values[i] = before[(i + 1) % 64] + 1; });
+    for (int i = 0; i < 64; ++i) REQUIRE(values[i] == before[(i + 1) % 64] + 1);
+  }
+}
+
+TEST_CASE("The exception of the smallest item that fails is thrown, and the threads go on", "[parallel]") {
+  const Threads threads(3);
+  for (int repeat = 0; repeat < 50; ++repeat) {
+    std::string message;
+    try {
+      threads.forEach(100, [](std::int64_t item, int) {
+        if (item % 10 == 7) throw std::runtime_error(std::to_string(item));
+      });
+    } catch (const std::runtime_error& error) {
+      message = error.what();
+    }
+    REQUIRE(message == "7");
+  }
+  std::atomic<int> done{0};
+  threads.forEach(100, [&](std::int64_t, int) { ++done; });
+  REQUIRE(done == 100);
+}
+
+TEST_CASE("Copies share the threads", "[parallel]") {
+  Threads copy;
+  REQUIRE(copy.alone());
+  {
+    const Threads threads(2);
+    copy = threads;
+  }
+  std::atomic<int> done{0};
+  copy.forEach(10, [&](std::int64_t, int) { ++done; });
+  REQUIRE(done == 10);
+  REQUIRE(copy.count() == 2);
+}
+
+TEST_CASE("A forked process does loops alone", "[parallel]") {
+  const Threads threads(3);
+  const pid_t child = fork();
+  if (child == 0) {
+    int done = 0;
+    threads.forEach(10, [&](std::int64_t, int) { ++done; });
+    _exit(done == 10 ? 0 : 1);
+  }
+  int status = 1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  REQUIRE(status == 0);
+}
+
+TEST_CASE("Values that several threads need are the same for all of them", "[parallel]") {
+  MadeOnce<int, std::string> texts;
+  const Threads threads(4);
+  std::vector<const std::string*> found(1000);
+  threads.forEach(1000, [&](std::int64_t i, int) {
+    const int key = static_cast<int>(i % 17);
+    found[i] = &texts.at(key, [&] { return std::to_string(key); });
+  });
+  REQUIRE(texts.size() == 17);
+  for (int i = 0; i < 1000; ++i) {
+    REQUIRE(found[i] == found[i % 17]);
+    REQUIRE(*found[i] == std::to_string(i % 17));
+  }
+}
+
+TEST_CASE("There is at least one core", "[parallel]") {
+  REQUIRE(availableCores() >= 1);
+}
