@@ -17,6 +17,7 @@
 #include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/problem/tiling.h"
@@ -154,7 +155,7 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
   HeldPacking packing;
   packing.ranks = ranks;
   packing.file = file;
-  packing.words = state.command;
+  packing.words = wordsNow(state.command, file);
   for (const StateCells::Kind& kind : state.species)
     packing.kinds.push_back({kind.name, kind.mesh, kind.count});
   for (const StateCell& cell : state.cells) {
@@ -233,7 +234,9 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
   state.position.stage = Stage::certificate;
   state.position.fewer = result.outcome == Outcome::outOfReach;
   state.cellCount = result.cellCount;
-  const CellMeasures own = measureShare(analysisInputOf(*packing.scene, ranks), result.cells);
+  const CellMeasures own = asFinished(packing, *packing.scene, [&](const Finished& done) {
+    return measureShare(analysisInputOf(done), result.cells);
+  });
   std::vector<BodyState> bodies;
   std::vector<MeasuredCell> measured;
   std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
@@ -254,7 +257,7 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
     state.measures.gap.push_back(cell.gap);
     state.measures.localHematocrit.push_back(cell.localHematocrit);
   }
-  writeState(file, problem, packing.words, state);
+  writeState(file, problem, storedWords(packing.words, file), state);
 }
 
 std::string reportOf(const HeldPacking& packing) {

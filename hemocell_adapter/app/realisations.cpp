@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 Job realisationOf(const Job& job, std::int64_t i) {
   Job one = job;
   one.realisations = 1;
+  one.realisation = i;
+  one.realisationsOfAll = job.realisations;
   one.seed = job.seed + std::uint64_t(i - 1);
   one.outputDirectory = job.outputDirectory / realisationFolder(i, job.realisations);
   if (job.stateFile) one.stateFile = one.outputDirectory / job.stateFile->filename();
@@ -81,6 +83,11 @@ ExitCode runRealisations(const Job& job, const Communicator& ranks,
   }
   for (const std::string& line : realisationLines(rows)) log::info(line);
   log::info(fmt::format("Wrote {}", file.string()));
+  if (job.reportFile) {
+    const fs::path report = job.outputDirectory / "realisation_*" / job.reportFile->filename();
+    log::info(fmt::format("To compare them: python3 -m packmesh compare {} --page compare.html",
+                          fs::path(report).replace_extension(".json").string()));
+  }
   tellWritten();
   if (ranks.rank() == 0) warnOfFilesBeside(job);
   if (!failed.empty()) log::error(fmt::format("realisations that failed: {}", failed));

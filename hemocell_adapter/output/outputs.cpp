@@ -69,20 +69,23 @@ void writeReports(const Finished& done, const Report& report, const std::vector<
 
 }  // namespace
 
-AnalysisInput analysisInputOf(const Scene& scene, const Communicator& ranks) {
+AnalysisInput analysisInputOf(const Finished& done) {
+  const Scene& scene = done.scene;
   AnalysisInput input;
   for (const CellSpecies& species : scene.species) {
     input.shapes.push_back(species.shape.get());
     input.inHematocrit.push_back(species.redCell);
   }
   input.container = scene.lumen.container.get();
-  input.communicator = ranks;
+  input.communicator = done.ranks;
   input.threads = scene.team;
+  for (const MisplacedCell& cell : done.result.certificate.misplaced)
+    if (!(cell.gap > 0.0)) input.outside.insert(cell.cell);
   return input;
 }
 
 std::string reportText(const Finished& done, const RunTimes& times) {
-  const AnalysisInput analysis = analysisInputOf(done.scene, done.ranks);
+  const AnalysisInput analysis = analysisInputOf(done);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
   return jsonText(makeReport(
       done, measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.scene)), times));
@@ -170,7 +173,7 @@ void writeViews(const Finished& done, const RunTimes& times) {
   const Communicator& ranks = done.ranks;
   const std::vector<fs::path> views = viewFiles(scene);
   if (views.empty()) return;
-  const AnalysisInput analysis = analysisInputOf(scene, ranks);
+  const AnalysisInput analysis = analysisInputOf(done);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
   if (!vtpFiles(scene).empty()) writeVtp(done, measures);
   if (scene.reportFile) {

@@ -12,7 +12,7 @@
 namespace packmesh::hemocell {
 
 /// For measuring cells, by the user's species, each of which may have had several parts.
-AnalysisInput analysisInputOf(const Scene& scene, const Communicator& ranks);
+AnalysisInput analysisInputOf(const Finished& done);
 
 /// The report (report.h) as JSON, which is not written. All ranks call.
 std::string reportText(const Finished& done, const RunTimes& times);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/core/version.h"
 
@@ -127,6 +128,7 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
   Report all;
   all["pointsPerCell"] = measures.pointsPerCell;
   all["lumenPoints"] = measures.lumenPoints;
+  all["leftOut"] = measures.leftOut;
   all["wall"] = nullptr;
   if (measures.wall) {
     all["wall"] = profileOf(*measures.wall, scene.species);
@@ -204,6 +206,16 @@ Report timesOf(const Finished& done, const RunTimes& times) {
       {"growth", s.growthSeconds},  {"certificate", s.certificateSeconds}};
 }
 
+/// Of one of several realisations: its number, and the folders of its neighbours.
+Report realisationOf(const Job& job) {
+  const std::int64_t i = job.realisation, all = job.realisationsOfAll;
+  if (i == 0) return nullptr;
+  const auto folder = [&](std::int64_t number) {
+    return number < 1 || number > all ? Report(nullptr) : Report(realisationFolder(number, all));
+  };
+  return {{"number", i}, {"of", all}, {"previous", folder(i - 1)}, {"next", folder(i + 1)}};
+}
+
 const char* outcomeOf(const Finished& done) {
   if (done.checked) return "checked";
   return done.result.outcome == Outcome::certified ? "certified" : "bestEffort";
@@ -218,6 +230,7 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
   all["command"] = done.scene.commandWords;
   all["outcome"] = outcomeOf(done);
+  all["realisation"] = realisationOf(done.scene);
   all["configuration"] = configurationOf(done.scene);
   all["lumen"] = lumenOf(done.scene);
   all["species"] = speciesOf(done);

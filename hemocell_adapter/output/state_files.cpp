@@ -13,6 +13,7 @@
 #include "hemocell_adapter/base/plain_text.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/state_words.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
@@ -54,7 +55,7 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   CommandLine commandLine = parseCommandLine(program, arguments);
   if (!commandLine.restartAlone) return commandLine;
   const Settings options = commandLine.settings();
-  std::vector<std::string> words = readStateHead(*options.restart).command;
+  std::vector<std::string> words = wordsNow(readStateHead(*options.restart).command, *options.restart);
   if (words.empty())
     throw InputError(options.restart->string() +
                      ": does not contain the command of the run; repeat it with --restart");
@@ -106,7 +107,7 @@ Checkpoints StateFiles::checkpoints() {
 void StateFiles::save(const PackingState& state) {
   saved_ = false;
   try {
-    writeState(*job_.stateFile, problem_, job_.commandWords, state);
+    writeState(*job_.stateFile, problem_, storedWords(job_.commandWords, *job_.stateFile), state);
     saved_ = true;
     const std::filesystem::path companion = companionOf(*job_.stateFile);
     if (problem_.communicator.rank() == 0 && companion != *job_.stateFile)

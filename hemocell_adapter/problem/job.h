@@ -40,7 +40,9 @@ struct Job : RunSettings {
   bool autoClearance = false, autoWallClearance = false;
   bool outputStated = false;  ///< outputDirectory is not a default
   std::int64_t firstRealisation = 1;
-  std::vector<std::string> commandWords;              ///< program and arguments, but for --restart
+  /// Of one of several realisations, its number and theirs; 0: there is only one.
+  std::int64_t realisation = 0, realisationsOfAll = 0;
+  std::vector<std::string> commandWords;              ///< see CommandLine::words
   std::vector<std::string> unchecked;                 ///< .pos files that `check` cannot examine
   std::vector<std::filesystem::path> foldersToCheck;  ///< `check` of realisations: each is a job of its own
   std::vector<std::string> warnings;                  ///< how the input was interpreted, for the user

@@ -20,10 +20,11 @@ SpeciesRequest& cellsInFile(Settings& settings, const std::string& file) {
 
 /// The option for the number of cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
-  return setting(option, {count()}, help,
-                 [cellName](Settings& s, const Values& v) { speciesNamed(s, cellName).count = whole(v[0]); })
-      .byDefault("0")
-      .alsoOfPackCells();
+  Setting made = setting(option, {count()}, help, [cellName](Settings& s, const Values& v) {
+    speciesNamed(s, cellName).count = whole(v[0]);
+  });
+  made.countOf = cellName;
+  return made.byDefault("0").alsoOfPackCells();
 }
 
 void setEllipsoid(Settings& s, const Values& v) {

@@ -321,13 +321,14 @@ Settings withOptions(Settings base, const CommandLine& commandLine) {
 
 CommandLine parseCommandLine(const std::string& programName, const std::vector<std::string>& arguments,
                              std::size_t earlier) {
-  const bool asPackCells = std::filesystem::path(programName).filename() == "packCells";
+  const std::string program = std::filesystem::path(programName).filename().string();
+  const bool asPackCells = program == "packCells";
   if (arguments.empty()) {
     throw UsageError("nothing to do: give a config.xml or three sizes sX sY sZ [µm]; see --help");
   }
   CommandLine result = Parser(arguments).parse();
   result.asPackCells = asPackCells;
-  result.words.insert(result.words.begin(), programName);
+  result.words.insert(result.words.begin(), program);
   checkCombination(result);
   if (!asPackCells) refuseTwice(result, earlier);
   return result;

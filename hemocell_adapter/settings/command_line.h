@@ -30,7 +30,7 @@ struct CommandLine {
   std::optional<std::filesystem::path> configFile;  ///< case mode
   std::optional<std::array<std::string, 3>> sizes;  ///< box mode, as typed
   std::vector<Assignment> assignments;
-  std::vector<std::string> words;  ///< program and arguments, without --restart and its file
+  std::vector<std::string> words;  ///< name of the program, arguments without --restart and its file
   bool restartAlone = false;       ///< --restart without a container
   /// A word that is a `<packing>` section, for settings that have no option. Options override it; it changes
   /// that of config.xml.

@@ -31,6 +31,7 @@ struct Setting {
   /// Current value of the setting; empty function if it is not a single value.
   std::function<std::optional<Value>(const RunSettings&)> get = {};
   std::string fallback = {};  ///< the default as text
+  std::string countOf = {};   ///< the cell whose number it is
   Topic topic = Topic::cells;
   char letter = 0;                    ///< short option, 0: none
   bool flag = false;                  ///< the option needs no value; `values` is one boolean

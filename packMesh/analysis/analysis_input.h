@@ -2,6 +2,8 @@
 /// @file Input of measurements.
 #pragma once
 
+#include <cstdint>
+#include <set>
 #include <vector>
 
 #include "packMesh/container/container.h"
@@ -11,11 +13,14 @@
 
 namespace packmesh {
 
-/// Species and lumen of a packing. References only; identical on all ranks.
+/// Species and lumen of a packing. References but for `outside`; identical on all ranks.
 struct AnalysisInput {
   std::vector<const Shape*> shapes;  ///< per species
   std::vector<bool> inHematocrit;    ///< per species: true if its volume counts in the hematocrit
   const Container* container = nullptr;
+  /// Cells that are not wholly inside the lumen, numbered over all ranks: profiles and local hematocrits
+  /// leave them out. A certified packing has none.
+  std::set<std::int64_t> outside = {};
   Communicator communicator;
   Threads threads = {};  ///< of this rank
 };

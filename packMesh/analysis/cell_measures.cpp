@@ -77,8 +77,8 @@ double lumenIn(const Boxes& boxes, std::int64_t box, const Wall* wall) {
 
 class Measuring {
  public:
-  Measuring(const AnalysisInput& analysis, const CertificateInput& input)
-      : analysis_(analysis), input_(input), cells_(input_) {}
+  Measuring(const AnalysisInput& analysis, const CertificateInput& input, const std::vector<bool>& leftOut)
+      : analysis_(analysis), input_(input), leftOut_(leftOut), cells_(input_) {}
 
   CellMeasures operator()() const {
     const std::vector<std::atomic<double>> gaps = gapsOfAll();
@@ -148,6 +148,7 @@ class Measuring {
     std::vector<std::atomic<std::int64_t>> redHere(boxes.count());  // [steps]
     forEachCell([&](std::int64_t i) {
       if (!cells_.isOwn(i) || !analysis_.inHematocrit[cell(i).species]) return;
+      if (!leftOut_.empty() && leftOut_[i]) return;
       const std::vector<Vec3>& inCell = points[cell(i).species];
       const auto each = std::llround(cells_.volume(i) / volumeStep / double(inCell.size()));
       for (const Vec3& p : inCell) redHere[boxes.of(cell(i).placement(p))] += each;
@@ -174,13 +175,15 @@ class Measuring {
 
   const AnalysisInput& analysis_;
   const CertificateInput& input_;
+  const std::vector<bool>& leftOut_;
   const CertifiedCells cells_;
 };
 
 }  // namespace
 
-CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input) {
-  return Measuring(analysis, input)();
+CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input,
+                          const std::vector<bool>& leftOut) {
+  return Measuring(analysis, input, leftOut)();
 }
 
 }  // namespace packmesh

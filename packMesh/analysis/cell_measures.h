@@ -26,8 +26,10 @@ struct CellMeasures {
 /// rank, provided cells are in the same order everywhere. The local hematocrit is the volume fraction of red
 /// cells (AnalysisInput::inHematocrit) in the part of the lumen around the cell: in the boxes of about 10 µm
 /// that contain its volume.
+/// @param leftOut per cell of `input`, or empty: cells whose volume does not count in local hematocrits
 /// @param input the same shapes and container; full-size cells of this rank and copies of the cells around
 /// them, sorted by number
-CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input);
+CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input,
+                          const std::vector<bool>& leftOut = {});
 
 }  // namespace packmesh

@@ -177,7 +177,10 @@ class Measuring {
     for (const Profile& profile : measures_.axial) axial.emplace_back(profile, species);
     std::optional<Sums> wall;
     if (measures_.wall) wall.emplace(*measures_.wall, species);
+    measures_.leftOut = std::int64_t(analysis_.outside.size());
+    std::int64_t id = analysis_.communicator.sumBefore({std::int64_t(cells_.size())}).front();
     for (const PlacedCell& cell : cells_) {
+      if (analysis_.outside.count(id++) > 0) continue;
       const std::vector<Vec3>& inCell = points[cell.species];
       const double volume = analysis_.shapes[cell.species]->volume() / double(inCell.size());
       const std::int64_t each = whole(volume, volumeStep);

@@ -57,6 +57,7 @@ struct PackingMeasures {
   std::vector<GapHistogram> gaps;             ///< per species
   std::vector<OrientationOrder> orientation;  ///< per species
   int pointsPerCell = 0;
+  std::int64_t leftOut = 0;      ///< number of cells that profiles leave out, see AnalysisInput::outside
   std::int64_t lumenPoints = 0;  ///< sample points; 0: the lumen fills its bounding box
 };
 

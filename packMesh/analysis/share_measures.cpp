@@ -16,13 +16,15 @@ struct Measured {
 CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<PlacedCell>& own) {
   const SharedCells here =
       sharedInSpace(own, analysis.shapes, *analysis.container, farthestGap, analysis.communicator);
+  std::vector<bool> leftOut;
+  for (const std::int64_t number : here.numbers) leftOut.push_back(analysis.outside.count(number) > 0);
   CertificateInput input;
   input.shapes = analysis.shapes;
   input.container = analysis.container;
   input.cells = &here.cells;
   input.own = &here.own;
   input.threads = analysis.threads;
-  const CellMeasures found = measureCells(analysis, input);
+  const CellMeasures found = measureCells(analysis, input, leftOut);
 
   std::vector<std::vector<Measured>> back(analysis.communicator.size());
   std::size_t n = 0;

@@ -23,8 +23,7 @@ Vector = Sequence[float]
 MeshSource = Union[Path, Tuple[Any, Any]]
 
 #: Cells for which the program has an option with their number.
-_COUNT_OPTIONS = {"RBC": "rbc", "PLT": "plt", "WBC": "wbc", "vRBC": "vrbc", "RBC_m": "rbc_m", "PLT_m": "plt_m",
-                  "PLT_mko": "plt_mko"}
+_COUNT_OPTIONS = _packmesh.count_options()
 
 
 @dataclasses.dataclass(frozen=True)

@@ -15,6 +15,7 @@ import os
 import re
 import statistics
 import sys
+import urllib.parse
 
 from packmesh import plot
 
@@ -236,7 +237,16 @@ def title_of(reports):
     return f"{len(reports)} realisations: {reports[0]['lumen']['description']}"
 
 
-def page_data(names, reports, found, curves):
+def page_of(name, page):
+    """Link from one page to that of a report, if it is there."""
+    html = os.path.splitext(name)[0] + ".html"
+    if not os.path.isfile(html):
+        return None
+    return "./" + urllib.parse.quote(os.path.relpath(html, os.path.dirname(os.path.abspath(page))))
+
+
+def page_data(names, reports, found, curves, page):
+    """`page`: its file, from which links start"""
     versions = sorted({f"{report['program']['version']} ({report['program']['commit']})" for report in reports})
     rows = [[name, str(report["configuration"]["seed"]), report["outcome"],
              "clean" if report["certificate"]["clean"] else "NOT CLEAN", str(report["certificate"]["cells"]),
@@ -244,8 +254,8 @@ def page_data(names, reports, found, curves):
             for name, report in zip(names, reports)]
     return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [], "errors": "standard deviation",
             "figures": {"heads": ["quantity", *("#" + head for head in HEADS)], "rows": [row_of(*one) for one in found]},
-            "realisations": {"rows": rows, "heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit",
-                                                     "#CPU time [s]"]},
+            "realisations": {"rows": rows, "links": [page_of(name, page) for name in names],
+                             "heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit", "#CPU time [s]"]},
             "measures": mean_measures(reports, curves)}
 
 
@@ -304,7 +314,7 @@ def compare(names, folder, page):
     if folder:
         plot.write_tables(csv_tables(found, curves), folder)
     if page:
-        write_page(page, page_data(names, reports, found, curves))
+        write_page(page, page_data(names, reports, found, curves, page))
 
 
 def main():

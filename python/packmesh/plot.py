@@ -129,6 +129,8 @@ def draw(measures, path):
         axis.grid(alpha=0.3)
     for axis in list(axes.flat)[len(panels):]:
         axis.remove()
+    if measures.get("leftOut"):
+        figure.suptitle(f"Profiles: without {measures['leftOut']} cells that are not wholly inside the lumen", fontsize=10)
     figure.tight_layout()
     figure.savefig(path, dpi=110)
     print(f"(packMesh) Wrote {path}")

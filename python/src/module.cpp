@@ -27,6 +27,7 @@
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/settings/settings_table.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
@@ -287,6 +288,14 @@ py::dict forecast(const Words& words) {
   return all;
 }
 
+/// The options for numbers of cells, by the name of the cell.
+py::dict countOptions() {
+  py::dict options;
+  for (const Setting& setting : settingsTable())
+    if (!setting.countOf.empty()) options[py::str(setting.countOf)] = setting.option;
+  return options;
+}
+
 py::tuple readPosFile(const fs::path& file) {
   Words warnings;
   const std::vector<PosLine> lines = readPos(file, &warnings);
@@ -385,6 +394,7 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("load", &load);
   module.def("check", &check);
   module.def("forecast", &forecast);
+  module.def("count_options", &countOptions);
   module.def("read_pos", &readPosFile);
   module.def("write_pos", &writePos);
   module.def("case", &caseOf);

@@ -95,7 +95,7 @@ def given_as_arrays(tube, what):
 @pytest.mark.parametrize("what", ["vessel", "mesh", "fixed", "start"])
 @pytest.mark.parametrize("while_packing", [False, True])
 def test_state_of_arrays(what, while_packing, tmp_path, tube, program, monkeypatch):
-    """What the command of the state names is beside the state."""
+    """What the command of the state names is beside the state, and moves with it."""
     folder = tmp_path / "a 'b' & c"
     folder.mkdir()
     monkeypatch.chdir(folder)
@@ -108,6 +108,9 @@ def test_state_of_arrays(what, while_packing, tmp_path, tube, program, monkeypat
     packing.write_pos(tmp_path / "before")
     del packing
     monkeypatch.chdir(tmp_path)
+    content = (folder / "cells.h5").read_bytes()
+    assert b"{folder}/cells_inputs/" in content and str(tmp_path).encode() not in content
+    folder = folder.rename(tmp_path / "moved 'd' & e")
     loaded = packmesh.load(folder / "cells.h5")
     assert loaded.check().clean and loaded.hematocrit > 0
     loaded.write_pos(tmp_path / "after")

@@ -178,6 +178,11 @@ def check_bad_files():
         assert "none, cells are not inside" in text and "in the file" in text
         for words in ("maxIterations", "seed", "requested", "placed"):
             assert words not in page.text("#tables"), words
+        # One cell is outside: it is not in the profiles.
+        assert report["measures"]["leftOut"] == 1 and "without 1 cell that is not wholly inside" in page.text("#plots")
+        for profile in report["measures"]["axial"].values():
+            volume = sum(v * h for v, h in zip(profile["lumen"], profile["red"]))
+            assert abs(volume - 3 * report["species"][0]["meshVolume"]) < 1e-3 * volume, volume
         if report["hemocell"]:
             assert tiles.startswith(f"{hematocrit['keptOfLumen']:.4f}"), tiles
         for i in range(4):
@@ -198,7 +203,8 @@ def check_markup():
 
 def check_comparison():
     """The page of python3 -m packmesh compare has the means of three reports."""
-    run("--cylinder x 8 30 --hematocrit 0.25 --plt_ratio 0.1 --realisations 3 --report report.json".split())
+    run("--cylinder x 8 30 --hematocrit 0.25 --plt_ratio 0.1 --realisations 3 --report report.html".split())
+    os.remove("realisation_3/report.html")
     names = [f"realisation_{i}/report.json" for i in (1, 2, 3)]
     subprocess.run([sys.executable, "-m", "packmesh", "compare", *names, "--page", "compare.html"], check=True, capture_output=True,
                    env={**os.environ, "PYTHONPATH": package})
@@ -220,7 +226,16 @@ def check_comparison():
             assert page.run("return packMesh.charts.map((c) => c.data.datasets.length)") == [6, 9, 6, 9]  # curves with bands
             assert page.run("return csvOf(plotsOf(packMesh.report.measures)[0])").startswith(
                 '"distance to the wall [µm]","RBC","RBC standard deviation"')
+            links = page.run("return [...document.querySelectorAll('#tables a')].map((a) => a.href)")
+            assert links == ["file://" + os.path.realpath(f"realisation_{i}/report.html") for i in (1, 2)], links
             page.save(picture)
+    # The page of each leads to its neighbours.
+    for number, neighbours in ((1, [2]), (2, [1, 3])):
+        with Page(f"realisation_{number}/report.html") as page:
+            assert page.text("#realisation").startswith(f"realisation {number} of 3"), page.text("#realisation")
+            links = page.run("return [...document.querySelectorAll('#realisation a')].map((a) => a.href)")
+            assert links == ["file://" + os.path.realpath(f"realisation_{i}/report.html") for i in neighbours], links
+            page.save(f"realisation_{number}")
 
 
 def check_print(page):

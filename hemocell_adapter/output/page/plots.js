@@ -51,9 +51,17 @@ function orientationPlot(orientation) {
   };
 }
 
+/** What profiles leave out, in words; empty: nothing. */
+function leftOutText(measures) {
+  if (!measures.leftOut) return "";
+  return "without " + measures.leftOut + (measures.leftOut === 1 ? " cell that is" : " cells that are") + " not wholly inside";
+}
+
 function plotsOf(measures) {
-  return [measures.wall && wallPlot(measures.wall), axialPlot(measures.axial), gapPlot(measures.gaps),
-    orientationPlot(measures.orientation)].filter((plot) => plot);
+  const leftOut = leftOutText(measures);
+  const profiles = [measures.wall && wallPlot(measures.wall), axialPlot(measures.axial)].filter((plot) => plot);
+  if (leftOut) for (const plot of profiles) plot.title += ", " + leftOut;
+  return [...profiles, gapPlot(measures.gaps), orientationPlot(measures.orientation)];
 }
 
 /** A table of all curves; those with other positions get columns of their own. */

@@ -56,6 +56,15 @@ function showHead() {
     (report.outcome === "checked" ? "" : ", seed " + shown(report.configuration.seed));
 }
 
+/** Of one of several realisations: links to the reports before and after it, which have the same file name. */
+function showRealisation() {
+  const one = report.realisation, file = location.pathname.split("/").pop();
+  if (!one) return;
+  const link = (folder, text) => (folder === null ? [] : [" · ", element("a", { href: "../" + folder + "/" + file }, text)]);
+  document.getElementById("subtitle").append(", ", element("span", { id: "realisation" },
+    "realisation " + one.number + " of " + one.of, ...link(one.previous, "previous"), ...link(one.next, "next")));
+}
+
 function showTiles() {
   const tile = (value, what, kind = "") => document.getElementById("tiles").append(
     element("div", { class: "tile " + kind }, element("b", {}, value), element("span", {}, what)));
@@ -72,7 +81,7 @@ function showTiles() {
   tile(certificate.clean ? "clean" : "NOT CLEAN", verdictText(certificate), certificate.clean ? "good" : "bad");
   tile(gapText(certificate.minimumGap, certificate.gapsMeasuredUpTo), "smallest gap");
   const layer = report.measures.wall && report.measures.wall.cellFreeLayer[0].thickness;
-  if (layer !== null) tile(layer.toFixed(2) + " µm", "cell-free layer");
+  if (layer !== null) tile(layer.toFixed(2) + " µm", ["cell-free layer", leftOutText(report.measures)].filter((text) => text).join(", "));
   if (report.hemocell)
     tile(shown(report.hemocell.kept) + (drops ? " of " + placed : ""), "cells that HemoCell keeps",
       drops ? (checked ? "bad" : "") : "good");
@@ -164,6 +173,7 @@ function showCommand() {
 
 function showTables() {
   showHead();
+  showRealisation();
   showTiles();
   for (const show of [showSpecies, showHematocrit, showCertificate, showOrder, showSettings, showCommand]) show();
 }

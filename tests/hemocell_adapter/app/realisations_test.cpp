@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "tests/hemocell_adapter/sample_case.h"
@@ -24,6 +25,25 @@ TEST_CASE("Realisations differ by their seeds and have separate folders", "[exec
   CHECK(failed.exitCode == 3);
   CHECK_THAT(failed.err, Contains("realisations that failed: 1, 2"));
   CHECK(run(folder.path(), "15 15 15 --rbc 2 --realisations 0").exitCode == 1);
+}
+
+TEST_CASE("The reports of realisations name their neighbours", "[executable]") {
+  const TemporaryFolder folder;
+  const Ran ran = run(folder.path(), "15 15 15 --rbc 2 --realisations 10 --report r.html");
+  REQUIRE(ran.exitCode == 0);
+  CHECK_THAT(
+      ran.out,
+      Contains("To compare them: python3 -m packmesh compare ./realisation_*/r.json --page compare.html"));
+  const auto realisation = [&](const char* path) {
+    return nlohmann::json::parse(readText(folder.path() / path))["realisation"];
+  };
+  CHECK(realisation("realisation_01/r.json") ==
+        nlohmann::json{{"number", 1}, {"of", 10}, {"previous", nullptr}, {"next", "realisation_02"}});
+  CHECK(realisation("realisation_09/r.json")["next"] == "realisation_10");
+  CHECK(realisation("realisation_10/r.json")["next"].is_null());
+  CHECK(realisation("realisation_10/r.json")["previous"] == "realisation_09");
+  ok(folder, "15 15 15 --rbc 2 --report r.json");
+  CHECK(realisation("r.json").is_null());
 }
 
 TEST_CASE("A realisation continues from the files of its own folder", "[executable]") {

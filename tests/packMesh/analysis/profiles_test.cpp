@@ -7,6 +7,7 @@
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/analysis/share_measures.h"
+#include "packMesh/container/primitives.h"
 #include "packMesh/packing/packing_problem.h"
 #include "tests/support/packings.h"
 
@@ -115,6 +116,37 @@ TEST_CASE("Gaps are counted in bins, and cells without neighbours separately") {
   REQUIRE(counted == 5);
   REQUIRE(found.gaps[1].beyond == 0);
   REQUIRE(found.gaps[1].minimum == 0.0);
+}
+
+TEST_CASE("Profiles and local hematocrits leave cells outside the lumen out") {
+  const PackingProblem problem = balls(makeCylinder({20, 10, 10}, 0, 10.0, 40.0, false), 3.0);
+  const std::vector<PlacedCell> inside = {at(0, {10, 10, 10}), at(0, {30, 10, 10})};
+  std::vector<PlacedCell> all = {at(0, {20, 30, 10}), inside[0], at(0, {20, 19, 10}), inside[1]};
+  AnalysisInput analysis = problem.analysisInput();
+  analysis.inHematocrit[0] = true;
+  const auto measuredWith = [&](const std::vector<PlacedCell>& cells) {
+    const CellMeasures found = measureShare(analysis, cells);
+    return std::make_pair(measurePacking(analysis, cells, found.gap, {}), found.localHematocrit);
+  };
+  const auto [expected, expectedLocal] = measuredWith(inside);
+  const auto [spoilt, spoiltLocal] = measuredWith(all);
+  CHECK(spoilt.wall->red[0] > 0.02);  // as if they were at the wall
+  analysis.outside = {0, 2};
+  const auto [found, local] = measuredWith(all);
+  CHECK(found.leftOut == 2);
+  CHECK(expected.leftOut == 0);
+  CHECK(found.wall->red[0] == 0.0);
+  CHECK(volumeIn(*found.wall, 0) == Approx(2 * problem.species[0].shape->volume()).epsilon(1e-5));
+  for (int k = 0; k < 3; ++k)
+    CHECK(volumeIn(found.axial[k], 0) == Approx(volumeIn(expected.axial[k], 0)).epsilon(1e-5));
+  REQUIRE(layerBelow(*found.wall, 0.05));
+  CHECK(*layerBelow(*found.wall, 0.05) == Approx(*layerBelow(*expected.wall, 0.05)).margin(0.02));
+  CHECK(local[1] == expectedLocal[0]);
+  CHECK(local[3] == expectedLocal[1]);
+  CHECK(local[2] < 1.0);
+  CHECK(spoiltLocal[1] >= local[1]);
+  CHECK(found.gaps[0].beyond == 4);  // all cells count in gaps and orientation
+  CHECK(found.orientation[0].cells == 4);
 }
 
 TEST_CASE("The order of symmetry axes is right for parallel, planar and random axes") {
