@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <exception>
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -25,11 +26,17 @@ void SharedFiles::begin(const std::filesystem::path& target) {
   size_ = 0;
   if (ranks_.alone()) return;
   const bool first = ranks_.rank() == 0;
-  const std::string file = ranks_.broadcast(first ? files_.temporary().string() : "", 0);
+  const std::string file =
+      ranks_.broadcast(first ? std::filesystem::absolute(files_.temporary()).string() : "", 0);
   const std::string name = ranks_.broadcast(first ? files_.target().string() : "", 0);
-  together(ranks_, [&] {
+  try {
     if (!first) own_.emplace(file, name);
-  });
+    found_ = true;
+  } catch (const OutputError&) {
+    found_ = false;
+  }
+  found_ = !ranks_.any(!found_);
+  if (!found_) own_.reset();
 }
 
 void SharedFiles::append(const std::function<std::string()>& text) {
@@ -44,7 +51,24 @@ void SharedFiles::appendParts(std::string own) {
   appendParts(std::vector<std::string>{std::move(own)});
 }
 
+void SharedFiles::gather(const std::vector<std::string>& own) {
+  std::string all;
+  for (const std::string& text : own) all += text;
+  std::exception_ptr error;
+  ranks_.visitInOrder(std::vector<char>(all.begin(), all.end()), [&](const std::vector<char>& part) {
+    try {
+      if (!error) files_.append({part.data(), part.size()});
+    } catch (...) {
+      error = std::current_exception();
+    }
+  });
+  onFirstRank(ranks_, [&] {
+    if (error) std::rethrow_exception(error);
+  });
+}
+
 void SharedFiles::appendParts(const std::vector<std::string>& own) {
+  if (!found_) return gather(own);
   std::int64_t length = 0;
   for (const std::string& text : own) length += static_cast<std::int64_t>(text.size());
   std::int64_t position = size_ + ranks_.sumBefore({length}).front();

@@ -15,7 +15,8 @@
 namespace packmesh::hemocell {
 
 /// AtomicFiles to which every rank writes its own parts, at positions that follow from the lengths of all;
-/// the first rank creates and renames them. All ranks call everything, and need the same file system.
+/// the first rank creates and renames them. If not all ranks find the file that the first has created, as in
+/// a folder of its node alone, the first rank writes everything. All ranks call everything.
 /// @throws AgreedFailure on all ranks if something cannot be written on any
 class SharedFiles {
  public:
@@ -32,9 +33,12 @@ class SharedFiles {
   void commit();
 
  private:
+  void gather(const std::vector<std::string>& own);
+
   const Communicator& ranks_;
   AtomicFiles files_;               ///< of the first rank
-  std::optional<CheckedFile> own_;  ///< the file begun last, on the other ranks
+  std::optional<CheckedFile> own_;  ///< the file begun last, on the other ranks, if all find it
+  bool found_ = true;               ///< whether all do
   std::int64_t size_ = 0;           ///< of the file begun last [bytes]
 };
 

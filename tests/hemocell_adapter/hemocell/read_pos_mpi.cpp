@@ -62,7 +62,7 @@ std::string lines(int count, const std::string& end = "\n") {
   std::string text;
   for (int i = 0; i < count; ++i)
     text += std::to_string(i % 997) + " 2 " + std::to_string(i % 90 * i % 977) + " 4 5 " +
-            std::string(i % 7 + 1, '1') + end;
+            std::string(i % 5 + 1, '1') + end;
   return text;
 }
 

@@ -104,6 +104,34 @@ TEST_CASE("All ranks write parts of one file, in their order", "[mpi][io]") {
   CHECK((info.st_mode & 0777) == 0640);
 }
 
+TEST_CASE("If one rank does not find the file, the first rank writes all parts", "[mpi][io]") {
+  const Shared shared;
+  const bool blind = shared.ranks.rank() > 0 && shared.ranks.rank() == shared.ranks.size() - 1;
+  SharedFiles files(shared.ranks);
+  struct rlimit before;
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  struct rlimit none = before;
+  none.rlim_cur = 0;
+  if (blind) ::setrlimit(RLIMIT_NOFILE, &none);
+  files.begin(shared.path / "RBC.pos");
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  files.append([] { return "head\n"; });
+  files.appendParts(partsOf(shared.ranks.rank()));
+  files.end();
+  files.begin(shared.path / "PLT.pos");  // which all find
+  files.appendParts(std::to_string(shared.ranks.rank()));
+  files.end();
+  files.commit();
+  if (!shared.folder) return;
+  std::string expected = "head\n", ranks;
+  for (int r = 0; r < shared.ranks.size(); ++r) {
+    for (const std::string& part : partsOf(r)) expected += part;
+    ranks += std::to_string(r);
+  }
+  CHECK((test::readText(shared.path / "RBC.pos") == expected));  // too long to print
+  CHECK(test::readText(shared.path / "PLT.pos") == ranks);
+}
+
 TEST_CASE("If one rank cannot write its part, all ranks fail and no file changes", "[mpi][io]") {
   const Shared shared;
   if (shared.folder) shared.folder->write("RBC.pos", "old");
