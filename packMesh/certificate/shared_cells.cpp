@@ -25,6 +25,24 @@ struct Traveller {
   }
 };
 
+/// That many of a rank's cells are sent at a time, so that messages need little memory.
+constexpr std::int64_t atATime = 1 << 16;
+
+void add(SharedCells& cells, const Traveller& one) {
+  cells.cells.push_back(one.cell());
+  cells.own.push_back(one.own);
+  cells.numbers.push_back(one.number);
+  cells.origins.push_back({one.from, one.index});
+}
+
+void add(SharedCells& cells, const SharedCells& others) {
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  append(cells.cells, others.cells);
+  append(cells.own, others.own);
+  append(cells.numbers, others.numbers);
+  append(cells.origins, others.origins);
+}
+
 /// Slices of the lumen across an axis.
 class Slices {
  public:
@@ -140,37 +158,39 @@ SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const std::vector<
   double radius = 0.0;
   for (const Shape* shape : shapes) radius = std::max(radius, shape->radius());
   const double reach = 2.0 * radius + largestGap + tolerance::culling;
-  std::int64_t number = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
+  const auto cells = static_cast<std::int64_t>(own.size());
+  const std::int64_t first = ranks.sumBefore({cells}).front();
+  std::vector<SharedCells> from(ranks.size());  // by rank of origin: each is sorted
   std::vector<std::vector<Traveller>> to(ranks.size());
-  for (std::size_t i = 0; i < own.size(); ++i, ++number) {
-    Traveller one{};
-    one.number = number;
-    one.from = ranks.rank();
-    one.index = static_cast<int>(i);
-    one.species = own[i].species;
-    const Placement& placement = own[i].placement;
-    Eigen::Map<Mat3>(one.linear) = placement.linear;
-    Eigen::Map<Vec3>(one.translation) = placement.translation;
-    const int owner = parts.of(placement.translation);
-    parts.forEachNear(placement.translation, reach, [&](int rank) {
-      one.own = rank == owner;
-      if (!one.own) to[rank].push_back(one);
-    });
-    one.own = true;
-    to[owner].push_back(one);
-  }
-  SharedCells here;
-  for (std::vector<Traveller>& some : ranks.exchange(to)) {
-    // Each rank's cells arrive in the order of their numbers.
-    for (const Traveller& one : some) {
-      here.cells.push_back(one.cell());
-      here.own.push_back(one.own);
-      here.numbers.push_back(one.number);
-      here.origins.push_back({one.from, one.index});
+  for (std::int64_t begin = 0; ranks.any(begin < cells); begin += atATime) {
+    for (std::int64_t i = begin; i < std::min(begin + atATime, cells); ++i) {
+      Traveller one{};
+      one.number = first + i;
+      one.from = ranks.rank();
+      one.index = static_cast<int>(i);
+      one.species = own[i].species;
+      const Placement& placement = own[i].placement;
+      Eigen::Map<Mat3>(one.linear) = placement.linear;
+      Eigen::Map<Vec3>(one.translation) = placement.translation;
+      const int owner = parts.of(placement.translation);
+      parts.forEachNear(placement.translation, reach, [&](int rank) {
+        one.own = rank == owner;
+        if (!one.own) to[rank].push_back(one);
+      });
+      one.own = true;
+      to[owner].push_back(one);
     }
-    some = {};
+    const std::vector<std::vector<Traveller>> received = ranks.exchange(to);
+    for (int rank = 0; rank < ranks.size(); ++rank) {
+      for (const Traveller& one : received[rank]) add(from[rank], one);
+      to[rank].clear();
+    }
   }
-  return here;
+  for (int rank = 1; rank < ranks.size(); ++rank) {
+    add(from[0], from[rank]);
+    from[rank] = {};
+  }
+  return std::move(from[0]);
 }
 
 }  // namespace packmesh

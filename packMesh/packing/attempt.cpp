@@ -29,6 +29,14 @@ constexpr std::int64_t calibrationSweeps = 300;
 /// clearance has no effect: for pairs that fail more often than this, the increase doubles every time.
 constexpr int patience = 2;
 
+bool isUnmoved(const BodyState& before, const BodyState& after) {
+  const auto& a = before.pose;
+  const auto& b = after.pose;
+  return before.id == after.id && before.species == after.species && before.scale == after.scale &&
+         std::equal(std::begin(a.position), std::end(a.position), b.position) &&
+         std::equal(std::begin(a.orientation), std::end(a.orientation), b.orientation);
+}
+
 }  // namespace
 
 PackingResult attempt(const PackingProblem& problem) {
@@ -183,6 +191,21 @@ void Attempt::keepState() {
   }
   const auto& due = problem_.checkpoints->due;
   if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
+}
+
+/// If the run was continued from the end of another one, takes over the measures of the cells, provided they
+/// are the same.
+bool Attempt::keepMeasures() {
+  if (!problem_.resume) return false;
+  const PackingState& from = *problem_.resume;
+  bool same = from.cells.size() == kept_.cells.size() && from.measures.gap.size() == from.cells.size() &&
+              from.measures.localHematocrit.size() == from.cells.size();
+  for (std::size_t i = 0; same && i < from.cells.size(); ++i)
+    same = isUnmoved(from.cells[i], kept_.cells[i]) && std::isfinite(from.measures.gap[i]) &&
+           std::isfinite(from.measures.localHematocrit[i]);
+  if (problem_.communicator.any(!same)) return false;
+  kept_.measures = from.measures;
+  return true;
 }
 
 /// Measures the cells of the stored state.
@@ -444,7 +467,7 @@ void Attempt::take(const PackingResult& fewer) {
 void Attempt::keepEnd() {
   if (!problem_.checkpoints || !relaxation_) return;
   keepState();
-  measure();
+  if (!keepMeasures()) measure();
 }
 
 }  // namespace packmesh

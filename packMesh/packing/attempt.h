@@ -71,6 +71,7 @@ class Attempt {
   void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
   bool startsClean();
   void keepState();
+  bool keepMeasures();
   void measure();
   bool relaxed(std::int64_t maxSweeps);
   ScheduleLimits limits(std::int64_t maxSweeps);

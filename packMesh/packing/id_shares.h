@@ -36,6 +36,7 @@ class IdShares {
       to[rank].push_back(item);
     }
     std::vector<T> mine;
+    mine.reserve(static_cast<std::size_t>(own().second - own().first));
     for (const std::vector<T>& some : communicator_.exchange(to))
       mine.insert(mine.end(), some.begin(), some.end());
     std::sort(mine.begin(), mine.end(), [](const T& a, const T& b) { return a.id < b.id; });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <functional>
 #include <random>
 
@@ -342,4 +343,35 @@ TEST_CASE("A run continued from any readable state ends with a certificate") {
   }
   CHECK(refused > 10);
   CHECK(certified > 30);
+}
+
+TEST_CASE(
+    "The end of a run that is continued from its end has the same measures, which are not taken again") {
+  PackingProblem problem = mixtureIn(longBox(), 0.4, 1);
+  PackingState last;
+  std::vector<PackingState> states;
+  problem.checkpoints = Checkpoints{[] { return true; },
+                                    [&](const PackingState& s) {
+                                      last = s;
+                                      states.push_back(s);
+                                    }};
+  pack(problem);
+  const std::vector<double> measured = last.measures.gap;
+  REQUIRE(measured.size() == last.cells.size());
+  REQUIRE(measured.size() > 100);
+
+  problem.resume = last;
+  problem.resume->measures.gap[5] += 0.25;  // to be recognised
+  pack(problem);
+  CHECK(last.measures.gap[5] == measured[5] + 0.25);
+
+  SECTION("unless they are unknown") {
+    problem.resume->measures.gap[7] = std::nan("");
+  }
+  SECTION("unless cells have moved since") {
+    problem.resume = states.front();
+    problem.resume->measures = last.measures;
+  }
+  pack(problem);
+  CHECK(last.measures.gap[5] == measured[5]);
 }
