@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Measures the times of whole packings for several numbers of ranks and sizes, and predicts those of larger ones by a model.
 
-scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|ranks|model|growth ...]
+scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|large|ranks|model|growth ...]
 
   sizes   cost per cell at 0.45 from 1,000 to 1,000,000 cells on one rank
+  large   1, 4 and 10 million cells at 0.45 with a thread per core; the last need 14 GB of memory, and 20 minutes on 2 cores
   ranks   100,000 cells at 0.45 on 1, 2, 4 and 8 ranks, runs interleaved, medians
   model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, compares them with the model, and prints
           predictions for up to 1,024 ranks and 10^9 cells (docs/explanation/scaling.md)
@@ -37,9 +38,10 @@ REDUCTIONS, GROWTH_REDUCTIONS = 2, 8  # per sweep and per iteration of growth, o
 class Run:
     """One packing: wall time as seen by the user, and the figures printed by --verbose."""
 
-    def __init__(self, program, cells, ranks, seed=1, growth=False):
+    def __init__(self, program, cells, ranks, seed=1, growth=False, threads=1):
         edge = (cells * CELL_VOLUME / (GROWTH_HEMATOCRIT if growth else HEMATOCRIT)) ** (1 / 3)
-        command = [program] + [f"{edge:.3f}"] * 3 + ["--ends", "periodic", "--clearance", "0", "--rbc", str(cells), "--seed", str(seed), "--verbose"]
+        command = [program] + [f"{edge:.3f}"] * 3 + ["--ends", "periodic", "--clearance", "0", "--rbc", str(cells), "--seed", str(seed),
+                                                                "--threads", str(threads), "--verbose"]
         if growth:
             command += ["--method", "cat"]
         if ranks > 1:
@@ -69,6 +71,7 @@ class Run:
         self.relaxation = number(r"growth ([\d.]+) s, certificate" if growth else r"relaxation ([\d.]+) s")
         self.certificate = number(r"certificate ([\d.]+) s")
         self.cpu = number(r"Time: ([\d.]+) s CPU")
+        self.reported = number(r"CPU, ([\d.]+) s wall")  # without the start of the program
         self.messages = number(r"sent ([\d.]+) messages")
         self.kilobytes = number(r"and ([\d.]+) kB per (?:sweep|iteration)")
 
@@ -97,6 +100,17 @@ def sizes(program, repeats):
     for cells, ranks in cases:
         cpu = median(runs[cells, ranks], "cpu")
         print(f"| {cells:,} | {cpu:.2f} | {1e3 * cpu / cells:.3f} | {median(runs[cells, ranks], 'sweeps'):.0f} |")
+    print()
+
+
+def large(program, repeats):
+    del repeats  # each is made once
+    print("| cells | triangles | wall [s] | CPU per cell [ms] | memory [GB] | per cell [kB] | sweeps |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for cells in (10 ** 6, 4 * 10 ** 6, 10 ** 7):
+        run = Run(program, cells, 1, threads=CORES)
+        print(f"| {cells:,} | {1280 * cells:,} | {run.reported:.0f} | {1e3 * run.cpu / cells:.3f} | {run.memory / 1e9:.2f} "
+              f"| {run.memory / 1e3 / cells:.2f} | {run.sweeps:.0f} |", flush=True)
     print()
 
 
@@ -239,10 +253,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--packMesh", default=os.path.join(here, "..", "build", "bin", "packMesh"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("tables", nargs="*", choices=["sizes", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
+    parser.add_argument("tables", nargs="*", choices=["sizes", "large", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
     options = parser.parse_args()
     for table in options.tables:
-        of = {"sizes": sizes, "ranks": ranks, "model": model, "growth": growth,
+        of = {"sizes": sizes, "large": large, "ranks": ranks, "model": model, "growth": growth,
               "growth-model": lambda program, repeats: model(program, repeats, growth=True)}
         of[table](os.path.abspath(options.packMesh), options.repeats)
 

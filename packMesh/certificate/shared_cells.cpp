@@ -26,7 +26,7 @@ struct Traveller {
 };
 
 /// That many of a rank's cells are sent at a time, so that messages need little memory.
-constexpr std::int64_t atATime = 1 << 16;
+constexpr std::int64_t atATime = 1 << 12;
 
 void add(SharedCells& cells, const Traveller& one) {
   cells.cells.push_back(one.cell());

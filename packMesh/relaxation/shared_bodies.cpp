@@ -90,20 +90,27 @@ void SharedBodies::balance(std::vector<std::int64_t> work) {
   communicator_.sum(work);
   owners_ = BlockOwners(blocks_, work, communicator_.size());
   foreign_.clear();
+  lastBlock_ = none;
+}
+
+const std::vector<SharedBodies::ForeignNeighbor>& SharedBodies::foreignTo(int block) {
+  const auto [at, isNew] = foreign_.try_emplace(block);
+  std::vector<ForeignNeighbor>& foreign = at->second;
+  if (!isNew) return foreign;
+  const int owner = owners_.of(block);
+  for (const BlockGrid::Neighbor& neighbor : blocks_.neighbors(block))
+    if (owners_.of(neighbor.block) != owner) foreign.push_back({owners_.of(neighbor.block), neighbor.step});
+  std::stable_sort(foreign.begin(), foreign.end(),
+                   [](const ForeignNeighbor& a, const ForeignNeighbor& b) { return a.rank < b.rank; });
+  return foreign;
 }
 
 template <class Visit>
 void SharedBodies::forEachHolder(const Body& body, double range, Visit&& visit) {
-  const auto [at, isNew] = foreign_.try_emplace(body.block);
-  std::vector<ForeignNeighbor>& foreign = at->second;
   const int owner = owners_.of(body.block);
-  if (isNew) {
-    for (const BlockGrid::Neighbor& neighbor : blocks_.neighbors(body.block))
-      if (owners_.of(neighbor.block) != owner) foreign.push_back({owners_.of(neighbor.block), neighbor.step});
-    std::stable_sort(foreign.begin(), foreign.end(),
-                     [](const ForeignNeighbor& a, const ForeignNeighbor& b) { return a.rank < b.rank; });
-  }
   visit(owner);
+  if (body.block != lastBlock_) lastForeign_ = &foreignTo(lastBlock_ = body.block);
+  const std::vector<ForeignNeighbor>& foreign = *lastForeign_;
   int last = owner;
   for (const ForeignNeighbor& neighbor : foreign) {
     if (neighbor.rank == last) continue;
@@ -116,17 +123,21 @@ void SharedBodies::forEachHolder(const Body& body, double range, Visit&& visit) 
 void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
   if (!communicator_.alone()) {
     std::vector<std::vector<BodyState>> to(communicator_.size());
-    std::vector<Body> staying;
-    staying.reserve(bodies.size());
-    for (const Body& body : bodies)
-      forEachHolder(body, range, [&](int rank) {
+    std::size_t staying = 0;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      bool stays = false;
+      forEachHolder(bodies[i], range, [&](int rank) {
         if (rank == rank_)
-          staying.push_back(body);
+          stays = true;
         else
-          to[rank].push_back(stateOf(body));
+          to[rank].push_back(stateOf(bodies[i]));
       });
-    bodies = std::move(staying);
-    for (Body& body : bodies) body.changed = false;
+      if (!stays) continue;
+      bodies[i].changed = false;
+      if (staying != i) bodies[staying] = bodies[i];
+      ++staying;
+    }
+    bodies.resize(staying);
     for (const std::vector<BodyState>& states : communicator_.exchange(to))
       for (const BodyState& state : states) bodies.push_back(bodyOf(state));
   }
@@ -135,14 +146,16 @@ void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
 }
 
 void SharedBodies::plan(const std::vector<Body>& bodies, double range) {
-  std::map<int, std::vector<std::int32_t>> common;
+  std::vector<std::vector<std::int32_t>> common(communicator_.size());
   for (std::size_t i = 0; i < bodies.size(); ++i)
     forEachHolder(bodies[i], range, [&](int rank) {
       if (rank != rank_) common[rank].push_back(static_cast<std::int32_t>(i));
     });
   peers_.clear();
   common_.clear();
-  for (auto& [rank, indices] : common) {
+  for (int rank = 0; rank < communicator_.size(); ++rank) {
+    std::vector<std::int32_t>& indices = common[rank];
+    if (indices.empty()) continue;
     Communicator::Peer peer;
     peer.rank = rank;
     peer.received.resize(indices.size() * sizeof(Change));

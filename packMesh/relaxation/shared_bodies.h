@@ -61,7 +61,12 @@ class SharedBodies {
     int rank;
     BlockGrid::Step step;
   };
-  std::map<int, std::vector<ForeignNeighbor>> foreign_;  ///< by block; sorted by rank
+  /// Neighbours of a block that other ranks own, sorted by rank.
+  const std::vector<ForeignNeighbor>& foreignTo(int block);
+  std::map<int, std::vector<ForeignNeighbor>> foreign_;  ///< by block; as far as they were needed
+  static constexpr int none = -1;
+  int lastBlock_ = none;  ///< the last that was needed
+  const std::vector<ForeignNeighbor>* lastForeign_ = nullptr;
   std::vector<Communicator::Peer> peers_;
   /// For each peer the bodies that it holds as well: indices, in the same order on both ranks.
   std::vector<std::vector<std::int32_t>> common_;
