@@ -252,7 +252,7 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
       measured.push_back({id, own.gap[i], own.localHematocrit[i]});
     }
   const IdShares shares(result.cellCount, ranks);
-  state.cells = shares.collect(bodies);
+  state.cells = shares.collect(std::move(bodies));
   for (const MeasuredCell& cell : shares.collect(measured)) {
     state.measures.gap.push_back(cell.gap);
     state.measures.localHematocrit.push_back(cell.localHematocrit);

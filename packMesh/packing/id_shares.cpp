@@ -9,8 +9,11 @@ std::pair<std::int64_t, std::int64_t> IdShares::of(int rank) const {
   return {start(rank), start(rank + 1)};
 }
 
-std::vector<BodyState> IdShares::collect(const std::vector<Body>& bodies) const {
-  return collect(statesOf(bodies));
+std::vector<BodyState> IdShares::collect(std::vector<Body> bodies) const {
+  std::vector<BodyState> states = statesOf(bodies);
+  bodies.clear();
+  bodies.shrink_to_fit();  // they are large
+  return collect(std::move(states));
 }
 
 }  // namespace packmesh

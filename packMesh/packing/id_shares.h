@@ -24,26 +24,34 @@ class IdShares {
 
   /// This rank's share of the bodies that all ranks bring, each on one rank; both sorted by id. All ranks
   /// call it.
-  std::vector<BodyState> collect(const std::vector<Body>& bodies) const;
+  std::vector<BodyState> collect(std::vector<Body> bodies) const;
 
   /// The same for any plain type with an `id`.
   template <class T>
-  std::vector<T> collect(const std::vector<T>& items) const {
+  std::vector<T> collect(std::vector<T> items) const {
+    if (!communicator_.alone()) items = exchanged(std::move(items));
+    std::sort(items.begin(), items.end(), [](const T& a, const T& b) { return a.id < b.id; });
+    return items;
+  }
+
+ private:
+  template <class T>
+  std::vector<T> exchanged(std::vector<T> items) const {
     std::vector<std::vector<T>> to(communicator_.size());
     int rank = 0;
     for (const T& item : items) {
       while (item.id >= of(rank).second) ++rank;
       to[rank].push_back(item);
     }
-    std::vector<T> mine;
-    mine.reserve(static_cast<std::size_t>(own().second - own().first));
-    for (const std::vector<T>& some : communicator_.exchange(to))
-      mine.insert(mine.end(), some.begin(), some.end());
-    std::sort(mine.begin(), mine.end(), [](const T& a, const T& b) { return a.id < b.id; });
-    return mine;
+    items.clear();
+    items.shrink_to_fit();  // for the messages
+    const std::vector<std::vector<T>> received = communicator_.exchange(to);
+    to.clear();
+    items.reserve(static_cast<std::size_t>(own().second - own().first));
+    for (const std::vector<T>& some : received) items.insert(items.end(), some.begin(), some.end());
+    return items;
   }
 
- private:
   std::int64_t cells_;
   Communicator communicator_;
 };
