@@ -149,7 +149,7 @@ FoundCells readCells(const Scene& scene, const Communicator& ranks) {
     found.counts.push_back(share.all);
     found.all += share.all;
   }
-  if (!ranks.alone()) read = IdShares(found.all, ranks).collect(std::move(read));
+  read = IdShares(found.all, ranks).collect(std::move(read));
   for (const ReadCell& cell : read) {
     const PosLine line = cell.line();
     found.cells.push_back({cell.species, placementOf(line)});

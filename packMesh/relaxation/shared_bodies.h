@@ -21,6 +21,8 @@ namespace packmesh {
 class SharedBodies {
  public:
   SharedBodies(const Communicator& communicator, const BlockGrid& blocks);
+  SharedBodies(const SharedBodies&) = delete;  // lastForeign_ refers to a member
+  SharedBodies& operator=(const SharedBodies&) = delete;
 
   bool owns(int block) const { return owners_.of(block) == rank_; }
 
