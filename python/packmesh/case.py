@@ -38,7 +38,7 @@ class Forecast:
 
     counts: number of cells of each species
     volume_fraction: volume of all meshes over that of the lumen
-    effective_fraction: that of an equally difficult periodic box; random packings reach 0.61
+    effective_fraction: that of an equally difficult periodic box; random packings reach 0.62
     seconds: CPU time of one core; None if it is not feasible
     megabytes: memory
     lumen_volume: [µm³]

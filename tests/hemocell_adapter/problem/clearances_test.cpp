@@ -153,6 +153,12 @@ TEST_CASE("The largest clearance is found to two per cent, or to what the time l
   CHECK(packing.clearances.membranes >= 0.98 * 0.3 - 0.001);
   CHECK(packing.clearances.wall == 0.5);
   CHECK(packer.tried.size() < 12);
+  CHECK(packer.limits.back().maxSweeps == 600);
+
+  Packer patient{packer.rule};
+  job.maxIterations = 14000;
+  patient.pack(job, threeLevels);
+  CHECK(patient.limits.back().maxSweeps == 14000);
 
   Packer hurried{packer.rule};
   job.maxSeconds = 3.0;
