@@ -23,7 +23,7 @@ constexpr std::int64_t cheapCellSweeps = 160000, leastSweeps = 160, mostSweeps =
 constexpr std::int64_t cheapIterations = 100;
 
 /// Sweeps, or iterations of growth, of an attempt in the search for the largest clearance, if the job has no
-/// limit. With 14,000 the clearance is a tenth to a quarter larger, and the search ten times as long.
+/// limit. With 14,000 the clearance is 7 to 33 % larger, and the search takes ten times as long.
 constexpr std::int64_t thoroughSweeps = 600;
 
 /// Time for the largest clearance if no limit is given [s]; the search ends when the step is this fraction of

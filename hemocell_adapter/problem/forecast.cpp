@@ -24,7 +24,7 @@ struct Measured {
 };
 constexpr Measured measured[] = {{0.10, 0.02},  {0.20, 0.025}, {0.30, 0.037}, {0.35, 0.047},
                                  {0.45, 0.085}, {0.50, 0.14},  {0.55, 0.28},  {0.58, 0.75},
-                                 {0.60, 3.4},   {0.61, 26.0},  {0.62, 108.0}};
+                                 {0.60, 3.4},   {0.61, 26.0},  {0.62, 98.0}};
 
 /// Per factor of ten in the number of cells beyond a thousand: larger packings take more sweeps.
 constexpr double growthPerDecade = 0.15;

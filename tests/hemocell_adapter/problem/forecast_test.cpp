@@ -71,7 +71,7 @@ TEST_CASE("A dry run reports whether the request is feasible", "[forecast]") {
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.605"}),
              Contains("At the limit"));
   CHECK_THAT(said({"50", "50", "50", "--ends", "periodic", "--hematocrit", "0.65"}),
-             Contains("Probably infeasible: 0.04"));
+             Contains("Probably infeasible: 0.03"));
   for (const char* fraction : {"0.605", "0.65"}) {
     const auto ofBox = [&](const std::vector<std::string>& more) {
       std::vector<std::string> words = {"50", "50", "50", "--ends", "periodic", "--hematocrit", fraction};
