@@ -32,10 +32,12 @@ bool knowsAcceptance(const Scene& scene) {
 
 std::optional<std::string> hemocellViolation(const Scene& scene, const PlacedCell& cell) {
   const CellSpecies& species = scene.species[cell.species];
-  const std::vector<Vec3> vertices = placedVertices(species.shape->mesh(), cell.placement);
-  if (species.acceptance) return species.acceptance->violation(vertices);
+  const auto vertices = [&] { return placedVertices(species.shape->mesh(), cell.placement); };
+  if (species.acceptance) return species.acceptance->violation(vertices());
   if (scene.lumen.keptBox) {
-    for (const Vec3& p : vertices) {
+    const Sphere sphere = boundingSphere(species.shape->hierarchy(), cell.placement);
+    if (scene.lumen.keptBox->grownBy(-sphere.radius).contains(sphere.center)) return {};
+    for (const Vec3& p : vertices()) {
       const bool kept = (p.array() > scene.lumen.keptBox->lo.array()).all() &&
                         (p.array() <= scene.lumen.keptBox->hi.array()).all();
       if (!kept) return "a vertex lies outside the lattice";

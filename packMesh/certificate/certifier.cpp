@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "packMesh/core/vector_text.h"
+#include "packMesh/parallel/per_thread.h"
 
 namespace packmesh {
 namespace {
@@ -99,7 +100,7 @@ std::vector<std::int32_t> Certifier::allCells() const {
 
 template <class Examine>
 void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& examine) {
-  std::vector<Findings> found(input_.threads.count(), Findings{pairGap_, wallGap_});
+  PerThread<Findings> found(input_.threads, {pairGap_, wallGap_});
   std::atomic<bool> stops{!certificate_.complete};
   const auto until = [&](const Findings& own) {
     return input_.upToFirstFault && !(own.overlapping.empty() && own.misplaced.empty());
@@ -116,7 +117,7 @@ void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& e
       },
       cellsPerPart);
   certificate_.complete = !stops;
-  for (const Findings& some : found) take(some);
+  found.forEach([&](const Findings& some) { take(some); });
 }
 
 void Certifier::take(const Findings& findings) {

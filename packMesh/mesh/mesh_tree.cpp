@@ -13,6 +13,9 @@ namespace packmesh {
 
 namespace {
 
+/// Added to spreads, in units of the squared radius, so that those of flat meshes can be inverted.
+constexpr double flattest = 1e-6;
+
 /// Stored extents are enlarged by this fraction of the distances involved, to cover rounding to float.
 constexpr double storage = 1e-6;
 
@@ -225,6 +228,9 @@ MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(so
   radius = 0.0;
   for (const Triangle& t : mesh.triangles)
     for (int v : t) radius = std::max(radius, (mesh.vertices[v] - center).norm());
+  spread = flattest * radius * radius * Mat3::Identity();
+  for (const Vec3& v : hull.points())
+    spread += (v - center) * (v - center).transpose() / hull.points().size();
   volume = std::abs(signedVolume(mesh));
   centroid = volumeCentroid(mesh, center);
   samples = componentSamples(mesh);

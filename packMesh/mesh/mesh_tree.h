@@ -5,7 +5,6 @@
 /// the slab between two parallel planes. Thin discs separate patches of two membranes that nearly touch much
 /// earlier than boxes of any fixed orientation, and a test of two discs costs a third of one of two oriented
 /// boxes.
-/// boxes do.
 #pragma once
 
 #include <array>
@@ -25,11 +24,12 @@ struct MeshTree {
   std::vector<int> discs;                     ///< position of each triangle's disc (DiscQuad::disc)
   ConvexHull hull;
 
-  Vec3 center;               ///< centre of a sphere around all vertices [µm]
-  double radius;             ///< radius of that sphere [µm]
-  double reach;              ///< largest distance of a vertex from the origin of the body frame [µm]
-  double volume;             ///< enclosed volume [µm³], >= 0
-  Vec3 centroid;             ///< centroid of the enclosed volume [µm]
+  Vec3 center;    ///< centre of a sphere around all vertices [µm]
+  double radius;  ///< radius of that sphere [µm]
+  Mat3 spread;    ///< mean of (v - center)(v - center)ᵀ over the hull's vertices, not singular [µm²]
+  double reach;   ///< largest distance of a vertex from the origin of the body frame [µm]
+  double volume;  ///< enclosed volume [µm³], >= 0
+  Vec3 centroid;  ///< centroid of the enclosed volume [µm]
   std::vector<int> samples;  ///< one vertex of each connected component
 
   explicit MeshTree(const TriangleMesh& mesh);

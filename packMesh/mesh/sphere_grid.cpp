@@ -42,16 +42,21 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
     level.start.assign(std::int64_t(level.cells[0]) * level.cells[1] * level.cells[2] + 1, 0);
     for (int i : members) ++level.start[cellOf(spheres[i].center) + 1];
     for (std::size_t c = 1; c < level.start.size(); ++c) level.start[c] += level.start[c - 1];
-    level.entries.resize(members.size());
+    level.spheres.resize(members.size());
+    level.indices.resize(members.size());
     std::vector<int> next(level.start.begin(), level.start.end() - 1);
-    for (int i : members) level.entries[next[cellOf(spheres[i].center)]++] = {spheres[i], i};
+    for (int i : members) {
+      const int e = next[cellOf(spheres[i].center)]++;
+      level.spheres[e] = spheres[i];
+      level.indices[e] = i;
+    }
     level.origin = level.bounds.center();
     // Larger than the rounding errors of positions and radii in floats, 6e-8 each.
     level.rounding = static_cast<float>(1e-6 * (size.norm() + level.largestRadius));
     for (std::vector<float>* values : {&level.x, &level.y, &level.z, &level.radius})
       values->resize(members.size() + laneCount);
     for (std::size_t e = 0; e < members.size(); ++e) {
-      const Sphere& sphere = level.entries[e].sphere;
+      const Sphere& sphere = level.spheres[e];
       const Vec3 at = sphere.center - level.origin;
       level.x[e] = static_cast<float>(at.x());
       level.y[e] = static_cast<float>(at.y());
@@ -62,23 +67,29 @@ SphereGrid::SphereGrid(const std::vector<Sphere>& spheres) {
   }
 }
 
-std::uint64_t SphereGrid::mayBeNear(const Level& level, int begin, int end, const Sphere& query,
-                                    double margin) {
+SphereGrid::Nearness SphereGrid::nearness(const Level& level, int begin, int end, const Sphere& query,
+                                          double margin) {
   const Vec3 at = query.center - level.origin;
   const Lanes x = splat(static_cast<float>(at.x())), y = splat(static_cast<float>(at.y())),
               z = splat(static_cast<float>(at.z()));
   const auto own = static_cast<float>(query.radius + margin);
   // As for Level::rounding.
-  const float reach = own + 1e-6f * (own + static_cast<float>(at.norm())) + level.rounding;
+  const float rounding = 1e-6f * (std::abs(own) + static_cast<float>(at.norm())) + level.rounding;
   const int count = std::min(end - begin, chunk);
-  std::uint64_t near = reach < 1e15f ? 0 : ~std::uint64_t{0};  // larger squares would overflow
+  const std::uint64_t all = count < chunk ? (std::uint64_t{1} << count) - 1u : ~std::uint64_t{0};
+  if (!(own + rounding < 1e15f)) return {all, 0};  // larger squares would overflow
+  Nearness near;
   for (int k = 0; k < count; k += laneCount) {
     const int e = begin + k;
     const Lanes dx = load(&level.x[e]) - x, dy = load(&level.y[e]) - y, dz = load(&level.z[e]) - z,
-                touch = load(&level.radius[e]) + splat(reach);
-    near |= std::uint64_t{bitsWhereLess(dx * dx + dy * dy + dz * dz, touch * touch)} << k;
+                radius = load(&level.radius[e]);
+    const Lanes squared = dx * dx + dy * dy + dz * dz, most = radius + (own + rounding),
+                least = larger(radius + (own - rounding), splat(0.0f));
+    near.possible |= std::uint64_t{bitsWhereLess(squared, most * most)} << k;
+    near.certain |= std::uint64_t{bitsWhereLess(squared, least * least)} << k;
   }
-  return count < chunk ? near & ((std::uint64_t{1} << count) - 1u) : near;
+  near.possible &= all;
+  return near;
 }
 
 }  // namespace packmesh

@@ -36,13 +36,14 @@ class SphereGrid {
         for (int y = lo[1]; y <= hi[1]; ++y) {
           const std::int64_t row = (std::int64_t(z) * level.cells[1] + y) * level.cells[0];
           const int end = level.start[row + hi[0] + 1];
-          for (int begin = level.start[row + lo[0]]; begin < end; begin += chunk)
-            for (std::uint64_t near = mayBeNear(level, begin, end, query, margin); near != 0;
-                 near &= near - 1) {
-              const Entry& entry = level.entries[begin + __builtin_ctzll(near)];
-              const double touch = query.radius + margin + entry.sphere.radius;
-              if ((entry.sphere.center - query.center).squaredNorm() < touch * touch) visit(entry.index);
+          for (int begin = level.start[row + lo[0]]; begin < end; begin += chunk) {
+            const Nearness found = nearness(level, begin, end, query, margin);
+            for (std::uint64_t near = found.possible; near != 0; near &= near - 1) {
+              const int bit = __builtin_ctzll(near);
+              if ((found.certain >> bit & 1u) || isNear(level.spheres[begin + bit], query, margin))
+                visit(level.indices[begin + bit]);
             }
+          }
         }
     }
   }
@@ -50,24 +51,20 @@ class SphereGrid {
   /// The indices of all spheres, level by level in the order of the grid's cells.
   std::vector<std::int32_t> order() const {
     std::vector<std::int32_t> order;
-    for (const Level& level : levels_)
-      for (const Entry& entry : level.entries) order.push_back(entry.index);
+    for (const Level& level : levels_) order.insert(order.end(), level.indices.begin(), level.indices.end());
     return order;
   }
 
  private:
-  struct Entry {
-    Sphere sphere;
-    int index;
-  };
   struct Level {
     double largestRadius = 0.0;
     Box bounds;
     double cellsPerLength[3];
     int cells[3];
-    std::vector<int> start;  ///< first entry of each cell, x fastest; finally the number of entries
-    std::vector<Entry> entries;
-    /// Copies of the entries with centres relative to `origin`, padded at the end.
+    std::vector<int> start;       ///< first entry of each cell, x fastest; finally the number of entries
+    std::vector<Sphere> spheres;  ///< entries: spheres, cell by cell, and their indices
+    std::vector<int> indices;
+    /// Copies of the spheres with centres relative to `origin`, padded at the end.
     std::vector<float> x, y, z, radius;
     Vec3 origin;
     float rounding;  ///< upper bound of the error of distances between these [µm]
@@ -76,9 +73,18 @@ class SphereGrid {
   /// Number of entries tested together.
   static constexpr int chunk = 64;
 
-  /// Entries from `begin` up to `end`, at most a chunk, that could be closer than `margin` to the query: bit
-  /// k stands for entry begin + k. No such entry is missed.
-  static std::uint64_t mayBeNear(const Level& level, int begin, int end, const Sphere& query, double margin);
+  /// Bit k stands for entry begin + k.
+  struct Nearness {
+    std::uint64_t possible = 0;  ///< includes all that isNear() accepts
+    std::uint64_t certain = 0;   ///< only those
+  };
+  /// Entries from `begin` up to `end`, at most a chunk.
+  static Nearness nearness(const Level& level, int begin, int end, const Sphere& query, double margin);
+
+  static bool isNear(const Sphere& sphere, const Sphere& query, double margin) {
+    const double touch = query.radius + margin + sphere.radius;
+    return (sphere.center - query.center).squaredNorm() < touch * touch;
+  }
 
   static int cellIndex(const Level& level, int axis, double coordinate) {
     const double cell = std::floor((coordinate - level.bounds.lo[axis]) * level.cellsPerLength[axis]);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "packMesh/parallel/per_thread.h"
+
 namespace packmesh {
 namespace {
 
@@ -63,7 +65,7 @@ void PairLister::list(const std::vector<int>& blocks, const Threads& threads, Pa
     std::vector<Partner> partners;
     std::vector<ContactPair> pairs;
   };
-  std::vector<Scratch> scratch(threads.count());
+  PerThread<Scratch> scratch(threads);
   threads.forEach(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t b, int thread) {
     const int block = blocks[b];
     Scratch& own = scratch[thread];

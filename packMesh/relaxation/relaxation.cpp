@@ -9,6 +9,7 @@
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_intersection.h"
+#include "packMesh/parallel/per_thread.h"
 
 namespace packmesh {
 namespace {
@@ -50,6 +51,16 @@ constexpr double tolerableImbalance = 1.02;
 
 /// Cost of a cell, in units of the cost of a pair.
 constexpr std::int64_t workOfCell = 4;
+
+/// The second cell of a pair is loaded into the cache this many pairs before it is needed: cells lie anywhere
+/// in the memory of their own and the adjacent blocks.
+constexpr std::size_t pairsAhead = 10;
+
+void prefetch(const Body& body) {
+  constexpr std::size_t cacheLine = 64;
+  const char* begin = reinterpret_cast<const char*>(&body);
+  for (std::size_t at = 0; at < sizeof(Body); at += cacheLine) __builtin_prefetch(begin + at);
+}
 
 double blockEdge(const Box& bounds, double largestRadius, const std::vector<std::int64_t>& counts) {
   const auto bodies = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
@@ -156,11 +167,13 @@ void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
 }
 
 double Relaxation::largestDisplacement() const {
-  std::vector<double> squares(input_.threads.count(), 0.0);
+  PerThread<double> squares(input_.threads);
   forEachBody([&](std::size_t i, int thread) {
     squares[thread] = std::max(squares[thread], (bodies_[i].position - listedAt_[i]).squaredNorm());
   });
-  return std::sqrt(*std::max_element(squares.begin(), squares.end()));
+  double largest = 0.0;
+  squares.forEach([&](double square) { largest = std::max(largest, square); });
+  return std::sqrt(largest);
 }
 
 /// Whether the next sweep is to examine all pairs completely, unless coarse samples suffice.
@@ -381,20 +394,24 @@ void Relaxation::resolve(int colour, bool border, SweepSums& sums) {
   due_.clear();
   for (const int block : blocksOfColour_[colour])
     if (atBorder(block) == border && std::exchange(active_[block], false)) due_.push_back(block);
-  std::vector<SweepSums> of(input_.threads.count());
+  PerThread<SweepSums> of(input_.threads);
   input_.threads.forEach(static_cast<std::int64_t>(due_.size()), [&](std::int64_t i, int thread) {
     SweepSums found;
     resolve(due_[i], found);
     if (found.contacts == 0) due_[i] = none;
     of[thread].add(found);
   });
-  for (const SweepSums& found : of) sums.add(found);
+  of.forEach([&](const SweepSums& found) { sums.add(found); });
   for (const int block : due_)
     if (block != none) activate(block);
 }
 
 void Relaxation::resolve(int block, SweepSums& sums) {
-  for (ContactPair& pair : list_[block]) solver_.resolve(pair, bodies_, sums);
+  std::vector<ContactPair>& pairs = list_[block];
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (k + pairsAhead < pairs.size()) prefetch(bodies_[pairs[k + pairsAhead].second]);
+    solver_.resolve(pairs[k], bodies_, sums);
+  }
   for (std::int64_t i = bodyStart_[block]; i < bodyStart_[block + 1]; ++i)
     solver_.resolveSurroundings(bodies_[i], sums);
 }

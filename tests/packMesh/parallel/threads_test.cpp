@@ -12,6 +12,7 @@
 
 #include "packMesh/parallel/cores.h"
 #include "packMesh/parallel/made_once.h"
+#include "packMesh/parallel/per_thread.h"
 
 using namespace packmesh;
 
@@ -116,6 +117,18 @@ TEST_CASE("Values that several threads need are the same for all of them", "[par
     REQUIRE(found[i] == found[i % 17]);
     REQUIRE(*found[i] == std::to_string(i % 17));
   }
+}
+
+TEST_CASE("Each thread has a value of its own, far from those of the others", "[parallel]") {
+  const Threads threads(3);
+  PerThread<std::int64_t> sums(threads, 1);
+  threads.forEach(1000, [&](std::int64_t i, int thread) { sums[thread] += i; });
+  std::int64_t all = 0;
+  int count = 0;
+  sums.forEach([&](std::int64_t sum) { all += sum, ++count; });
+  REQUIRE(count == 3);
+  REQUIRE(all == 999 * 1000 / 2 + 3);
+  REQUIRE(reinterpret_cast<char*>(&sums[1]) - reinterpret_cast<char*>(&sums[0]) >= 128);
 }
 
 TEST_CASE("There is at least one core", "[parallel]") {
