@@ -82,10 +82,12 @@ std::string unitHint(double extent, double factor, double least, double most) {
 
 std::optional<PositionFactor> positionFactor(const Container& container, const std::vector<Vec3>& positions,
                                              double volumes, double dx, const Communicator& ranks) {
-  // A few cells can lie anywhere.
-  constexpr std::int64_t fewest = 5;
+  // A few cells can lie anywhere. Dozens of a box slightly larger than the lumen can all lie in it after
+  // multiplication by a factor near 1.
+  constexpr std::int64_t fewest = 5, fewestForNearFactors = 30;
   constexpr double mostlyIn = 0.9, allIn = 0.99, leastSpread = 0.6;
-  if (ranks.sum(std::int64_t(positions.size())) < fewest) return {};
+  const std::int64_t all = ranks.sum(std::int64_t(positions.size()));
+  if (all < fewest) return {};
   const Fit given = fitOf(container, positions, volumes, 1.0, ranks);
   if (given.inside >= mostlyIn && given.canBe) return {};
   std::vector<PositionFactor> candidates = {
@@ -101,6 +103,8 @@ std::optional<PositionFactor> positionFactor(const Container& container, const s
   double widest = leastSpread;
   for (const PositionFactor& candidate : candidates) {
     if (candidate.factor == 1.0) continue;
+    const bool near = candidate.factor > 0.5 && candidate.factor < 2.0;
+    if (near && all < fewestForNearFactors) continue;
     const Fit fit = fitOf(container, positions, volumes, candidate.factor, ranks);
     if (!(fit.inside >= allIn && fit.spread > widest && fit.canBe)) continue;
     best = candidate;

@@ -56,6 +56,18 @@ TEST_CASE("Positions in another unit are recognised", "[units]") {
   CHECK(found(2.0, 0.5) == 1.0);  // too few to tell
 }
 
+TEST_CASE("Positions of a box around a pipe are not taken for those of another lattice spacing", "[units]") {
+  const auto pipe = makeCylinder({25.75, 13, 13}, 0, 12.5, 51.5, false);
+  std::mt19937 random(5);
+  const auto uniform = [&](double hi) { return std::uniform_real_distribution<>(0, hi)(random); };
+  for (const int cells : {5, 7, 20, 107})
+    for (int file = 0; file < 300; ++file) {
+      std::vector<Vec3> positions;
+      for (int i = 0; i < cells; ++i) positions.emplace_back(uniform(51), uniform(26), uniform(26));
+      CHECK(!positionFactor(*pipe, positions, 100.0, 0.5));
+    }
+}
+
 TEST_CASE("The program warns of implausible units", "[executable][units]") {
   const SampleCase folder("<packing> <hematocrit> 0.1 </hematocrit> </packing>");
   SECTION("dx ten times too large") {
