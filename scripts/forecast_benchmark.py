@@ -52,7 +52,7 @@ def main():
             for fraction in fractions:
                 problem = f"{arguments} --hematocrit {fraction}"
                 forecast = lines(options.program, problem + " --dry-run", folder)
-                effective = number(r"as hard to pack as ([\d.]+)", forecast)
+                effective = number(r"effective fraction ([\d.]+)", forecast)
                 expected = number(r"Expected CPU time: ([\d.e+-]+) s", forecast)
                 cells = number(r"(\d+) cells with", forecast)
                 measured = []

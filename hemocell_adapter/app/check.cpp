@@ -59,10 +59,11 @@ class Report {
                                                                ? gapText(certificate_.minimumWallGap)
                                                                : "none, cells are not inside"));
     log::info(fmt::format(
-        "Verdict: {}{}{}", clean() ? "clean" : "NOT clean",
+        "Verdict: {}{}{}", clean() ? "clean" : "not clean",
         examination_.droppedIsFault || dropped() == 0
             ? ""
-            : fmt::format("; that HemoCell drops {} is expected where cells may cross the faces", dropped()),
+            : fmt::format(". HemoCell will delete {} cell{} that cross{} periodic faces, as expected",
+                          dropped(), dropped() == 1 ? "" : "s", dropped() == 1 ? "es" : ""),
         scene_.unchecked.empty() ? ""
                                  : fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "))));
     return clean();
@@ -72,7 +73,7 @@ class Report {
   std::string line() const {
     const Tally tally = tallyOf(scene_, found_.counts);
     std::string text =
-        fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "NOT clean",
+        fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "not clean",
                     found_.all, found_.all == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
     if (certificate_.overlapping.empty())
       text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
@@ -200,14 +201,14 @@ class Report {
       const std::int64_t total = found_.counts[s];
       std::string text = fmt::format("HemoCell keeps {} of {} {}", kept[s], total, scene_.species[s].name);
       for (const auto& [reason, count] : reasons[s].reasons)
-        text += fmt::format("; drops {}: {}", count, reason);
+        text += fmt::format("; deletes {}: {}", count, reason);
       if (scene_.lumen.keptBox && kept[s] < total) text += fmt::format(" (nodes at dx {:.6g} µm)", scene_.dx);
       log::info(text);
     }
     FaultList list;
     if (log::level() != log::Level::verbose) return;
     for (const Examination::Dropped& one : examination_.dropped)
-      list.add(fmt::format("dropped: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]));
+      list.add(fmt::format("deleted: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]));
   }
 
   void printHematocrit(const char* which, const std::vector<std::int64_t>& counts) const {

@@ -79,7 +79,7 @@ void requireMemory(std::int64_t cells, const Communicator& ranks) {
   constexpr double gigabyte = 1e9;
   throw InputError(
       fmt::format("not enough memory: {} cells take at least {:.3g} GB on each of {} rank{}, and {:.3g} GB "
-                  "are left for each; fewer cells, or more machines",
+                  "are left for each. Request fewer cells or use more machines",
                   cells, needed / gigabyte, ranks.size(), ranks.size() == 1 ? "" : "s", left / gigabyte));
 }
 

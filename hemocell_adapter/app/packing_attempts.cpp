@@ -69,8 +69,8 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
     return;
   log::warning(fmt::format(
       "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
-      "HemoCell silently deletes a cell as soon as it moves onto a wall node; a lower hematocrit "
-      "loses fewer",
+      "HemoCell silently deletes a cell as soon as it moves onto a wall node. Fewer cells are lost at a "
+      "lower hematocrit",
       levels.front().wall));
 }
 

@@ -60,7 +60,7 @@ void warnOfDropped(const Scene& scene, const Tally& tally, const Kept& kept) {
     return std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
   };
   log::warning(fmt::format(
-      "HEMOCELL WOULD KEEP {} OF {} CELLS, A HEMATOCRIT OF {:.4f}: it silently deletes cells that cross a "
+      "HemoCell would keep {} of {} cells, a hematocrit of {:.4f}: it silently deletes cells that cross a "
       "periodic face when it loads them; {} packs cells that it keeps",
       sum(kept.kept), sum(tally.counts), tallyOf(scene, kept.kept).redMesh / scene.referenceVolume(),
       scene.asPackCells ? "--keep-all (or the name packMesh)" : "--ends closed"));

@@ -97,7 +97,7 @@ Verified verified(const Scene& scene, PackingResult& result, const Communicator&
         {ExitCode::internal,
          fmt::format(
              "the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
-             "cells misplaced, HemoCell would drop some: {}); {}. This is an internal error; please report "
+             "cells misplaced, HemoCell would delete some: {}); {}. This is an internal error; please report "
              "it with the command",
              result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
              result.certificate.misplaced.size(), allKept ? "no" : verified.kept.reasons.front().first,

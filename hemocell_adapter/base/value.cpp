@@ -167,7 +167,9 @@ std::string expectation(const ValueSpec& spec) {
     case Kind::boolean:
       return "true or false";
     case Kind::text:
-      return "some text";
+      return std::string_view(spec.placeholder) == "file"     ? "a file"
+             : std::string_view(spec.placeholder) == "folder" ? "a folder"
+                                                              : "some text";
     case Kind::name:
       return fmt::format("a cell name of at most {} bytes without blanks, slashes, commas or quotes",
                          longestName);

@@ -36,8 +36,7 @@ std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vect
   if (most == 0) return fmt::format("{} cells are more than HemoCell can number, with any settings", cells);
   return fmt::format(
       "{0} cells: HemoCell stops if there are more than {1}, unless the case's C++ code limits, on two axes, "
-      "how "
-      "often a cell can cross the periodic boundaries. It must call, before loadParticles(),\n"
+      "how often a cell can cross the periodic boundaries. It must call, before loadParticles(),\n"
       "  hemocell.setSystemPeriodicityLimit(0, {2});\n  hemocell.setSystemPeriodicityLimit(1, {2});",
       cells, largestInt / (100 + 100 * 100), most);
 }

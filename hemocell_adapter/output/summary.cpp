@@ -206,15 +206,25 @@ void countReason(Kept& kept, const std::string& reason, std::int64_t times) {
   kept.reasons.emplace_back(reason, times);
 }
 
+namespace {
+
+/// "121 of 121 placed", or "10 placed (6 requested + 4 from the reserve)".
+std::string placedText(const CellSpecies& species, std::int64_t placed) {
+  if (placed <= species.count) return fmt::format("{} of {} placed", placed, species.count);
+  return fmt::format("{} placed ({} requested + {} from the reserve)", placed, species.count,
+                     placed - species.count);
+}
+
+}  // namespace
+
 std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const Certificate& certificate,
                                    const Kept& kept, const RunTimes& times) {
   const double lumen = scene.lumen.container->volume();
   std::vector<std::string> lines;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const CellSpecies& species = scene.species[s];
-    const std::string stock = species.stock > 0 ? fmt::format(" and {} in stock", species.stock) : "";
-    lines.push_back(fmt::format("{}: {} of {}{} placed, volume fraction {:.5f}", species.name,
-                                tally.counts[s], species.count, stock, tally.meshVolume[s] / lumen));
+    lines.push_back(fmt::format("{}: {}, volume fraction {:.5f}", species.name,
+                                placedText(species, tally.counts[s]), tally.meshVolume[s] / lumen));
   }
   for (std::string& line : hematocritLines(scene, tally)) lines.push_back(std::move(line));
   if (knowsAcceptance(scene)) {
@@ -225,13 +235,13 @@ std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const
     }
     std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
     if (keeps < all) {
-      for (const auto& [reason, count] : kept.reasons) text += fmt::format("; drops {}: {}", count, reason);
+      for (const auto& [reason, count] : kept.reasons) text += fmt::format("; deletes {}: {}", count, reason);
       if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", scene.dx);
     }
     lines.push_back(text);
   }
-  lines.push_back(fmt::format("Certificate: {} ({} cell{}, {} pair{} proved apart); minimum gap {}",
-                              certificate.clean() ? "clean, no overlap" : "NOT CLEAN", certificate.cells,
+  lines.push_back(fmt::format("Certificate: {} ({} cell{}, {} pair{} tested); minimum gap {}",
+                              certificate.clean() ? "clean, no overlap" : "not clean", certificate.cells,
                               certificate.cells == 1 ? "" : "s", certificate.pairsTested,
                               certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
   const bool wall = scene.lumen.container->wall() != nullptr;

@@ -134,9 +134,8 @@ void resolveCounts(Scene& scene) {
   if (!scene.bestEffort) refuseBeyondKnown(scene);
   if (volume > Forecast::possible * lumen && !scene.inColumns) {
     scene.notices.push_back(
-        fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} red cells have hardly ever "
-                    "been packed at "
-                    "random; --max-time and --best-effort limit the run time{}",
+        fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "
+                    "cells is known; --max-time and --best-effort limit the run time{}",
                     volume / lumen, Forecast::possible, columnsInstead(scene)));
   }
 }

@@ -21,7 +21,7 @@ bool isModel(const CellSpecies& s, Construction construction) {
 }
 
 constexpr DensestKnown known[] = {
-    {"red cells", 0.748, "a crystal of two cells per period: docs/explanation/density.md",
+    {"red cells", 0.748, "a crystal of two cells per period",
      [](const CellSpecies& s) { return isModel(s, Construction::rbcFromSphere); }},
     {"ellipsoids", 0.7707, "Donev et al., Phys. Rev. Lett. 92, 255506 (2004)", [](const CellSpecies& s) {
        return s.kind == CellSpecies::Template::ellipsoid || isModel(s, Construction::ellipsoidFromSphere) ||

@@ -239,8 +239,7 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
   const Forecast f = forecastOf(scene, sample);
   std::vector<std::string> lines;
   std::string cells = fmt::format("{} cells with {:.4f} of the lumen's volume", f.cells, f.fraction);
-  if (f.effectiveFraction < 1.0)
-    cells += fmt::format(", as hard to pack as {:.3f} in a periodic box", f.effectiveFraction);
+  if (f.effectiveFraction < 1.0) cells += fmt::format(", effective fraction {:.3f}", f.effectiveFraction);
   lines.push_back(cells);
   for (std::string& line : roomLines(scene, f)) lines.push_back(std::move(line));
   if (scene.inColumns)
@@ -251,29 +250,29 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
   if (never)
     lines.push_back(fmt::format("Infeasible: {}", *never));
   else if (f.effectiveFraction <= Forecast::easy)
-    lines.push_back(fmt::format("Feasible: {:.3f} below {:.2f}, from which on packing takes long",
+    lines.push_back(fmt::format("Feasible: {:.3f} below {:.2f}; above that packing is slow",
                                 Forecast::easy - f.effectiveFraction, Forecast::easy));
   else if (f.effectiveFraction <= Forecast::possible)
     lines.push_back(
         fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; "
-                    "--max-time and --best-effort limit it{}",
+                    "--max-time and --best-effort limit the effort{}",
                     Forecast::easy, Forecast::possible, columnsInstead(scene)));
   else
     lines.push_back(fmt::format(
         "Probably infeasible: {}, the densest achieved so far; --max-time and --best-effort give the "
-        "densest "
-        "packing possible{}",
+        "densest packing found{}",
         f.effectiveFraction < 1.0
             ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
             : fmt::format("far above {:.2f}", Forecast::possible),
         columnsInstead(scene)));
   if (scene.method == Method::cat)
-    lines.push_back("Time: unknown for --method cat; some hundred times that of the default method");
+    lines.push_back(
+        "Time: unknown for --method cat, which takes 4 to 50 times as long as the default method");
   else if (never || !f.seconds)
     lines.push_back("Time: unknown; --max-time limits it");
   else
     lines.push_back(fmt::format(
-        "Time: {} of CPU{}, on a core at 2.5 GHz; known to a factor of 3, at the limit less",
+        "Time: {} of CPU{}, on a core at 2.5 GHz; accurate to a factor of 3, less accurate near the limit",
         about(*f.seconds),
         ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
   lines.push_back(

@@ -126,7 +126,7 @@ void checkApplicability(const Job& job, const Settings& settings, const Settings
   if (job.keepAll && ownBody) throw UsageError("option '--keep-all' is for boxes: sX sY sZ");
   if (job.periodicEnds.value_or(false) && job.keepAll) {
     throw UsageError(
-        "--ends periodic excludes --keep-all: HemoCell drops every cell that crosses a periodic face");
+        "--ends periodic excludes --keep-all: HemoCell deletes every cell that crosses a periodic face");
   }
 }
 
@@ -243,7 +243,8 @@ Job makeJob(const CommandLine& commandLine, const std::optional<std::filesystem:
             "cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",
             species.name));
       if (species.stock > 0 && !job.escape)
-        throw InputError(fmt::format("cell '{}' has a stock, which only --escape uses", species.name));
+        throw InputError(
+            fmt::format("cell '{}' has a reserve (stock), which only --escape uses", species.name));
     }
   }
   settleDistancesFromSolid(job);

@@ -26,9 +26,9 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
       attribute("minimumDistanceFromSolid", &S::minimumDistanceFromSolid, distanceFromSolid(),
                 "value that the C++ code of the case passes to setInitialMinimumDistanceFromSolid; HemoCell "
                 "truncates it to whole µm")
-          .byDefault("of the C++ code beside config.xml, or 0"),
+          .byDefault("that in the C++ code beside config.xml, or 0"),
       attribute("file", &S::meshFile, file(), "a closed mesh instead of <name>.xml"),
-      attribute("scale", &S::meshScale, meshScale(), "unit of that file").byDefault("1"),
+      attribute("scale", &S::meshScale, meshScale(), "length of a unit of that file in µm").byDefault("1"),
       named("frame", meshFrames(),
             "axes of that file; hemocell: rotated as HemoCell's MESH_FROM_STL does; file: unchanged",
             [](S& s, const Value& v) { s.meshFrame = meshFrameFromString(text(v)); })
@@ -39,13 +39,15 @@ const std::vector<Attribute<SpeciesRequest>>& speciesAttributes() {
           .byDefault("true when the name contains RBC"),
       attribute("fixed", &S::fixed, file(), "a .pos file of fixed cells"),
       attribute("start", &S::start, file(),
-                "a .pos file of cells to start from; more are added; of too many, a random subset is kept"),
+                "a .pos file of cells to start from; missing cells are added; if the file has more, a random "
+                "subset "
+                "is kept"),
       attribute("wallClearance", &S::wallClearance, clearance(),
                 "minimum gap between these cells and the wall")
           .byDefault("that of all cells"),
       attribute("axis", &S::axis, direction("x y z"), "direction of the symmetry axis of the cells"),
       attribute("spread", &S::spread, spread(), "largest angle to that direction").byDefault("0"),
-      attribute("stock", &S::stock, count(), "with escape: number of additional cells that can fill gaps")
+      attribute("stock", &S::stock, count(), "with escape: number of cells in reserve that can fill gaps")
           .byDefault("0"),
   };
   return table;
@@ -74,8 +76,8 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
                 "p, distance kept from the planes"),
       attribute("linearisations", &G::linearisations, integerFrom(1),
                 "number of linearisations of the rotation per iteration"),
-      attribute("alpha", &G::alpha, positive("", 1), "alpha of the resampling (eq. 3.4)"),
-      attribute("beta", &G::beta, positive("", 1e3), "beta of the resampling (eq. 3.4)"),
+      attribute("alpha", &G::alpha, positive("", 1), "alpha of the resampling (Bos 2023, eq. 3.4)"),
+      attribute("beta", &G::beta, positive("", 1e3), "beta of the resampling (Bos 2023, eq. 3.4)"),
       attribute("centring", &G::centring, flag(),
                 "move cells that reached the barrier to the centre of their planes"),
       attribute("shaking", &G::shaking, nonNegative("", 1), "random displacements relative to growth"),
@@ -85,7 +87,7 @@ const std::vector<Attribute<GrowthSettings>>& growthParameters() {
                 "mean growth below which cells count as stalled"),
       attribute(
           "relaxationSweeps", &G::relaxationSweeps, integerFrom(0),
-          "sweeps of the relaxation after growth stalls or its iterations end; 0: none, as in the thesis"),
+          "sweeps of the relaxation after growth stalls or its iterations end; 0: none, as in Bos 2023"),
       attribute("giveUpAfter", &G::giveUpAfter, integerFrom(0),
                 "give up after this many stalls at one barrier despite relaxation; 0: never"),
       attribute("attempts", &G::attempts, integerFrom(1),
@@ -116,7 +118,7 @@ const std::vector<SolidTag>& solidTags() {
       {"mesh",
        S::Kind::mesh,
        {attribute("file", &S::file, file(), "closed mesh (STL, OFF, PLY, OBJ)").required(),
-        attribute("scale", &S::scale, meshScale(), "unit of the file"),
+        attribute("scale", &S::scale, meshScale(), "length of a unit of the file in µm"),
         origin("offset", "added to the scaled coordinates"),
         attribute("openAxis", &S::openAxis, axis, "axis along which the lumen is open")
             .byDefault("closed on all sides")}},

@@ -78,7 +78,7 @@ std::vector<Setting> cellSettings() {
           .alsoOfPackCells(),
       setting("cell-mesh", {name(), count(), file()},
               "n custom cells, from any closed mesh (STL, OFF, PLY, OBJ)", setMesh),
-      setting("mesh-scale", {name(), meshScale()}, "unit of the mesh file of that cell",
+      setting("mesh-scale", {name(), meshScale()}, "length of a unit of the mesh file of that cell in µm",
               [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); })
           .byDefault("1"),
       setting(
@@ -110,16 +110,17 @@ std::vector<Setting> cellSettings() {
           })
           .withTag("fixed")
           .mayRepeat(),
-      setting(
-          "start", {file()},
-          "start from the cells of this .pos file or state (.h5); more are added at random; of too many, a "
-          "random subset is kept. With check: examine the cells of this state, not those of .pos files",
-          [](Settings& s, const Values& v) {
-            if (isState(text(v[0])))
-              s.startStates.emplace_back(text(v[0]));
-            else
-              cellsInFile(s, text(v[0])).start = text(v[0]);
-          })
+      setting("start", {file()},
+              "start from the cells of this .pos file or state (.h5); missing cells are added at random "
+              "positions; "
+              "if the file has more, a random subset is kept. With check: examine the cells of this state, "
+              "not those of .pos files",
+              [](Settings& s, const Values& v) {
+                if (isState(text(v[0])))
+                  s.startStates.emplace_back(text(v[0]));
+                else
+                  cellsInFile(s, text(v[0])).start = text(v[0]);
+              })
           .withTag("start")
           .mayRepeat(),
       setting("orient", {name(), component("x"), component("y"), component("z"), spread()},
@@ -131,7 +132,7 @@ std::vector<Setting> cellSettings() {
               [](Settings& s, const Values& v) {
                 speciesNamed(s, text(v[0])).minimumDistanceFromSolid = real(v[1]);
               })
-          .byDefault("of the C++ code beside config.xml, or 0"),
+          .byDefault("that in the C++ code beside config.xml, or 0"),
   };
 }
 

@@ -10,7 +10,7 @@ std::string toText(const Value& value) {
       [](const auto& v) -> std::string {
         using T = std::decay_t<decltype(v)>;
         if constexpr (std::is_same_v<T, bool>)
-          return v ? "yes" : "no";
+          return v ? "true" : "false";
         else if constexpr (std::is_same_v<T, Vec3>)
           return fmt::format("{} {} {}", v.x(), v.y(), v.z());
         else if constexpr (std::is_same_v<T, std::vector<double>>)

@@ -48,7 +48,7 @@ std::optional<Value> toValue(const T& member) {
   }
 }
 
-/// Readable text: "yes", "0.07", "0.3 0.5 1".
+/// Readable text: "true", "0.07", "0.3 0.5 1".
 std::string toText(const Value& value);
 
 }  // namespace packmesh::hemocell

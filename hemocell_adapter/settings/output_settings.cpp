@@ -15,7 +15,7 @@ std::vector<Setting> outputSettings() {
   return {
       setting("output-dir", &R::outputDirectory, plain(Kind::text, "folder"),
               "folder of the .pos files (with check: to read them from)")
-          .byDefault("of config.xml; without one the working directory")
+          .byDefault("that of config.xml; without one the working directory")
           .withTag("outputDirectory"),
       setting("realisations", &R::realisations, times("n"),
               "number of packings, with consecutive seeds from --seed on, in folders realisation_1, "
@@ -49,9 +49,7 @@ std::vector<Setting> outputSettings() {
               "continue from a saved state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
-      flagSetting("pov", &R::povScene,
-                  "write what python3 -m packmesh render makes pictures of: the files of --vtp")
-          .withTag("povScene"),
+      flagSetting("pov", &R::povScene, "same as --vtp").withTag("povScene"),
       flagSetting("vtp", &R::vtp,
                   "write <Cell>.vtp for ParaView: the cells as points with their measurements, their meshes, "
                   "and lumen.vtp"),

@@ -45,7 +45,7 @@ std::vector<Setting> methodSettings() {
                   "with --method cat: cells that remain small exchange places and grow into gaps")
           .onlyFor(Method::cat),
       setting("stock", {name(), count()},
-              "with --escape: number of additional cells of that kind that can fill gaps",
+              "with --escape: number of cells of that kind in reserve that can fill gaps",
               [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
           .byDefault("0"),
       setting("growth", {choice("parameter", growthNames()), plain(Kind::text, "value")},
@@ -74,12 +74,12 @@ std::vector<Setting> methodSettings() {
       [] {
         Setting no = setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (symmetry axis along y)",
                              [](Settings& s, const Values& v) { s.rotate = !yes(v[0]); })
-                         .byDefault("no")
+                         .byDefault("false")
                          .alsoOfPackCells();
         no.flag = true;
         return no;
       }(),
-      flagSetting("", &R::rotate, "no: keep every orientation at 0 0 0 (symmetry axis along y)")
+      flagSetting("", &R::rotate, "false: keep every orientation at 0 0 0 (symmetry axis along y)")
           .withTag("rotate"),
       choiceSetting(
           "order", &R::inColumns, "kind", {{"random", false}, {"columns", true}},
@@ -106,7 +106,7 @@ std::vector<Setting> limitSettings() {
           .withoutTag()
           .alsoOfPackCells(),
       setting("threads", &R::threads, integer("n", "threads", 1, 1024),
-              "threads of each rank, which share its work; the packing does not depend on their number")
+              "threads of each rank; the packing does not depend on their number")
           .byDefault("OMP_NUM_THREADS, or all cores; with several ranks one")
           .withoutTag(),
       flagSetting("best-effort", &R::bestEffort,

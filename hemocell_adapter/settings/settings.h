@@ -30,7 +30,7 @@ struct SpeciesRequest {
   std::optional<MeshFrame> meshFrame;
   std::optional<Vec3> ellipsoidAxes;           ///< full lengths [µm]
   std::optional<bool> redCell;                 ///< true if its volume counts in the hematocrit
-  std::optional<std::int64_t> stock;           ///< with escape: number of additional cells that can fill gaps
+  std::optional<std::int64_t> stock;           ///< with escape: number of cells in reserve that can fill gaps
   std::optional<std::filesystem::path> fixed;  ///< .pos file of fixed cells
   std::optional<std::filesystem::path> start;  ///< .pos file of existing cells that can move
   std::optional<double> wallClearance;         ///< [µm]

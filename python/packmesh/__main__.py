@@ -20,7 +20,7 @@ COMMANDS = {
 
 
 def run_in_paraview(name, arguments):
-    """ParaView has a Python of its own, which need not have packmesh: it runs the file. --path prints where that is."""
+    """ParaView has a Python of its own, which need not have packmesh: it runs the file. --path prints its path."""
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), name + ".py")
     if arguments == ["--path"]:
         print(script)

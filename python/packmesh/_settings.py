@@ -39,7 +39,7 @@ class Species:
     red_cell: whether its volume counts in the hematocrit; default: if the name contains RBC
     wall_clearance: least gap between these cells and the wall [µm]
     axis, spread: direction of the cells' symmetry axis; largest angle to it [degrees]
-    stock: with escape: number of additional cells that can fill gaps
+    stock: with escape: number of cells in reserve that can fill gaps
     minimum_distance_from_solid: what the case passes to setInitialMinimumDistanceFromSolid [µm]
     construction: how the C++ code of the case builds the cell, e.g. "RBC_FROM_SPHERE"
     """

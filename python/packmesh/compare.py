@@ -249,7 +249,7 @@ def page_data(names, reports, found, curves, page):
     """`page`: its file, from which links start"""
     versions = sorted({f"{report['program']['version']} ({report['program']['commit']})" for report in reports})
     rows = [[name, str(report["configuration"]["seed"]), report["outcome"],
-             "clean" if report["certificate"]["clean"] else "NOT CLEAN", str(report["certificate"]["cells"]),
+             "clean" if report["certificate"]["clean"] else "not clean", str(report["certificate"]["cells"]),
              f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
             for name, report in zip(names, reports)]
     return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [], "errors": "standard deviation",

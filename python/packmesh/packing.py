@@ -194,7 +194,7 @@ class Packing:
 
     @property
     def certificate(self) -> Certificate:
-        """The exact test of the packing; after load() it is made anew (collective)."""
+        """The exact test of the packing; after load() the test is repeated (collective)."""
         return Certificate._of(self._held.certificate())
 
     @property

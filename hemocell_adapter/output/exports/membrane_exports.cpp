@@ -50,7 +50,7 @@ Vec3 originInNpfemsTemplate(const CellSpecies& species) {
     throw InputError(
         fmt::format("export to npFEM: {} {}; it simulates only its own templates: convert its points to a "
                     "mesh file, and pack that with "
-                    "--cell-mesh {} n file --mesh-frame {} file (docs/howto/export.md)",
+                    "--cell-mesh {} n file --mesh-frame {} file",
                     species.name, reason, species.name, species.name));
   };
   if (species.kind != CellSpecies::Template::mesh) refuse("is not packed from a mesh file");

@@ -78,7 +78,7 @@ function showTiles() {
     tile(ofLumen.toFixed(4), "hematocrit of the lumen");
   }
   tile(String(placed), placed < asked ? "cells, of " + asked + " requested" : "cells");
-  tile(certificate.clean ? "clean" : "NOT CLEAN", verdictText(certificate), certificate.clean ? "good" : "bad");
+  tile(certificate.clean ? "clean" : "not clean", verdictText(certificate), certificate.clean ? "good" : "bad");
   tile(gapText(certificate.minimumGap, certificate.gapsMeasuredUpTo), "smallest gap");
   const layer = report.measures.wall && report.measures.wall.cellFreeLayer[0].thickness;
   if (layer !== null) tile(layer.toFixed(2) + " µm", ["cell-free layer", leftOutText(report.measures)].filter((text) => text).join(", "));
@@ -115,8 +115,8 @@ function showHematocrit() {
 function showCertificate() {
   const c = report.certificate, most = c.gapsMeasuredUpTo;
   const rows = [
-    ["verdict", c.clean ? "clean: no two meshes share a point, all are inside the lumen" : "NOT CLEAN"],
-    ["cells examined", shown(c.cells)], [c.clean ? "pairs proved apart" : "pairs examined", shown(c.pairs)]];
+    ["verdict", c.clean ? "clean: no two meshes share a point, all are inside the lumen" : "not clean"],
+    ["cells examined", shown(c.cells)], ["pairs tested", shown(c.pairs)]];
   if (!c.clean)
     rows.push(["overlapping pairs", shown(c.overlapping)], ["cells not inside, or too near to the wall", shown(c.misplaced)]);
   rows.push(["smallest gap between cells", gapText(c.minimumGap, most)]);

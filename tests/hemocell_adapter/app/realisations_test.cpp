@@ -115,7 +115,7 @@ TEST_CASE("Realisations of a case continue in their folders, and check examines 
   checked = run(folder.path(), "check config.xml");
   CHECK(checked.exitCode == 4);
   CHECK_THAT(checked.out, Contains("realisation_1: clean") &&
-                              Contains("realisation_2: NOT clean; 2 cells, hematocrit") &&
+                              Contains("realisation_2: not clean; 2 cells, hematocrit") &&
                               Contains("1 overlapping pairs") && Contains("HemoCell keeps 3 of 3 RBC") &&
                               Contains("Verdict: 2 of 3 folders clean"));
   CHECK(ok(folder, "check config.xml --output-dir realisation_1").out.find("Verdict: clean") !=

@@ -175,7 +175,7 @@ TEST_CASE("A box is packed with cells that HemoCell keeps, and with clearance be
   CHECK_THAT(packed.out, Contains("HemoCell keeps 62 of 62 cells"));
   CHECK_THAT(packed.out, Contains("Clearance kept: 0.05 µm between membranes, 0.025 µm to the wall"));
   CHECK(numberAfter(packed.out, "minimum gap ") >= 0.05);
-  CHECK_THAT(packed.all(), !Contains("HEMOCELL WOULD KEEP"));
+  CHECK_THAT(packed.all(), !Contains("HemoCell would keep"));
   const Ran checked = run(folder.path(), "check --box 25 25 25 --clearance 0.05");
   INFO(checked.all());
   CHECK(checked.exitCode == 0);
@@ -191,7 +191,7 @@ TEST_CASE("A periodic box gives a warning about the cells that HemoCell would ke
     INFO(packed.all());
     REQUIRE(packed.exitCode == 0);
     CHECK_THAT(packed.out, Contains("periodic box"));
-    CHECK_THAT(packed.err, Contains("HEMOCELL WOULD KEEP") && Contains("A HEMATOCRIT OF 0."));
+    CHECK_THAT(packed.err, Contains("HemoCell would keep") && Contains("a hematocrit of 0."));
   }
 }
 

@@ -103,12 +103,12 @@ TEST_CASE("Escaping fills gaps from a reserve", "[executable]") {
   CHECK(cellsIn(folder.path() / "RBC.pos") == 5);
   const std::string platelets = readText(folder.path() / "PLT.pos");
   CHECK(cellsIn(folder.path() / "PLT.pos") == 6);
-  CHECK_THAT(ran.out, Contains("PLT: 6 of 2 and 4 in stock placed"));
+  CHECK_THAT(ran.out, Contains("PLT: 6 placed (2 requested + 4 from the reserve)"));
   CHECK(run(folder.path(), "check --box 12 12 12").exitCode == 0);
   std::filesystem::remove(folder.path() / "PLT.pos");
   CHECK(run(folder.path(), "--restart state.h5").exitCode == 0);
   CHECK(readText(folder.path() / "PLT.pos") == platelets);
   ran = run(folder.path(), command);
   CHECK(ran.exitCode == 2);
-  CHECK_THAT(ran.err, Contains("'PLT' has a stock, which only --escape uses"));
+  CHECK_THAT(ran.err, Contains("'PLT' has a reserve (stock), which only --escape uses"));
 }

@@ -30,7 +30,7 @@ TEST_CASE("Periodic ends apply to packing and to check", "[executable]") {
   CHECK(lumenLine(ran.out).find("periodic along x") != std::string::npos);
   const Ran checked = run(folder.path(), "check config.xml");
   CHECK(checked.exitCode == 0);
-  CHECK_THAT(checked.out, Contains("Verdict: clean; that HemoCell drops "));
+  CHECK_THAT(checked.out, Contains("Verdict: clean. HemoCell will delete "));
 
   // 24 µm of tube at dx 0.5 µm are 51 nodes: the ends are at -0.25 and 25.25 µm.
   // No cell is thinner than 2.2 µm.

@@ -161,8 +161,8 @@ TEST_CASE("Invalid input is explained, and nothing is written", "[executable]") 
       {"check config.xml", 2, "RBC.pos:2", file("RBC.pos", rbcPos("1 2 nan 0 0 0\n", 1))},
       {"check config.xml", 2, "RBC.pos:1", file("RBC.pos", "many\n1 2 3 0 0 0\n")},
       {"check config.xml", 2, "RBC.pos", file("RBC.pos", "")},
-      {"check config.xml", 4, "NOT clean", file("RBC.pos", rbcPos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2))},
-      {"check config.xml", 4, "drops 1", file("RBC.pos", rbcPos("500 8 8 0 0 0\n", 1))},
+      {"check config.xml", 4, "not clean", file("RBC.pos", rbcPos("8 8 8 0 0 0\n8.5 8 8 0 0 0\n", 2))},
+      {"check config.xml", 4, "deletes 1", file("RBC.pos", rbcPos("500 8 8 0 0 0\n", 1))},
       {"check --box 20 20 20", 2, "RBC.pos:2: field 1 (x): expected a number between -100000 and 100000",
        file("RBC.pos", rbcPos("1e20 8 8 0 0 0\n", 1))},
   };

@@ -142,6 +142,20 @@ TEST_CASE("Help and reference list everything", "[command_line]") {
   CHECK_THAT(help, Contains("Exit codes"));
 }
 
+TEST_CASE("Defaults are values that can be stated", "[command_line]") {
+  const auto isTruth = [](const std::string& text) {
+    return text.empty() || text == "true" || text == "false";
+  };
+  for (const Setting& setting : settingsTable()) {
+    CAPTURE(setting.option, setting.tag, setting.fallback);
+    if (!setting.values.empty() && setting.values[0].kind == Kind::boolean) CHECK(isTruth(setting.fallback));
+  }
+  for (const auto& parameter : growthParameters()) {
+    CAPTURE(parameter.name, parameter.fallback);
+    if (parameter.value.kind == Kind::boolean) CHECK(isTruth(parameter.fallback));
+  }
+}
+
 TEST_CASE("No two settings share a name", "[command_line]") {
   std::vector<std::string> names;
   for (const Setting& setting : settingsTable()) {
