@@ -108,7 +108,8 @@ def pack(
 
     The lumen, one of:
         case: config.xml of a HemoCell case
-        box: a Box or three sizes, low corner at the origin. It is packed with cells inside its faces, unless `ends` is "periodic"
+        box: a Box or three sizes. Cells stay where HemoCell keeps them, from -dx/2 to size - dx/2; with `ends`
+            "periodic" they cross the faces of the box, whose low corner is at the origin
         cylinder: a Cylinder, or (axis, radius, length), low corner at the origin
         sphere: a Sphere or a radius, low corner at the origin
         vessel: a watertight mesh, a file or (vertices, triangles); coordinates times `scale` are in µm
