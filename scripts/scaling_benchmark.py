@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 """Measures the times of whole packings for several numbers of ranks and sizes, and predicts those of larger ones by a model.
 
-scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [sizes|large|ranks|model|growth ...]
+scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [threads|large|largest|ranks|model|growth|growth-model ...]
 
-  sizes   cost per cell at 0.45 from 1,000 to 1,000,000 cells on one rank
-  large   1, 4 and 10 million cells at 0.45, with the default clearance and a thread per core; the last take up to 16 GB of
-          memory, and 20 minutes on 2 cores
+  threads 1,000 to 100,000 cells at 0.45, on one thread, and on a thread and on a rank per core
+  large   1 and 4 million cells at 0.45, with the default clearance, on a thread and on a rank per core
+  largest 10 million cells likewise, on threads: up to 16 GB of memory
   ranks   100,000 cells at 0.45 on 1, 2, 4 and 8 ranks, runs interleaved, medians
   model   measures 10,000 and 100,000 cells on 1, 2, 4 and 8 ranks, compares them with the model, and prints
-          predictions for up to 1,024 ranks and 10^9 cells (docs/explanation/scaling.md)
+          predictions for up to 1,024 ranks and 10^8 cells, the most that packMesh packs (docs/explanation/scaling.md)
   growth  --method cat, planes from chords, at 0.40: 1,000, 10,000 and 100,000 cells on 1 and 2 ranks
   growth-model  the model for --method cat, from 1,000 and 10,000 cells on 1, 2, 4 and 8 ranks
 
-Without a name: ranks and model. Tables are Markdown.
+Without a name: ranks and model. Tables are Markdown; scripts/figures.py puts them into the pages.
 """
 import argparse
 import concurrent.futures
@@ -96,25 +96,37 @@ def interleaved(program, cases, repeats, growth=False):
     return MEASURED[growth]
 
 
-def sizes(program, repeats):
-    cases = [(n, 1) for n in (1000, 10000, 100000, 1000000)]
-    runs = interleaved(program, cases, repeats)
-    print("| cells | CPU [s] | per cell [ms] | sweeps |\n| --- | --- | --- | --- |")
-    for cells, ranks in cases:
-        cpu = median(runs[cells, ranks], "cpu")
-        print(f"| {cells:,} | {cpu:.2f} | {1e3 * cpu / cells:.3f} | {median(runs[cells, ranks], 'sweeps'):.0f} |")
+def threads(program, repeats):
+    ways = [(1, 1), (CORES, 1), (1, CORES)]  # threads, ranks
+    print(f"| cells | one thread [s] | {CORES} threads [s] | ratio | {CORES} ranks [s] | ratio | CPU per cell, one thread [ms] | sweeps |")
+    print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for cells in (1000, 10000, 100000):
+        runs = {way: [] for way in ways}
+        for _ in range(repeats):
+            for way in ways:
+                runs[way].append(Run(program, cells, way[1], threads=way[0], clearance=None))
+        one, shared, parted = (median(runs[way], "reported") for way in ways)
+        print(f"| {cells:,} | {one:.3g} | {shared:.3g} | {one / shared:.2f} | {parted:.3g} | {one / parted:.2f} "
+              f"| {1e3 * median(runs[ways[0]], 'cpu') / cells:.3f} | {median(runs[ways[0]], 'sweeps'):.0f} |", flush=True)
     print()
 
 
-def large(program, repeats):
+def large(program, repeats, cases=((10 ** 6, True), (4 * 10 ** 6, True))):
     del repeats  # each is made once
-    print("| cells | triangles | wall [s] | CPU per cell [ms] | memory [GB] | per cell [kB] | sweeps |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for cells in (10 ** 6, 4 * 10 ** 6, 10 ** 7):
-        run = Run(program, cells, 1, threads=CORES, clearance=None)
-        print(f"| {cells:,} | {1280 * cells:,} | {run.reported:.0f} | {1e3 * run.cpu / cells:.3f} | {run.memory / 1e9:.2f} "
-              f"| {run.memory / 1e3 / cells:.2f} | {run.sweeps:.0f} |", flush=True)
+    print("| red cells | triangles | on | time | memory [GB] | per cell [kB] | CPU per cell [ms] | sweeps |")
+    print("| ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |")
+    for cells, also_ranks in cases:
+        for n, what in [(1, f"{CORES} threads")] + ([(CORES, f"{CORES} ranks")] if also_ranks else []):
+            run = Run(program, cells, n, threads=CORES if n == 1 else 1, clearance=None)
+            memory = n * run.memory
+            time_text = f"{run.reported:.0f} s" if run.reported < 120 else f"{run.reported / 60:.1f} min"
+            print(f"| {cells:,} | {1280 * cells / 1e9:.1f}·10⁹ | {what} | {time_text} | {memory / 1e9:.2f} "
+                  f"| {memory / 1e3 / cells:.2f} | {f'{1e3 * run.cpu / cells:.3f}' if n == 1 else ''} | {run.sweeps:.0f} |", flush=True)
     print()
+
+
+def largest(program, repeats):
+    large(program, repeats, ((10 ** 7, False),))
 
 
 def slowdown(program, cells):
@@ -246,7 +258,7 @@ def model(program, repeats, growth=False):
         for n in (1, 4, 16, 64, 256, 1024):
             row(cells, n)
     print(f"\nWeak scaling, 10^6 cells per rank:\n\n{head}")
-    for n in (1, 4, 16, 64, 256, 1000, 1024):
+    for n in (1, 4, 16, 64, 100):
         row(n * 10 ** 6, n)
     print()
 
@@ -256,10 +268,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--packMesh", default=os.path.join(here, "..", "build", "bin", "packMesh"))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("tables", nargs="*", choices=["sizes", "large", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
+    parser.add_argument("tables", nargs="*", choices=["threads", "large", "largest", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
     options = parser.parse_args()
     for table in options.tables:
-        of = {"sizes": sizes, "large": large, "ranks": ranks, "model": model, "growth": growth,
+        of = {"threads": threads, "large": large, "largest": largest, "ranks": ranks, "model": model, "growth": growth,
               "growth-model": lambda program, repeats: model(program, repeats, growth=True)}
         of[table](os.path.abspath(options.packMesh), options.repeats)
 

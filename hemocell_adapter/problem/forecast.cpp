@@ -34,7 +34,7 @@ constexpr double growthPerDecade = 0.15;
 constexpr double emptyLayer = 0.55, emptyLayerAtNodes = 0.40;
 
 /// Memory [MB]: of the program, and per cell.
-constexpr double ofProgram = 25.0, ofThousandCells = 1.4;
+constexpr double ofProgram = 25.0, ofThousandCells = 1.3;
 
 /// Parallel efficiency of several ranks.
 constexpr double efficiency = 0.85;

@@ -28,7 +28,7 @@ struct EscapePhase {
 /// - Swapping: cells of a group, no two of which are neighbours, exchange places: each is scored by the
 /// volume it
 /// reaches in each room, and the bipartite matching with the largest sum is applied.
-/// - Enlargement: cells below full size grow in their CDT cells, also from random orientations.
+/// - Enlargement: cells below full size grow in their CAT cells, also from random orientations.
 /// - Replacement: cells below full size are replaced by bodies from the reserve that reach more volume.
 /// - Hole filling: circumspheres of tetrahedra in the free space, largest first, are rooms for bodies from
 /// the

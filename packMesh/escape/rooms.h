@@ -11,7 +11,7 @@
 
 namespace packmesh {
 
-/// The room of a cell, its CDT cell: the space around it up to the surfaces of its neighbours, which are
+/// The room of a cell, its CAT cell: the space around it up to the surfaces of its neighbours, which are
 /// fixed.
 class Rooms {
  public:

@@ -14,7 +14,7 @@ namespace packmesh {
 /// Constructs a plane function for the cells that take part.
 using PlaneFunctionFactory = std::function<std::unique_ptr<PlaneFunction>(const GrowthScene&)>;
 
-/// Growth of some cells of a state to scale 1, up to the surfaces of their neighbours, as in CDT cells: all
+/// Growth of some cells of a state to scale 1, up to the surfaces of their neighbours, as in CAT cells: all
 /// other cells stay fixed. The cost is that of the cells near them. Only this rank takes part.
 class LocalGrowth {
  public:
