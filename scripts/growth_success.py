@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Packs problems with --method cat, each with several seeds, and prints how many succeed, how large the coverage is, how many
-iterations it takes, how many pairs of cells overlapped after a full step (and were stepped back), and the CPU time.
+iterations it takes, how many pairs of cells overlapped after a full step (and were separated by step halving), and the CPU time.
 
 growth_success.py [--packMesh PROGRAM] [--seeds N] [PATTERN ...]
 
@@ -94,7 +94,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("patterns", nargs="*", default=["."])
     options = parser.parse_args()
-    print("| problem | cells | seeds certified | coverage | iterations | overlaps stepped back | CPU [s] |")
+    print("| problem | cells | seeds certified | coverage | iterations | overlaps removed by step halving | CPU [s] |")
     print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     for name, arguments, seeds, files in PROBLEMS:
         if any(re.search(pattern, name) for pattern in options.patterns):
