@@ -288,7 +288,7 @@ class Packing:
 def load(file: Path, *, comm: Any = None) -> Packing:
     """Reads a packing that save() or the program (``--state``) wrote (collective).
 
-    Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) builds
-    it anew from the command in the file, which needs the files that it names.
+    Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) rebuilds
+    it from the command in the file, which needs the files that it names.
     """
     return Packing(_packmesh.load(os.fspath(file), address(comm)), comm)

@@ -53,7 +53,7 @@ function turned(quaternions, i, v) {
 /** Text of a value of the report, with this many significant digits. */
 function shown(value, digits = 6) {
   if (value === null || value === undefined) return "–";
-  if (typeof value === "boolean") return value ? "yes" : "no";
+  if (typeof value === "boolean") return value ? "true" : "false";
   if (typeof value === "number") return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(digits)));
   if (Array.isArray(value)) return value.length ? value.map((one) => shown(one, digits)).join(", ") : "–";
   if (typeof value === "object")

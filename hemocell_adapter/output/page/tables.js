@@ -122,8 +122,8 @@ function showCertificate() {
   rows.push(["smallest gap between cells", gapText(c.minimumGap, most)]);
   if (report.lumen.wall) rows.push(["smallest gap to the wall", wallGapText(c)]);
   if (report.hemocell) {
-    rows.push(["HemoCell keeps", shown(report.hemocell.kept) + " cells, drops " + shown(report.hemocell.dropped)]);
-    for (const one of report.hemocell.reasons) rows.push(["dropped by HemoCell", one.reason + ": " + counted(one.cells, "cell", "cells")]);
+    rows.push(["HemoCell keeps", shown(report.hemocell.kept) + " cells, deletes " + shown(report.hemocell.dropped)]);
+    for (const one of report.hemocell.reasons) rows.push(["deleted by HemoCell", one.reason + ": " + counted(one.cells, "cell", "cells")]);
   }
   addCard("Certificate", tableOf(["", ""], rows),
     noteOf("Decided by exact arithmetic on the meshes that HemoCell builds, at the positions in the .pos files."));
