@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 RETIRED = [
-    "proved apart", "that HemoCell drops", "hard to pack as", "packing takes long", "known to a factor", "densest packing possible",
+    "proved apart", "that HemoCell drops", "hard to pack as", "from which on packing takes", "known to a factor", "densest packing possible",
     "in stock placed", "makes pictures of", "of too many,", "or more machines", "loses fewer", "Roads that did not lead",
     "proves the files", "proves those files", "just as many triangles are missing", "stepped back", "as costs little time",
     "files that are not there", "says and writes", "does not trust it", "blood that is too thin", "hardly ever been packed",
