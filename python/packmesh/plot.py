@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Plots the report of a packing (packMesh --report report.json; docs/reference/report.md):
+"""Plots the report of a packing (packMesh --report report.json):
 
     python3 -m packmesh plot report.json [plots.png] [--csv folder]
 

@@ -9,7 +9,7 @@ what is one of
   cells.h5      a state file (packMesh --state)
   cells.vtp     what catCells --vtp wrote
   cells.pov     a scene that was kept
-For a case and a state file, the package must be installed (docs/howto/python.md).
+For a case and a state file, the package must be installed.
 
   --scene cells.pov                 keep the scene, for POV-Ray itself
   --color species|gap|orientation   quantity shown by colour (orientation: symmetry axis along x red, y green, z blue)

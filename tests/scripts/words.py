@@ -29,6 +29,8 @@ for file in [root / "README.md"] + [f for folder in FOLDERS for f in sorted((roo
     for phrase in RETIRED:
         if re.search(re.escape(phrase), running, flags=re.I):
             faults.append(f"{file}: '{phrase}'")
+    if file.is_relative_to(root / "python") and (found := re.search(r"\bdocs/\w+/\S+", text)):
+        faults.append(f"{file}: names a file of the source tree: {found[0]}")
     if file.suffix == ".cpp" and file.is_relative_to(root / "hemocell_adapter"):
         code = re.sub(r"(^|\s)//.*|#include.*", "", text)
         for literal in re.findall(r'"((?:[^"\\\n]|\\.)*)"', re.sub(r'"\s*\n\s*"', "", code)):
