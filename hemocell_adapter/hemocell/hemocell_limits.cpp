@@ -54,16 +54,51 @@ double longestExtent(const TriangleMesh& mesh) {
   return longest;
 }
 
-std::optional<std::string> envelopeWarning(const std::string& cell, const TriangleMesh& mesh,
-                                           const Domain& domain) {
+int neededEnvelope(double length, double dx, double stretch) {
+  return int(std::ceil(stretch * length / dx));
+}
+
+std::optional<std::string> envelopeWarning(const std::string& cell, double length, const Domain& domain,
+                                           const std::optional<std::array<int, 3>>& lattice) {
   if (!domain.particleEnvelope) return {};
-  const double nodes = longestExtent(mesh) / domain.dx;
-  if (*domain.particleEnvelope >= nodes) return {};
-  return fmt::format(
-      "{}: {} is less than the longest extent of {}, {:.1f} nodes: with several blocks or "
-      "ranks, HemoCell deletes cells that extend from one into another. At least {} is needed, more if "
-      "cells are stretched",
-      domain.particleEnvelopeWhere, *domain.particleEnvelope, cell, nodes, std::int64_t(std::ceil(nodes)));
+  const int envelope = *domain.particleEnvelope;
+  const int weak = neededEnvelope(length, domain.dx, stretchInWeakShear);
+  const int strong = neededEnvelope(length, domain.dx, stretchInStrongShear);
+  if (envelope >= strong) return {};
+  const double nodes = length / domain.dx;
+  std::string text =
+      envelope < nodes
+          ? fmt::format(
+                "{}: {} is less than the longest extent of {}, {:.1f} nodes: HemoCell deletes cells that "
+                "extend from one block or rank into another, or across a periodic face",
+                domain.particleEnvelopeWhere, envelope, cell, nodes)
+          : fmt::format(
+                "{}: {} is {:.2f} times the longest extent of {} at rest, {:.1f} nodes; HemoCell deletes "
+                "cells that the flow stretches beyond it",
+                domain.particleEnvelopeWhere, envelope, envelope / nodes, cell, nodes);
+  const auto set = [&](int needed, double stretch, const char* shear, const char* stress) {
+    return fmt::format(
+        "\n  <particleEnvelope> {} </particleEnvelope>   for {} shear: {} times the length at rest, enough "
+        "up "
+        "to a wall shear stress of {}",
+        needed, shear, stretch, stress);
+  };
+  text += ". Set";
+  if (envelope < weak) text += set(weak, stretchInWeakShear, "weak", "3 Pa");
+  text += set(strong, stretchInStrongShear, "strong", "10 Pa");
+  if (lattice) {
+    std::array<int, 3> blocks{};
+    for (int a = 0; a < 3; ++a) blocks[a] = std::max(1, (*lattice)[a] / strong);
+    text += fmt::format(
+        "\nAtomic blocks smaller than the envelope make HemoCell slow; {} x {} x {} nodes have room for {} x "
+        "{} x {} blocks of {} nodes, thus for {} {}",
+        (*lattice)[0], (*lattice)[1], (*lattice)[2], blocks[0], blocks[1], blocks[2], strong,
+        blocks[0] * blocks[1] * blocks[2], blocks[0] * blocks[1] * blocks[2] == 1 ? "rank" : "ranks");
+    if (domain.smallestBlock)
+      text += fmt::format("; the smallest block now has {} x {} x {}", (*domain.smallestBlock)[0],
+                          (*domain.smallestBlock)[1], (*domain.smallestBlock)[2]);
+  }
+  return text;
 }
 
 }  // namespace packmesh::hemocell

@@ -2,6 +2,7 @@
 /// @file Limits of HemoCell that require changes of the case.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -19,11 +20,25 @@ namespace packmesh::hemocell {
 /// @return the required addition to the case's C++ code; empty if the number of cells is possible
 std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vector<PeriodicityCall>& calls);
 
-/// HemoCell knows the vertices of a cell only within `<particleEnvelope>` of the block that contains its
-/// centre.
-/// @return the required value; empty if the present one is sufficient for this cell at rest, or is not given
-std::optional<std::string> envelopeWarning(const std::string& cell, const TriangleMesh& mesh,
-                                           const Domain& domain);
+/// How many times longer than its template a red cell was in flows through tubes, at most, rounded up: 10^5
+/// iterations of HemoCell 2.7 at the wall shear stress stated (docs/howto/simulation.md, "How long cells
+/// become").
+constexpr double stretchInWeakShear = 1.25;   ///< up to 3 Pa
+constexpr double stretchInStrongShear = 2.0;  ///< up to 10 Pa
+
+/// `<particleEnvelope>` [nodes] for cells of this length [µm] at rest: HemoCell knows the vertices of a cell
+/// only within it of each block that has a part of the cell, and deletes a cell of which one is missing.
+/// @param dx lattice spacing [µm]
+int neededEnvelope(double length, double dx, double stretch);
+
+/// Whether the flow can stretch cells beyond `<particleEnvelope>`.
+/// @param cell name of the longest kind of cell
+/// @param length its longest extent at rest [µm]
+/// @param lattice nodes along each axis, if known
+/// @return the tag to set, for weak and for strong shear, and how many blocks it leaves room for; empty if
+/// the present one is sufficient for strong shear, or is not given
+std::optional<std::string> envelopeWarning(const std::string& cell, double length, const Domain& domain,
+                                           const std::optional<std::array<int, 3>>& lattice);
 
 /// Largest distance between two vertices [unit of the mesh].
 double longestExtent(const TriangleMesh& mesh);

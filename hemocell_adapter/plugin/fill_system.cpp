@@ -64,6 +64,17 @@ std::shared_ptr<const Lattice> latticeOf(const System& system, const Communicato
   return latticeOfRuns(nodes, system.dx, fluidRuns(system), ranks, most);
 }
 
+/// Least nodes of a block along each axis. All ranks call.
+std::array<int, 3> smallestBlock(const System& system, const Communicator& ranks) {
+  std::array<int, 3> smallest{};
+  for (int a = 0; a < 3; ++a) {
+    std::int64_t nodes = system.last[a] - system.first[a] + 1;
+    for (const Block& block : system.blocks) nodes = std::min(nodes, block.last[a] - block.first[a] + 1);
+    smallest[a] = int(ranks.min(nodes));
+  }
+  return smallest;
+}
+
 std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& request,
                                           const Communicator& ranks) {
   auto running = std::make_shared<RunningCase>();
@@ -85,6 +96,7 @@ std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& r
   domain.boxNodes = running->lattice->nodes();
   domain.particleEnvelope = system.particleEnvelope;
   domain.particleEnvelopeWhere = "<particleEnvelope>";
+  domain.smallestBlock = smallestBlock(system, ranks);
   return running;
 }
 

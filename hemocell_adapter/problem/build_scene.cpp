@@ -145,13 +145,21 @@ void resolveCounts(Scene& scene) {
 std::vector<std::string> limitWarnings(const Scene& scene, const std::vector<std::int64_t>& counts) {
   std::vector<std::string> warnings;
   std::int64_t cells = 0;
+  std::string longestCell;
+  double longest = 0.0;
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     cells += counts[s];
     if (counts[s] == 0 || !scene.config) continue;
-    const CellSpecies& species = scene.species[s];
-    if (auto warning = envelopeWarning(species.name, species.shape->mesh(), scene.config->domain))
-      warnings.push_back(std::move(*warning));
+    const double length = longestExtent(scene.species[s].shape->mesh());
+    if (length <= longest) continue;
+    longest = length;
+    longestCell = scene.species[s].name;
   }
+  std::optional<std::array<int, 3>> nodes;
+  if (scene.lumen.lattice) nodes = scene.lumen.lattice->nodes();
+  if (longest > 0.0)
+    if (auto warning = envelopeWarning(longestCell, longest, scene.config->domain, nodes))
+      warnings.push_back(std::move(*warning));
   if (auto warning = cellNumberWarning(cells, scene.source.periodicity))
     warnings.push_back(std::move(*warning));
   return warnings;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
 
+#include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include "tests/hemocell_adapter/sample_case.h"
@@ -28,35 +29,51 @@ TEST_CASE("More cells than HemoCell can number require limits on two axes", "[he
   CHECK(cellNumberWarning(1000000, {{0.0, 45.0}, {1.0, {}}}));
 }
 
-TEST_CASE("A particleEnvelope narrower than a cell gives a warning with the required number",
+TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with the tag to set",
           "[hemocell_limits]") {
   const TriangleMesh red = buildTemplate(*defaultModel("RBC"), 0.5);
   double longest = 0.0;
   for (const Vec3& a : red.vertices)
     for (const Vec3& b : red.vertices) longest = std::max(longest, (a - b).norm());
   CHECK(longestExtent(red) == longest);
+  CHECK(neededEnvelope(longest, 0.5, 1.0) == 16);
+  const int weak = neededEnvelope(longest, 0.5, stretchInWeakShear);
+  const int strong = neededEnvelope(longest, 0.5, stretchInStrongShear);
+  const auto tag = [](int nodes) { return fmt::format("<particleEnvelope> {} </particleEnvelope>", nodes); };
   Domain domain;
   domain.dx = 0.5;
-  CHECK_FALSE(envelopeWarning("RBC", red, domain));
-  domain.particleEnvelope = 16;  // 7.82 µm are 15.6 nodes
   domain.particleEnvelopeWhere = "config.xml:9: <particleEnvelope>";
-  CHECK_FALSE(envelopeWarning("RBC", red, domain));
-  domain.particleEnvelope = 15;
-  const auto warning = envelopeWarning("RBC", red, domain);
-  REQUIRE(warning);
-  CHECK_THAT(*warning, Contains("config.xml:9: <particleEnvelope>: 15 is less") && Contains("15.6 nodes") &&
-                           Contains("At least 16 is needed"));
+  const auto warning = [&](std::optional<int> envelope) {
+    domain.particleEnvelope = envelope;
+    return envelopeWarning("RBC", longest, domain, std::array<int, 3>{103, 53, 53}).value_or("");
+  };
+  CHECK(warning({}).empty());
+  CHECK(warning(strong).empty());
+  CHECK_THAT(warning(15), Contains("config.xml:9: <particleEnvelope>: 15 is less") &&
+                              Contains("15.6 nodes") && Contains(tag(weak)) && Contains(tag(strong)));
+  CHECK_THAT(warning(16), Contains("1.02 times the longest extent of RBC at rest") && Contains(tag(weak)));
+  // HemoCell's own examples: enough for weak shear.
+  CHECK_THAT(warning(25), Contains("1.60 times") && !Contains(tag(weak)) && Contains(tag(strong)));
+  CHECK_THAT(warning(25),
+             Contains("103 x 53 x 53 nodes have room for 3 x 1 x 1 blocks of 32 nodes, thus for 3 ranks"));
+  domain.smallestBlock = {26, 53, 27};
+  CHECK_THAT(warning(25), Contains("the smallest block now has 26 x 53 x 27"));
+  CHECK_FALSE(Contains("blocks").match(*envelopeWarning("RBC", longest, domain, {})));
 }
 
 TEST_CASE("Packing, dry run and check report HemoCell's limits", "[executable]") {
   const SampleCase folder;
-  writeText(folder.path() / "config.xml",
-            configXml(sampleDomain + "<particleEnvelope> 12 </particleEnvelope>"));
-  for (const char* arguments : {"config.xml --rbc 3 --dry-run", "config.xml --rbc 3", "check config.xml"}) {
-    const Ran ran = run(folder.path(), arguments);
-    INFO(arguments << "\n" << ran.all());
-    CHECK(ran.exitCode == 0);
-    CHECK_THAT(ran.err, Contains("<particleEnvelope>: 12 is less") && Contains("At least 16"));
+  for (const int envelope : {12, 25}) {
+    writeText(folder.path() / "config.xml",
+              configXml(sampleDomain + fmt::format("<particleEnvelope> {} </particleEnvelope>", envelope)));
+    for (const char* arguments : {"config.xml --rbc 3 --dry-run", "config.xml --rbc 3", "check config.xml"}) {
+      const Ran ran = run(folder.path(), arguments);
+      INFO(arguments << "\n" << ran.all());
+      CHECK(ran.exitCode == 0);
+      CHECK_THAT(ran.err, Contains(fmt::format("<particleEnvelope>: {} is ", envelope)) &&
+                              Contains("<particleEnvelope> 32 </particleEnvelope>") &&
+                              Contains("for 1 rank"));
+    }
   }
   writeText(folder.path() / "config.xml",
             configXml(sampleDomain + "<particleEnvelope> wide </particleEnvelope>"));

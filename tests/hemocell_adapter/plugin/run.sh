@@ -124,6 +124,36 @@ case $test in
     test $status -eq 0 -o $status -eq 4
     "$program" config.xml --ends periodic --fixed cells.h5 --plt 25 > more.txt
     test "$(head -n 1 PLT.pos)" = 25 ;;
+  watch)  # cells that become longer than the envelope are named before HemoCell deletes them, alike on any ranks and blocks
+    config 60 44 44 "<hematocrit> 0.2 </hematocrit>"
+    case_on 1 pipe 1 1 1 stretch 60 > one.txt 2> one.err
+    for ranks in 2 4; do
+      case_on $ranks pipe $ranks 1 1 stretch 60 > more.txt 2> more.err
+      for file in one more; do grep '^(stand-in) [0-9]*: .* 0 too long' $file.txt > $file.before; done
+      same one.before more.before
+      grep -m 1 'Warning.* iteration' one.err > one.first
+      grep -m 1 'Warning.* iteration' more.err > more.first
+      same one.first more.first
+    done
+    test -s one.before
+    grep -qE 'iteration [0-9]+: RBC [0-9]+ is 19\.[0-9] nodes \(9\.[0-9]+ µm\) long along x, of a <particleEnvelope> of 20 nodes' one.first
+    grep -q '<particleEnvelope> 32 </particleEnvelope>' one.err
+    # Afterwards some are lost, and this is said, too.
+    warned=$(sed -nE 's/.*iteration ([0-9]+): RBC.*/\1/p' more.err | head -n 1)
+    lost=$(sed -nE 's/.*iteration ([0-9]+): HemoCell has deleted cells: [0-9]+ of [0-9]+ cells \([0-9]+ RBC, [0-9]+ PLT\) are left/\1/p' more.err | head -n 1)
+    test "$warned" -lt "$lost" || fail "warned at $warned, lost at $lost"
+    status=0
+    case_on 2 pipe 2 1 1 stretch 60 stop > said.txt 2>&1 || status=$?
+    test $status = 70 || fail "exit code $status"
+    test "$(grep -c '(Error)' said.txt)" = 1
+    if grep 'has deleted' said.txt; then fail "too late"; fi
+    # Two periodic axes, blocks along all: images of a cell are one cell.
+    config 48 40 40 "<hematocrit> 0.2 </hematocrit>"
+    case_on 2 box 2 2 2 stretch 5 > said.txt 2>&1
+    case_on 1 box 1 1 1 stretch 5 > one.txt 2>&1
+    for file in said one; do grep '^(stand-in) [0-9]*: .* 0 too long' $file.txt > $file.watched; done
+    same said.watched one.watched
+    test "$(wc -l < one.watched)" = 5 ;;
   errors)
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     if case_on 2 pipe 2 1 1 short > said.txt 2>&1; then fail "cells are missing, and nothing was said"; fi

@@ -5,7 +5,7 @@
 //          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a
 //          pre-inlet at x >= 20, of the ranks but the last
 //   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE, save FILE, short (an envelope
-//   of 4 nodes)
+//   of 4 nodes); stretch N (at the end: cells become longer along x by 1 % in each of N iterations) [stop]
 // Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex,
 // position.
 #include <cstdio>
@@ -106,6 +106,42 @@ void build(hemo::HemoCell& hemocell, const Lumen& lumen, const int counts[3], bo
       }
 }
 
+/// What a flow does to cells: each becomes 1 % longer along x.
+void stretch(hemo::HemoCell& hemocell) {
+  hemo::HemoCellFields& fields = *hemocell.cellfields;
+  fields.syncEnvelopes();
+  for (const plb::plint id : fields.immersedParticles->getLocalInfo().getBlocks()) {
+    hemo::HemoCellParticleField& block = fields.immersedParticles->getComponent(id);
+    for (const auto& numbered : block.get_particles_per_cell()) {
+      const std::vector<int>& at = numbered.second;
+      if (std::count(at.begin(), at.end(), -1) > 0) continue;
+      double middle = 0.0;
+      for (const int i : at) middle += block.particles[i].sv.position[0] / double(at.size());
+      for (const int i : at) {
+        double& x = block.particles[i].sv.position[0];
+        x = middle + 1.01 * (x - middle);
+      }
+    }
+  }
+  ++hemocell.iter;
+}
+
+/// A time loop in which the cells are watched.
+void watched(hemo::HemoCell& hemocell, int iterations, bool stops) {
+  packmesh::WatchOptions options;
+  options.every = 1;
+  options.stop = stops;
+  for (int i = 0; i < iterations; ++i) {
+    stretch(hemocell);
+    const packmesh::WatchedCells cells = packmesh::watchCells(hemocell, options);
+    if (rank == 0)
+      std::printf("(stand-in) %u: %ld cells, %.6f µm, %ld too long\n", hemocell.iter, long(cells.cells),
+                  cells.longest, long(cells.tooLong));
+    hemocell.cellfields->syncEnvelopes();
+    hemocell.cellfields->deleteIncompleteCells(false);
+  }
+}
+
 /// Every vertex that is in a block, in the order of cells, whatever the blocks.
 void writeParticles(hemo::HemoCell& hemocell) {
   std::string mine;
@@ -143,6 +179,13 @@ int main(int argc, char** argv) {
   std::vector<std::string> words(argv + 5, argv + argc);
   const bool tooShort = !words.empty() && words[0] == "short";
   if (tooShort) words.erase(words.begin());
+  const bool stops = !words.empty() && words.back() == "stop";
+  if (stops) words.pop_back();
+  int iterations = 0;
+  if (words.size() > 1 && words[words.size() - 2] == "stretch") {
+    iterations = std::atoi(words.back().c_str());
+    words.resize(words.size() - 2);
+  }
   hemo::HemoCell hemocell;
   hemocell.cfg = new hemo::Config("config.xml");
   build(hemocell, lumenOf(name), counts, name == "inlet", tooShort ? 4 : 20);
@@ -176,6 +219,7 @@ int main(int argc, char** argv) {
     loaded = packmesh::loadParticles(hemocell, options);
   }
   if (words.size() > 1 && words[words.size() - 2] == "save") packmesh::savePositions(hemocell, words.back());
+  watched(hemocell, iterations, stops);
   if (rank == 0) {
     std::cout << "(stand-in)";
     for (const std::int64_t count : loaded.counts) std::cout << ' ' << count;

@@ -8,15 +8,15 @@
 #include <mpi.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <iostream>
 #include <map>
 #include <sstream>
 
 #include <hemocell.h>
 #include "packMesh/hemocell_system.h"
 #include "packMesh/particle_adder.h"
+#include "packMesh/plugin_messages.h"
 #include "packMesh/running_hemocell.h"
+#include "packMesh/watch_cells.h"
 
 namespace packmesh {
 
@@ -70,13 +70,6 @@ inline Request requestOf(const PackingOptions& options) {
   request.counts.insert(options.counts.begin(), options.counts.end());
   request.ratios = options.ratios;
   return request;
-}
-
-[[noreturn]] inline void stop(int code, const std::string& message) {
-  int rank = 0;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  if (rank == 0) std::cerr << "(packMesh) (Error) " << message << std::endl;
-  std::exit(code);
 }
 
 /// The vertices of each type that HemoCell now has, on all ranks.

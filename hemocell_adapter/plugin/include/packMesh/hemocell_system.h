@@ -72,6 +72,46 @@ struct DeformedCell {
   std::vector<std::array<double, 3>> vertices;  ///< in one piece [nodes]
 };
 
+/// What this rank has of one image of a cell of a running simulation.
+struct CellPart {
+  int type;
+  std::int64_t id;               ///< of the cell
+  std::int64_t image;            ///< HemoCell's number of the cell is id + image · (number of cells)
+  std::int64_t vertices;         ///< in blocks of this rank
+  std::array<double, 3> lo, hi;  ///< bounding box of these vertices [nodes]
+};
+
+/// A running HemoCell whose cells are watched, as one rank knows it.
+struct Watch {
+  const void* ranks = nullptr;  ///< pointer to the MPI_Comm of the ranks that have the cells
+  std::int64_t iteration = 0;
+  double dx = 0.0;                    ///< [µm]
+  std::array<std::int64_t, 3> nodes;  ///< of the whole lattice
+  std::array<bool, 3> periodic;
+  std::array<std::int64_t, 3> imageSteps;  ///< what one period along an axis adds to CellPart::image
+  std::array<bool, 3> divided;             ///< a block of this rank is shorter than the lattice
+  int particleEnvelope = 0;                ///< [nodes]
+  double margin = 1.0;                     ///< [nodes]
+  std::vector<CellType> types;
+};
+
+/// A cell that is nearly as long as the envelope.
+struct LongCell {
+  int type;
+  int axis;
+  std::int64_t id;
+  double nodes;  ///< extent along the axis
+};
+
+/// Found by watch(), the same on all ranks.
+struct Watched {
+  std::vector<std::int64_t> counts;  ///< cells of each type that have all vertices
+  std::int64_t incomplete = 0;       ///< cells that lack vertices: HemoCell deletes them
+  double longest = 0.0;              ///< longest extent along an axis [nodes]
+  std::vector<LongCell> tooLong;     ///< by decreasing extent
+  std::string message;               ///< about the longest of these, with the remedy; empty if there is none
+};
+
 /// Packs the cells that the request and `<packing>` ask for. All ranks of `system.ranks` call. Throws
 /// nothing.
 __attribute__((visibility("default"))) Filling fill(const System& system, const Request& request);
@@ -84,6 +124,10 @@ __attribute__((visibility("default"))) Filling load(const System& system, const 
 __attribute__((visibility("default"))) Filling save(const System& system,
                                                     const std::vector<DeformedCell>& cells,
                                                     std::int64_t iteration, const std::string& stateFile);
+
+/// Finds cells whose extent along an axis comes within `margin` of the envelope, where blocks or periodic
+/// faces divide the lattice: HemoCell deletes a cell that is longer. All ranks of `watch.ranks` call.
+__attribute__((visibility("default"))) Watched watch(const Watch& watch, const std::vector<CellPart>& parts);
 
 }  // namespace plugin
 }  // namespace packmesh
