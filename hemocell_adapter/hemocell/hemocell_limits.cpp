@@ -84,18 +84,20 @@ std::optional<std::string> envelopeWarning(const std::string& cell, double lengt
         needed, shear, stretch, stress);
   };
   text += ". Set";
-  if (envelope < weak) text += set(weak, stretchInWeakShear, "weak", "3 Pa");
+  if (envelope < weak) text += set(weak, stretchInWeakShear, "weak", "2 Pa");
   text += set(strong, stretchInStrongShear, "strong", "10 Pa");
   if (lattice) {
     std::array<int, 3> blocks{};
     for (int a = 0; a < 3; ++a) blocks[a] = std::max(1, (*lattice)[a] / strong);
+    const int all = blocks[0] * blocks[1] * blocks[2];
     text += fmt::format(
-        "\nAtomic blocks smaller than the envelope make HemoCell slow; {} x {} x {} nodes have room for {} x "
-        "{} x {} blocks of {} nodes, thus for {} {}",
-        (*lattice)[0], (*lattice)[1], (*lattice)[2], blocks[0], blocks[1], blocks[2], strong,
-        blocks[0] * blocks[1] * blocks[2], blocks[0] * blocks[1] * blocks[2] == 1 ? "rank" : "ranks");
+        "\nAtomic blocks smaller than the envelope make HemoCell slow: with {} nodes, a lattice of {} x {} x "
+        "{} "
+        "has room for {} x {} x {} blocks, so for {} {}",
+        strong, (*lattice)[0], (*lattice)[1], (*lattice)[2], blocks[0], blocks[1], blocks[2], all,
+        all == 1 ? "rank" : "ranks");
     if (domain.smallestBlock)
-      text += fmt::format("; the smallest block now has {} x {} x {}", (*domain.smallestBlock)[0],
+      text += fmt::format("; the smallest block is now {} x {} x {}", (*domain.smallestBlock)[0],
                           (*domain.smallestBlock)[1], (*domain.smallestBlock)[2]);
   }
   return text;

@@ -23,8 +23,8 @@ std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vect
 /// How many times longer than its template a red cell was in flows through tubes, at most, rounded up: 10^5
 /// iterations of HemoCell 2.7 at the wall shear stress stated (docs/howto/simulation.md, "How long cells
 /// become").
-constexpr double stretchInWeakShear = 1.25;   ///< up to 3 Pa
-constexpr double stretchInStrongShear = 2.0;  ///< up to 10 Pa
+constexpr double stretchInWeakShear = 1.25;   ///< up to 2 Pa
+constexpr double stretchInStrongShear = 2.5;  ///< up to 10 Pa
 
 /// `<particleEnvelope>` [nodes] for cells of this length [µm] at rest: HemoCell knows the vertices of a cell
 /// only within it of each block that has a part of the cell, and deletes a cell of which one is missing.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Cells are put together from the parts that ranks have of them: no vertex is communicated, and HemoCell's particles
-// stay as they are.
+// Cells are put together from the parts that ranks have of them: no vertex is communicated, and HemoCell's
+// particles stay as they are.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,7 +43,8 @@ std::vector<CellPart> cellsOf(const std::vector<CellPart>& parts, const Watch& w
   std::vector<std::vector<CellPart>> to(ranks.size());
   for (const CellPart& part : parts) to[part.id % ranks.size()].push_back(part);
   std::vector<CellPart> all;
-  for (const std::vector<CellPart>& some : ranks.exchange(to)) all.insert(all.end(), some.begin(), some.end());
+  for (const std::vector<CellPart>& some : ranks.exchange(to))
+    all.insert(all.end(), some.begin(), some.end());
   std::stable_sort(all.begin(), all.end(), [](const CellPart& a, const CellPart& b) {
     return std::tie(a.id, a.image) < std::tie(b.id, b.image);
   });
@@ -72,14 +73,17 @@ std::string remedy(const std::vector<LongCell>& cells, const Watch& watch) {
   const int needed =
       std::max(hemocell::neededEnvelope(longestExtent(type), 1.0, hemocell::stretchInStrongShear),
                int(std::ceil(growth * longest.nodes)));
-  std::string text = fmt::format(
-      "iteration {}: {} {} is {:.1f} nodes ({:.2f} µm) long along {}, of a <particleEnvelope> of {} nodes",
-      watch.iteration, type.name, longest.id, longest.nodes, longest.nodes * watch.dx, "xyz"[longest.axis],
-      watch.particleEnvelope);
-  if (cells.size() > 1) text += fmt::format("; {} more such cells", cells.size() - 1);
-  return text + fmt::format(". HemoCell deletes a cell that is longer than the envelope. Start again with, in "
-                            "config.xml,\n  <particleEnvelope> {} </particleEnvelope>",
-                            needed);
+  std::string text =
+      fmt::format("iteration {}: {} {} is {:.1f} nodes ({:.2f} µm) long along {}, <particleEnvelope> is {}",
+                  watch.iteration, type.name, longest.id, longest.nodes, longest.nodes * watch.dx,
+                  "xyz"[longest.axis], watch.particleEnvelope);
+  if (cells.size() > 1)
+    text +=
+        fmt::format("; {} more {} as long", cells.size() - 1, cells.size() == 2 ? "cell is" : "cells are");
+  return text + fmt::format(
+                    ". HemoCell deletes a cell that is longer than the envelope. Start again with, in "
+                    "config.xml,\n  <particleEnvelope> {} </particleEnvelope>",
+                    needed);
 }
 
 }  // namespace

@@ -136,8 +136,9 @@ case $test in
       same one.first more.first
     done
     test -s one.before
-    grep -qE 'iteration [0-9]+: RBC [0-9]+ is 19\.[0-9] nodes \(9\.[0-9]+ µm\) long along x, of a <particleEnvelope> of 20 nodes' one.first
-    grep -q '<particleEnvelope> 32 </particleEnvelope>' one.err
+    grep -qE 'iteration [0-9]+: RBC [0-9]+ is 19\.[0-9] nodes \(9\.[0-9]+ µm\) long along x, <particleEnvelope> is 20' one.first
+    grep -q '<particleEnvelope> 40 </particleEnvelope>' one.err
+    grep -q 'the smallest block is now 15 x 44 x 44' more.err  # of 4 ranks
     # Afterwards some are lost, and this is said, too.
     warned=$(sed -nE 's/.*iteration ([0-9]+): RBC.*/\1/p' more.err | head -n 1)
     lost=$(sed -nE 's/.*iteration ([0-9]+): HemoCell has deleted cells: [0-9]+ of [0-9]+ cells \([0-9]+ RBC, [0-9]+ PLT\) are left/\1/p' more.err | head -n 1)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Watches the cells of a running HemoCell: packmesh::watchCells(hemocell) after hemocell.iterate(). Part of
-/// packMesh/hemocell.h. C++11.
+/// @file Watches the cells of a running HemoCell: packmesh::watchCells(hemocell) after hemocell.iterate().
+/// Part of packMesh/hemocell.h. C++11.
 #pragma once
 
 #include <mpi.h>
@@ -25,7 +25,7 @@ struct WatchOptions {
 
 /// What watchCells() has found, the same on all ranks.
 struct WatchedCells {
-  bool examined = false;  ///< false between examinations: all else is empty
+  bool examined = false;             ///< false between examinations: all else is empty
   std::vector<std::int64_t> counts;  ///< cells of each type, in HemoCell's order
   std::int64_t cells = 0;            ///< of all types
   double longest = 0.0;              ///< longest extent of a cell along an axis [µm]
@@ -104,8 +104,8 @@ inline std::string textOf(const Watched& found, const Watch& watch, std::int64_t
   return text.str();
 }
 
-/// How many cells HemoCell has deleted since the last call; empty if none, or with a pre-inlet, from which cells
-/// come and go.
+/// How many cells HemoCell has deleted since the last call; empty if none, or with a pre-inlet, from which
+/// cells come and go.
 inline std::string deleted(hemo::HemoCell& hemocell, const Watched& found, const Watch& watch) {
   static std::int64_t before = -1;
   if (hemocell.preInlet && hemocell.preInlet->initialized) return std::string();
@@ -113,23 +113,26 @@ inline std::string deleted(hemo::HemoCell& hemocell, const Watched& found, const
   before = 0;
   for (const std::int64_t count : found.counts) before += count;
   if (before >= expected) return std::string();
-  return "iteration " + std::to_string(watch.iteration) + ": HemoCell has deleted cells: " +
-         textOf(found, watch, expected) + " are left";
+  return "iteration " + std::to_string(watch.iteration) +
+         ": HemoCell has deleted cells: " + textOf(found, watch, expected) + " are left";
 }
 
-/// About cells that are too long and have not been told of.
+/// About cells that are too long: when there is one, and again whenever their number has doubled.
 inline std::string tooLong(const Watched& found) {
-  static std::set<std::int64_t> told;
-  bool any = false;
-  for (const LongCell& cell : found.tooLong) any = told.insert(cell.id).second || any;
-  return any ? found.message : std::string();
+  static std::size_t toldAt = 1;
+  static std::set<std::int64_t> known;
+  for (const LongCell& cell : found.tooLong) known.insert(cell.id);
+  if (known.size() < toldAt || found.tooLong.empty()) return std::string();
+  toldAt = 2 * known.size();
+  return found.message;
 }
 
 }  // namespace plugin
 
-/// Finds cells that the flow has stretched to nearly the length of the envelope, before HemoCell deletes them:
-/// call it in the time loop, after iterate(). Says, or stops with (exit code 70), which cell it is and what to set
-/// in config.xml; and how many cells HemoCell has deleted. Changes nothing in HemoCell. Collective.
+/// Finds cells that the flow has stretched to nearly the length of the envelope, before HemoCell deletes
+/// them: call it in the time loop, after iterate(). Says, or stops with (exit code 70), which cell it is and
+/// what to set in config.xml; and how many cells HemoCell has deleted. Changes nothing in HemoCell.
+/// Collective.
 inline WatchedCells watchCells(hemo::HemoCell& hemocell, const WatchOptions& options = WatchOptions()) {
   WatchedCells result;
   if (options.every > 1 && hemocell.iter % options.every != 0) return result;
