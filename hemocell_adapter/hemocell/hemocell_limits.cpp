@@ -62,30 +62,27 @@ std::optional<std::string> envelopeWarning(const std::string& cell, double lengt
                                            const std::optional<std::array<int, 3>>& lattice) {
   if (!domain.particleEnvelope) return {};
   const int envelope = *domain.particleEnvelope;
-  const int weak = neededEnvelope(length, domain.dx, stretchInWeakShear);
-  const int strong = neededEnvelope(length, domain.dx, stretchInStrongShear);
+  const int weak = neededEnvelope(length, domain.dx, weakShear.allowance);
+  const int strong = neededEnvelope(length, domain.dx, strongShear.allowance);
   if (envelope >= strong) return {};
   const double nodes = length / domain.dx;
-  std::string text =
-      envelope < nodes
-          ? fmt::format(
-                "{}: {} is less than the longest extent of {}, {:.1f} nodes: HemoCell deletes cells that "
-                "extend from one block or rank into another, or across a periodic face",
-                domain.particleEnvelopeWhere, envelope, cell, nodes)
-          : fmt::format(
-                "{}: {} is {:.2f} times the longest extent of {} at rest, {:.1f} nodes; HemoCell deletes "
-                "cells that the flow stretches beyond it",
-                domain.particleEnvelopeWhere, envelope, envelope / nodes, cell, nodes);
-  const auto set = [&](int needed, double stretch, const char* shear, const char* stress) {
-    return fmt::format(
-        "\n  <particleEnvelope> {} </particleEnvelope>   for {} shear: {} times the length at rest, enough "
-        "up "
-        "to a wall shear stress of {}",
-        needed, shear, stretch, stress);
+  const auto tag = [](int needed) {
+    return fmt::format("\n  <particleEnvelope> {} </particleEnvelope>", needed);
   };
-  text += ". Set";
-  if (envelope < weak) text += set(weak, stretchInWeakShear, "weak", "2 Pa");
-  text += set(strong, stretchInStrongShear, "strong", "10 Pa");
+  std::string text = fmt::format("{}: {} is {:.2f} times the longest extent of {} at rest, {:.1f} nodes. ",
+                                 domain.particleEnvelopeWhere, envelope, envelope / nodes, cell, nodes);
+  text += envelope < nodes
+              ? "HemoCell deletes cells that extend from one block into another or across a periodic face"
+              : "HemoCell deletes cells that the flow stretches beyond it";
+  text += fmt::format(
+      ". Red cells were stretched to {} times their length at a wall shear stress of {} Pa ({} iterations), "
+      "to {} "
+      "times at {} Pa ({} iterations). ",
+      weakShear.stretch, weakShear.wallShearStress, weakShear.iterations, strongShear.stretch,
+      strongShear.wallShearStress, strongShear.iterations);
+  text += envelope < weak
+              ? fmt::format("Set{}\nor, above {} Pa,{}", tag(weak), weakShear.wallShearStress, tag(strong))
+              : fmt::format("Above {} Pa set{}", weakShear.wallShearStress, tag(strong));
   if (lattice) {
     std::array<int, 3> blocks{};
     for (int a = 0; a < 3; ++a) blocks[a] = std::max(1, (*lattice)[a] / strong);

@@ -20,11 +20,15 @@ namespace packmesh::hemocell {
 /// @return the required addition to the case's C++ code; empty if the number of cells is possible
 std::optional<std::string> cellNumberWarning(std::int64_t cells, const std::vector<PeriodicityCall>& calls);
 
-/// How many times longer than its template a red cell was in flows through tubes, at most, rounded up: 10^5
-/// iterations of HemoCell 2.7 at the wall shear stress stated (docs/howto/simulation.md, "How long cells
-/// become").
-constexpr double stretchInWeakShear = 1.25;   ///< up to 2 Pa
-constexpr double stretchInStrongShear = 2.5;  ///< up to 10 Pa
+/// How many times longer than its template the longest red cell became in a periodic tube, in HemoCell 2.7
+/// (docs/howto/simulation.md, "How long cells become").
+struct MeasuredStretch {
+  int wallShearStress;  ///< [Pa]
+  double stretch;
+  int iterations;    ///< of 0.1 µs
+  double allowance;  ///< what is recommended: as `stretch`, for longer runs
+};
+constexpr MeasuredStretch weakShear = {2, 1.2, 25000, 1.5}, strongShear = {10, 2.2, 40000, 2.5};
 
 /// `<particleEnvelope>` [nodes] for cells of this length [µm] at rest: HemoCell knows the vertices of a cell
 /// only within it of each block that has a part of the cell, and deletes a cell of which one is missing.
@@ -36,7 +40,7 @@ int neededEnvelope(double length, double dx, double stretch);
 /// @param length its longest extent at rest [µm]
 /// @param lattice nodes along each axis, if known
 /// @return the tag to set, for weak and for strong shear, and how many blocks it leaves room for; empty if
-/// the present one is sufficient for strong shear, or is not given
+/// the present one is as recommended for strong shear, or is not given
 std::optional<std::string> envelopeWarning(const std::string& cell, double length, const Domain& domain,
                                            const std::optional<std::array<int, 3>>& lattice);
 

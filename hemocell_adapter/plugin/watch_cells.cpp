@@ -71,7 +71,7 @@ std::string remedy(const std::vector<LongCell>& cells, const Watch& watch) {
   // Not less than for strong shear; and a cell that has come so far gets longer.
   constexpr double growth = 1.25;
   const int needed =
-      std::max(hemocell::neededEnvelope(longestExtent(type), 1.0, hemocell::stretchInStrongShear),
+      std::max(hemocell::neededEnvelope(longestExtent(type), 1.0, hemocell::strongShear.allowance),
                int(std::ceil(growth * longest.nodes)));
   std::string text =
       fmt::format("iteration {}: {} {} is {:.1f} nodes ({:.2f} µm) long along {}, <particleEnvelope> is {}",
@@ -80,10 +80,12 @@ std::string remedy(const std::vector<LongCell>& cells, const Watch& watch) {
   if (cells.size() > 1)
     text +=
         fmt::format("; {} more {} as long", cells.size() - 1, cells.size() == 2 ? "cell is" : "cells are");
-  return text + fmt::format(
-                    ". HemoCell deletes a cell that is longer than the envelope. Start again with, in "
-                    "config.xml,\n  <particleEnvelope> {} </particleEnvelope>",
-                    needed);
+  return text +
+         fmt::format(
+             ". HemoCell deletes a cell that is longer than the envelope. Set\n  <particleEnvelope> {} "
+             "</particleEnvelope>\nin config.xml and start again, or in checkpoint.xml and restart from "
+             "a checkpoint",
+             needed);
 }
 
 }  // namespace

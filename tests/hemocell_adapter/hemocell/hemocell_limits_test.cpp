@@ -37,8 +37,8 @@ TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with t
     for (const Vec3& b : red.vertices) longest = std::max(longest, (a - b).norm());
   CHECK(longestExtent(red) == longest);
   CHECK(neededEnvelope(longest, 0.5, 1.0) == 16);
-  const int weak = neededEnvelope(longest, 0.5, stretchInWeakShear);
-  const int strong = neededEnvelope(longest, 0.5, stretchInStrongShear);
+  const int weak = neededEnvelope(longest, 0.5, weakShear.allowance);
+  const int strong = neededEnvelope(longest, 0.5, strongShear.allowance);
   const auto tag = [](int nodes) { return fmt::format("<particleEnvelope> {} </particleEnvelope>", nodes); };
   Domain domain;
   domain.dx = 0.5;
@@ -49,11 +49,13 @@ TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with t
   };
   CHECK(warning({}).empty());
   CHECK(warning(strong).empty());
-  CHECK_THAT(warning(15), Contains("config.xml:9: <particleEnvelope>: 15 is less") &&
+  CHECK_THAT(warning(15), Contains("config.xml:9: <particleEnvelope>: 15 is 0.96 times") &&
                               Contains("15.6 nodes") && Contains(tag(weak)) && Contains(tag(strong)));
   CHECK_THAT(warning(16), Contains("1.02 times the longest extent of RBC at rest") && Contains(tag(weak)));
   // HemoCell's own examples: enough for weak shear.
-  CHECK_THAT(warning(25), Contains("1.60 times") && !Contains(tag(weak)) && Contains(tag(strong)));
+  CHECK_THAT(warning(25), Contains("25 is 1.60 times the longest extent of RBC at rest, 15.6 nodes") &&
+                              Contains("to 2.2 times at 10 Pa (40000 iterations)") &&
+                              Contains("Above 2 Pa set") && !Contains(tag(weak)) && Contains(tag(strong)));
   CHECK_THAT(
       warning(25),
       Contains("with 40 nodes, a lattice of 103 x 53 x 53 has room for 2 x 1 x 1 blocks, so for 2 ranks"));

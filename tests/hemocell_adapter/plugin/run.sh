@@ -131,8 +131,8 @@ case $test in
       case_on $ranks pipe $ranks 1 1 stretch 60 > more.txt 2> more.err
       for file in one more; do grep '^(stand-in) [0-9]*: .* 0 too long' $file.txt > $file.before; done
       same one.before more.before
-      grep -m 1 'Warning.* iteration' one.err > one.first
-      grep -m 1 'Warning.* iteration' more.err > more.first
+      grep -m 1 '(Warning) iteration' one.err > one.first
+      grep -m 1 '(Warning) iteration' more.err > more.first
       same one.first more.first
     done
     test -s one.before
