@@ -148,6 +148,11 @@ case $test in
     test $status = 70 || fail "exit code $status"
     test "$(grep -c '(Error)' said.txt)" = 1
     if grep 'has deleted' said.txt; then fail "too late"; fi
+    # With a pre-inlet, ranks without its cells know the same.
+    case_on 3 inlet 2 1 1 stretch 30 > inlet.txt 2> inlet.err
+    if grep 'ranks differ' ./*.txt; then fail "ranks differ"; fi
+    grep -q '(Warning) iteration' inlet.err
+    grep -q '^(stand-in) 30: .* [1-9][0-9]* too long' inlet.txt
     # Two periodic axes, blocks along all: images of a cell are one cell.
     config 48 40 40 "<hematocrit> 0.2 </hematocrit>"
     case_on 2 box 2 2 2 stretch 5 > said.txt 2>&1

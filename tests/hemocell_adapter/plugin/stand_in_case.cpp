@@ -137,6 +137,10 @@ void watched(hemo::HemoCell& hemocell, int iterations, bool stops) {
     if (rank == 0)
       std::printf("(stand-in) %u: %ld cells, %.6f µm, %ld too long\n", hemocell.iter, long(cells.cells),
                   cells.longest, long(cells.tooLong));
+    double sums[2] = {double(cells.tooLong), cells.longest}, expected[2] = {ranks * sums[0], ranks * sums[1]};
+    MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    if (sums[0] != expected[0] || std::abs(sums[1] - expected[1]) > 1e-9)
+      std::puts("(stand-in) ranks differ");
     hemocell.cellfields->syncEnvelopes();
     hemocell.cellfields->deleteIncompleteCells(false);
   }

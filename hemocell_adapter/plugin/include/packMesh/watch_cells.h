@@ -23,7 +23,7 @@ struct WatchOptions {
   bool stop = false;         ///< end the program with a message, instead of a warning
 };
 
-/// What watchCells() has found, the same on all ranks.
+/// What watchCells() has found, the same on all ranks; with a pre-inlet, in it and in the domain.
 struct WatchedCells {
   bool examined = false;             ///< false between examinations: all else is empty
   std::vector<std::int64_t> counts;  ///< cells of each type, in HemoCell's order
@@ -138,9 +138,10 @@ inline WatchedCells watchCells(hemo::HemoCell& hemocell, const WatchOptions& opt
   if (options.every > 1 && hemocell.iter % options.every != 0) return result;
   // With a pre-inlet, its cells and those of the domain are in different lattices, on different ranks.
   MPI_Comm ranks;
-  int rank = 0;
+  int rank = 0, first = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_split(MPI_COMM_WORLD, hemocell.partOfpreInlet ? 1 : 0, rank, &ranks);
+  MPI_Comm_rank(ranks, &first);
   const plugin::Watch watch = plugin::watchOf(hemocell, ranks, options.margin);
   const plugin::Watched found = plugin::watch(watch, plugin::partsOf(hemocell));
   MPI_Comm_free(&ranks);
@@ -151,9 +152,15 @@ inline WatchedCells watchCells(hemo::HemoCell& hemocell, const WatchOptions& opt
   if (!lost.empty()) plugin::warn(lost);
   result.examined = true;
   result.counts = found.counts;
-  for (const std::int64_t count : found.counts) result.cells += count;
+  result.counts.push_back(static_cast<std::int64_t>(found.tooLong.size()));
+  if (first != 0) std::fill(result.counts.begin(), result.counts.end(), 0);
+  MPI_Allreduce(MPI_IN_PLACE, result.counts.data(), static_cast<int>(result.counts.size()), MPI_INT64_T,
+                MPI_SUM, MPI_COMM_WORLD);
+  result.tooLong = result.counts.back();
+  result.counts.pop_back();
+  for (const std::int64_t count : result.counts) result.cells += count;
   result.longest = found.longest * watch.dx;
-  result.tooLong = static_cast<std::int64_t>(found.tooLong.size());
+  MPI_Allreduce(MPI_IN_PLACE, &result.longest, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
   return result;
 }
 
