@@ -166,6 +166,10 @@ Report viewOf(const Finished& done, const std::vector<PicturedCell>& cells, std:
   return view;
 }
 
+bool hasReportPage() {
+  return !pageTemplate.empty();
+}
+
 std::string pageText(const Report& report, const Finished& done, const std::vector<PicturedCell>& cells) {
   // The report first in the template, the view after it.
   const auto [beforeReport, rest] = splitAt(pageTemplate, "@REPORT@");

@@ -10,8 +10,12 @@
 
 namespace packmesh::hemocell {
 
+/// False in a build of the plug-in alone (PACKMESH_PLUGIN_ONLY).
+bool hasReportPage();
+
 /// The page of a report. It loads no other files: style, scripts and libraries are part of it
 /// (hemocell_adapter/output/page), and so are the report and what the view draws. One rank calls it.
+/// Pre: hasReportPage().
 /// @param cells of all ranks
 std::string pageText(const Report& report, const Finished& done, const std::vector<PicturedCell>& cells);
 

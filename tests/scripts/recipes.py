@@ -52,7 +52,7 @@ def check_spack():
     placed = [options["placement"] for name, _, options in called if name == "resource"]
     for name, path in given.items():
         check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
-    found = set(re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/CMakeLists.txt").read_text(), re.M))
+    found = set(re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/report_page_source.cmake").read_text(), re.M))
     check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
     check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
     variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
@@ -107,7 +107,7 @@ def check_conda():
     for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt", "spdlog",
                     "nlohmann_json", "xxhash"):
         check(package in needed, f"conda: {package} is missing")
-    for name in re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/CMakeLists.txt").read_text(), re.M):
+    for name in re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/report_page_source.cmake").read_text(), re.M):
         check(f"-D{name}=" in plain, f"conda: CMake looks for {name}, the recipe does not give it")
     least = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)\)", (root / "CMakeLists.txt").read_text()).group(1)
     check(needed.get("cmake") == f">={least}", f"conda: CMake {least} is needed, not {needed.get('cmake')}")
