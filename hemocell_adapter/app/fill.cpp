@@ -14,6 +14,7 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/make_job.h"
@@ -28,7 +29,13 @@ namespace {
 Job jobOf(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words) {
   std::vector<std::string> all = {running->config.file.string()};
   all.insert(all.end(), words.begin(), words.end());
-  return makeJob(parseCommandLine("packMesh", all), {}, std::move(running));
+  Job job = makeJob(parseCommandLine("packMesh", all), {}, std::move(running));
+  if (job.reportFile && job.reportFile->extension() == ".html" && !hasReportPage())
+    throw UsageError(
+        "--report: this build of the plug-in has no page of reports (PACKMESH_PLUGIN_ONLY); expected a file "
+        "that ends "
+        "in .json");
+  return job;
 }
 
 /// Numbers cells as HemoCell numbers those of .pos files. Pre: sorted by type, those of lower ranks before
@@ -96,25 +103,31 @@ Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::
 
 namespace {
 
-/// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type, or builds it
-/// differently
-std::vector<std::int32_t> typesOf(const StateCells& state, const RunningCase& running,
-                                  const std::string& file) {
-  std::vector<std::int32_t> types;
+/// Whether HemoCell builds the same template, up to rounding.
+bool isBuiltAlike(const TriangleMesh& mesh, const TriangleMesh& built) {
+  constexpr double rounding = 1e-6;  // of templates built alike [µm]
+  if (mesh.vertices.size() != built.vertices.size()) return false;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if ((mesh.vertices[i] - built.vertices[i]).cwiseAbs().maxCoeff() >= rounding) return false;
+  return true;
+}
+
+struct StateTypes {
+  std::vector<std::int32_t> types;  ///< of each kind of cell
+  std::string other;  ///< a kind whose template HemoCell builds differently; empty if there is none
+};
+
+/// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type
+StateTypes typesOf(const StateCells& state, const RunningCase& running, const std::string& file) {
+  StateTypes result;
   for (const StateCells::Kind& kind : state.species) {
     const BuiltCell* built = running.cell(kind.name);
     if (!built)
       throw InputError(fmt::format("{}: has cells of type '{}', the case has none", file, kind.name));
-    constexpr double rounding = 1e-6;  // of templates built alike [µm]
-    bool same = kind.mesh.vertices.size() == built->mesh.vertices.size();
-    for (std::size_t i = 0; same && i < kind.mesh.vertices.size(); ++i)
-      same = (kind.mesh.vertices[i] - built->mesh.vertices[i]).cwiseAbs().maxCoeff() < rounding;
-    if (!same)
-      throw InputError(
-          fmt::format("{}: its template of '{}' is not the one that HemoCell builds", file, kind.name));
-    types.push_back(static_cast<std::int32_t>(built - running.cells.data()));
+    if (!isBuiltAlike(kind.mesh, built->mesh)) result.other = kind.name;
+    result.types.push_back(static_cast<std::int32_t>(built - running.cells.data()));
   }
-  return types;
+  return result;
 }
 
 /// Cells that HemoCell would delete. @throws InputError
@@ -140,13 +153,19 @@ Filling fillFromState(std::shared_ptr<const RunningCase> running, const std::fil
                       const Communicator& ranks) {
   const Timer timer;
   const StateCells state = readStateCells(file, ranks);
-  std::vector<std::int32_t> types;
-  together(ranks, [&] { types = typesOf(state, *running, file.string()); });
+  StateTypes found;
+  together(ranks, [&] { found = typesOf(state, *running, file.string()); });
+  const std::vector<std::int32_t>& types = found.types;
   std::vector<std::int64_t> counts(running->cells.size(), 0);
   for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
-  if (!state.certified) {
-    log::info(fmt::format("{}: the cells are not those of a finished packing ({}); packing starts from them",
-                          file.string(), fmt::join(state.command, " ")));
+  if (!state.certified || !found.other.empty()) {
+    const std::string reason =
+        state.certified
+            ? fmt::format("HemoCell builds another template of '{}', as at another lattice spacing",
+                          found.other)
+            : fmt::format("the cells are not those of a finished packing ({})",
+                          fmt::join(state.command, " "));
+    log::info(fmt::format("{}: {}; packing starts from them", file.string(), reason));
     return fill(withCounts(*running, counts), {"--start", file.string()}, ranks);
   }
   std::vector<AddedCell> cells;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "hemocell_adapter/base/xml_tags.h"
+#include "hemocell_adapter/hemocell/running_case_file.h"
 #include "hemocell_adapter/settings/packing_section.h"
 #include "packMesh/core/error.h"
 
@@ -162,16 +163,18 @@ CaseConfig readCaseConfig(const fs::path& file) {
   return result;
 }
 
-CaseConfig packingConfigOf(const std::string& text, const fs::path& file) {
+CaseConfig packingConfigOf(const std::string& text) {
   tinyxml2::XMLDocument document;
-  parseXml(document, text, file);
-  const XMLElement* root = document.RootElement();
-  if (root && std::string(root->Name()) == "Checkpoint") root = root->FirstChildElement("hemocell");
-  if (!root) throw InputError(fmt::format("{}: expected the root <hemocell>", file.string()));
+  parseXml(document, text, "the XML that HemoCell has read");
   CaseConfig result;
-  result.file = file;
-  result.folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const std::optional<fs::path> file = runningCaseFile(document);
+  result.file = file.value_or("config.xml");
+  result.folder = result.file.has_parent_path() ? result.file.parent_path() : fs::path(".");
+  const XMLElement* root = document.RootElement();
+  if (!root || std::string(root->Name()) == "Checkpoint") return result;
+  if (!file) result.file = "the XML that HemoCell has read";
   takePacking(*root, result);
+  result.file = file.value_or("config.xml");
   return result;
 }
 

@@ -40,8 +40,10 @@ CaseConfig readCaseConfig(const std::filesystem::path& file);
 
 /// Only what config.xml says about packing: its `<packing>` section, read as strictly. For a running
 /// HemoCell, which has read the rest.
-/// @param text the XML; the root is `<hemocell>`, or `<Checkpoint>` around it
-/// @param file its name, for messages and as the base of relative paths
-CaseConfig packingConfigOf(const std::string& text, const std::filesystem::path& file);
+/// @param text the XML, each tag in the line that it has in the file; the root is `<hemocell>`, or
+/// `<Checkpoint>` around it: `<packing>` is not read then, as HemoCell does not write attributes to its
+/// checkpoints
+/// @throws InputError with file and line
+CaseConfig packingConfigOf(const std::string& text);
 
 }  // namespace packmesh::hemocell

@@ -10,6 +10,7 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/shared_nodes.h"
+#include "hemocell_adapter/plugin/periodic_exchange.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/parallel/arrival.h"
 
@@ -78,8 +79,7 @@ std::array<int, 3> smallestBlock(const System& system, const Communicator& ranks
 std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& request,
                                           const Communicator& ranks) {
   auto running = std::make_shared<RunningCase>();
-  hemocell::together(ranks,
-                     [&] { running->config = hemocell::packingConfigOf(system.config, "config.xml"); });
+  hemocell::together(ranks, [&] { running->config = hemocell::packingConfigOf(system.config); });
   hemocell::Settings& packing = running->config.packing;
   for (const CellType& type : system.types)  // in HemoCell's order, before unknown names
     if (request.counts.count(type.name) + request.ratios.count(type.name) > 0)
@@ -240,6 +240,7 @@ Filling guarded(const System& system, const Request& request, const Work& work) 
 
 Filling distributed(const hemocell::Filling& packed, const System& system, const RunningCase& running,
                     const Communicator& ranks) {
+  warnOfLostCells(system, ranks);
   Filling filling;
   filling.counts = packed.counts;
   filling.cells = Distribution(system, running, ranks)(packed.cells);

@@ -9,7 +9,7 @@ rm -rf "$scratch"
 mkdir -p "$scratch"
 cd "$scratch"
 cp "$xml/RBC.xml" "$xml/PLT.xml" .
-"$templates" RBC PLT
+"$templates" 0.5 RBC PLT
 
 config() { # nodes x, y, z, text of <packing>
   cat > config.xml << XML
@@ -160,6 +160,98 @@ case $test in
     for file in said one; do grep '^(stand-in) [0-9]*: .* 0 too long' $file.txt > $file.watched; done
     same said.watched one.watched
     test "$(wc -l < one.watched)" = 5 ;;
+  checkpoint)  # a restart keeps the cells across periodic faces, whatever .pos files there are
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    case_on 2 pipe 2 1 1 checkpoint > packed.txt
+    mv particles.txt packed.particles
+    cells=$(awk '/^\(stand-in\)/ { print $2 + $3 }' packed.txt)
+    test "$(cat RBC.pos PLT.pos | awk '{ s += $1 } END { print s }')" = "$cells"
+    same RBC.pos checkpoint/RBC.pos
+    for restart in own plugin; do  # HemoCell's loadCheckPoint(), and the plug-in's
+      for ranks in 1 2 3; do
+        case_on $ranks pipe $ranks 1 1 config checkpoint/checkpoint.xml restart $restart > restarted.txt
+        same packed.particles particles.txt
+      done
+    done
+    # Counts of another run in the same folder, and files with cells: the plug-in's restart keeps all cells.
+    rm RBC.pos
+    case_on 2 pipe 2 1 1 config checkpoint/checkpoint.xml restart own > restarted.txt
+    if cmp -s packed.particles particles.txt; then fail "HemoCell needs no RBC.pos"; fi  # else this tests nothing
+    case_on 2 pipe 2 1 1 config checkpoint/checkpoint.xml restart plugin > restarted.txt
+    same packed.particles particles.txt
+    printf '1\n5 5 5 0 0 0\n' > RBC.pos
+    case_on 2 pipe 2 1 1 config checkpoint/checkpoint.xml restart plugin > restarted.txt
+    same packed.particles particles.txt
+    case_on 2 pipe 2 1 1 > packed.txt 2>&1
+    grep -q 'RBC.pos announces 1, .* were added.*call packmesh::loadCheckPoint(hemocell) instead' packed.txt
+    test "$(wc -l < RBC.pos)" = 2 || fail "a file with cells was replaced"
+    # Nobody knows the number: an error before a cell is deleted.
+    rm RBC.pos checkpoint/RBC.pos
+    status=0
+    case_on 2 pipe 2 1 1 config checkpoint/checkpoint.xml restart plugin > said.txt 2>&1 || status=$?
+    test $status = 2
+    grep -q 'number of cells of the checkpoint is unknown' said.txt ;;
+  exchange)  # decompositions in which HemoCell loses cells at periodic faces
+    config 60 44 44 "<hematocrit> 0.2 </hematocrit>"
+    # The plug-in warns where HemoCell's exchange loses cells, verifyParticles() finds them, and the proposed correction keeps all.
+    loses() { # expected, then ranks, lumen, blocks
+      local expected=$1 said=no lost=no
+      shift
+      case_on "$@" copies > said.txt 2>&1 || fail "$*: the correction loses cells"
+      case_on "$@" shifts > said.txt 2>&1 || lost=yes
+      if [[ $lost = yes ]]; then grep -q 'deleted cells before the end of iteration 1 that were packed' said.txt; fi
+      if grep -q 'HemoCell 2.7 deletes cells at periodic faces' said.txt; then said=yes; fi
+      test $said = "$expected" -a $lost = "$expected" || fail "$*: warned: $said, lost cells: $lost"
+    }
+    loses no 1 planes 2 2 1
+    loses no 2 planes 1 1 2  # each block spans both periods
+    loses no 2 pipe 2 1 1
+    loses no 2 pipe 1 2 1
+    loses no 4 pipe 2 2 1
+    loses yes 3 planes 3 1 1
+    loses yes 2 planes 1 2 1
+    loses yes 4 planes 2 2 1
+    loses yes 2 box 2 1 1
+    loses yes 2 pipe 2 2 1
+    grep -q 'several atomic blocks per rank on 2 ranks.*one atomic block per rank' said.txt
+    loses yes 2 planes 2 1 1
+    grep -q 'with 2 periodic axes on 2 ranks.*one rank.*setSystemPeriodicity' said.txt
+    config 60 44 44 "<hematocrit> 0.2 </hematocrit>"
+    if case_on 2 pipe 2 1 1 lose > said.txt 2>&1; then fail "a vertex is missing, and nothing was said"; fi
+    grep -q 'deleted cells before the end of iteration 1 that were packed: 1 of [0-9]* RBC' said.txt ;;
+  spacing)  # a state of another lattice spacing is the start of a packing
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    case_on 2 pipe 2 1 1 --state cells.h5 > packed.txt
+    "$templates" 0.4 RBC PLT
+    config 75 55 55 ""
+    sed -i 's/5e-7/4e-7/' config.xml
+    case_on 2 pipe 2 1 1 load cells.h5 > loaded.txt
+    grep -q "HemoCell builds another template of '.*', as at another lattice spacing; packing starts from them" loaded.txt
+    grep -q 'Certificate: clean' loaded.txt
+    test "$(grep '^(stand-in)' packed.txt)" = "$(grep '^(stand-in)' loaded.txt)" ;;
+  place)  # messages about <packing> name the file that was given, and the line
+    printf '%s\n' '<?xml version="1.0" ?>' '<!-- a case' '  of two lines -->' '<hemocell>' '<domain>' \
+      '  <dx> 5e-7 </dx> <nx> 60 </nx>' '' '  <ny> 44 </ny> <nz> 44 </nz> <!-- more' ' --> <particleEnvelope> 20 </particleEnvelope>' \
+      '</domain>' '<packing>' '  <hematocrit> many </hematocrit>' '</packing>' '</hemocell>' > case.xml
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    status=0
+    case_on 2 pipe 2 1 1 config case.xml > said.txt 2>&1 || status=$?
+    test $status = 2
+    grep -q '(Error) case.xml:12: <hematocrit>' said.txt
+    rm config.xml
+    cp case.xml config.xml  # not on the command line
+    case_on 1 pipe 1 1 1 > said.txt 2>&1 && fail "accepted"
+    grep -q '(Error) config.xml:12: <hematocrit>' said.txt ;;
+  exceptions)  # that the case can catch, on all ranks
+    config 60 44 44 ""
+    case_on 3 pipe 3 1 1 catch > said.txt 2>&1
+    test "$(grep -c '^(stand-in) rank [012] caught, exit code 1: .*how many cells' said.txt)" = 3 ||
+      test "$(grep -c '^(stand-in) rank [012] caught, exit code 2: .*how many cells' said.txt)" = 3
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    case_on 3 inlet 2 1 1 catch --count XYZ 3 > said.txt 2>&1  # one rank has no cells
+    test "$(grep -c "^(stand-in) rank [012] caught.*no cell type 'XYZ'" said.txt)" = 3
+    case_on 2 pipe 2 1 1 catch lose > said.txt 2>&1
+    test "$(grep -c '^(stand-in) rank [01] caught, exit code 70' said.txt)" = 2 ;;
   errors)
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     if case_on 2 pipe 2 1 1 short > said.txt 2>&1; then fail "cells are missing, and nothing was said"; fi

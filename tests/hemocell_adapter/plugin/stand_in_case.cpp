@@ -5,14 +5,19 @@
 //          pipe: a pipe along x in 60 x 44 x 44 nodes, periodic; channel: an oblique step in it; inlet: a
 //          pre-inlet at x >= 20, of the ranks but the last
 //   what   words for the program (--hematocrit 0.3 --seed 2 ...); or load FILE, save FILE, short (an envelope
-//   of 4 nodes); stretch N (at the end: cells become longer along x by 1 % in each of N iterations) [stop]
+//          of 4 nodes); stretch N (at the end: cells become longer along x by 1 % in each of N iterations)
+//          [stop]; before all others, in this order: config FILE; catch (failures are thrown); shifts or
+//          copies (HemoCell's exchange of particles, with its error or without); then, or before the
+//          program's: restart (own or plugin); checkpoint; lose (a vertex, in the first iteration)
 // Prints the cells that arrived, and writes every vertex to particles.txt: type, number of its cell, vertex,
 // position.
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <set>
 
+#include "exchange.h"
 #include "hemocell.h"
 #include "packMesh/hemocell.h"
 
@@ -29,7 +34,7 @@ plb::Mesh meshOf(const std::string& file, hemo::HemoCellField& field) {
   for (long i = 0; i < vertices; ++i) {
     std::array<double, 3> v;
     in >> v[0] >> v[1] >> v[2];
-    for (double& x : v) x = x / 0.5 + 7.0;  // [nodes]; around any point
+    for (double& x : v) x = x / (1e6 * hemo::param::dx) + 7.0;  // [nodes]; around any point
     mesh.vertices.push_back(v);
   }
   for (long i = 0; i < triangles; ++i) {
@@ -47,8 +52,10 @@ struct Lumen {
 };
 
 Lumen lumenOf(const std::string& name) {
-  const auto inPipe = [](double y, double z) {
-    return (y - 21.5) * (y - 21.5) + (z - 21.5) * (z - 21.5) <= 20.0 * 20.0;
+  const double finer = 5e-7 / hemo::param::dx;  // the pipe has the same size at any spacing
+  const auto inPipe = [finer](double y, double z) {
+    const double dy = y / finer - 21.5, dz = z / finer - 21.5;
+    return dy * dy + dz * dz <= 20.0 * 20.0;
   };
   if (name == "box")
     return {{0, 47, 0, 39, 0, 39}, {true, true, true}, [](long, long, long) { return false; }};
@@ -59,7 +66,8 @@ Lumen lumenOf(const std::string& name) {
               return !inPipe(y - 3, z);
             }};
   const bool step = name == "channel";
-  return {{0, 59, 0, 43, 0, 43}, {true, false, false}, [=](long x, long y, long z) {
+  const plb::plint n[2] = {std::lround(60 * finer) - 1, std::lround(44 * finer) - 1};
+  return {{0, n[0], 0, n[1], 0, n[1]}, {true, false, false}, [=](long x, long y, long z) {
             return !inPipe(y, z) || (step && x > 20 && x < 40 && y + 0.3 * x < 22);
           }};
 }
@@ -172,6 +180,69 @@ void writeParticles(hemo::HemoCell& hemocell) {
   for (const std::string& line : lines) out << line << '\n';
 }
 
+bool taken(std::vector<std::string>& words, const std::string& word) {
+  if (words.empty() || words[0] != word) return false;
+  words.erase(words.begin());
+  return true;
+}
+
+std::string takenNext(std::vector<std::string>& words) {
+  const std::string next = words.at(0);
+  words.erase(words.begin());
+  return next;
+}
+
+packmesh::LoadedParticles load(hemo::HemoCell& hemocell, std::vector<std::string>& words) {
+  if (taken(words, "restart")) {
+    if (takenNext(words) == "plugin") return packmesh::loadCheckPoint(hemocell);
+    hemocell.loadCheckPoint();
+    return {};
+  }
+  if (taken(words, "load")) return packmesh::loadParticles(hemocell, takenNext(words));
+  packmesh::PackingOptions options;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "save") break;
+    if (words[i] == "distributed") {
+      options.mostNodesOnEveryRank = 0;
+    } else if (words[i] == "--count") {
+      options.counts[words[i + 1]] = std::atol(words[i + 2].c_str());
+      i += 2;
+    } else {
+      options.more.push_back(words[i]);
+    }
+  }
+  return packmesh::loadParticles(hemocell, options);
+}
+
+void run(hemo::HemoCell& hemocell, std::vector<std::string> words) {
+  const bool stops = !words.empty() && words.back() == "stop";
+  if (stops) words.pop_back();
+  int iterations = 0;
+  if (words.size() > 1 && words[words.size() - 2] == "stretch") {
+    iterations = std::atoi(words.back().c_str());
+    words.resize(words.size() - 2);
+  }
+  const bool shifts = taken(words, "shifts"), copies = taken(words, "copies");
+  const bool checkpoint = taken(words, "checkpoint"), lose = taken(words, "lose");
+  const packmesh::LoadedParticles loaded = load(hemocell, words);
+  if (words.size() > 1 && words[words.size() - 2] == "save") packmesh::savePositions(hemocell, words.back());
+  hemocell.iterate();
+  if (shifts) hemo::exchangeParticles(*hemocell.cellfields, hemo::Exchange::shiftsBuffer);
+  if (copies) hemo::exchangeParticles(*hemocell.cellfields, hemo::Exchange::copies);
+  if (lose)
+    for (const plb::plint id : hemocell.cellfields->immersedParticles->getLocalInfo().getBlocks())
+      hemocell.cellfields->immersedParticles->getComponent(id).removeIf(
+          [](hemo::HemoCellParticle const& p) { return p.sv.cellId == 0 && p.sv.vertexId == 0; });
+  if (!loaded.counts.empty()) packmesh::verifyParticles(hemocell, loaded);
+  if (checkpoint) hemocell.saveCheckPoint();
+  watched(hemocell, iterations, stops);
+  if (rank == 0) {
+    std::cout << "(stand-in)";
+    for (const std::int64_t count : loaded.counts) std::cout << ' ' << count;
+    std::cout << std::endl;
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -181,17 +252,11 @@ int main(int argc, char** argv) {
   const std::string name = argv[1];
   const int counts[3] = {std::atoi(argv[2]), std::atoi(argv[3]), std::atoi(argv[4])};
   std::vector<std::string> words(argv + 5, argv + argc);
-  const bool tooShort = !words.empty() && words[0] == "short";
-  if (tooShort) words.erase(words.begin());
-  const bool stops = !words.empty() && words.back() == "stop";
-  if (stops) words.pop_back();
-  int iterations = 0;
-  if (words.size() > 1 && words[words.size() - 2] == "stretch") {
-    iterations = std::atoi(words.back().c_str());
-    words.resize(words.size() - 2);
-  }
   hemo::HemoCell hemocell;
-  hemocell.cfg = new hemo::Config("config.xml");
+  hemocell.cfg = new hemo::Config(taken(words, "config") ? takenNext(words) : "config.xml");
+  hemo::param::dx = std::atof((*hemocell.cfg)["domain"].getOrig()->FirstChildElement("dx")->GetText());
+  const bool caught = taken(words, "catch");
+  const bool tooShort = taken(words, "short");
   build(hemocell, lumenOf(name), counts, name == "inlet", tooShort ? 4 : 20);
   for (const char* type : {"RBC", "PLT"}) {
     hemo::HemoCellField field;
@@ -201,35 +266,14 @@ int main(int argc, char** argv) {
     field.minimumDistanceFromSolid = name == "channel" ? 1 : 0;
     hemocell.cellfields->types.push_back(field);
   }
-  packmesh::LoadedParticles loaded;
-  if (words.size() > 1 && words[0] == "load") {
-    loaded = packmesh::loadParticles(hemocell, words[1]);
-    words.erase(words.begin(), words.begin() + 2);
-  } else {
-    packmesh::PackingOptions options;
-    std::vector<std::string> rest;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      if (words[i] == "save") break;
-      if (words[i] == "distributed") {
-        options.mostNodesOnEveryRank = 0;
-      } else if (words[i] == "--count") {
-        options.counts[words[i + 1]] = std::atol(words[i + 2].c_str());
-        i += 2;
-      } else {
-        rest.push_back(words[i]);
-      }
-    }
-    options.more = rest;
-    loaded = packmesh::loadParticles(hemocell, options);
+  packmesh::throwFailures(caught);
+  try {
+    run(hemocell, words);
+    writeParticles(hemocell);
+  } catch (const packmesh::Failure& failure) {
+    std::cout << "(stand-in) rank " << rank << " caught, exit code " << failure.exitCode() << ": "
+              << failure.what() << std::endl;
   }
-  if (words.size() > 1 && words[words.size() - 2] == "save") packmesh::savePositions(hemocell, words.back());
-  watched(hemocell, iterations, stops);
-  if (rank == 0) {
-    std::cout << "(stand-in)";
-    for (const std::int64_t count : loaded.counts) std::cout << ' ' << count;
-    std::cout << std::endl;
-  }
-  writeParticles(hemocell);
   MPI_Finalize();
   return 0;
 }

@@ -12,9 +12,10 @@
 #include <sstream>
 
 #include <hemocell.h>
+#include "packMesh/checkpoint.h"
+#include "packMesh/failure.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/particle_adder.h"
-#include "packMesh/plugin_messages.h"
 #include "packMesh/running_hemocell.h"
 #include "packMesh/watch_cells.h"
 
@@ -34,13 +35,7 @@ struct PackingOptions {
   bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
   std::int64_t mostNodesOnEveryRank =
       -1;                         ///< larger lattices are distributed over the ranks; negative: the default
-  std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "1h"}
-};
-
-/// What was added.
-struct LoadedParticles {
-  std::vector<std::int64_t> counts;  ///< cells of each type, in HemoCell's order, on all ranks
-  std::int64_t cells = 0;            ///< of all types
+  std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "3600"}
 };
 
 namespace plugin {
@@ -72,38 +67,7 @@ inline Request requestOf(const PackingOptions& options) {
   return request;
 }
 
-/// The vertices of each type that HemoCell now has, on all ranks.
-inline std::vector<std::int64_t> verticesOf(hemo::HemoCell& hemocell) {
-  auto& particles = *hemocell.cellfields->immersedParticles;
-  std::vector<std::int64_t> vertices(hemocell.cellfields->size(), 0);
-  for (const plb::plint id : particles.getLocalInfo().getBlocks()) {
-    hemo::HemoCellParticleField& block = particles.getComponent(id);
-    for (const hemo::HemoCellParticle& particle : block.particles)
-      if (block.isContainedABS(particle.sv.position, block.localDomain)) ++vertices[particle.sv.celltype];
-  }
-  MPI_Allreduce(MPI_IN_PLACE, vertices.data(), static_cast<int>(vertices.size()), MPI_INT64_T, MPI_SUM,
-                MPI_COMM_WORLD);
-  return vertices;
-}
-
-/// Stops unless HemoCell has every vertex of every cell.
-inline void requireComplete(hemo::HemoCell& hemocell, const std::vector<std::int64_t>& counts) {
-  const std::vector<std::int64_t> vertices = verticesOf(hemocell);
-  std::string missing;
-  for (std::size_t t = 0; t < counts.size(); ++t) {
-    hemo::HemoCellField& field = *(*hemocell.cellfields)[static_cast<unsigned int>(t)];
-    const std::int64_t lost = counts[t] * field.numVertex - vertices[t];
-    if (lost == 0) continue;
-    missing += (missing.empty() ? "" : ", ") +
-               std::to_string((lost + field.numVertex - 1) / field.numVertex) + " of " +
-               std::to_string(counts[t]) + " " + field.name;
-  }
-  if (missing.empty()) return;
-  stop(70, "HemoCell deleted cells that were packed: " + missing +
-               ". Is <particleEnvelope> longer than the cells, and no atomic block smaller than it?");
-}
-
-/// Calls work(system) on the ranks that have cells, and ends the program on all ranks if it failed.
+/// Calls work(system) on the ranks that have cells, and stops on all ranks if it failed.
 template <class Work>
 Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
   MPI_Comm ranks;
@@ -116,9 +80,7 @@ Filling onRanksWithCells(hemo::HemoCell& hemocell, const Work& work) {
     filling = work(system);
   }
   MPI_Comm_free(&ranks);
-  int code = filling.exitCode;
-  MPI_Allreduce(MPI_IN_PLACE, &code, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  if (code != 0) stop(code, filling.message);
+  stopIfFailed(filling);
   filling.counts.resize(hemocell.cellfields->size(), 0);
   MPI_Allreduce(MPI_IN_PLACE, filling.counts.data(), static_cast<int>(filling.counts.size()), MPI_INT64_T,
                 MPI_MAX, MPI_COMM_WORLD);
@@ -141,6 +103,7 @@ inline LoadedParticles loadInto(hemo::HemoCell& hemocell, const Filling& filling
   fields.syncEnvelopes();
   fields.deleteIncompleteCells(false);
   requireComplete(hemocell, loaded.counts);
+  recordCounts(hemocell, loaded.counts);
   return loaded;
 }
 
@@ -171,8 +134,9 @@ inline std::vector<DeformedCell> cellsOf(hemo::HemoCell& hemocell) {
 }  // namespace plugin
 
 /// Packs cells into the fluid nodes of `hemocell` and adds them, instead of hemocell.loadParticles(). After
-/// the lattice, its boundaries, the cell types and periodicity are set. Collective. Ends the program with a
-/// message if the packing is not feasible, or HemoCell does not keep every cell.
+/// the lattice, its boundaries, the cell types and periodicity are set. Collective. Stops
+/// (packMesh/failure.h) if the packing is not feasible, or HemoCell does not keep every cell. Leaves files
+/// with the numbers of cells for restarts (packMesh/checkpoint.h).
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
                                      const PackingOptions& options = PackingOptions()) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](plugin::System& system) {
@@ -202,11 +166,13 @@ inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile
   });
 }
 
-/// HemoCell counts its cells in .pos files again after loadCheckPoint(), doRestructure() and
-/// setSystemPeriodicity(). Call this then with the number that loadParticles() returned: the numbers of cells
-/// across periodic faces depend on it.
-inline void restoreNumberOfCells(hemo::HemoCell& hemocell, std::int64_t cells) {
-  hemocell.cellfields->number_of_cells = static_cast<int>(cells);
+/// Stops, naming the numbers, unless HemoCell has every vertex of every cell now. Call it after the first
+/// iteration: HemoCell changes its communication there. Collective.
+/// @param loaded what loadParticles() or loadCheckPoint() returned
+inline void verifyParticles(hemo::HemoCell& hemocell, const LoadedParticles& loaded) {
+  hemocell.cellfields->syncEnvelopes();
+  hemocell.cellfields->deleteIncompleteCells(false);
+  plugin::requireComplete(hemocell, loaded.counts);
 }
 
 }  // namespace packmesh

@@ -38,7 +38,7 @@ struct System {
   int particleEnvelope = 0;  ///< [nodes]
   std::int64_t mostNodesOnEveryRank =
       -1;              ///< larger lattices are distributed; negative: the default. For tests
-  std::string config;  ///< text of config.xml
+  std::string config;  ///< config.xml, each tag in the line that it has in the file
   std::vector<CellType> types;
   std::vector<Block> blocks;
 };
@@ -128,6 +128,13 @@ __attribute__((visibility("default"))) Filling save(const System& system,
 /// Finds cells whose extent along an axis comes within `margin` of the envelope, where blocks or periodic
 /// faces divide the lattice: HemoCell deletes a cell that is longer. All ranks of `watch.ranks` call.
 __attribute__((visibility("default"))) Watched watch(const Watch& watch, const std::vector<CellPart>& parts);
+
+/// Writes `<name>.pos` with the number of cells only, to the folder of the checkpoint and to the working
+/// directory. Files with cells stay; if they announce other numbers, and some axis is periodic, a warning
+/// says what that means. Files that cannot be written are a warning. One rank calls. Throws nothing.
+__attribute__((visibility("default"))) void writeCounts(const std::vector<std::string>& names,
+                                                        const std::vector<std::int64_t>& counts,
+                                                        const std::string& checkpointFolder, bool periodic);
 
 }  // namespace plugin
 }  // namespace packmesh

@@ -4,19 +4,11 @@
 
 #include <mpi.h>
 
-#include <cstdlib>
 #include <iostream>
 #include <string>
 
 namespace packmesh {
 namespace plugin {
-
-[[noreturn]] inline void stop(int code, const std::string& message) {
-  int rank = 0;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  if (rank == 0) std::cerr << "(packMesh) (Error) " << message << std::endl;
-  std::exit(code);
-}
 
 inline void warn(const std::string& message) {
   int rank = 0;

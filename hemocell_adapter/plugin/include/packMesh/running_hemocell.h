@@ -4,8 +4,11 @@
 
 #include <mpi.h>
 
+#include <string>
+
 #include <hemocell.h>
 #include "packMesh/hemocell_system.h"
+#include "packMesh/line_printer.h"
 
 namespace packmesh {
 namespace plugin {
@@ -23,7 +26,7 @@ inline std::array<std::int64_t, 3> high(const plb::Box3D& box) {
 }
 
 inline std::string configText(hemo::HemoCell& hemocell) {
-  tinyxml2::XMLPrinter printer;
+  LinePrinter printer;
   (*hemocell.cfg)["domain"].getOrig()->GetDocument()->Print(&printer);
   return printer.CStr();
 }

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include <hemocell.h>
+#include "packMesh/failure.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/plugin_messages.h"
 #include "packMesh/running_hemocell.h"
@@ -20,7 +21,7 @@ namespace packmesh {
 struct WatchOptions {
   unsigned int every = 100;  ///< iterations between examinations; calls at other iterations return at once
   double margin = 1.0;       ///< how near to the envelope a cell may come [nodes]
-  bool stop = false;         ///< end the program with a message, instead of a warning
+  bool stop = false;         ///< stop with a message (packMesh/failure.h), instead of a warning
 };
 
 /// What watchCells() has found, the same on all ranks; with a pre-inlet, in it and in the domain.

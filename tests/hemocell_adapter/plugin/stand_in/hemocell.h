@@ -12,8 +12,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
@@ -111,6 +113,11 @@ namespace param {
 static double dx = 5e-7;
 }
 
+struct ConfigValues {
+  std::string checkpointDirectory = "./checkpoint/";
+};
+static ConfigValues global;
+
 class XMLElement {
  public:
   explicit XMLElement(tinyxml2::XMLElement* element) : original(element) {}
@@ -122,11 +129,18 @@ class XMLElement {
 
 class Config {
  public:
-  explicit Config(std::string const& file) { document.LoadFile(file.c_str()); }
-  XMLElement operator[](std::string name) const {
-    return XMLElement(
-        const_cast<tinyxml2::XMLDocument&>(document).RootElement()->FirstChildElement(name.c_str()));
+  explicit Config(std::string const& file) {
+    document.LoadFile(file.c_str());
+    checkpointed = std::string(document.RootElement()->Name()) == "Checkpoint";
   }
+  tinyxml2::XMLElement* root() const {
+    tinyxml2::XMLElement* first = const_cast<tinyxml2::XMLDocument&>(document).RootElement();
+    return checkpointed ? first->FirstChildElement("hemocell") : first;
+  }
+  XMLElement operator[](std::string name) const {
+    return XMLElement(root()->FirstChildElement(name.c_str()));
+  }
+  bool checkpointed;
 
  private:
   tinyxml2::XMLDocument document;
@@ -236,6 +250,9 @@ class HemoCellFields {
 
 class HemoCell {
  public:
+  void iterate() { ++iter; }
+  void saveCheckPoint();
+  void loadCheckPoint();
   PreInlet* preInlet = 0;
   bool partOfpreInlet = false;
   Config* cfg = 0;
@@ -286,25 +303,39 @@ inline void HemoCellFields::deleteIncompleteCells(bool) {
     immersedParticles->getComponent(id).deleteIncompleteCells();
 }
 
+/// Particles of each rank, from the blocks that they are in.
+inline std::vector<std::vector<HemoCellParticle::serializeValues_t>> particlesOfRanks(
+    MultiParticleField& field) {
+  typedef HemoCellParticle::serializeValues_t Values;
+  std::vector<Values> mine;
+  for (const plb::plint id : field.getLocalInfo().getBlocks()) {
+    HemoCellParticleField& block = field.getComponent(id);
+    for (HemoCellParticle const& p : block.particles)
+      if (block.isContainedABS(p.sv.position, block.localDomain)) mine.push_back(p.sv);
+  }
+  int ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  std::vector<std::vector<Values>> all;
+  for (int r = 0; r < ranks; ++r) {
+    std::vector<Values> part = mine;
+    unsigned long count = part.size();
+    MPI_Bcast(&count, 1, MPI_UNSIGNED_LONG, r, MPI_COMM_WORLD);
+    part.resize(count);
+    MPI_Bcast(part.data(), static_cast<int>(count * sizeof(Values)), MPI_BYTE, r, MPI_COMM_WORLD);
+    all.push_back(part);
+  }
+  return all;
+}
+
 /// Every block receives the particles of all blocks, in all images; it keeps those within its envelope.
 inline void HemoCellFields::syncEnvelopes() {
   typedef HemoCellParticle::serializeValues_t Values;
-  std::vector<Values> mine;
-  std::vector<int> origin;
   for (const plb::plint id : immersedParticles->getLocalInfo().getBlocks()) {
     HemoCellParticleField& block = immersedParticles->getComponent(id);
     block.removeIf(
         [&](HemoCellParticle const& p) { return !block.isContainedABS(p.sv.position, block.localDomain); });
-    for (HemoCellParticle const& p : block.particles) mine.push_back(p.sv);
   }
-  int ranks = 1, bytes = static_cast<int>(mine.size() * sizeof(Values));
-  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-  std::vector<int> sizes(ranks), starts(ranks, 0);
-  MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, MPI_COMM_WORLD);
-  for (int r = 1; r < ranks; ++r) starts[r] = starts[r - 1] + sizes[r - 1];
-  std::vector<Values> all((starts.back() + sizes.back()) / sizeof(Values));
-  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), sizes.data(), starts.data(), MPI_BYTE,
-                 MPI_COMM_WORLD);
+  const std::vector<std::vector<Values>> all = particlesOfRanks(*immersedParticles);
   const plb::Box3D box = hemocell.lattice->getBoundingBox();
   const plb::plint n[3] = {box.x1 - box.x0 + 1, box.y1 - box.y0 + 1, box.z1 - box.z0 + 1};
   const plb::plint steps[3] = {1, periodicity_limit_offset_y, periodicity_limit_offset_z};
@@ -318,15 +349,67 @@ inline void HemoCellFields::syncEnvelopes() {
           for (int a = 0; a < 3; ++a)
             possible = possible && (image[a] == 0 || immersedParticles->periodicity().get(a));
           if (!possible) continue;
-          for (Values moved : all) {
-            for (int a = 0; a < 3; ++a) {
-              moved.position[a] += image[a] * n[a];
-              moved.cellId += image[a] * steps[a] * number_of_cells;
+          for (const std::vector<Values>& part : all)
+            for (Values moved : part) {
+              for (int a = 0; a < 3; ++a) {
+                moved.position[a] += image[a] * n[a];
+                moved.cellId += image[a] * steps[a] * number_of_cells;
+              }
+              block.addParticle(moved);
             }
-            block.addParticle(moved);
-          }
         }
   }
+}
+
+/// Text and tags only: HemoCell's checkpoints have no attributes.
+inline void writeElement(std::ostream& out, const tinyxml2::XMLElement* element) {
+  out << '<' << element->Name() << '>' << (element->GetText() ? element->GetText() : "");
+  for (auto* child = element->FirstChildElement(); child; child = child->NextSiblingElement())
+    writeElement(out, child);
+  out << "</" << element->Name() << '>';
+}
+
+inline void HemoCell::saveCheckPoint() {
+  const auto all = particlesOfRanks(*cellfields->immersedParticles);
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) {
+    if (std::system(("mkdir -p " + global.checkpointDirectory).c_str()) != 0) std::exit(1);
+    std::ofstream data(global.checkpointDirectory + "particleField.dat", std::ios::binary);
+    for (auto const& part : all)
+      data.write(reinterpret_cast<const char*>(part.data()), part.size() * sizeof(part[0]));
+    std::ofstream xml(global.checkpointDirectory + "checkpoint.xml");
+    xml << "<?xml version=\"1.0\" ?>\n<Checkpoint>\n";
+    writeElement(xml, cfg->root());
+    xml << "<General><Iteration>" << iter
+        << "</Iteration><OutDirectory>./</OutDirectory></General></Checkpoint>\n";
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+/// Counts cells in files, as HemoCell does: without a file the number is undefined.
+inline void HemoCell::loadCheckPoint() {
+  std::ifstream data(global.checkpointDirectory + "particleField.dat", std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(data)), std::istreambuf_iterator<char>());
+  MultiParticleField& field = *cellfields->immersedParticles;
+  for (const plb::plint id : field.getLocalInfo().getBlocks()) {
+    HemoCellParticleField& block = field.getComponent(id);
+    block.removeParticles(block.getBoundingBox());
+    HemoCellParticle::serializeValues_t one;
+    for (std::size_t at = 0; at < bytes.size(); at += sizeof one) {
+      std::copy(bytes.data() + at, bytes.data() + at + sizeof one, reinterpret_cast<char*>(&one));
+      if (block.isContainedABS(one.position, block.localDomain)) block.addParticle(one);
+    }
+  }
+  cellfields->number_of_cells = 0;
+  for (unsigned int t = 0; t < cellfields->size(); ++t) {
+    int count = 65528;
+    std::ifstream pos((*cellfields)[t]->name + ".pos");
+    if (pos) pos >> count;
+    cellfields->number_of_cells += count;
+  }
+  cellfields->syncEnvelopes();
+  cellfields->deleteIncompleteCells();
 }
 
 }  // namespace hemo

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file How the plug-in stops. Part of packMesh/hemocell.h. C++11.
+#pragma once
+
+#include <mpi.h>
+
+#include <cstdlib>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include "packMesh/hemocell_system.h"
+#include "packMesh/plugin_messages.h"
+
+namespace packmesh {
+
+/// Why a function of the plug-in failed; thrown on all ranks, if throwFailures() was called.
+class Failure : public std::runtime_error {
+ public:
+  Failure(int exitCode, const std::string& message) : std::runtime_error(message), exitCode_(exitCode) {}
+  /// Exit code of the program packMesh for this failure; 70: HemoCell did not keep every cell.
+  int exitCode() const { return exitCode_; }
+
+ private:
+  int exitCode_;
+};
+
+namespace plugin {
+
+inline bool& failuresAreThrown() {
+  static bool thrown = false;
+  return thrown;
+}
+
+/// All ranks call, with the same message.
+[[noreturn]] inline void stop(int code, const std::string& message) {
+  if (failuresAreThrown()) throw Failure(code, message);
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) std::cerr << "(packMesh) (Error) " << message << std::endl;
+  std::exit(code);
+}
+
+/// Stops on all ranks, with the message of the lowest rank that failed. All ranks call.
+inline void stopIfFailed(const Filling& filling) {
+  int code = filling.exitCode;
+  MPI_Allreduce(MPI_IN_PLACE, &code, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  const std::string message = agreed(filling.message);
+  if (code != 0) stop(code, message);
+}
+
+}  // namespace plugin
+
+/// From now on failures are thrown as Failure, on all ranks, for the case to catch. Otherwise the plug-in
+/// prints the message and ends the program by std::exit(). All ranks call. (If a rank fails alone,
+/// MPI_Abort() ends the others in either case.)
+inline void throwFailures(bool thrown = true) {
+  plugin::failuresAreThrown() = thrown;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A bug of HemoCell 2.7 in the exchange of particles across periodic faces between ranks.
+#pragma once
+
+#include "packMesh/hemocell_system.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::plugin {
+
+/// Whether HemoCell is going to lose cells at the first iteration. It shifts the particles that a rank
+/// receives from another one by the period in the buffer itself, for each pair of blocks and each image of a
+/// block in turn, so that all after the first are shifted repeatedly (docs/explanation/proposals.md). This
+/// does no harm where a block spans the period: the block then makes the images itself. Collective.
+bool losesCells(const System& system, const Communicator& ranks);
+
+/// Warns if so, and says what helps. Collective.
+void warnOfLostCells(const System& system, const Communicator& ranks);
+
+}  // namespace packmesh::plugin
