@@ -38,6 +38,7 @@ inline bool& failuresAreThrown() {
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   if (rank == 0) std::cerr << "(packMesh) (Error) " << message << std::endl;
+  MPI_Barrier(MPI_COMM_WORLD);  // else mpirun ends rank 0 before it has written
   std::exit(code);
 }
 
