@@ -58,7 +58,7 @@ void warnOfLostCells(const System& system, const Communicator& ranks) {
   if (ranks.alone() || !losesCells(system, ranks)) return;
   const int axes = int(system.periodic[0]) + int(system.periodic[1]) + int(system.periodic[2]);
   hemocell::log::warning(fmt::format(
-      "HemoCell 2.7 deletes cells at periodic faces in the first iteration: with {} on {} ranks, ranks "
+      "HemoCell 2.7 can delete cells at periodic faces in the first iteration: with {} on {} ranks, ranks "
       "exchange "
       "particles across these faces more than once, and HemoCell then shifts them repeatedly. Run on one "
       "rank, {}, or "

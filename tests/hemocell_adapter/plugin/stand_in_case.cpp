@@ -97,7 +97,7 @@ void build(hemo::HemoCell& hemocell, const Lumen& lumen, const int counts[3], bo
         blocks.bulk.push_back({part(b.x0, b.x1, i, counts[0]), part(b.x0, b.x1, i + 1, counts[0]) - 1,
                                part(b.y0, b.y1, j, counts[1]), part(b.y0, b.y1, j + 1, counts[1]) - 1,
                                part(b.z0, b.z1, k, counts[2]), part(b.z0, b.z1, k + 1, counts[2]) - 1});
-        blocks.rank.push_back(static_cast<int>(id) % having);
+        blocks.rank.push_back(static_cast<int>(id) * having / (counts[0] * counts[1] * counts[2]));
         if (blocks.rank.back() != rank) continue;
         const plb::Box3D bulk = blocks.bulk.back();
         hemocell.lattice->local.blocks.push_back(id);

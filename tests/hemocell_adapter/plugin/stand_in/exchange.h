@@ -25,7 +25,8 @@ inline void shift(HemoCellFields& fields, const Image& image, Values& values) {
 }
 
 /// Whether the nodes `from`, moved by an image, meet the envelope around the nodes `to`.
-inline bool reaches(HemoCellFields& fields, const plb::Box3D& from, const Image& image, const plb::Box3D& to) {
+inline bool reaches(HemoCellFields& fields, const plb::Box3D& from, const Image& image,
+                    const plb::Box3D& to) {
   const plb::Box3D box = fields.hemocell.lattice->getBoundingBox();
   const plb::plint n[3] = {box.x1 - box.x0 + 1, box.y1 - box.y0 + 1, box.z1 - box.z0 + 1};
   const plb::plint lo[3] = {from.x0, from.y0, from.z0}, hi[3] = {from.x1, from.y1, from.z1};
@@ -52,8 +53,8 @@ inline std::vector<Image> images(HemoCellFields& fields) {
 
 }  // namespace exchange
 
-/// One buffer from each rank, given to every pair of blocks and every image; then copies within this rank, of all
-/// that its blocks have received. Incomplete cells are deleted.
+/// One buffer from each rank, given to every pair of blocks and every image; then copies within this rank, of
+/// all that its blocks have received. Incomplete cells are deleted.
 inline void exchangeParticles(HemoCellFields& fields, Exchange how) {
   using namespace exchange;
   const plb::Blocks& blocks = fields.hemocell.lattice->getMultiBlockManagement().blocks;
