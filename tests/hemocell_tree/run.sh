@@ -55,7 +55,7 @@ if grep -E 'packMesh_executable|catCells|packMesh_manual|packmesh_python' "$scra
 borrow "$tree/build_plugin"
 "$cmake" --build "$tree/build_plugin" --parallel "$jobs" --target packMesh_hemocell > "$scratch/build_plugin.log"
 library=$(find "$tree/build_plugin/tools/packMesh" -name 'libpackMesh_hemocell.so')
-nm -DC "$library" | grep -q ' T packmesh::plugin::fill('
+nm -DC "$library" | grep ' T packmesh::plugin::fill(' > /dev/null
 if readelf -S "$library" | grep '\.debug_info'; then fail "debug information"; fi
 
 # Neither wrote into HemoCell's folders.
