@@ -240,7 +240,7 @@ Filling guarded(const System& system, const Request& request, const Work& work) 
 
 Filling distributed(const hemocell::Filling& packed, const System& system, const RunningCase& running,
                     const Communicator& ranks) {
-  warnOfLostCells(system, ranks);
+  hemocell::warnOfLostCells(system, ranks);
   Filling filling;
   filling.counts = packed.counts;
   filling.cells = Distribution(system, running, ranks)(packed.cells);

@@ -5,7 +5,7 @@
 
 #include "hemocell_adapter/base/log.h"
 
-namespace packmesh::plugin {
+namespace packmesh::hemocell {
 namespace {
 
 /// The nodes of a block, both ends included.
@@ -15,7 +15,8 @@ struct Extent {
 };
 
 /// Whether `from`, moved by `images` periods, meets the envelope of `to`.
-bool reaches(const Extent& from, const std::array<int, 3>& images, const Extent& to, const System& system) {
+bool reaches(const Extent& from, const std::array<int, 3>& images, const Extent& to,
+             const plugin::System& system) {
   for (int a = 0; a < 3; ++a) {
     const std::int64_t shift = images[a] * (system.last[a] - system.first[a] + 1);
     if (from.first[a] + shift > to.last[a] + system.particleEnvelope ||
@@ -27,9 +28,9 @@ bool reaches(const Extent& from, const std::array<int, 3>& images, const Extent&
 
 }  // namespace
 
-bool losesCells(const System& system, const Communicator& ranks) {
+bool losesCells(const plugin::System& system, const Communicator& ranks) {
   std::vector<Extent> mine;
-  for (const Block& block : system.blocks) mine.push_back({ranks.rank(), block.first, block.last});
+  for (const plugin::Block& block : system.blocks) mine.push_back({ranks.rank(), block.first, block.last});
   std::vector<int> exchanges(ranks.size(), 0);    // across periodic faces, with each rank
   std::vector<bool> needed(ranks.size(), false);  // some of them
   for (const Extent& from : ranks.gatherAll(mine)) {
@@ -54,10 +55,10 @@ bool losesCells(const System& system, const Communicator& ranks) {
   return ranks.any(loses);
 }
 
-void warnOfLostCells(const System& system, const Communicator& ranks) {
+void warnOfLostCells(const plugin::System& system, const Communicator& ranks) {
   if (ranks.alone() || !losesCells(system, ranks)) return;
   const int axes = int(system.periodic[0]) + int(system.periodic[1]) + int(system.periodic[2]);
-  hemocell::log::warning(fmt::format(
+  log::warning(fmt::format(
       "HemoCell 2.7 can delete cells at periodic faces in the first iteration: with {} on {} ranks, ranks "
       "exchange "
       "particles across these faces more than once, and HemoCell then shifts them repeatedly. Run on one "
@@ -70,4 +71,4 @@ void warnOfLostCells(const System& system, const Communicator& ranks) {
                 : "call setSystemPeriodicity(axis, false) for all axes but one"));
 }
 
-}  // namespace packmesh::plugin
+}  // namespace packmesh::hemocell
