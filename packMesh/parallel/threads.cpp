@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -12,6 +13,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "packMesh/parallel/cores.h"
 
 namespace packmesh {
 namespace {
@@ -23,10 +26,17 @@ constexpr int looksBeforeSleep = 2000;
 }  // namespace
 
 struct Threads::Team {
-  explicit Team(int count) {
+  explicit Team(int most) : count(most), looks(most > availableCores() ? 0 : looksBeforeSleep) {}
+
+  /// Starts threads until there are `threads` with the calling one. Pre: no loop is running
+  void grow(std::int64_t threads) {
     try {
-      for (int thread = 1; thread < count; ++thread) others.emplace_back([this, thread] { serve(thread); });
+      while (static_cast<std::int64_t>(others.size()) + 1 < threads) {
+        const int thread = static_cast<int>(others.size()) + 1;
+        others.emplace_back([this, thread, last = loop.load()] { serve(thread, last); });
+      }
     } catch (const std::system_error&) {  // no resources for more: those there are do the work
+      count = static_cast<int>(others.size()) + 1;
     }
   }
 
@@ -66,7 +76,7 @@ struct Threads::Team {
   /// Waits until ready(), which others make true before they notify `by`.
   template <class Ready>
   void await(std::condition_variable& by, Ready&& ready) {
-    for (int look = 0; look < looksBeforeSleep; ++look) {
+    for (int look = 0; look < looks; ++look) {
       if (ready()) return;
       std::this_thread::yield();
     }
@@ -74,8 +84,9 @@ struct Threads::Team {
     by.wait(lock, ready);
   }
 
-  void serve(int thread) {
-    for (std::int64_t last = 0;;) {
+  /// @param last number of the loop before the first one to help with
+  void serve(int thread, std::int64_t last) {
+    for (;;) {
       await(begun, [&] { return loop != last; });
       last = loop;
       if (over) return;
@@ -89,6 +100,7 @@ struct Threads::Team {
   }
 
   void run(std::int64_t itemsOfLoop, const std::function<void(std::int64_t, int)>& workOfLoop) {
+    grow(std::min<std::int64_t>(itemsOfLoop, count));
     {
       const std::lock_guard lock(mutex);
       work = &workOfLoop;
@@ -105,6 +117,8 @@ struct Threads::Team {
   }
 
   const pid_t process = getpid();
+  int count;        ///< of threads, at most
+  const int looks;  ///< none if threads have to share cores
   std::vector<std::thread> others;
   std::mutex mutex;
   std::condition_variable begun, ended;
@@ -122,7 +136,7 @@ struct Threads::Team {
 Threads::Threads(int count) : team_(count > 1 ? std::make_shared<Team>(count) : nullptr) {}
 
 int Threads::count() const {
-  return team_ ? static_cast<int>(team_->others.size()) + 1 : 1;
+  return team_ ? team_->count : 1;
 }
 
 void Threads::run(std::int64_t items, const std::function<void(std::int64_t, int)>& work) const {

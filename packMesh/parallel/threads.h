@@ -18,10 +18,11 @@ class Threads {
  public:
   /// The calling thread alone.
   Threads() = default;
-  /// The calling thread and `count` - 1 others, which are started here; fewer if the system permits no more.
-  /// Pre: count >= 1
+  /// The calling thread and up to `count` - 1 others. They are started when a loop has items for them: there
+  /// are never more than the longest loop had items, and fewer if the system permits no more. Pre: count >= 1
   explicit Threads(int count);
 
+  /// The largest number of threads of a loop; the number of those that PerThread needs values for.
   int count() const;
   bool alone() const { return team_ == nullptr; }
 

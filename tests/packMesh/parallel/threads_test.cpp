@@ -6,6 +6,8 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -48,6 +50,29 @@ TEST_CASE("Parts of a loop cover its items without overlap", "[parallel]") {
         10);
     for (const std::atomic<int>& times : done) REQUIRE(times == 1);
   }
+}
+
+TEST_CASE("Threads are started when there are items for them", "[parallel]") {
+  const auto running = [] {
+    const std::filesystem::directory_iterator tasks("/proc/self/task");
+    return std::distance(begin(tasks), end(tasks));
+  };
+  const auto before = running();
+  const Threads threads(1000);
+  REQUIRE(threads.count() == 1000);
+  REQUIRE(running() == before);
+  std::atomic<int> done{0};
+  const auto loop = [&](std::int64_t items) {
+    done = 0;
+    threads.forEach(items, [&](std::int64_t, int) { ++done; });
+    REQUIRE(done == items);
+  };
+  loop(1);
+  REQUIRE(running() == before);
+  loop(3);
+  REQUIRE(running() == before + 2);
+  for (const std::int64_t items : {2, 5, 4, 1, 5}) loop(items);
+  REQUIRE(running() == before + 4);
 }
 
 TEST_CASE("Each of many loops sees what the one before has written", "[parallel]") {
