@@ -54,7 +54,8 @@ double millisecondsAt(double fraction) {
 /// Volume available to a species, from a random sample of the lumen.
 struct RoomSample {
   double share = 1.0;         ///< fraction of the lumen that is available to a body
-  double effective = 1.0;     ///< the same without the empty layer
+  double volume = 0.0;        ///< the same [µm³]
+  double effective = 0.0;     ///< the same without the empty layer [µm³]
   std::vector<Vec3> deepest;  ///< points far from the wall, the deepest first
 };
 
@@ -75,7 +76,7 @@ Vec3 evenlySpread(int i) {
 
 class LumenSample {
  public:
-  explicit LumenSample(const Container& container) : wall_(container.wall()) {
+  explicit LumenSample(const Container& container) : wall_(container.wall()), volume_(container.volume()) {
     if (!wall_) return;
     const Box bounds = container.bounds();
     for (int i = 0; i < points; ++i) {
@@ -85,12 +86,16 @@ class LumenSample {
       inside_.push_back(p);
       distances_.push_back(distance);
     }
+    // Cells are also in the continuation of the ends of a vessel, which its volume does not include.
+    volume_ = bounds.size().prod() * double(inside_.size()) / points;
   }
 
   /// @param wall of the species, nullptr: the container's @param clearance to it [µm]
   const RoomSample& room(const Wall* wall, double clearance) {
     const auto [it, isNew] = rooms_.try_emplace({wall, clearance});
-    if (isNew && wall_) it->second = measured(wall, clearance);
+    if (!isNew) return it->second;
+    it->second.volume = it->second.effective = volume_;
+    if (wall_) it->second = measured(wall, clearance);
     return it->second;
   }
 
@@ -108,7 +113,8 @@ class LumenSample {
     }
     const double all = std::max<double>(1.0, double(inside_.size()));
     room.share = double(bodies) / all;
-    room.effective = double(effective) / all;
+    room.volume = room.share * volume_;
+    room.effective = double(effective) / all * volume_;
     const std::size_t some = std::min(trials, depths.size());
     std::partial_sort(depths.begin(), depths.begin() + std::ptrdiff_t(some), depths.end(), std::greater<>());
     for (std::size_t k = 0; k < some; ++k) room.deepest.push_back(inside_[depths[k].second]);
@@ -116,6 +122,7 @@ class LumenSample {
   }
 
   const Wall* wall_;
+  double volume_;  ///< where cells can be [µm³]
   std::vector<Vec3> inside_;
   std::vector<double> distances_;  ///< of them to wall_ [µm]
   std::map<std::pair<const Wall*, double>, RoomSample> rooms_;
@@ -174,12 +181,14 @@ Forecast forecastOf(const Scene& scene, LumenSample& sample) {
     forecast.cells += species.count;
     volume += n * own;
     forecast.roomShares.push_back(1.0);
+    forecast.roomVolumes.push_back(lumen);
     if (species.count == 0) continue;
     const RoomSample& room = sample.room(species.wall.get(), species.wallClearance(scene.demanded.wall));
     forecast.roomShares.back() = room.share;
+    forecast.roomVolumes.back() = room.volume;
     const double grown = n * (own + 0.5 * scene.demanded.membranes * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
-        room.effective > 0.0 ? grown / (lumen * room.effective) : std::numeric_limits<double>::infinity();
+        room.effective > 0.0 ? grown / room.effective : std::numeric_limits<double>::infinity();
   }
   forecast.fraction = volume / lumen;
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
@@ -200,24 +209,22 @@ Forecast forecastOf(const Scene& scene, LumenSample& sample) {
 std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast) {
   constexpr double worthTelling = 0.995;
   std::vector<std::string> lines;
-  const double lumen = scene.lumen.container->volume();
   for (std::size_t s = 0; s < scene.species.size(); ++s)
     if (forecast.roomShares[s] < worthTelling)
       lines.push_back(
           fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
                       "HemoCell's rules exclude the rest",
-                      scene.species[s].name, forecast.roomShares[s], forecast.roomShares[s] * lumen));
+                      scene.species[s].name, forecast.roomShares[s], forecast.roomVolumes[s]));
   return lines;
 }
 
 /// Why the cells cannot be packed by any method; nothing if this is not known.
 std::optional<std::string> impossible(const Scene& scene, const Forecast& forecast, LumenSample& sample) {
-  const double lumen = scene.lumen.container->volume();
   for (std::size_t s = 0; s < scene.species.size(); ++s) {
     const CellSpecies& species = scene.species[s];
     if (species.count <= std::int64_t(species.fixed.size())) continue;
     const double volume = double(species.count) * species.shape->volume();
-    if (volume > forecast.roomShares[s] * lumen)
+    if (volume > forecast.roomVolumes[s])
       return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
                          volume);
     if (!findsPlace(scene, species,

@@ -18,9 +18,10 @@ struct Forecast {
   /// and each species has the part of the lumen in which its bodies can be, minus a layer at its wall.
   /// Infinite if nothing remains.
   double effectiveFraction = 0.0;
-  std::vector<double> roomShares;  ///< of the lumen, where bodies of each species may be
-  std::optional<double> seconds;   ///< CPU of one core; empty beyond `possible`
-  double megabytes = 0.0;          ///< of all ranks together
+  std::vector<double> roomShares;   ///< of the lumen, where bodies of each species may be
+  std::vector<double> roomVolumes;  ///< the same [µm³]; includes continuations of the ends of a vessel
+  std::optional<double> seconds;    ///< CPU of one core; empty beyond `possible`
+  double megabytes = 0.0;           ///< of all ranks together
 
   /// Up to `easy` a packing of red cells takes hundreds of sweeps; above `possible` no packing of a thousand
   /// cells at random has been achieved.

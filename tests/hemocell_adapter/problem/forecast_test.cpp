@@ -130,6 +130,20 @@ TEST_CASE("A forecast accounts for the volume that HemoCell excludes near solid 
   CHECK_THAT(far.out, Contains("RBC can be in 0.") && Contains("Probably infeasible"));
 }
 
+TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[executable]") {
+  const SampleCase folder;
+  // The lattice is longer than the STL by three nodes of 0.5 µm, in which there are cells as well.
+  constexpr double length = 24.0, continuation = 1.5;
+  const Scene scene = planned({(folder.path() / "config.xml").string(), "--hematocrit", "0.3", "--plt_ratio",
+                               "0", "--wall-clearance", "0", "--clearance", "0"});
+  const double stl = scene.lumen.container->volume();
+  REQUIRE(scene.lumen.container->bounds().size().x() == Approx(length + continuation));
+  const Forecast f = forecastOf(scene);
+  const double share = f.roomShares.at(0);
+  CHECK(f.roomVolumes.at(0) == Approx(share * stl * (length + continuation) / length).epsilon(0.005));
+  CHECK(f.fraction * stl < f.effectiveFraction * f.roomVolumes[0]);
+}
+
 TEST_CASE("A forecast gives no time for infeasible requests and rejects those beyond any known packing",
           "[forecast]") {
   const Scene scene = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95",
