@@ -10,10 +10,11 @@ mkdir -p "$scratch"
 cp -r "$examples/cluster" "$scratch/interrupted"
 cp -r "$examples/cluster" "$scratch/whole"
 for run in interrupted whole; do
-  "$here/../../scripts/make_tube.sh" 20 10 > "$scratch/$run/tube.stl"
+  "$here/../../scripts/make_tube.sh" 60 10 > "$scratch/$run/tube.stl"
 done
+PATH="$here/../examples/stand_ins:$bin:$PATH"
 cd "$scratch/interrupted"
-PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
+sbatch job.sh
 grep -q "job 1 continues from state.h5" slurm-1.out
 grep -qF "to continue: packMesh --restart" slurm-1.out
 test ! -e state.h5
@@ -21,7 +22,7 @@ cp -r "$examples/cluster" "$scratch/series"
 cp "$scratch/whole/tube.stl" "$scratch/series"
 cd "$scratch/series"
 sed -i 's|<packing>|<packing> <realisations> 2 </realisations>|' config.xml
-PATH="$here/../examples/stand_ins:$bin:$PATH" sbatch job.sh
+sbatch job.sh
 grep -q "job 1 continues from realisation_1/state.h5" slurm-1.out
 grep -q "Realisations: 2 of 2 written" slurm-1.out
 test ! -e realisation_1/state.h5
@@ -32,3 +33,24 @@ cd "$scratch/whole"
 cmp RBC.pos "$scratch/interrupted/RBC.pos"
 cmp PLT.pos "$scratch/interrupted/PLT.pos"
 cmp RBC.pos "$scratch/series/realisation_1/RBC.pos"
+
+# SIGTERM to srun itself loses the work, as with Slurm: a job must not send it.
+cp -r "$examples/cluster" "$scratch/killed"
+cp "$scratch/whole/tube.stl" "$scratch/killed"
+cd "$scratch/killed"
+export SLURM_STAND_IN=$PWD SLURM_JOB_ID=1
+srun --mpi=pmix packMesh config.xml --state state.h5 > out.txt 2>&1 &
+step=$!
+until grep -q "Requested clearance:" out.txt; do kill -0 "$step"; sleep 0.02; done
+kill -TERM "$step"
+status=0
+wait "$step" || status=$?
+test "$status" -eq 137
+grep -qF "srun: forcing job termination" out.txt
+test ! -e state.h5
+
+# Without --mpi=pmix, srun starts unconnected copies.
+status=0
+SLURM_NTASKS=2 srun packMesh config.xml > out.txt 2>&1 || status=$?
+test "$status" -eq 6
+grep -qF -e "Add --mpi=pm" out.txt
