@@ -2,9 +2,10 @@
 // The packMesh executable: understands the command line, does the job, tells scripts how it went.
 #include <fmt/format.h>
 
-#include <cstdlib>
+#include <chrono>
 #include <limits>
 #include <optional>
+#include <thread>
 
 #include "hemocell_adapter/app/run.h"
 #include "hemocell_adapter/base/exit_codes.h"
@@ -17,6 +18,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/version.h"
 #include "packMesh/parallel/arrival.h"
+#include "packMesh/parallel/launcher.h"
 #include "packMesh/parallel/mpi_session.h"
 
 #ifdef __GLIBC__
@@ -37,12 +39,13 @@ void keepFreedMemory() {
 #endif
 }
 
-/// Whether an MPI launcher started this program as one of several ranks. If not, MPI is not initialised,
-/// which would take longer than many packings.
-bool startedAsRanks() {
-  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
-    if (const char* text = std::getenv(variable)) return std::atoi(text) > 1;
-  return std::getenv("PMIX_RANK") != nullptr;
+/// Of a task that a launcher started without connecting it to the others: one tells the user.
+ExitCode tellNotConnected(const LaunchedTasks& tasks) {
+  if (tasks.number == 0)
+    log::error(notConnectedText(tasks));
+  else  // launchers can end all tasks with the first one
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+  return ExitCode::notConnected;
 }
 
 ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
@@ -118,11 +121,13 @@ int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + (argc > 0), argv + argc);
   std::optional<MpiSession> mpi;
   Communicator ranks;
-  if (startedAsRanks()) {
+  const LaunchedTasks tasks = launchedTasks();
+  if (canBeRanks(tasks)) {
     mpi.emplace();
     ranks = Communicator::world();
     if (ranks.rank() > 0) log::setLevel(log::Level::silent);
   }
+  if (tasks.several() && ranks.size() == 1) return int(tellNotConnected(tasks));
   const ExitCode code = runAndTell(argc > 0 ? argv[0] : "packMesh", arguments, ranks);
   ignoreInterruption();
   return int(code);

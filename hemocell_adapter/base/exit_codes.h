@@ -13,6 +13,7 @@ enum class ExitCode {
   outOfReach = 3,
   faultsFound = 4,
   cannotWrite = 5,
+  notConnected = 6,
   internal = 70,
   interrupted = 130,
 };
@@ -32,6 +33,7 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
      "HemoCell deletes "
      "(not counted where cells can cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
+    {ExitCode::notConnected, "several copies were started, but not as ranks of MPI: nothing written"},
     {ExitCode::internal, "internal error"},
     {ExitCode::interrupted, "interrupted: no .pos file written"},
 };

@@ -22,8 +22,17 @@ void together(const Communicator& ranks, const std::function<void()>& work);
 /// Only rank 0 executes `work`. Collective. @throws AgreedFailure on all ranks if it fails
 void onFirstRank(const Communicator& ranks, const std::function<void()>& work);
 
-/// The threads of each rank. @param requested if empty: OMP_NUM_THREADS; if that is not set either: as many
-/// as there are cores for a single rank, one for each of several
+/// For a program that uses MPI itself. @throws AgreedFailure if a launcher started several copies of it which
+/// MPI does not connect: each would do all the work. Pre: MPI is initialised
+void requireConnected();
+
+/// The largest number of threads that a user can request.
+inline constexpr int maxThreads = 1024;
+
+/// The threads of each rank. There are not more than four per core, or sixteen: more never help.
+/// @param requested if empty: OMP_NUM_THREADS; if that is not set: SLURM_CPUS_PER_TASK, as far as the rank
+/// may use so many cores; otherwise as many as there are cores for a single rank, one for each of several
+/// @throws UsageError if OMP_NUM_THREADS is not 1 ... maxThreads
 Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

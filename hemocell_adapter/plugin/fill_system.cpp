@@ -219,6 +219,7 @@ Filling guarded(const System& system, const Request& request, const Work& work) 
   Arrival failures(ranks);
   Filling filling;
   try {
+    hemocell::requireConnected();
     filling = work(caseOf(system, request, ranks), ranks);
   } catch (const hemocell::AgreedFailure& failure) {
     filling.exitCode = int(failure.code());

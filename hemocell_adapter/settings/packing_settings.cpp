@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
@@ -105,9 +106,9 @@ std::vector<Setting> limitSettings() {
               "the same as --max-iterations, under the name it has in packCells")
           .withoutTag()
           .alsoOfPackCells(),
-      setting("threads", &R::threads, integer("n", "threads", 1, 1024),
+      setting("threads", &R::threads, integer("n", "threads", 1, maxThreads),
               "threads of each rank; the packing does not depend on their number")
-          .byDefault("OMP_NUM_THREADS, or all cores; with several ranks one")
+          .byDefault("OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, or all cores; with several ranks one")
           .withoutTag(),
       flagSetting("best-effort", &R::bestEffort,
                   "if the request is not feasible, write the densest certified packing that was found"),

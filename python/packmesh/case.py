@@ -145,8 +145,8 @@ def pack(
         max_time: time limit; if not all cells fit, fewer are packed, which can take as long again
         max_iterations: of sweeps or growth iterations
         best_effort: return the densest packing that was found instead of raising InfeasibleError
-        threads: of this process (OMP_NUM_THREADS, or as many as there are cores; with several ranks one); the packing
-            does not depend on it
+        threads: of this process (OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, or as many as there are cores; with several ranks
+            one); the packing does not depend on it
     More:
         tile: numbers of copies of a periodic box along x, y, z, in a larger box
         state, checkpoint_every, restart: a state file that is written, at which interval, and one to continue from (without

@@ -44,6 +44,7 @@ const char* classOf(ExitCode code) {
   switch (code) {
     case ExitCode::usage:
     case ExitCode::badInput:
+    case ExitCode::notConnected:  // the communicator is not what its caller believes
       return "InputError";
     case ExitCode::outOfReach:
       return "InfeasibleError";

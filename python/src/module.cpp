@@ -43,7 +43,9 @@ namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 using Held = std::shared_ptr<HeldPacking>;
 
+/// @param mpi address of an MPI_Comm; 0: none
 Communicator ranksOf(std::uintptr_t mpi) {
+  if (mpi) requireConnected();
   return mpi ? Communicator::copyOf(reinterpret_cast<const void*>(mpi)) : Communicator();
 }
 

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/parallel/launcher.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+namespace packmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool isSet(const char* variable) {
+  return std::getenv(variable) != nullptr;
+}
+
+/// The number in a variable, if it is one.
+std::optional<int> numberIn(const char* variable) {
+  const char* text = std::getenv(variable);
+  if (!text) return {};
+  char* end = nullptr;
+  const long value = std::strtol(text, &end, 10);
+  if (end == text || *end != '\0' || value < 0) return {};
+  return static_cast<int>(std::min(value, 1L << 30));
+}
+
+/// "Open MPI v4.1.4", "MPICH Version: 4.0.2"
+std::string mpiLibrary() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING] = {};
+  int length = 0;
+  MPI_Get_library_version(text, &length);
+  std::string name(text);
+  name.resize(std::min(name.find_first_of(",\n"), name.size()));
+  for (std::size_t tab; (tab = name.find('\t')) != std::string::npos;) name.replace(tab, 1, " ");
+  return name;
+}
+
+bool isOpenMpi() {
+  return mpiLibrary().rfind("Open MPI", 0) == 0;
+}
+
+/// False if Open MPI was surely built without Slurm's PMI-2: other components are files beside its library,
+/// this one is not.
+bool openMpiMayHavePmi2() {
+  if (mpiLibrary().rfind("Open MPI v4", 0) != 0) return false;  // later versions have PMIx only
+  Dl_info library;
+  if (dladdr(dlsym(RTLD_DEFAULT, "MPI_Init"), &library) == 0) return true;
+  std::error_code ignored;
+  for (const auto& beside :
+       fs::directory_iterator(fs::canonical(library.dli_fname, ignored).parent_path(), ignored)) {
+    if (beside.path().filename().string().rfind("openmpi", 0) != 0) continue;
+    for (const auto& file : fs::recursive_directory_iterator(beside.path(), ignored))
+      if (file.path().filename() == "mca_pmix_isolated.so")
+        return fs::exists(file.path().parent_path() / "mca_pmix_s2.so", ignored);
+  }
+  return true;
+}
+
+}  // namespace
+
+LaunchedTasks launchedTasks() {
+  // mpirun starts its daemons by srun: its tasks have variables of Slurm, too. Its own are read first.
+  if (const auto count = numberIn("OMPI_COMM_WORLD_SIZE"))
+    return {Launcher::ofOpenMpi, false, *count, numberIn("OMPI_COMM_WORLD_RANK").value_or(0)};
+  if (isSet("MPI_LOCALNRANKS") && isSet("PMI_SIZE"))
+    return {Launcher::hydra, false, numberIn("PMI_SIZE").value_or(1), numberIn("PMI_RANK").value_or(0)};
+  // The shell of srun --pty is a single process, whatever the number of tasks.
+  if (isSet("SLURM_PTY_PORT")) return {};
+  // Batch scripts have variables of Slurm, but are no step.
+  const auto steps = numberIn("SLURM_STEP_NUM_TASKS");
+  const auto ofPmix = numberIn("PMIX_RANK");
+  if (steps)
+    return {ofPmix            ? Launcher::pmix
+            : isSet("PMI_FD") ? Launcher::slurmPmi2
+                              : Launcher::slurm,
+            true, *steps, numberIn("SLURM_PROCID").value_or(0)};
+  if (ofPmix) return {Launcher::pmix, false, *ofPmix + 1, *ofPmix};
+  return {Launcher::none, false, numberIn("PMI_SIZE").value_or(1), numberIn("PMI_RANK").value_or(0)};
+}
+
+bool canBeRanks(const LaunchedTasks& tasks) {
+  switch (tasks.launcher) {
+    case Launcher::pmix:
+      return tasks.several() || !tasks.bySlurm;  // others do not state the number of tasks
+    case Launcher::hydra:
+      return tasks.several() && !isOpenMpi();
+    case Launcher::slurm:
+      return tasks.several() && !isOpenMpi();  // others can ask srun by PMI-1
+    case Launcher::slurmPmi2:
+      return tasks.several() && (!isOpenMpi() || openMpiMayHavePmi2());
+    case Launcher::ofOpenMpi:
+    case Launcher::none:
+      break;
+  }
+  return tasks.several();
+}
+
+bool areConnected(const LaunchedTasks& tasks) {
+  int size = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  return size > 1 || !tasks.several();
+}
+
+std::string notConnectedText(const LaunchedTasks& tasks) {
+  const std::string library = mpiLibrary();
+  std::string text = fmt::format(
+      "{} started {} copies of the program, but {} does not connect them; nothing was packed or written. ",
+      tasks.bySlurm ? "srun" : "mpirun", tasks.count, library);
+  const char* type = isOpenMpi() ? "pmix" : "pmi2";
+  const bool tried = tasks.launcher == (isOpenMpi() ? Launcher::pmix : Launcher::slurmPmi2);
+  if (!tasks.bySlurm)
+    text += fmt::format("Start it with the mpirun of {} (mpirun --version)", library);
+  else if (tried)
+    text += fmt::format(
+        "Slurm's --mpi={} does not suit this library: use its mpirun in the job instead of srun", type);
+  else
+    text += fmt::format(
+        "Add --mpi={}: srun --mpi={} ... (srun --mpi=list prints what Slurm offers); or use the mpirun of {} "
+        "in the job instead of srun",
+        type, type, library);
+  if (tasks.bySlurm) text += ". For a single copy, add --ntasks=1";
+  return text;
+}
+
+}  // namespace packmesh
