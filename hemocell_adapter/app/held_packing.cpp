@@ -107,11 +107,13 @@ Scene sceneOf(const HeldPacking& packing) {
 
 }  // namespace
 
-Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks) {
+Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks,
+                  const std::function<bool()>& interrupted) {
+  const Timer timer;
   Job job;
   together(ranks, [&] { job = jobInMemory(commandLine); });
   for (const std::string& warning : job.warnings) log::warning(warning);
-  Scene scene = builtScene(job, ranks);
+  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer, interrupted));
   if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
   return scene;
 }
@@ -120,7 +122,7 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
   const Timer timer;
   HeldPacking packing;
   packing.ranks = ranks;
-  Scene scene = sceneToPack(commandLine, ranks);
+  Scene scene = sceneToPack(commandLine, ranks, hooks.interrupted);
   packing.words = scene.commandWords;
   requireWritableState(scene, ranks);
   for (const std::string& line : headLines(scene, ranks.size())) log::info(line);

@@ -44,8 +44,11 @@ struct HeldPacking {
 /// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
 HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const RunHooks& hooks);
 
-/// The scene that packInMemory() would pack. All ranks call. @throws AgreedFailure, InputError
-Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks);
+/// The scene that packInMemory() would pack. All ranks call.
+/// @param interrupted polled meanwhile
+/// @throws AgreedFailure, InputError
+Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks,
+                  const std::function<bool()>& interrupted = {});
 
 /// The cells of a state file of a finished packing. All ranks call. @throws InputError
 HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& ranks);

@@ -163,7 +163,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   requireWritableFolders(job, ranks);
   const Locks locks = locksOf(job, ranks);
   for (const std::string& warning : job.warnings) log::warning(warning);
-  Scene scene = builtScene(job, ranks);
+  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer));
   if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
   onFirstRank(ranks, [&] { requireWritableOutputs(scene); });
   if (job.validate) {

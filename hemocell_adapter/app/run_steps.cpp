@@ -15,19 +15,23 @@
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/tiling.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/packing/pack.h"
 
 namespace packmesh::hemocell {
 namespace {
+
+std::string outOfTimeText(const Job& job, const Delivery& delivery) {
+  return fmt::format("the time limit of {} was reached before packing began; {}",
+                     durationText(job.maxSeconds), delivery.nothing);
+}
 
 /// Why there is nothing to hand out if not all cells could be packed.
 std::string failureText(const Scene& scene, const PackingResult& result, const Tally& tally,
                         const Delivery& delivery) {
   const Statistics& done = result.statistics;
   const bool begun = done.effort() > 0;
-  if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0)
-    return fmt::format("the time limit of {} was reached before packing began; {}",
-                       durationText(scene.maxSeconds), delivery.nothing);
+  if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0) return outOfTimeText(scene, delivery);
   return reachedText(scene, result, tally) +
          (result.cellCount == 0 ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
                                 : fmt::format("; {} ({})", delivery.nothing, delivery.bestEffort)) +
@@ -36,9 +40,21 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
 
 }  // namespace
 
-Scene builtScene(const Job& job, const Communicator& ranks) {
+std::function<void()> endOfPreparation(const Job& job, const Timer& timer,
+                                       std::function<bool()> interrupted) {
+  return [&job, &timer, asked = std::move(interrupted)] {
+    if (asked && asked()) throw Stopped({ExitCode::interrupted, "interrupted: nothing was written"});
+    if (job.maxSeconds > 0.0 && timer.wall() > job.maxSeconds)
+      throw Stopped({ExitCode::outOfReach, outOfTimeText(job, writtenToFiles)});
+  };
+}
+
+Scene builtScene(const Job& job, const Communicator& ranks, const std::function<void()>& poll) {
   std::optional<Scene> scene;
-  together(ranks, [&] { scene = buildScene(job, ranks); });
+  together(ranks, [&] {
+    const PollScope scope(poll);
+    scene = buildScene(job, ranks);
+  });
   for (const std::string& notice : scene->notices) log::warning(notice);
   return std::move(*scene);
 }

@@ -8,13 +8,20 @@
 
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/scene.h"
+#include "packMesh/core/timer.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
+/// A function that throws Stopped when the time limit of a job is reached, measured by `timer`, and when the
+/// caller asks for an end. References the job and the timer.
+std::function<void()> endOfPreparation(const Job& job, const Timer& timer,
+                                       std::function<bool()> interrupted = {});
+
 /// The scene of a job, with its notices logged. All ranks call. @throws AgreedFailure
-Scene builtScene(const Job& job, const Communicator& ranks);
+/// @param poll called again and again meanwhile; may throw to end the work (endOfPreparation())
+Scene builtScene(const Job& job, const Communicator& ranks, const std::function<void()>& poll = {});
 
 /// The cells of a result, on all ranks.
 struct Counted {

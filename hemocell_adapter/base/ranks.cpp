@@ -23,6 +23,8 @@ Failure failureOfException() {
     throw;
   } catch (const AgreedFailure& error) {
     return {error.code(), error.what()};
+  } catch (const Stopped& stopped) {
+    return {stopped.code(), stopped.what()};
   } catch (const UsageError& error) {
     return {ExitCode::usage, error.what()};
   } catch (const OutputError& error) {

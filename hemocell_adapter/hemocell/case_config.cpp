@@ -115,12 +115,20 @@ class StrayPacking : public tinyxml2::XMLVisitor {
       throw InputError(
           fmt::format("{}: found {}; it must be a child of <hemocell>", placeOf(element, file_),
                       parent ? fmt::format("in <{}>", parent->Name()) : "outside of <hemocell>"));
-    if (inRoot && name != "packing" && lowered(name) == "packing")
+    if (inRoot && isMisspelled(element, name))
       throw InputError(fmt::format("{}: unknown tag, did you mean <packing>?", placeOf(element, file_)));
     return !(inRoot && name == "packing");  // <packing> is read strictly later
   }
 
  private:
+  /// HemoCell ignores tags that it does not know, so a case may have tags of its own: one that is only
+  /// similar is an error if there is no section of the right name.
+  static bool isMisspelled(const XMLElement& element, const std::string& name) {
+    if (name == "packing") return false;
+    if (lowered(name) == "packing") return true;
+    return nearestName(name, {"packing"}) && !element.Parent()->FirstChildElement("packing");
+  }
+
   fs::path file_;
 };
 

@@ -61,12 +61,14 @@ TriangleMesh meshFromStl(TriangleMesh mesh, double dx);
 /// @param warnings if not null, receives the repairs of an STL
 /// @throws MeshError if an STL is not a closed surface
 std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx,
-                                       std::vector<std::string>* warnings = nullptr);
+                                       std::vector<std::string>* warnings = nullptr,
+                                       const Threads& threads = {});
 
 /// The template that a running HemoCell has built: as makeShape() makes it from `<Cell>.xml` in the working
 /// directory, if one of the constructions gives that mesh; otherwise from the mesh alone.
 /// @throws MeshError if the mesh is not a closed surface
-std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const std::string& name, double dx);
+std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const std::string& name, double dx,
+                                              const Threads& threads = {});
 
 /// The closed form used by makeShape for the template mesh `mesh` of `model`; empty for MESH_FROM_STL.
 std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMesh& mesh);
@@ -79,7 +81,7 @@ std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3);
 /// MESH_FROM_STL or not, and centred on its bounding box. Repairs are appended to `warnings`.
 /// @param dx as in buildTemplate
 std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
-                                               MeshFrame frame, double dx,
-                                               std::vector<std::string>& warnings);
+                                               MeshFrame frame, double dx, std::vector<std::string>& warnings,
+                                               const Threads& threads = {});
 
 }  // namespace packmesh::hemocell

@@ -8,6 +8,7 @@
 
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/units.h"
+#include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
@@ -91,18 +92,19 @@ ProfileSurface ellipsoidAround(const TriangleMesh& mesh, const Vec3& semiAxes) {
   return ellipsoidProfile(axes.x(), axes.y(), axes.z());
 }
 
-/// Reads and repairs a mesh file; repairs and errors are reported in coordinates of the file.
-TriangleMesh readSound(const std::filesystem::path& file, std::vector<std::string>& warnings) {
-  TriangleMesh mesh = readMesh(file);
+/// Repairs the mesh of a file; repairs and errors are reported in coordinates of the file.
+TriangleMesh repaired(TriangleMesh mesh, const std::filesystem::path& file,
+                      std::vector<std::string>& warnings) {
   const std::vector<std::string> repairs = repairClosed(mesh, file.string());
   warnings.insert(warnings.end(), repairs.begin(), repairs.end());
   return mesh;
 }
 
 /// HemoCell builds its template from the unrepaired file; the mesh used for packing is repaired afterwards.
-std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name) {
+std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name,
+                                          const Threads& threads) {
   repairClosed(built, name);
-  return std::make_shared<const Shape>(std::move(built));
+  return std::make_shared<const Shape>(built, threads);
 }
 
 }  // namespace
@@ -121,19 +123,20 @@ std::optional<ProfileSurface> profileOf(const CellModel& model, const TriangleMe
   return {};
 }
 
-std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx,
-                                       std::vector<std::string>* warnings) {
+std::shared_ptr<const Shape> makeShape(const CellModel& model, double dx, std::vector<std::string>* warnings,
+                                       const Threads& threads) {
   if (model.construction == Construction::meshFromStl) {
     std::vector<std::string> ignored;
-    readSound(model.stlFile, warnings ? *warnings : ignored);
-    return shapeFromStl(buildTemplate(model, dx), model.stlFile.string());
+    repaired(readMesh(model.stlFile), model.stlFile, warnings ? *warnings : ignored);
+    return shapeFromStl(buildTemplate(model, dx), model.stlFile.string(), threads);
   }
   TriangleMesh mesh = buildTemplate(model, dx);
   const ProfileSurface surface = *profileOf(model, mesh);
   return std::make_shared<const Shape>(std::move(mesh), surface);
 }
 
-std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const std::string& name, double dx) {
+std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const std::string& name, double dx,
+                                              const Threads& threads) {
   const auto isBuilt = [&](const TriangleMesh& other) {
     constexpr double rounding = 1e-7;  // of constructions that agree, as buildTemplate() says [µm]
     bool same = mesh.vertices.size() == other.vertices.size() && mesh.triangles == other.triangles;
@@ -145,14 +148,14 @@ std::shared_ptr<const Shape> makeShapeOfBuilt(const TriangleMesh& mesh, const st
                                           Construction::wbcSphere, Construction::meshFromStl}) {
     try {
       const CellModel model = readCellXml(name + ".xml", name, construction);
-      if (isBuilt(buildTemplate(model, dx))) return makeShape(model, dx);
+      if (isBuilt(buildTemplate(model, dx))) return makeShape(model, dx, nullptr, threads);
     } catch (const InputError&) {
       continue;  // its XML is not that of this construction
     }
   }
   TriangleMesh own = mesh;
   repairClosed(own, "the template of " + name);
-  return std::make_shared<const Shape>(std::move(own));
+  return std::make_shared<const Shape>(own, threads);
 }
 
 std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
@@ -171,29 +174,34 @@ std::shared_ptr<const Shape> makeEllipsoid(double e1, double e2, double e3) {
 }
 
 std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file, double scale,
-                                               MeshFrame frame, double dx,
-                                               std::vector<std::string>& warnings) {
+                                               MeshFrame frame, double dx, std::vector<std::string>& warnings,
+                                               const Threads& threads) {
   if (!std::isfinite(scale) || scale <= 0.0)
     throw InputError(
         fmt::format("{}: scale {}: expected the file's unit of length in µm", file.string(), scale));
-  TriangleMesh mesh = readSound(file, warnings);
+  TriangleMesh asRead = readMesh(file);
+  TriangleMesh mesh = repaired(asRead, file, warnings);
   const double extent = scale * boundingBox(mesh).size().maxCoeff();
   const std::string hint = unitHint(extent, scale, smallestCell, largestCell);
   if (!hint.empty())
     warnings.push_back(fmt::format("{}: with the factor {:.6g} the cell is {:.3g} µm long{}", file.string(),
                                    scale, extent, hint));
+  if (extent > specs::largestLength)
+    throw InputError(
+        fmt::format("{}: with the factor {:.6g} the cell is {:.3g} µm long, at most {:.0f} µm are "
+                    "possible; is the unit right?{}",
+                    file.string(), scale, extent, specs::largestLength, hint));
   if (frame == MeshFrame::hemocell) {
-    mesh = readMesh(file);
-    for (Vec3& v : mesh.vertices) v *= scale;
+    for (Vec3& v : asRead.vertices) v *= scale;
     try {
-      return shapeFromStl(meshFromStl(std::move(mesh), dx), file.string());
+      return shapeFromStl(meshFromStl(std::move(asRead), dx), file.string(), threads);
     } catch (const MeshError& error) {  // inflation deforms so small a cell
       throw MeshError(error.what() + hint);
     }
   }
   const Vec3 center = boundingBox(mesh).center();
   for (Vec3& v : mesh.vertices) v = scale * (v - center);
-  return std::make_shared<const Shape>(std::move(mesh));
+  return std::make_shared<const Shape>(mesh, threads);
 }
 
 }  // namespace packmesh::hemocell

@@ -25,16 +25,17 @@
 namespace packmesh::hemocell {
 namespace {
 
-std::shared_ptr<const Shape> shapeOf(const CellSpecies& species, double dx,
+std::shared_ptr<const Shape> shapeOf(const CellSpecies& species, double dx, const Threads& threads,
                                      std::vector<std::string>& warnings) {
   try {
     switch (species.kind) {
       case CellSpecies::Template::model:
-        return makeShape(species.model, dx, &warnings);
+        return makeShape(species.model, dx, &warnings, threads);
       case CellSpecies::Template::mesh:
-        return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, warnings);
+        return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, warnings,
+                                 threads);
       case CellSpecies::Template::built:
-        return makeShapeOfBuilt(species.builtMesh, species.name, dx);
+        return makeShapeOfBuilt(species.builtMesh, species.name, dx, threads);
       case CellSpecies::Template::ellipsoid:
         return makeEllipsoid(species.ellipsoidAxes.x(), species.ellipsoidAxes.y(), species.ellipsoidAxes.z());
     }
@@ -174,7 +175,7 @@ void buildSpecies(Scene& scene) {
   std::map<int, std::shared_ptr<const Acceptance>> acceptances;  // by distance from solid
   for (CellSpecies& species : scene.species) {
     std::shared_ptr<const Shape>& shape = shapes[keyOf(species)];
-    if (!shape) shape = shapeOf(species, scene.dx, scene.notices);
+    if (!shape) shape = shapeOf(species, scene.dx, scene.team, scene.notices);
     species.shape = shape;
     species.countedVolume = shape->volume();
     if (species.redCell && scene.redCellVolume) species.countedVolume = *scene.redCellVolume;

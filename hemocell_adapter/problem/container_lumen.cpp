@@ -41,7 +41,7 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
     throw InputError(fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
-  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices);
+  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices, job.capOpenings);
   if (solid.kind == SolidRequest::Kind::mesh) {
     const Vec3 size = body->bounds().size();
     if (const std::string hint = unitHint(size.maxCoeff(), solid.scale, smallestVessel, largestVessel);

@@ -15,20 +15,37 @@
 
 namespace packmesh::hemocell {
 
-TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
-                        std::vector<std::string>& notices, TriangleMesh* asRead) {
+VesselMesh readVessel(const std::filesystem::path& file, const std::string& where, bool capOpenings,
+                      std::vector<std::string>& notices) {
   try {
-    TriangleMesh mesh = readMesh(file);
-    if (asRead) *asRead = mesh;
-    for (const std::string& repair : repairClosed(mesh, file.string())) notices.push_back(repair);
+    VesselMesh mesh;
+    mesh.asRead = mesh.closed = readMesh(file);
+    for (const std::string& repair :
+         repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr))
+      notices.push_back(repair);
     return mesh;
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", where, error.what()));
   }
 }
 
+TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
+                        std::vector<std::string>& notices) {
+  return readVessel(file, where, false, notices).closed;
+}
+
+std::string cappedText(const std::filesystem::path& file, const std::vector<CappedOpening>& openings,
+                       double unit) {
+  if (openings.empty()) return {};
+  std::vector<std::string> areas;
+  for (const CappedOpening& opening : openings)
+    areas.push_back(fmt::format("{:.6g} µm²", opening.area * unit * unit));
+  return fmt::format("{}: capped {} flat opening{} ({}); --flat-openings refuse makes them errors",
+                     file.string(), openings.size(), openings.size() == 1 ? "" : "s", fmt::join(areas, ", "));
+}
+
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& notices) {
+                                           std::vector<std::string>& notices, bool capOpenings) {
   try {
     switch (solid.kind) {
       case SolidRequest::Kind::box:
@@ -47,7 +64,10 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", solid.where, error.what()));
   }
-  TriangleMesh mesh = readClosed(solid.file, solid.where, notices);
+  VesselMesh vessel = readVessel(solid.file, solid.where, capOpenings, notices);
+  if (std::string text = cappedText(solid.file, vessel.openings, solid.scale); !text.empty())
+    notices.push_back(std::move(text));
+  TriangleMesh mesh = std::move(vessel.closed);
   for (Vec3& v : mesh.vertices) v = solid.scale * v + solid.origin;
   const Box bounds = boundingBox(mesh);
   if (const double reach = std::max(bounds.hi.maxCoeff(), -bounds.lo.minCoeff());

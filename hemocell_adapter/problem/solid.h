@@ -9,6 +9,7 @@
 
 #include "hemocell_adapter/problem/job.h"
 #include "packMesh/container/container.h"
+#include "packMesh/mesh/flat_openings.h"
 
 namespace packmesh::hemocell {
 
@@ -17,13 +18,29 @@ namespace packmesh::hemocell {
 inline constexpr double vesselDetail = 0.5;
 
 /// A closed surface; what was repaired is added to `notices`.
-/// @param asRead if given, receives the mesh without repairs. @throws InputError that begins with `where`
+/// @throws InputError that begins with `where`
 TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
-                        std::vector<std::string>& notices, TriangleMesh* asRead = nullptr);
+                        std::vector<std::string>& notices);
+
+/// The closed surface of a vessel.
+struct VesselMesh {
+  TriangleMesh closed, asRead;          ///< in the unit of the file; asRead: without repairs
+  std::vector<CappedOpening> openings;  ///< that are closed
+};
+
+/// As readClosed(). @param capOpenings close flat openings
+VesselMesh readVessel(const std::filesystem::path& file, const std::string& where, bool capOpenings,
+                      std::vector<std::string>& notices);
+
+/// What is said of openings that were closed: their number and areas; empty if there are none.
+/// @param unit [µm per unit of their mesh]
+std::string cappedText(const std::filesystem::path& file, const std::vector<CappedOpening>& openings,
+                       double unit);
 
 /// A body as a separate container.
 /// @param periodic axes along which it is periodic
+/// @param capOpenings close flat openings of a mesh
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
-                                           std::vector<std::string>& notices);
+                                           std::vector<std::string>& notices, bool capOpenings = false);
 
 }  // namespace packmesh::hemocell

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "hemocell_adapter/hemocell/voxel_lumen.h"
 #include "hemocell_adapter/problem/solid.h"
 #include "packMesh/container/vessel.h"
@@ -51,13 +53,16 @@ Lumen vesselLumen(const Job& job) {
           fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
     }
   };
-  TriangleMesh asRead;
-  TriangleMesh stl = readClosed(*domain.geometry, domain.geometryWhere, lumen.notices, &asRead);
-  const bool repaired = !lumen.notices.empty() && isFilledByParity(asRead);
+  VesselMesh stl = readVessel(*domain.geometry, domain.geometryWhere, job.capOpenings, lumen.notices);
+  const bool repaired = !lumen.notices.empty() && isFilledByParity(stl.asRead);
+  const double extent = boundingBox(stl.closed).size()[std::clamp(domain.refDir, 0, 2)];
   VesselOnLattice vessel = located([&] {
-    return placeVessel(std::move(stl), domain.dx, domain.refDir, domain.refDirN,
-                       repaired ? &asRead : nullptr);
+    return placeVessel(std::move(stl.closed), domain.dx, domain.refDir, domain.refDirN,
+                       repaired ? &stl.asRead : nullptr);
   });
+  const double unit = domain.dx * domain.refDirN / extent;
+  if (std::string text = cappedText(*domain.geometry, stl.openings, unit); !text.empty())
+    lumen.notices.push_back(std::move(text));
   if (!lumen.notices.empty()) {
     lumen.notices.push_back(
         fmt::format("{}: HemoCell reads the file as it is; repair it there too", domain.geometry->string()));

@@ -195,6 +195,7 @@ class Parser {
                            ? "nothing to check: give a config.xml or --box sX sY sZ [µm]"
                            : "no container: give a config.xml or three sizes sX sY sZ [µm]");
     }
+    refuseMisspelledCheck();
     if (positionals_.size() == 1 && !toNumber(positionals_.front()) && !checkBox) {
       result_.configFile = positionals_.front();
       return;
@@ -212,6 +213,14 @@ class Parser {
     }
     if (ownLumen) throw UsageError("sizes sX sY sZ exclude --cylinder, --sphere and --vessel");
     result_.sizes = {positionals_[0], positionals_[1], positionals_[2]};
+  }
+
+  /// A word beside a file or sizes that is almost "check".
+  void refuseMisspelledCheck() const {
+    if (positionals_.size() < 2) return;
+    for (const std::string& word : positionals_)
+      if (result_.command != Command::check && nearestName(word, {"check"}))
+        throw UsageError(fmt::format("unknown command '{}', did you mean 'check'?", word));
   }
 
   const std::vector<std::string>& words_;

@@ -62,6 +62,8 @@ std::vector<Setting> lumenSettings() {
       setting("open-axis", {axis}, "axis along which the --vessel is open (flat caps at both ends)",
               setOpenAxis)
           .byDefault("closed on all sides"),
+      choiceSetting("flat-openings", &R::capOpenings, "kind", {{"cap", true}, {"refuse", false}},
+                    "flat openings in the mesh of a vessel; cap: they are closed; refuse: an error"),
       setting("walls", &R::walls, plain(Kind::axes, "axes"),
               "axes (xyz, or none) along which the box ends in walls")
           .byDefault("none for a box from the command line"),

@@ -74,6 +74,7 @@ struct RunSettings {
   std::optional<ContainerRequest> container;
   std::vector<RegionRequest> regions;  ///< a point belongs to the first region that contains it
   double cellFreeLayer = 0.0;          ///< minimum distance between red cells and the wall [µm]
+  bool capOpenings = true;             ///< close flat openings of the mesh of a vessel
   std::optional<bool> periodicEnds;
   std::optional<std::string> walls;  ///< axes that end in walls, as sorted letters
   bool keepAll = false;

@@ -59,8 +59,8 @@ struct Body {
       : name(obstacle.name),
         box(boundingBox(obstacle.surface)),
         spacing(std::max(0.25, std::cbrt(box.grownBy(gridMargin).volume() / 1e7))),
-        grid(sampleDistance(obstacle.surface, box.grownBy(gridMargin), spacing, gridMargin)),
-        hierarchy(obstacle.surface) {}
+        hierarchy(obstacle.surface),
+        grid(sampleDistance(hierarchy, box.grownBy(gridMargin), spacing, gridMargin)) {}
 
   WallDistance distance(const Vec3& p) const {
     const double toBox = distanceToBox(p, box);
@@ -76,8 +76,8 @@ struct Body {
   std::string name;
   Box box;
   double spacing;
-  DistanceGrid grid;
   MeshHierarchy hierarchy;
+  DistanceGrid grid;
 };
 
 const char* violationOf(MeshRelation relation) {

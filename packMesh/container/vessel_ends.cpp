@@ -10,6 +10,7 @@
 #include "packMesh/core/tolerances.h"
 #include "packMesh/core/vector_text.h"
 #include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/mesh/triangle_tree.h"
 
 namespace packmesh {
 namespace {
@@ -26,11 +27,21 @@ double distanceToSegment(const Eigen::Vector2d& p, const Segment& s) {
 /// The point of `from` furthest from `to`, and its distance.
 std::pair<double, Eigen::Vector2d> furthest(const std::vector<Segment>& from,
                                             const std::vector<Segment>& to) {
+  TriangleMesh segments;  // for the search: their boxes are those of triangles with two equal corners
+  for (const Segment& t : to) {
+    const int n = static_cast<int>(segments.vertices.size());
+    for (const Eigen::Vector2d& p : t) segments.vertices.emplace_back(p.x(), p.y(), 0.0);
+    segments.triangles.push_back({n, n + 1, n + 1});
+  }
+  const TriangleTree tree(segments);
   std::pair<double, Eigen::Vector2d> worst(0.0, Eigen::Vector2d::Zero());
   for (const Segment& s : from)
     for (const Eigen::Vector2d& p : {s[0], Eigen::Vector2d(0.5 * (s[0] + s[1])), s[1]}) {
       double nearest = std::numeric_limits<double>::infinity();
-      for (const Segment& t : to) nearest = std::min(nearest, distanceToSegment(p, t));
+      tree.visitNearer({p.x(), p.y(), 0.0}, nearest, [&](int t) {
+        nearest = std::min(nearest, distanceToSegment(p, to[t]));
+        return nearest * nearest;
+      });
       if (nearest > worst.first) worst = {nearest, p};
     }
   return worst;

@@ -25,6 +25,11 @@ inline constexpr double repairClearance = 0.012;
 /// below 1e5 µm, so errors of their products and sums are below 1e-10 µm.
 inline constexpr double culling = 1e-9;
 
+/// Largest coordinate in a mesh file, in the unit of the file: ten times the largest lumen, 1e5 µm, in
+/// picometres. Products of six such lengths, as in squares of volumes, are far from overflow, and the exact
+/// predicates hold up to 1e90.
+inline constexpr double largestCoordinate = 1e12;
+
 /// Vertices on open edges closer than this fraction of the mesh's diagonal are the same vertex, rounded
 /// differently: single-precision STL has errors of 6e-8 of the coordinates, sums of a few of them of 1e-6.
 inline constexpr double crackFraction = 1e-6;

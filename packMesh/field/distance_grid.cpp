@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/field/distance_grid.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/core/vector_text.h"
 #include "packMesh/mesh/closest_point.h"
+#include "packMesh/mesh/disc_search.h"
 
 namespace packmesh {
 namespace {
@@ -40,7 +43,13 @@ DistanceGrid emptyGrid(const Box& region, double spacing) {
 /// searched exactly.
 class Sampler {
  public:
-  Sampler(const TriangleMesh& mesh, DistanceGrid& grid) : mesh_(mesh), surface_(mesh), grid_(grid) {
+  Sampler(const MeshHierarchy& mesh, DistanceGrid& grid, const Threads& threads)
+      : mesh_(mesh.mesh()),
+        surface_(mesh.mesh()),
+        search_(mesh.tree(), surface_),
+        byDiscs_(search_.resolves(grid.spacing)),
+        threads_(threads),
+        grid_(grid) {
     nearest_.assign(grid.value.size(), -1);
     grid_.value.assign(grid.value.size(), std::numeric_limits<float>::infinity());
     step_[0] = 1;
@@ -51,8 +60,10 @@ class Sampler {
   void fill(double band) {
     const double exact = std::max(band, 3.0 * grid_.spacing);
     const bool bySearch = searchIsCheaper(exact);
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      pollAt(t);
       seed(static_cast<int>(t), bySearch ? grid_.spacing : exact);
+    }
     seedFaces();
     sweep(2, +1);
     sweep(2, -1);
@@ -164,38 +175,84 @@ class Sampler {
   /// Searches the band exactly and determines the sign at every node: beyond a spacing from the surface it is
   /// that of the adjacent node; nearer, it is computed.
   void finish(double exact) {
+    side_.assign(grid_.value.size(), 0);
+    const int rows = (grid_.nodes[1] + packet[1] - 1) / packet[1],
+              layers = (grid_.nodes[2] + packet[2] - 1) / packet[2];
+    threads_.forEach(std::int64_t(rows) * layers, [&](std::int64_t row, int) {
+      poll();
+      const int j = static_cast<int>(row % rows) * packet[1], k = static_cast<int>(row / rows) * packet[2];
+      for (int i = 0; i < grid_.nodes[0]; i += packet[0]) examine(i, j, k, exact);
+    });
     std::size_t node = 0;
     for (int k = 0; k < grid_.nodes[2]; ++k)
       for (int j = 0; j < grid_.nodes[1]; ++j)
         for (int i = 0; i < grid_.nodes[0]; ++i, ++node) {
-          float& value = grid_.value[node];
           const std::ptrdiff_t before = i > 0 ? step_[0] : j > 0 ? step_[1] : step_[2];
-          bool negative = node > 0 && std::signbit(grid_.value[node - before]);
+          const bool negative =
+              side_[node] != 0 ? side_[node] < 0 : node > 0 && std::signbit(grid_.value[node - before]);
+          if (negative) grid_.value[node] = -grid_.value[node];
+        }
+  }
+
+  /// Nodes that are searched together.
+  static constexpr int packet[3] = {4, 2, 2};
+
+  /// Searches the nodes of the packet that begins at (i, j, k), and determines on which side those are that
+  /// are near the surface.
+  void examine(int i, int j, int k, double exact) {
+    DiscSearch::Query query;
+    std::array<std::ptrdiff_t, DiscSearch::points> nodes;
+    int count = 0;
+    for (int dk = 0; dk < packet[2] && k + dk < grid_.nodes[2]; ++dk)
+      for (int dj = 0; dj < packet[1] && j + dj < grid_.nodes[1]; ++dj)
+        for (int di = 0; di < packet[0] && i + di < grid_.nodes[0]; ++di) {
+          const std::ptrdiff_t node = i + di + step_[1] * (j + dj) + step_[2] * (k + dk);
+          const float value = grid_.value[node];
           // Propagation may miss the nearest triangle by a small amount: hence more than `exact` is searched.
           const bool search = value <= 1.05 * exact || node == 0;
-          if (search || value < 1.5 * grid_.spacing) {
-            const Vec3 p = position(i, j, k);
-            const ClosestPoint::Nearest nearest =
-                search ? surface_.nearest(p, nearest_[node]) : surface_.onTriangle(nearest_[node], p);
-            value = static_cast<float>(nearest.distance);
-            if (node == 0 || nearest.distance < 1.5 * grid_.spacing) negative = surface_.side(p, nearest) < 0;
+          const Vec3 p = position(i + di, j + dj, k + dk);
+          if (search && byDiscs_) {
+            query.point[count] = p;
+            query.atMost[count] = value;
+            nodes[count++] = node;
+          } else if (search) {
+            take(node, p, surface_.nearest(p, nearest_[node]));
+          } else if (value < 1.5 * grid_.spacing) {
+            take(node, p, surface_.onTriangle(nearest_[node], p));
           }
-          if (negative) value = -value;
         }
+    if (count == 0) return;
+    for (int n = count; n < DiscSearch::points; ++n) {
+      query.point[n] = query.point[0];
+      query.atMost[n] = -1.0;
+    }
+    search_.search(query);
+    for (int n = 0; n < count; ++n) take(nodes[n], query.point[n], query.nearest[n]);
+  }
+
+  void take(std::ptrdiff_t node, const Vec3& p, const ClosestPoint::Nearest& nearest) {
+    grid_.value[node] = static_cast<float>(nearest.distance);
+    if (node == 0 || nearest.distance < 1.5 * grid_.spacing)
+      side_[node] = static_cast<char>(surface_.side(p, nearest));
   }
 
   const TriangleMesh& mesh_;
   const ClosestPoint surface_;
+  const DiscSearch search_;
+  bool byDiscs_;
+  const Threads& threads_;
   DistanceGrid& grid_;
+  std::vector<char> side_;    ///< of each node, where it is computed: -1 inside, 1 outside; else 0
   std::vector<int> nearest_;  ///< nearest triangle of each node so far
   std::ptrdiff_t step_[3];
 };
 
 }  // namespace
 
-DistanceGrid sampleDistance(const TriangleMesh& mesh, const Box& region, double spacing, double band) {
+DistanceGrid sampleDistance(const MeshHierarchy& mesh, const Box& region, double spacing, double band,
+                            const Threads& threads) {
   DistanceGrid grid = emptyGrid(region, spacing);
-  Sampler(mesh, grid).fill(band);
+  Sampler(mesh, grid, threads).fill(band);
   return grid;
 }
 

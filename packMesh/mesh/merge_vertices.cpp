@@ -2,8 +2,14 @@
 #include "packMesh/mesh/merge_vertices.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
 #include <numeric>
+#include <unordered_map>
 #include <utility>
+
+#include "packMesh/core/poll.h"
 
 namespace packmesh {
 
@@ -11,6 +17,7 @@ std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices) {
   const std::vector<Vec3>& v = vertices;
   std::vector<int> order(v.size()), number(v.size());
   std::iota(order.begin(), order.end(), 0);
+  poll();
   std::sort(order.begin(), order.end(), [&](int i, int j) {
     for (int k = 0; k < 3; ++k)
       if (v[i][k] != v[j][k]) return v[i][k] < v[j][k];
@@ -31,26 +38,90 @@ std::vector<int> mergeEqualVertices(std::vector<Vec3>& vertices) {
   return number;
 }
 
+namespace {
+
+/// Sets of vertices, each named by its first.
+class NearSets {
+ public:
+  explicit NearSets(std::size_t vertices) : first_(vertices) { std::iota(first_.begin(), first_.end(), 0); }
+  int first(int v) {
+    while (first_[v] != v) v = first_[v] = first_[first_[v]];
+    return v;
+  }
+  void join(int v, int w) {
+    v = first(v);
+    w = first(w);
+    first_[std::max(v, w)] = std::min(v, w);
+  }
+
+ private:
+  std::vector<int> first_;
+};
+
+/// A cube of a grid so fine that points in one cube are near each other.
+struct Cube {
+  std::array<double, 3> at;  ///< whole numbers
+  bool operator==(const Cube& other) const { return at == other.at; }
+};
+struct HashOfCube {
+  std::size_t operator()(const Cube& cube) const {
+    std::size_t hash = 0;
+    for (const double x : cube.at)
+      hash = 0x9e3779b97f4a7c15u * (hash ^ std::hash<double>()(x)) + (hash >> 29);
+    return hash;
+  }
+};
+
+/// Offsets to one of any two cubes with points near each other.
+std::vector<std::array<int, 3>> offsetsOfCubes() {
+  std::vector<std::array<int, 3>> offsets;
+  for (int i = -2; i <= 2; ++i)
+    for (int j = -2; j <= 2; ++j)
+      for (int k = -2; k <= 2; ++k)
+        if (std::array<int, 3>{i, j, k} > std::array<int, 3>{}) offsets.push_back({i, j, k});
+  return offsets;
+}
+
+}  // namespace
+
 std::vector<int> firstOfNearVertices(const std::vector<Vec3>& vertices, double distance) {
-  std::vector<int> order(vertices.size()), first(vertices.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::iota(first.begin(), first.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int i, int j) {
-    return vertices[i].x() != vertices[j].x() ? vertices[i].x() < vertices[j].x() : i < j;
-  });
-  const auto root = [&](int i) {
-    while (first[i] != i) i = first[i] = first[first[i]];
-    return i;
-  };
-  for (std::size_t k = 0; k < order.size(); ++k)
-    for (std::size_t l = k + 1; l < order.size(); ++l) {
-      const Vec3 step = vertices[order[l]] - vertices[order[k]];
-      if (step.x() >= distance) break;
-      if (step.squaredNorm() >= distance * distance) continue;
-      const int a = root(order[k]), b = root(order[l]);
-      first[std::max(a, b)] = std::min(a, b);
+  NearSets sets(vertices.size());
+  std::vector<int> first(vertices.size());
+  if (distance > 0.0) {
+    constexpr double safely = 0.999;  // rounding
+    const double edge = safely * distance / std::sqrt(3.0);
+    std::unordered_map<Cube, std::vector<int>, HashOfCube> cubes;
+    const auto cubeOf = [&](const Vec3& v) {
+      return Cube{{std::floor(v.x() / edge), std::floor(v.y() / edge), std::floor(v.z() / edge)}};
+    };
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
+      std::vector<int>& inCube = cubes[cubeOf(vertices[v])];
+      if (!inCube.empty()) sets.join(inCube.front(), static_cast<int>(v));
+      inCube.push_back(static_cast<int>(v));
     }
-  for (std::size_t i = 0; i < first.size(); ++i) first[i] = root(static_cast<int>(i));
+    // Dense cubes that are not near each other would have to be compared point by point.
+    constexpr std::size_t comparisonsPerVertex = 1000;
+    std::size_t left = comparisonsPerVertex * (vertices.size() + comparisonsPerVertex);
+    const auto areNear = [&](const std::vector<int>& some, const std::vector<int>& others) {
+      for (const int v : some)
+        for (const int w : others) {
+          if (left == 0) return false;
+          pollAt(--left);
+          if ((vertices[v] - vertices[w]).squaredNorm() < distance * distance) return true;
+        }
+      return false;
+    };
+    const std::vector<std::array<int, 3>> offsets = offsetsOfCubes();
+    for (const auto& [cube, inCube] : cubes)
+      for (const std::array<int, 3>& offset : offsets) {
+        const auto other =
+            cubes.find({{cube.at[0] + offset[0], cube.at[1] + offset[1], cube.at[2] + offset[2]}});
+        if (other == cubes.end()) continue;
+        const int v = inCube.front(), w = other->second.front();
+        if (sets.first(v) != sets.first(w) && areNear(inCube, other->second)) sets.join(v, w);
+      }
+  }
+  for (std::size_t v = 0; v < first.size(); ++v) first[v] = sets.first(static_cast<int>(v));
   return first;
 }
 

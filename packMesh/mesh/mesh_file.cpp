@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/mesh/mesh_file.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -8,6 +9,8 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/exact_text.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/core/poll.h"
+#include "packMesh/mesh/coordinate_limit.h"
 #include "packMesh/mesh/merge_vertices.h"
 #include "packMesh/mesh/polygon_soup.h"
 
@@ -52,7 +55,10 @@ void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std
     for (int k = 1; k + 1 < n; ++k)
       normal +=
           (vertices[corner[k]] - vertices[corner[0]]).cross(vertices[corner[k + 1]] - vertices[corner[0]]);
-    for (int candidate = 0; candidate < n; ++candidate) {
+    // Fans are tried from at most this many corners, so that the cost is not quadratic.
+    constexpr int mostCandidates = 1000;
+    for (int candidate = 0; candidate < std::min(n, mostCandidates); ++candidate) {
+      poll();
       bool good = true;
       for (int k = 1; k + 1 < n && good; ++k) {
         const Vec3& a = vertices[corner[candidate]];
@@ -101,9 +107,8 @@ TriangleMesh readMesh(const std::filesystem::path& file) {
   PolygonSoup soup = readSoup(file);
   if (soup.ends.empty()) throw InputError(file.string() + ": expected triangles, found none");
   for (std::size_t v = 0; v < soup.vertices.size(); ++v)
-    if (!soup.vertices[v].allFinite())
-      throw InputError(file.string() + ": vertex " + std::to_string(v + 1) +
-                       " has a coordinate that is not a finite number");
+    if (const std::string fault = coordinateFault(soup.vertices[v]); !fault.empty())
+      throw InputError(file.string() + ": vertex " + std::to_string(v + 1) + fault);
   const std::vector<int> number = mergeEqualVertices(soup.vertices);
   TriangleMesh mesh;
   mesh.vertices = std::move(soup.vertices);
@@ -111,6 +116,7 @@ TriangleMesh readMesh(const std::filesystem::path& file) {
   for (int& corner : soup.corners) corner = number[corner];
   int first = 0;
   for (const int end : soup.ends) {
+    pollAt(mesh.triangles.size());
     if (end - first < 3) throw InputError(file.string() + ": expected at least three corners in every face");
     cutPolygon(mesh.vertices, soup.corners.data() + first, end - first, mesh.triangles);
     first = end;

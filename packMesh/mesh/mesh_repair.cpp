@@ -9,17 +9,18 @@
 #include <optional>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/core/vector_text.h"
+#include "packMesh/mesh/coordinate_limit.h"
 #include "packMesh/mesh/flat_triangles.h"
 #include "packMesh/mesh/merge_vertices.h"
+#include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/self_intersection.h"
-#include "packMesh/mesh/winding_number.h"
+#include "packMesh/mesh/triangle_tree.h"
 
 namespace packmesh {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 std::string counted(std::size_t n, const std::string& one, const std::string& many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
@@ -57,7 +58,8 @@ std::size_t removeCollapsed(TriangleMesh& mesh) {
 
 /// Joins vertices on open edges that differ only by rounding, provided that this closes all open edges and
 /// collapses no triangle. Returns the number of vertices joined.
-std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double medianEdge) {
+/// @param openings edges other than those of cracks may stay open
+std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double medianEdge, bool openings) {
   std::vector<int> rim = faults.openVertices;
   std::sort(rim.begin(), rim.end());
   rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
@@ -79,7 +81,7 @@ std::size_t closeCracks(TriangleMesh& mesh, const EdgeFaults& faults, double med
     for (int& v : t) v = target[v];
   if (removeCollapsed(closed) > 0) return 0;
   const EdgeFaults left = findEdgeFaults(sortedSides(closed));
-  if (left.open > 0 || left.crowded > 0) return 0;
+  if ((left.open > 0 && !openings) || left.crowded > 0) return 0;
   removeUnusedVertices(closed);
   mesh = std::move(closed);
   return joined;
@@ -202,37 +204,84 @@ std::optional<int> findPinchedVertex(const TriangleMesh& mesh) {
   return std::nullopt;
 }
 
+/// Whether an odd number of the other components contain a vertex of `own`. Pre: components do not meet.
+class Nesting {
+ public:
+  Nesting(const TriangleMesh& mesh, const std::vector<int>& component)
+      : mesh_(mesh), component_(component), tree_(mesh), box_(boundingBox(mesh)) {
+    box_.size().minCoeff(&axis_);  // along the shortest axis few triangles are met
+  }
+
+  bool isOdd(int own, const Vec3& at) const {
+    Box ray{at, at};
+    ray.hi[axis_] = box_.hi[axis_];
+    bool odd = false;
+    std::size_t near = 0;
+    tree_.forEachNear(ray, [&](int t) {
+      pollAt(near++);
+      if (component_[t] != own && isAbove(t, at)) odd = !odd;
+    });
+    return odd;
+  }
+
+ private:
+  /// Whether a triangle is met by the ray from `at` along the axis; of triangles with a common edge or vertex
+  /// on the ray exactly one or, where the surface only touches it, none or two.
+  bool isAbove(int t, const Vec3& at) const {
+    const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
+    bool seen = false;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 *a = &mesh_.corner(t, k), *b = &mesh_.corner(t, (k + 1) % 3);
+      if (((*a)[v] <= at[v]) == ((*b)[v] <= at[v])) continue;
+      if ((*a)[v] > (*b)[v]) std::swap(a, b);
+      if (turn({(*a)[u], (*a)[v]}, {(*b)[u], (*b)[v]}, {at[u], at[v]}) > 0) seen = !seen;
+    }
+    if (!seen) return false;
+    const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
+    return sideOfPlane(a, b, c, at) * turnSeen(axis_, a, b, c) < 0;
+  }
+
+  const TriangleMesh& mesh_;
+  const std::vector<int>& component_;
+  TriangleTree tree_;
+  Box box_;
+  int axis_ = 0;
+};
+
 /// Flips whole components so that the outermost ones face outwards, those inside them inwards, and so on.
 /// Returns the number of components flipped. Pre: components do not meet.
 std::size_t orientComponents(TriangleMesh& mesh, const std::vector<int>& component, const std::string& name) {
-  const int components = 1 + *std::max_element(component.begin(), component.end());
-  std::vector<TriangleMesh> parts(components);
-  std::vector<Box> boxes(components);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    parts[component[t]].triangles.push_back(mesh.triangles[t]);
-    for (const int v : mesh.triangles[t]) boxes[component[t]].add(mesh.vertices[v]);
-  }
-  std::vector<bool> wrong(components);
-  std::size_t turned = 0;
-  for (int c = 0; c < components; ++c) {
-    const Vec3 at = mesh.vertices[parts[c].triangles[0][0]];
+  struct Part {
+    int first = -1;  ///< its first triangle
     double sixVolumes = 0.0;
-    for (const Triangle& t : parts[c].triangles)
-      sixVolumes +=
-          (mesh.vertices[t[0]] - at).dot((mesh.vertices[t[1]] - at).cross(mesh.vertices[t[2]] - at));
-    const double size = boxes[c].size().norm();
-    if (std::abs(sixVolumes) < 6.0 * tolerance::zeroVolumeFraction * size * size * size)
+    Box box;
+    bool wrong = false;
+  };
+  std::vector<Part> parts(1 + *std::max_element(component.begin(), component.end()));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    Part& part = parts[component[t]];
+    if (part.first < 0) part.first = static_cast<int>(t);
+    const Vec3& at = mesh.corner(part.first, 0);
+    const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+    part.sixVolumes += (a - at).dot((b - at).cross(c - at));
+    for (const int v : mesh.triangles[t]) part.box.add(mesh.vertices[v]);
+  }
+  std::optional<Nesting> nesting;
+  if (parts.size() > 1) nesting.emplace(mesh, component);
+  std::size_t turned = 0;
+  for (std::size_t c = 0; c < parts.size(); ++c) {
+    Part& part = parts[c];
+    const Vec3& at = mesh.corner(part.first, 0);
+    const double size = part.box.size().norm();
+    if (std::abs(part.sixVolumes) < 6.0 * tolerance::zeroVolumeFraction * size * size * size)
       throw MeshError(name + ": the surface at " + toText(at) + " encloses no volume (" +
-                      toText(sixVolumes / 6.0, 3) + " µm³)");
-    int depth = 0;
-    for (int other = 0; other < components; ++other)
-      depth += other != c && boxes[other].contains(at) &&
-               std::abs(solidAngle(mesh.vertices, parts[other].triangles, at)) > 2.0 * pi;
-    wrong[c] = (sixVolumes > 0.0) != (depth % 2 == 0);
-    turned += wrong[c];
+                      toText(part.sixVolumes / 6.0, 3) + " µm³)");
+    const bool inverted = nesting && nesting->isOdd(static_cast<int>(c), at);
+    part.wrong = (part.sixVolumes > 0.0) == inverted;
+    turned += part.wrong;
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (wrong[component[t]]) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+    if (parts[component[t]].wrong) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
   return turned;
 }
 
@@ -243,8 +292,8 @@ void checkInput(const TriangleMesh& mesh, const std::string& name) {
       if (v < 0 || v >= static_cast<int>(mesh.vertices.size()))
         throw MeshError(name + ": a triangle refers to vertex " + std::to_string(v) + " of " +
                         std::to_string(mesh.vertices.size()));
-      if (!mesh.vertices[v].allFinite())
-        throw MeshError(name + ": vertex " + std::to_string(v) + " has a coordinate that is not finite");
+      if (const std::string fault = coordinateFault(mesh.vertices[v]); !fault.empty())
+        throw MeshError(name + ": vertex " + std::to_string(v) + fault);
     }
 }
 
@@ -254,8 +303,10 @@ std::string edgeText(const TriangleMesh& mesh, const TriangleSide& side) {
 
 }  // namespace
 
-std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name) {
+std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
+                                      std::vector<CappedOpening>* capped) {
   checkInput(mesh, name);
+  poll();
   std::vector<std::string> repairs;
   const auto note = [&](std::size_t n, const std::string& verb, const std::string& one,
                         const std::string& many) {
@@ -276,17 +327,28 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   std::vector<TriangleSide> sides = sortedSides(mesh);
   EdgeFaults faults = findEdgeFaults(sides);
   if (faults.open > 0 && faults.crowded == 0) {
-    if (const std::size_t joined = closeCracks(mesh, faults, lengths.median)) {
+    if (const std::size_t joined = closeCracks(mesh, faults, lengths.median, capped)) {
       note(joined, "closed cracks by merging", "vertex that differed by rounding",
            "vertices that differed by rounding");
       sides = sortedSides(mesh);
       faults = findEdgeFaults(sides);
     }
   }
+  std::string notCapped;
+  if (capped && faults.open > 0 && faults.crowded == 0) {
+    notCapped = capFlatOpenings(mesh, sides, *capped);
+    if (notCapped.empty()) {
+      sides = sortedSides(mesh);
+      faults = findEdgeFaults(sides);
+    } else {
+      notCapped = "; only flat openings can be capped, and " + notCapped +
+                  ". Cut the end off by a plane, or close it in a mesh editor";
+    }
+  }
   if (faults.open > 0)
     throw MeshError(name + ": the surface is not closed: it has " +
                     counted(faults.open, "open edge", "open edges") + ", the first " +
-                    edgeText(mesh, faults.firstOpen));
+                    edgeText(mesh, faults.firstOpen) + notCapped);
   if (faults.crowded > 0)
     throw MeshError(name + ": the surface is not manifold: more than two triangles meet at " +
                     counted(faults.crowded, "edge", "edges") + ", the first " +

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/mesh/flat_openings.h"
 
 namespace packmesh {
 
@@ -18,6 +18,8 @@ namespace packmesh {
 /// @return one line per kind of repair, for a warning; empty if the mesh was valid
 /// @throws MeshError with `name` and the position: no triangles, open edges (number and first one),
 /// non-manifold edges, non-finite coordinates, a vertex far from all others, zero volume, self-intersection
-std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name);
+/// @param capped if not null, flat openings are closed as well (flat_openings.h), and added here
+std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
+                                      std::vector<CappedOpening>* capped = nullptr);
 
 }  // namespace packmesh

@@ -57,7 +57,7 @@ class TextValues {
     scanner_.need(element.name + " " + std::to_string(index + 1) + " of " + std::to_string(element.count));
     word_ = 0;
   }
-  double number(Type) { return scanner_.number(word_++, "a coordinate"); }
+  double number(Type) { return scanner_.coordinate(word_++); }
   long listLength(Type) { return scanner_.integer(word_++, "the length of a list", 0, largestCount); }
   long cornerCount(Type) {
     return scanner_.integer(word_++, "the number of corners of a polygon", 3, largestCount);
@@ -82,7 +82,7 @@ class BinaryValues {
  public:
   BinaryValues(std::string_view bytes, bool bigEndian) : bytes_(bytes), swap_(bigEndian) {}
 
-  void begin(const Element&, long) {}
+  void begin(const Element&, long index) { pollAt(static_cast<std::size_t>(index)); }
   double number(Type type) {
     switch (type) {
       case Type::int8:

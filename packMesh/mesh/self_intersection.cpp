@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "packMesh/core/poll.h"
 #include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/triangle_intersection.h"
 #include "packMesh/mesh/triangle_tree.h"
@@ -48,10 +49,14 @@ std::optional<TrianglePair> findSelfIntersection(const TriangleMesh& mesh) {
   std::optional<TrianglePair> found;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const int n = static_cast<int>(t);
+    pollAt(t);
     if (axisShowing(mesh.corner(n, 0), mesh.corner(n, 1), mesh.corner(n, 2)) < 0) return TrianglePair(n, n);
   }
-  TriangleTree(mesh).forEachPair([&](int s, int t) {
-    if (!found && meetBeyondShared(mesh, s, t)) found = std::minmax(s, t);
+  std::size_t pairs = 0;
+  TriangleTree(mesh).forEachPair(mesh, [&](int s, int t) {
+    pollAt(pairs++);
+    if (meetBeyondShared(mesh, s, t)) found = std::minmax(s, t);
+    return !found;
   });
   return found;
 }

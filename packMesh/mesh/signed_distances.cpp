@@ -5,8 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "packMesh/core/poll.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/mesh/triangle_kernel.h"
+#include "packMesh/mesh/triangle_facts.h"
 
 namespace packmesh {
 namespace {
@@ -240,21 +241,10 @@ class SignedDistances::Search {
 
 SignedDistances::SignedDistances(const TriangleMesh& mesh)
     : surface_(mesh), kernels_(triangleKernels(chosenInstructionSet())) {
-  facts_.resize(mesh.triangles.size());
-  for (std::size_t t = 0; t < facts_.size(); ++t) {
-    const int n = static_cast<int>(t);
-    const Vec3 normal =
-        (mesh.corner(n, 1) - mesh.corner(n, 0)).cross(mesh.corner(n, 2) - mesh.corner(n, 0)).normalized();
-    for (int e = 0; e < 3; ++e) {
-      const Vec3 edge = mesh.corner(n, (e + 1) % 3) - mesh.corner(n, e), inward = normal.cross(edge);
-      const double square = edge.squaredNorm();
-      for (int k = 0; k < 3; ++k) {
-        facts_[t].edge[e][k] = static_cast<float>(edge[k]);
-        facts_[t].inward[e][k] = static_cast<float>(inward[k]);
-      }
-      facts_[t].perSquare[e] = square > 0.0 ? static_cast<float>(1.0 / square) : 0.0f;
-      facts_[t].normal[e] = static_cast<float>(normal[e]);
-    }
+  facts_.reserve(mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    pollAt(t);
+    facts_.push_back(factsOf(mesh, static_cast<int>(t)));
   }
 }
 

@@ -58,6 +58,7 @@ PolygonSoup readBinaryStl(const std::string& content) {
   PolygonSoup soup;
   soup.vertices.reserve(3 * std::size_t(count));
   for (std::size_t t = 0; t < count; ++t) {
+    pollAt(t);
     float facet[12];
     std::memcpy(facet, content.data() + 84 + 50 * t, sizeof facet);
     for (int k = 1; k < 4; ++k) soup.vertices.emplace_back(facet[3 * k], facet[3 * k + 1], facet[3 * k + 2]);

@@ -13,7 +13,10 @@
 #include <vector>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/core/vector.h"
+#include "packMesh/core/vector_text.h"
 
 namespace packmesh {
 
@@ -34,7 +37,7 @@ class TextScanner {
       const std::size_t end = std::min(text_.find('\n', at_), text_.size());
       std::string_view line = text_.substr(at_, end - at_);
       at_ = end + 1;
-      ++line_;
+      pollAt(++line_);
       if (comment_) line = line.substr(0, std::min(line.find(comment_), line.size()));
       split(line);
       if (!words_.empty()) return true;
@@ -80,10 +83,15 @@ class TextScanner {
     return value;
   }
 
-  /// Words k, k+1, k+2 as coordinates.
-  Vec3 point(std::size_t k) const {
-    return {number(k, "a coordinate"), number(k + 1, "a coordinate"), number(k + 2, "a coordinate")};
+  double coordinate(std::size_t k) const {
+    const double value = number(k, "a coordinate");
+    if (std::abs(value) > tolerance::largestCoordinate)
+      fail("a coordinate of at most " + toText(tolerance::largestCoordinate, 3), k);
+    return value;
   }
+
+  /// Words k, k+1, k+2 as coordinates.
+  Vec3 point(std::size_t k) const { return {coordinate(k), coordinate(k + 1), coordinate(k + 2)}; }
 
   [[noreturn]] void fail(const std::string& expected, std::size_t k) const {
     std::string found =

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Search for the nearest of a few triangles, for 16 points at once. A kernel: see instruction_set.h.
+/// @file Search for the nearest triangle, of a few or in the tree of a mesh, for 16 points at once. A kernel:
+/// see instruction_set.h.
 #pragma once
 
+#include "packMesh/mesh/hierarchy_kernel.h"
 #include "packMesh/simd/instruction_set.h"
 
 namespace packmesh {
@@ -29,9 +31,21 @@ using NearestTriangles = void (*)(const PointLanes& points, const TriangleFacts*
 using TriangleDistances = void (*)(const PointLanes& points, const TriangleFacts* triangles, int count,
                                    float* squared);
 
+/// Examines triangles that may be nearest to a point k: those with squared[16 t + k] <= limits[k], where
+/// `limits` may be lowered.
+using ExamineNear = void (*)(void* context, const int* triangles, const float* squared, int count,
+                             float (&limits)[16]);
+
+/// Calls `examine` with all triangles that may be nearest to a point k and nearer than the root of limits[k].
+/// @param slack twice the error of squared distances [µm²]
+/// @param limits including the slack; negative: no triangle is searched. Lowered by what is found
+using SearchNear = void (*)(const PointLanes& points, const DiscQuad* quads, const TriangleFacts* triangles,
+                            float slack, float (&limits)[16], ExamineNear examine, void* context);
+
 struct TriangleKernels {
   NearestTriangles nearest;
   TriangleDistances distances;
+  SearchNear search;
 };
 
 /// The version for an instruction set. Pre: available(set).

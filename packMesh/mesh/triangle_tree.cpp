@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "packMesh/core/poll.h"
+
 namespace packmesh {
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) : order_(mesh.triangles.size()) {
@@ -23,6 +25,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : order_(mesh.triangles.siz
       nodes_[n].box.add(boxes[order_[e]]);
       middles.add(boxes[order_[e]].center());
     }
+    pollAt(n);
     if (count <= leafSize) continue;
     int axis = 0;
     middles.size().maxCoeff(&axis);
@@ -39,6 +42,50 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : order_(mesh.triangles.siz
     nodes_.push_back({Box(), first + half, count - half});
   }
   for (const int t : order_) boxes_.push_back(boxes[t]);
+}
+
+std::vector<TriangleTree::Fan> TriangleTree::fansIn(const TriangleMesh& mesh) const {
+  std::vector<int> triangles(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) ++triangles[v];
+  // Up to three vertices that all triangles of a node have, then -1. Children follow their nodes.
+  std::vector<Triangle> common(nodes_.size(), {-1, -1, -1});
+  const auto restrict = [](Triangle& to, const Triangle& by) {
+    Triangle both = {-1, -1, -1};
+    int n = 0;
+    for (const int v : to)
+      if (v >= 0 && std::find(by.begin(), by.end(), v) != by.end()) both[n++] = v;
+    to = both;
+  };
+  std::vector<Fan> fans(nodes_.size());
+  for (std::size_t n = nodes_.size(); n-- > 0;) {
+    const Node& node = nodes_[n];
+    if (node.count == 0) {
+      common[n] = common[node.first];
+      restrict(common[n], common[node.first + 1]);
+    } else {
+      common[n] = mesh.triangles[order_[node.first]];
+      for (int e = node.first + 1; e < node.first + node.count; ++e)
+        restrict(common[n], mesh.triangles[order_[e]]);
+    }
+    for (const int v : common[n])
+      if (v >= 0 && (fans[n].vertex < 0 || triangles[v] > triangles[fans[n].vertex])) fans[n].vertex = v;
+    if (fans[n].vertex < 0) continue;
+    const int apex = fans[n].vertex;
+    if (node.count == 0 && fans[node.first].vertex == apex && fans[node.first + 1].vertex == apex) {
+      for (const int child : {node.first, node.first + 1}) {
+        fans[n].rim.add(fans[child].rim.lo);
+        fans[n].rim.add(fans[child].rim.hi);
+      }
+    } else if (node.count > 0) {
+      for (int e = node.first; e < node.first + node.count; ++e)
+        for (const int v : mesh.triangles[order_[e]])
+          if (v != apex) fans[n].rim.add(mesh.vertices[v]);
+    } else {
+      fans[n].rim = node.box;
+    }
+  }
+  return fans;
 }
 
 }  // namespace packmesh

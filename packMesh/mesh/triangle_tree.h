@@ -60,9 +60,14 @@ class TriangleTree {
     }
   }
 
-  /// Calls `visit(s, t)` once for every two triangles whose bounding boxes meet.
+  /// Calls `visit(s, t)` once for every two triangles whose bounding boxes meet, until it returns false.
+  /// Triangles with a common vertex are left out if the side opposite that vertex, of either, has a bounding
+  /// box that does not meet the other's: they have nothing but that vertex in common. (The boxes of all
+  /// triangles of a fan meet.)
+  /// @param mesh the mesh of the tree
   template <class Visit>
-  void forEachPair(Visit&& visit) const {
+  void forEachPair(const TriangleMesh& mesh, Visit&& visit) const {
+    const std::vector<Fan> fans = fansIn(mesh);
     std::vector<std::pair<int, int>> stack;
     if (!nodes_.empty()) stack.emplace_back(0, 0);
     while (!stack.empty()) {
@@ -74,12 +79,15 @@ class TriangleTree {
       } else if (i == j) {
         for (int e = a.first; e < a.first + a.count; ++e)
           for (int f = e + 1; f < a.first + a.count; ++f)
-            if (boxes_[e].meets(boxes_[f])) visit(order_[e], order_[f]);
+            if (boxes_[e].meets(boxes_[f]) && !visit(order_[e], order_[f])) return;
       } else if (a.box.meets(b.box)) {
+        if (fans[i].vertex >= 0 && fans[i].vertex == fans[j].vertex && !fans[i].rim.meets(b.box) &&
+            !fans[j].rim.meets(a.box))
+          continue;
         if (a.count > 0 && b.count > 0) {
           for (int e = a.first; e < a.first + a.count; ++e)
             for (int f = b.first; f < b.first + b.count; ++f)
-              if (boxes_[e].meets(boxes_[f])) visit(order_[e], order_[f]);
+              if (boxes_[e].meets(boxes_[f]) && !visit(order_[e], order_[f])) return;
         } else if (b.count > 0 || (a.count == 0 && a.box.size().squaredNorm() > b.box.size().squaredNorm())) {
           stack.insert(stack.end(), {{a.first, j}, {a.first + 1, j}});
         } else {
@@ -95,6 +103,13 @@ class TriangleTree {
     int first;  ///< first of its two children, or of its triangles in order_
     int count;  ///< number of triangles; 0: the node has children
   };
+
+  /// What the triangles of a node have in common.
+  struct Fan {
+    int vertex = -1;  ///< a vertex of all of them, that of the most triangles if there are several; -1: none
+    Box rim;          ///< contains their sides opposite that vertex
+  };
+  std::vector<Fan> fansIn(const TriangleMesh& mesh) const;
 
   static double squaredDistance(const Box& box, const Vec3& p) {
     return (box.lo - p).cwiseMax(p - box.hi).cwiseMax(0.0).squaredNorm();

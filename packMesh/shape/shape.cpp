@@ -32,10 +32,11 @@ double boundingRadius(const TriangleMesh& mesh) {
   return radius;
 }
 
-DistanceGrid gridOf(const TriangleMesh& mesh) {
+DistanceGrid gridOf(const MeshHierarchy& hierarchy, const Threads& threads) {
+  const TriangleMesh& mesh = hierarchy.mesh();
   const double spacing = gridSpacingFraction * boundingRadius(mesh);
   const double band = 0.5 * boundingRadius(mesh);
-  return sampleDistance(mesh, boundingBox(mesh).grownBy(8.0 * spacing), spacing, band);
+  return sampleDistance(hierarchy, boundingBox(mesh).grownBy(8.0 * spacing), spacing, band, threads);
 }
 
 }  // namespace
@@ -79,21 +80,23 @@ double Shape::sampleSpacing() const {
                   finestSpacingFraction * radius_);
 }
 
-Shape::Shape(const TriangleMesh& mesh, std::variant<ProfileSurface, DistanceGrid> field)
-    : hierarchy_(mesh),
-      volume_(signedVolume(mesh)),
-      radius_(boundingRadius(mesh)),
+Shape::Shape(MeshHierarchy&& hierarchy, std::variant<ProfileSurface, DistanceGrid> field)
+    : hierarchy_(std::move(hierarchy)),
+      volume_(signedVolume(mesh())),
+      radius_(boundingRadius(mesh())),
       halfThickness_(halfThicknessOf(field)),
-      bound_(boundSupport(mesh)),
-      samples_(sampleSurface(mesh, sampleSpacing())),
-      coarseSamples_(sampleCoarsely(mesh)),
+      bound_(boundSupport(mesh())),
+      samples_(sampleSurface(mesh(), sampleSpacing())),
+      coarseSamples_(sampleCoarsely(mesh())),
       field_(std::move(field)) {}
 
-Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
-    : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(surface)) {}
+Shape::Shape(MeshHierarchy&& hierarchy, const Threads& threads)
+    : Shape(std::move(hierarchy), std::variant<ProfileSurface, DistanceGrid>(gridOf(hierarchy, threads))) {}
 
-Shape::Shape(const TriangleMesh& mesh)
-    : Shape(mesh, std::variant<ProfileSurface, DistanceGrid>(gridOf(mesh))) {}
+Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
+    : Shape(MeshHierarchy(mesh), std::variant<ProfileSurface, DistanceGrid>(surface)) {}
+
+Shape::Shape(const TriangleMesh& mesh, const Threads& threads) : Shape(MeshHierarchy(mesh), threads) {}
 
 double Shape::reach() const {
   const Sphere sphere = boundingSphere(hierarchy_, Placement());

@@ -44,7 +44,8 @@ class Shape {
   /// A mesh that approximates a surface in closed form.
   Shape(const TriangleMesh& mesh, const ProfileSurface& surface);
   /// Any closed, outward-oriented mesh (see repairClosed); its distance is sampled on a grid.
-  explicit Shape(const TriangleMesh& mesh);
+  /// @param threads share the sampling
+  explicit Shape(const TriangleMesh& mesh, const Threads& threads = {});
 
   const TriangleMesh& mesh() const { return hierarchy_.mesh(); }
   const MeshHierarchy& hierarchy() const { return hierarchy_; }
@@ -62,7 +63,8 @@ class Shape {
   const std::variant<ProfileSurface, DistanceGrid>& field() const { return field_; }
 
  private:
-  Shape(const TriangleMesh& mesh, std::variant<ProfileSurface, DistanceGrid> field);
+  Shape(MeshHierarchy&& hierarchy, const Threads& threads);
+  Shape(MeshHierarchy&& hierarchy, std::variant<ProfileSurface, DistanceGrid> field);
 
   MeshHierarchy hierarchy_;
   double volume_, radius_, halfThickness_;

@@ -254,7 +254,8 @@ py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
     for (const std::string& warning : job.warnings) log::warning(warning);
     if (!job.foldersToCheck.empty())
       throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
-    scene = std::make_shared<const Scene>(builtScene(job, Communicator()));
+    scene = std::make_shared<const Scene>(
+        builtScene(job, Communicator(), endOfPreparation(job, timer, caller.hooks().interrupted)));
     const Communicator alone;
     cells = readCells(*scene, alone);
     const Examination examined = examine(*scene, cells.cells, alone);
@@ -274,7 +275,8 @@ py::dict forecast(const Words& words) {
   Caller caller;
   std::shared_ptr<const Scene> scene;
   const Forecast found = caller.run([&] {
-    scene = std::make_shared<const Scene>(sceneToPack(parseCommandLine("packMesh", words), Communicator()));
+    scene = std::make_shared<const Scene>(
+        sceneToPack(parseCommandLine("packMesh", words), Communicator(), caller.hooks().interrupted));
     return forecastOf(*scene);
   });
   py::dict counts;

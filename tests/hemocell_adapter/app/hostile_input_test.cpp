@@ -215,7 +215,16 @@ TEST_CASE("<packing> is accepted only as a child of <hemocell>", "[executable]")
        config("<hemocell><domain>" + sampleDomain + packing + "</domain></hemocell>")},
       {"config.xml --rbc 1", 2, "config.xml:1: <Packing>: unknown tag, did you mean <packing>?",
        config("<hemocell>" + domain + "<Packing/></hemocell>")},
+      {"config.xml --rbc 1", 2, "config.xml:1: <packin>: unknown tag, did you mean <packing>?",
+       config("<hemocell>" + domain + "<packin/></hemocell>")},
+      {"config.xml --rbc 1", 2, "config.xml:1: <pakcing>: unknown tag, did you mean <packing>?",
+       config("<hemocell>" + domain + "<pakcing/></hemocell>")},
   });
+  const SampleCase folder;  // a tag of the case's own beside <packing>
+  config("<hemocell>" + domain + packing + "<packings/><backing/></hemocell>")(folder.path());
+  const Ran ran = run(folder.path(), "config.xml --rbc 1 --validate");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
 }
 
 TEST_CASE("check is recognised at any position of the command line", "[executable]") {

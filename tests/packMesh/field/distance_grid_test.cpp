@@ -8,7 +8,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/closest_point.h"
 #include "packMesh/mesh/mesh_repair.h"
-#include "packMesh/mesh/winding_number.h"
+#include "tests/packMesh/mesh/winding_number.h"
 #include "tests/packMesh/sample_meshes.h"
 
 using namespace packmesh;
@@ -89,7 +89,8 @@ TEST_CASE("sampleDistance agrees with brute force at its nodes", "[shape]") {
   for (const TriangleMesh& mesh :
        {nested(), lShape(), blade(), sample::torus(Vec3::Zero(), 3.0, 1.0, 20, 12)})
     for (const double band : {0.0, 0.7, 100.0}) {
-      const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(2.0), 0.21, band);
+      const DistanceGrid grid =
+          sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(2.0), 0.21, band);
       REQUIRE(grid.box().contains(boundingBox(mesh).hi + 2.0 * Vec3::Ones()));
       const ClosestPoint surface(mesh);
       std::size_t index = 0;
@@ -114,7 +115,8 @@ TEST_CASE("sampleDistance accounts for parts of the mesh outside its region", "[
       -10.0, 10.0, 41, 20, [](double x) { return Vec3(x, 2.0 * std::sin(x), 0.0); },
       [](double) { return 3.0; });
   const ClosestPoint surface(mesh);
-  const DistanceGrid grid = sampleDistance(mesh, {{-1.0, -3.0, -2.0}, {2.0, 2.0, 4.0}}, 0.2, 0.4);
+  const DistanceGrid grid =
+      sampleDistance(MeshHierarchy(mesh), {{-1.0, -3.0, -2.0}, {2.0, 2.0, 4.0}}, 0.2, 0.4);
   for (std::size_t n = 0; n < grid.value.size(); ++n) {
     const std::size_t row = grid.nodes[0], plane = row * grid.nodes[1];
     const double expected =
@@ -126,7 +128,7 @@ TEST_CASE("sampleDistance accounts for parts of the mesh outside its region", "[
 
 TEST_CASE("DistanceGrid interpolates a sphere and its gradient, inside and outside the grid", "[shape]") {
   const TriangleMesh mesh = sample::sphere(Vec3::Zero(), 3.0, 60, 80);
-  const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(1.0), 0.1, 10.0);
+  const DistanceGrid grid = sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(1.0), 0.1, 10.0);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(-3.9, 3.9);
   for (int n = 0; n < 2000; ++n) {
@@ -151,7 +153,8 @@ TEST_CASE("DistanceGrid interpolates a sphere and its gradient, inside and outsi
 
 TEST_CASE("DistanceGrid has an error below its bound, also for meshes with thin parts", "[shape]") {
   for (const TriangleMesh& mesh : {nested(), lShape(), blade()}) {
-    const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(1.0), 0.25, 100.0);
+    const DistanceGrid grid =
+        sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(1.0), 0.25, 100.0);
     const ClosestPoint surface(mesh);
     std::mt19937 random(9);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
@@ -169,16 +172,17 @@ TEST_CASE("DistanceGrid has an error below its bound, also for meshes with thin 
 
 TEST_CASE("sampleDistance rejects what does not fit", "[shape][messages]") {
   const TriangleMesh mesh = sample::box(Vec3::Zero(), Vec3::Ones());
-  REQUIRE_THROWS_WITH(sampleDistance(mesh, {Vec3::Zero(), Vec3::Constant(1e4)}, 0.1, 1.0),
+  REQUIRE_THROWS_WITH(sampleDistance(MeshHierarchy(mesh), {Vec3::Zero(), Vec3::Constant(1e4)}, 0.1, 1.0),
                       Contains("at most 2 GB"));
-  REQUIRE_THROWS_AS(sampleDistance(mesh, boundingBox(mesh), 0.0, 1.0), InputError);
-  REQUIRE_THROWS_AS(sampleDistance(mesh, Box(), 0.1, 1.0), InputError);
+  REQUIRE_THROWS_AS(sampleDistance(MeshHierarchy(mesh), boundingBox(mesh), 0.0, 1.0), InputError);
+  REQUIRE_THROWS_AS(sampleDistance(MeshHierarchy(mesh), Box(), 0.1, 1.0), InputError);
 }
 
 TEST_CASE("sampleDistance is fast", "[.benchmark]") {
   const auto seconds = [](const TriangleMesh& mesh, double margin, double spacing, double band) {
     const auto start = std::chrono::steady_clock::now();
-    const DistanceGrid grid = sampleDistance(mesh, boundingBox(mesh).grownBy(margin), spacing, band);
+    const DistanceGrid grid =
+        sampleDistance(MeshHierarchy(mesh), boundingBox(mesh).grownBy(margin), spacing, band);
     const double time = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     WARN(grid.value.size() << " nodes, " << mesh.triangles.size() << " triangles: " << time << " s, "
                            << 1e9 * time / double(grid.value.size()) << " ns per node");

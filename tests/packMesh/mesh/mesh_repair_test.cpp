@@ -126,7 +126,7 @@ TEST_CASE("repairClosed rejects what is not a closed surface", "[geometry][messa
   CHECK_THAT(refusalOf({cube.vertices, {{0, 0, 1}}}), Contains("all triangles of the mesh are collapsed"));
   TriangleMesh mesh = cube;
   mesh.vertices[2].y() = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THAT(refusalOf(mesh), Contains("vertex 2 has a coordinate that is not finite"));
+  CHECK_THAT(refusalOf(mesh), Contains("vertex 2 has a coordinate that is not a finite number"));
   mesh = cube;
   mesh.triangles.pop_back();
   CHECK_THAT(refusalOf(mesh),

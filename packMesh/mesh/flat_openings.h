@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Closing of flat openings of a surface, such as the ends of a vessel.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "packMesh/mesh/triangle_mesh.h"
+
+namespace packmesh {
+
+/// A flat opening that was closed by triangles, in the frame and unit of the mesh.
+struct CappedOpening {
+  Vec3 center = Vec3::Zero();
+  double area = 0.0;
+  std::size_t edges = 0;
+};
+
+/// Closes all openings of `mesh` if each is one closed outline in a plane (tolerance::flatCapFraction); else
+/// leaves it unchanged. Outlines that are not star-shaped around their centre are closed without a new vertex.
+/// Pre: no edge has more than two triangles
+/// @param sides sortedSides(mesh)
+/// @param capped receives the openings
+/// @return why an opening cannot be closed, and where it is; empty: all are closed
+std::string capFlatOpenings(TriangleMesh& mesh, const std::vector<TriangleSide>& sides,
+                            std::vector<CappedOpening>& capped);
+
+}  // namespace packmesh
