@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Ending of work that takes long and has no limits of its own: reading, repairing and preparing meshes.
+/// @file Ending of work that takes long and has no limits of its own: reading, repairing and preparing
+/// meshes.
 #pragma once
 
 #include <cstddef>

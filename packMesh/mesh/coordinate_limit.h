@@ -9,7 +9,8 @@
 
 namespace packmesh {
 
-/// What is wrong with the coordinates of a vertex, beginning with a blank, to follow its name; empty: nothing.
+/// What is wrong with the coordinates of a vertex, beginning with a blank, to follow its name; empty:
+/// nothing.
 inline std::string coordinateFault(const Vec3& v) {
   if (!v.allFinite()) return " has a coordinate that is not a finite number";
   int axis = 0;

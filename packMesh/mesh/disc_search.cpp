@@ -31,12 +31,14 @@ void DiscSearch::search(Query& query) const {
     lanes.y[k] = static_cast<float>(query.point[k].y());
     lanes.z[k] = static_cast<float>(query.point[k].z());
     const double atMost = query.atMost[k];
-    limits[k] = atMost < 0.0 ? -1.0f : static_cast<float>(std::min(atMost * atMost + slack, 1e30));
+    limits[k] = atMost < 0.0
+                    ? -1.0f
+                    : static_cast<float>(std::min((1.0 + searchGrowth) * atMost * atMost + slack, 1e30));
     query.nearest[k] = {std::numeric_limits<double>::infinity(), -1, 6, query.point[k]};
   }
   Context context{query, surface_, slack};
   const auto examine = [](void* data, const int* triangles, const float* squared, int count,
-                          float (&most)[points]) {
+                          float(&most)[points]) {
     const Context& c = *static_cast<const Context*>(data);
     for (int k = 0; k < points; ++k)
       for (int t = 0; t < count; ++t) {

@@ -36,11 +36,12 @@ class DiscSearch {
   bool resolves(double length) const { return slackAt(2.0 * tree_.reach) < length * length; }
 
  private:
-  /// Upper bound of twice the error of squared distances, about 160 roundings of floats [µm²].
+  /// Distances d from triangles have errors e of up to 16 roundings of floats of the size of the coordinates:
+  /// twice the error of d², 4 d e + 2 e², is less than searchGrowth d² + this [µm²].
   double slackAt(double distanceFromOrigin) const {
-    constexpr double roundings = 1e-5;
-    const double size = distanceFromOrigin + tree_.reach;
-    return roundings * size * size;
+    constexpr double sixteenRoundings = 1e-6;
+    const double error = sixteenRoundings * (distanceFromOrigin + tree_.reach);
+    return (4.0 / searchGrowth + 2.0) * error * error;
   }
 
   const MeshTree& tree_;

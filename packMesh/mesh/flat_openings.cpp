@@ -23,10 +23,10 @@ constexpr std::size_t mostForEars = 3000;
 struct Outline {
   std::vector<int> vertices;  ///< in the order in which a cap traverses them
   Vec3 center = Vec3::Zero(), normal = Vec3::Zero();
-  double area = 0.0, length = 0.0;     ///< of the polygon, of its edges
-  double deviation = 0.0;              ///< largest distance of a vertex from the plane
-  int axis = 0;                        ///< along which it is projected
-  Polygon polygon;                     ///< the projection, counter-clockwise
+  double area = 0.0, length = 0.0;  ///< of the polygon, of its edges
+  double deviation = 0.0;           ///< largest distance of a vertex from the plane
+  int axis = 0;                     ///< along which it is projected
+  Polygon polygon;                  ///< the projection, counter-clockwise
 };
 
 /// The open edges, as closed chains of vertices. @return what prevents that
@@ -63,7 +63,9 @@ std::string chains(const TriangleMesh& mesh, const std::vector<TriangleSide>& si
 Outline outlineOf(const TriangleMesh& mesh, std::vector<int> vertices) {
   Outline o;
   o.vertices = std::move(vertices);
-  const auto at = [&](std::size_t i) -> const Vec3& { return mesh.vertices[o.vertices[i % o.vertices.size()]]; };
+  const auto at = [&](std::size_t i) -> const Vec3& {
+    return mesh.vertices[o.vertices[i % o.vertices.size()]];
+  };
   const Vec3 origin = at(0);
   Vec3 twice = Vec3::Zero();
   for (std::size_t i = 1; i + 1 < o.vertices.size(); ++i) twice += (at(i) - origin).cross(at(i + 1) - origin);

@@ -17,8 +17,8 @@ struct CappedOpening {
 };
 
 /// Closes all openings of `mesh` if each is one closed outline in a plane (tolerance::flatCapFraction); else
-/// leaves it unchanged. Outlines that are not star-shaped around their centre are closed without a new vertex.
-/// Pre: no edge has more than two triangles
+/// leaves it unchanged. Outlines that are not star-shaped around their centre are closed without a new
+/// vertex. Pre: no edge has more than two triangles
 /// @param sides sortedSides(mesh)
 /// @param capped receives the openings
 /// @return why an opening cannot be closed, and where it is; empty: all are closed

@@ -14,7 +14,8 @@ inline TriangleFacts factsOf(const TriangleMesh& mesh, int triangle, const Vec3&
   const Vec3 normal = (b - a).cross(c - a).normalized();
   for (int e = 0; e < 3; ++e) {
     const Vec3 corner = mesh.corner(triangle, e) - origin,
-               edge = mesh.corner(triangle, (e + 1) % 3) - mesh.corner(triangle, e), inward = normal.cross(edge);
+               edge = mesh.corner(triangle, (e + 1) % 3) - mesh.corner(triangle, e),
+               inward = normal.cross(edge);
     const double square = edge.squaredNorm();
     for (int k = 0; k < 3; ++k) {
       facts.corner[e][k] = static_cast<float>(corner[k]);

@@ -45,16 +45,21 @@ void triangleDistances(const PointLanes& points, const TriangleFacts* triangles,
   for (int c = 0; c < count; ++c) store(squaredDistance(p, triangles[c]), squared + laneCount * c);
 }
 
+/// Upper bound of the error of squared distances from a disc, relative to the squared distance from its
+/// centre: about thirty roundings.
+constexpr float discRounding = 2e-6f;
+
 /// A lower bound of the squared distances from a disc: it is between two planes and, along them, within its
 /// radius.
 inline Lanes squaredFromDisc(const Point& p, const FourDiscs& discs, int k) {
   const Point from{p.x - discs.center[0][k], p.y - discs.center[1][k], p.z - discs.center[2][k]};
   const float normal[3] = {discs.normal[0][k], discs.normal[1][k], discs.normal[2][k]};
   const Lanes none = splat(0.0f), along = dot(from, normal);
-  const Lanes across2 = larger(from.x * from.x + from.y * from.y + from.z * from.z - along * along, none);
+  const Lanes length2 = from.x * from.x + from.y * from.y + from.z * from.z;
+  const Lanes across2 = larger(length2 - along * along, none);
   const Lanes height = larger(magnitude(along) - discs.half[k], none),
               beyond = larger(squareRoot(across2) - discs.radius[k], none);
-  return height * height + beyond * beyond;
+  return height * height + beyond * beyond - discRounding * length2;
 }
 
 struct Waiting {
@@ -93,7 +98,7 @@ void searchNear(const PointLanes& points, const DiscQuad* quads, const TriangleF
     if (!anyWithin(next.squared, limit)) continue;
     if (next.content < 0) {
       const Lanes square = squaredDistance(p, triangles[~next.content]);
-      limit = smaller(square + slack, limit);
+      limit = smaller((1.0f + searchGrowth) * square + slack, limit);
       if (!anyWithin(square, limit)) continue;
       store(square, squared + laneCount * count);
       found[count++] = ~next.content;

@@ -36,9 +36,13 @@ using TriangleDistances = void (*)(const PointLanes& points, const TriangleFacts
 using ExamineNear = void (*)(void* context, const int* triangles, const float* squared, int count,
                              float (&limits)[16]);
 
+/// Squared distances d² from triangles have errors of less than half of searchGrowth d² + slack.
+inline constexpr float searchGrowth = 2e-5f;
+
 /// Calls `examine` with all triangles that may be nearest to a point k and nearer than the root of limits[k].
-/// @param slack twice the error of squared distances [µm²]
-/// @param limits including the slack; negative: no triangle is searched. Lowered by what is found
+/// @param slack [µm²]
+/// @param limits including searchGrowth and slack; negative: no triangle is searched. Lowered by what is
+/// found
 using SearchNear = void (*)(const PointLanes& points, const DiscQuad* quads, const TriangleFacts* triangles,
                             float slack, float (&limits)[16], ExamineNear examine, void* context);
 

@@ -2,6 +2,7 @@
 #include "packMesh/mesh/triangle_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "packMesh/core/poll.h"
@@ -44,6 +45,23 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : order_(mesh.triangles.siz
   for (const int t : order_) boxes_.push_back(boxes[t]);
 }
 
+namespace {
+
+/// A box around the unit vectors from one vertex of a triangle to its points: around the ends of an arc,
+/// enlarged by the height of the arc and for rounding.
+Box directionsFrom(const TriangleMesh& mesh, int vertex, const Triangle& triangle) {
+  constexpr double rounding = 1e-12;
+  Box box;
+  Vec3 ends[2];
+  int n = 0;
+  for (const int v : triangle)
+    if (v != vertex) box.add(ends[n++] = (mesh.vertices[v] - mesh.vertices[vertex]).stableNormalized());
+  const double halfChord2 = 0.25 * (ends[1] - ends[0]).squaredNorm();
+  return box.grownBy(1.0 - std::sqrt(std::max(0.0, 1.0 - halfChord2)) + rounding);
+}
+
+}  // namespace
+
 std::vector<TriangleTree::Fan> TriangleTree::fansIn(const TriangleMesh& mesh) const {
   std::vector<int> triangles(mesh.vertices.size(), 0);
   for (const Triangle& t : mesh.triangles)
@@ -73,16 +91,12 @@ std::vector<TriangleTree::Fan> TriangleTree::fansIn(const TriangleMesh& mesh) co
     if (fans[n].vertex < 0) continue;
     const int apex = fans[n].vertex;
     if (node.count == 0 && fans[node.first].vertex == apex && fans[node.first + 1].vertex == apex) {
-      for (const int child : {node.first, node.first + 1}) {
-        fans[n].rim.add(fans[child].rim.lo);
-        fans[n].rim.add(fans[child].rim.hi);
-      }
+      for (const int child : {node.first, node.first + 1}) fans[n].directions.add(fans[child].directions);
     } else if (node.count > 0) {
       for (int e = node.first; e < node.first + node.count; ++e)
-        for (const int v : mesh.triangles[order_[e]])
-          if (v != apex) fans[n].rim.add(mesh.vertices[v]);
+        fans[n].directions.add(directionsFrom(mesh, apex, mesh.triangles[order_[e]]));
     } else {
-      fans[n].rim = node.box;
+      fans[n].directions = {-Vec3::Ones(), Vec3::Ones()};
     }
   }
   return fans;

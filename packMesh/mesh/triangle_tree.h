@@ -61,9 +61,8 @@ class TriangleTree {
   }
 
   /// Calls `visit(s, t)` once for every two triangles whose bounding boxes meet, until it returns false.
-  /// Triangles with a common vertex are left out if the side opposite that vertex, of either, has a bounding
-  /// box that does not meet the other's: they have nothing but that vertex in common. (The boxes of all
-  /// triangles of a fan meet.)
+  /// Triangles with a common vertex are left out if they certainly are in different directions from it: they
+  /// have nothing but that vertex in common. (The boxes of all triangles of a fan meet.)
   /// @param mesh the mesh of the tree
   template <class Visit>
   void forEachPair(const TriangleMesh& mesh, Visit&& visit) const {
@@ -81,8 +80,8 @@ class TriangleTree {
           for (int f = e + 1; f < a.first + a.count; ++f)
             if (boxes_[e].meets(boxes_[f]) && !visit(order_[e], order_[f])) return;
       } else if (a.box.meets(b.box)) {
-        if (fans[i].vertex >= 0 && fans[i].vertex == fans[j].vertex && !fans[i].rim.meets(b.box) &&
-            !fans[j].rim.meets(a.box))
+        if (fans[i].vertex >= 0 && fans[i].vertex == fans[j].vertex &&
+            !fans[i].directions.meets(fans[j].directions))
           continue;
         if (a.count > 0 && b.count > 0) {
           for (int e = a.first; e < a.first + a.count; ++e)
@@ -107,7 +106,7 @@ class TriangleTree {
   /// What the triangles of a node have in common.
   struct Fan {
     int vertex = -1;  ///< a vertex of all of them, that of the most triangles if there are several; -1: none
-    Box rim;          ///< contains their sides opposite that vertex
+    Box directions;   ///< contains the unit vectors from it to their other points
   };
   std::vector<Fan> fansIn(const TriangleMesh& mesh) const;
 

@@ -63,6 +63,7 @@ def pack(
     vessel: Optional[MeshSource] = None,
     scale: float = 1.0,
     open_axis: Optional[str] = None,
+    flat_openings: Optional[str] = None,
     obstacles: Union[Body, Sequence[Body]] = (),
     walls: Optional[str] = None,
     ends: Optional[str] = None,
@@ -115,6 +116,7 @@ def pack(
         vessel: a watertight mesh, a file or (vertices, triangles); coordinates times `scale` are in µm
     Details of it:
         open_axis: axis along which the vessel is open ("x"), with flat caps at both ends
+        flat_openings: flat openings in the mesh of a vessel: "cap" (closed, the default) or "refuse"
         obstacles: bodies that are subtracted
         walls: axes along which a box ends in walls ("yz", or "none")
         ends: open ends and faces of a box: "closed" (cells stay inside, where HemoCell keeps them; the default) or
@@ -233,8 +235,8 @@ def _fill(asked: Words, **given: Any) -> None:
         asked.option("plt_ratio", given["platelets"])
     if given["species"] is not None:
         asked.species(given["species"], given["hematocrit"] is not None, given["case"] is not None)
-    for name in ("ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance", "wall_clearance",
-                 "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads",
+    for name in ("flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance",
+                 "wall_clearance", "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads",
                  "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
         if given[name] is not None:
             asked.option(name.replace("_", "-"), given[name])

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Packing a case or a box, and what ends it, with the real executable.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include "packMesh/mesh/mesh_file.h"
+#include "packMesh/mesh/mesh_repair.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/packMesh/mesh/test_meshes.h"
+#include "tests/packMesh/sample_meshes.h"
 
+using namespace packmesh;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
 namespace fs = std::filesystem;
@@ -179,4 +185,55 @@ TEST_CASE("Help, reference and version are printed", "[executable]") {
   CHECK(run(folder.path(), "--reference").exitCode == 0);
   CHECK_THAT(run(folder.path(), "--version").out, Contains("packMesh "));
   CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of the capped mesh",
+          "[executable][openings]") {
+  const TemporaryFolder folder;
+  const TriangleMesh whole = sample::straightTube(0.0, 30.0, 6.0, 7, 24);
+  TriangleMesh open = whole;
+  open.triangles.erase(std::remove_if(open.triangles.begin(), open.triangles.end(),
+                                      [&](const Triangle& t) {
+                                        return std::all_of(t.begin(), t.end(), [&](int v) {
+                                          return whole.vertices[v].x() > 29.0;
+                                        });
+                                      }),
+                       open.triangles.end());
+  TriangleMesh closed = open;
+  std::vector<CappedOpening> openings;
+  repairClosed(closed, "closed", &openings);
+  REQUIRE(openings.size() == 1);
+  writeMesh(folder.path() / "open.stl", open);
+  writeMesh(folder.path() / "closed.stl", closed);
+  const std::string cells = " 2 --rbc 20 --ends periodic --open-axis x --report r.json";
+  const Ran given = run(folder.path(), "--vessel closed.stl" + cells);
+  INFO(given.all());
+  REQUIRE(given.exitCode == 0);
+  const std::string pos = readText(folder.path() / "RBC.pos");
+  const auto lumen = [&] {
+    return nlohmann::json::parse(readText(folder.path() / "r.json"))["lumen"]["volume"];
+  };
+  const double volume = lumen();
+  CHECK(volume == Approx(8.0 * signedVolume(whole)));
+  const Ran capped = run(folder.path(), "--vessel open.stl" + cells);
+  INFO(capped.all());
+  REQUIRE(capped.exitCode == 0);
+  CHECK(readText(folder.path() / "RBC.pos") == pos);
+  CHECK(lumen() == volume);
+  CHECK_THAT(capped.all(),
+             Contains("open.stl: capped 1 flat opening (447.24 µm²); --flat-openings refuse makes"));
+  const Ran refused = run(folder.path(), "--vessel open.stl" + cells + " --flat-openings refuse");
+  CHECK(refused.exitCode == 2);
+  CHECK_THAT(refused.all(), Contains("the surface is not closed: it has 24 open edges"));
+}
+
+TEST_CASE("The time limit includes the preparation", "[executable]") {
+  const TemporaryFolder folder;
+  writeMesh(folder.path() / "cell.off", icosphere(4, 4.0));
+  const Ran ran = run(folder.path(), "40 40 40 --cell-mesh a 3 cell.off --max-time 1e-6");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 3);
+  CHECK_THAT(ran.all(), Contains("was reached before packing began; nothing was written"));
+  CHECK_THAT(ran.out, !Contains("Lumen"));  // it ended during the preparation
+  CHECK_FALSE(fs::exists(folder.path() / "a.pos"));
 }

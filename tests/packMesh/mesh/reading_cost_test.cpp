@@ -39,9 +39,7 @@ using MakeMesh = TriangleMesh (*)(int size);
 void requireProportional(MakeMesh make, int size) {
   const TriangleMesh small = make(size), large = make(8 * size);
   REQUIRE(large.triangles.size() > 7 * small.triangles.size());
-  const auto repair = [](TriangleMesh mesh) {
-    return pollsOf([&] { repairClosed(mesh, "x"); });
-  };
+  const auto repair = [](TriangleMesh mesh) { return pollsOf([&] { repairClosed(mesh, "x"); }); };
   const double few = repair(small), many = repair(large);
   CAPTURE(few, many);
   CHECK(many <= 16.0 * few + 100.0);
@@ -76,7 +74,8 @@ TriangleMesh collinearFan(int n) {
 
 TriangleMesh allOnALine(int n) {
   TriangleMesh mesh = tubeWithFans(n);
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) mesh.vertices[i] = Vec3::Constant(double(i * 7919 % 100003));
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    mesh.vertices[i] = Vec3::Constant(double(i * 7919 % 100003));
   return mesh;
 }
 
@@ -109,7 +108,7 @@ TriangleMesh tetrahedraInCube(int n) {
     for (const Vec3& corner : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)})
       mesh.vertices.push_back(at + corner);
     mesh.triangles.insert(mesh.triangles.end(),
-                          {{v, v + 1, v + 2}, {v, v + 3, v + 1}, {v, v + 2, v + 3}, {v + 1, v + 3, v + 2}});
+                          {{v, v + 2, v + 1}, {v, v + 1, v + 3}, {v, v + 3, v + 2}, {v + 1, v + 2, v + 3}});
   }
   return mesh;
 }
@@ -126,14 +125,30 @@ TriangleMesh openStrip(int n) {
 }  // namespace
 
 TEST_CASE("Repairing takes steps in proportion to the triangles", "[geometry][reading]") {
-  SECTION("fans") { requireProportional(tubeWithFans, 2000); }
-  SECTION("a fan of triangles without area") { requireProportional(collinearFan, 1000); }
-  SECTION("all vertices on a line") { requireProportional(allOnALine, 2000); }
-  SECTION("all vertices equal") { requireProportional(allInAPoint, 2000); }
-  SECTION("all vertices in a plane") { requireProportional(allInAPlane, 2000); }
-  SECTION("all triangles twice") { requireProportional(everythingTwice, 2000); }
-  SECTION("many components in one") { requireProportional(tetrahedraInCube, 2000); }
-  SECTION("open edges in a plane") { requireProportional(openStrip, 4000); }
+  SECTION("fans") {
+    requireProportional(tubeWithFans, 2000);
+  }
+  SECTION("a fan of triangles without area") {
+    requireProportional(collinearFan, 1000);
+  }
+  SECTION("all vertices on a line") {
+    requireProportional(allOnALine, 2000);
+  }
+  SECTION("all vertices equal") {
+    requireProportional(allInAPoint, 2000);
+  }
+  SECTION("all vertices in a plane") {
+    requireProportional(allInAPlane, 2000);
+  }
+  SECTION("all triangles twice") {
+    requireProportional(everythingTwice, 2000);
+  }
+  SECTION("many components in one") {
+    requireProportional(tetrahedraInCube, 2000);
+  }
+  SECTION("open edges in a plane") {
+    requireProportional(openStrip, 4000);
+  }
   SECTION("a round cell") {
     requireProportional([](int n) { return sample::sphere(Vec3::Zero(), 3.0, 2 * n / 40, 20); }, 400);
   }
@@ -149,7 +164,7 @@ TEST_CASE("A fan of triangles without area is removed", "[geometry][reading]") {
 
 TEST_CASE("Components that contain others are oriented by all that contain them", "[geometry][reading]") {
   TriangleMesh mesh = tetrahedraInCube(27);
-  const double outer = signedVolume(sample::box(-Vec3::Ones(), Vec3::Constant(6.0)));
+  const double outer = boundingBox(mesh).volume();
   const auto repairs = repairClosed(mesh, "x");
   CHECK(repairs == std::vector<std::string>{"x: flipped 27 surfaces that were inside out"});
   CHECK(signedVolume(mesh) == Approx(outer - 27.0 / 6.0));

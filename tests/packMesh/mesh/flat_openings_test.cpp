@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/mesh/flat_openings.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "packMesh/container/vessel.h"
+#include "packMesh/core/error.h"
+#include "packMesh/mesh/mesh_repair.h"
+#include "tests/packMesh/sample_meshes.h"
+
+using namespace packmesh;
+using Catch::Contains;
+
+namespace {
+
+/// `mesh` without the triangles in the planes `x`.
+TriangleMesh opened(TriangleMesh mesh, const std::vector<double>& planes) {
+  const auto isCap = [&](const Triangle& t) {
+    return std::any_of(planes.begin(), planes.end(), [&](double x) {
+      return std::all_of(t.begin(), t.end(), [&](int v) { return std::abs(mesh.vertices[v].x() - x) < 1e-9; });
+    });
+  };
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), isCap), mesh.triangles.end());
+  return mesh;
+}
+
+std::string refusalOf(TriangleMesh mesh) {
+  std::vector<CappedOpening> capped;
+  try {
+    repairClosed(mesh, "tube.stl", &capped);
+  } catch (const MeshError& error) {
+    CHECK(capped.empty());
+    return error.what();
+  }
+  return "no error";
+}
+
+const Vec3 one = Vec3::Ones();
+
+}  // namespace
+
+TEST_CASE("Flat openings are capped", "[geometry][openings]") {
+  const TriangleMesh whole = sample::straightTube(0.0, 30.0, 5.0, 7, 24);
+  const double area = 12.0 * 25.0 * std::sin(2.0 * M_PI / 24.0);  // of the polygon with 24 corners
+  for (const std::vector<double>& ends : {std::vector<double>{30.0}, {0.0}, {0.0, 30.0}}) {
+    TriangleMesh mesh = opened(whole, ends);
+    REQUIRE(mesh.triangles.size() < whole.triangles.size());
+    CHECK_THROWS_WITH(repairClosed(mesh, "x"), Contains("not closed"));
+    mesh = opened(whole, ends);
+    std::vector<CappedOpening> capped;
+    CHECK(repairClosed(mesh, "x", &capped).size() <= 1);  // the unused vertex in the middle of an end
+    REQUIRE(capped.size() == ends.size());
+    for (const CappedOpening& opening : capped) {
+      CHECK(opening.area == Approx(area));
+      CHECK(opening.edges == 24);
+      CHECK(opening.center.y() == Approx(0.0).margin(1e-12));
+    }
+    CHECK(signedVolume(mesh) == Approx(30.0 * area));
+    CHECK(surfaceArea(mesh) == Approx(surfaceArea(whole)));
+    CHECK(repairClosed(mesh, "x").empty());
+    for (const Vec3& v : mesh.vertices) CHECK((v.x() >= 0.0 && v.x() <= 30.0));
+    const auto vessel = makeVessel(mesh, VesselEnds{0, 0.0, 30.0, false}, 0.5);  // has flat ends
+    CHECK(vessel->volume() == Approx(30.0 * area));
+  }
+}
+
+TEST_CASE("An opening may be a refined polygon, oblique, and not convex", "[geometry][openings]") {
+  // A prism over a polygon with refined edges.
+  const auto prism = [](const std::vector<Vec3>& corners, int parts, const Vec3& along) {
+    TriangleMesh mesh;
+    std::vector<Vec3> outline;
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      for (int k = 0; k < parts; ++k)
+        outline.push_back(corners[i] + (corners[(i + 1) % corners.size()] - corners[i]) * (double(k) / parts));
+    const int n = static_cast<int>(outline.size());
+    for (const Vec3& p : outline) mesh.vertices.push_back(p);
+    for (const Vec3& p : outline) mesh.vertices.push_back(p + along);
+    for (int i = 0; i < n; ++i) {
+      const int j = (i + 1) % n;
+      mesh.triangles.insert(mesh.triangles.end(), {{i, j, n + j}, {i, n + j, n + i}});
+    }
+    return mesh;
+  };
+  const std::vector<Vec3> square = {{0, 0, 0}, {0, 4, 0}, {0, 4, 4}, {0, 0, 4}},
+                          ell = {{0, 0, 0}, {0, 6, 0}, {0, 6, 2}, {0, 1, 2}, {0, 1, 6}, {0, 0, 6}};
+  const double squareArea = 16.0, ellArea = 16.0;
+  for (const auto& [corners, area] : {std::pair(square, squareArea), std::pair(ell, ellArea)})
+    for (const int parts : {1, 5})
+      for (const Vec3& along : {Vec3(10, 0, 0), Vec3(10, 3, 2), Vec3(-10, 0, 0)}) {
+        for (const Mat3& turned : {Mat3(Mat3::Identity()), Quaternion(0.9, 0.3, 0.2, 0.1).normalized().toRotationMatrix()}) {
+          TriangleMesh mesh = prism(corners, parts, along);
+          for (Vec3& v : mesh.vertices) v = turned * v;
+          std::vector<CappedOpening> capped;
+          repairClosed(mesh, "x", &capped);
+          REQUIRE(capped.size() == 2);
+          CHECK(capped[0].area == Approx(area));
+          CHECK(capped[1].edges == corners.size() * parts);
+          CHECK(signedVolume(mesh) == Approx(10.0 * area));
+        }
+      }
+}
+
+TEST_CASE("Openings that are not flat are refused, saying what to do", "[geometry][openings][messages]") {
+  TriangleMesh tube = opened(sample::straightTube(0.0, 30.0, 5.0, 7, 24), {30.0});
+  for (Vec3& v : tube.vertices)
+    if (v.x() > 29.0) v.x() += 0.02 * v.y() * v.y();
+  const std::string bent = refusalOf(tube);
+  CHECK_THAT(bent, Contains("the opening at (30.3333, ") && Contains("with 24 edges is not flat: it deviates from a plane by 0.333"));
+  CHECK_THAT(bent, Contains("Cut the end off by a plane, or close it in a mesh editor"));
+
+  TriangleMesh hole = sample::sphere(Vec3::Zero(), 5.0, 12, 16);
+  hole.triangles.erase(hole.triangles.begin() + 100);
+  TriangleMesh closed = hole;
+  std::vector<CappedOpening> capped;
+  repairClosed(closed, "x", &capped);  // a single triangle is flat
+  CHECK(capped.size() == 1);
+
+  // A ring between two tubes.
+  TriangleMesh ring = opened(sample::straightTube(0.0, 30.0, 5.0, 7, 24), {30.0});
+  sample::append(ring, opened(sample::straightTube(5.0, 30.0, 2.0, 7, 12), {30.0}));
+  CHECK_THAT(refusalOf(ring), Contains("surrounds another one in the same plane"));
+
+  // Two triangles that meet in a vertex.
+  TriangleMesh open;
+  open.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  open.triangles = {{0, 1, 2}, {0, 3, 4}};
+  CHECK_THAT(refusalOf(open), Contains("several openings meet at (0, 0, 0)"));
+}
