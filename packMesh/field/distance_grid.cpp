@@ -153,6 +153,7 @@ class Sampler {
     for (int at = direction > 0 ? 0 : n - 1; at >= 0 && at < n; at += direction) {
       const int before = at - direction;
       const bool first = before < 0 || before >= n;
+      if (axis == 2) poll();
       if (axis == 0) {
         if (!first) learn(at, j, k, -direction * step_[0]);
         continue;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "packMesh/core/poll.h"
+
 namespace packmesh {
 namespace {
 
@@ -59,6 +61,7 @@ ClosestPoint::ClosestPoint(const TriangleMesh& mesh) : tree_(mesh) {
   std::vector<Side> sides;
   std::vector<Vec3> atVertex(mesh.vertices.size(), Vec3::Zero());
   for (std::size_t t = 0; t < n; ++t) {
+    pollAt(t);
     const Triangle& corners = mesh.triangles[t];
     const Vec3& a = mesh.vertices[corners[0]];
     const Vec3 u = mesh.vertices[corners[1]] - a, v = mesh.vertices[corners[2]] - a;

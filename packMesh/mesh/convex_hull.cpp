@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "packMesh/core/poll.h"
 #include "packMesh/mesh/predicates.h"
 
 namespace packmesh {
@@ -22,7 +23,10 @@ class Quickhull {
   std::vector<std::array<int, 2>> edges() {
     if (!startTetrahedron()) return {};
     for (std::size_t f = 0; f < faces_.size(); ++f)  // faces are appended during the loop
-      while (faces_[f].alive && !faces_[f].above.empty()) addPoint(static_cast<int>(f));
+      while (faces_[f].alive && !faces_[f].above.empty()) {
+        poll();
+        addPoint(static_cast<int>(f));
+      }
     std::vector<std::array<int, 2>> edges;
     for (const Face& f : faces_)
       if (f.alive)

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
 
 namespace packmesh {
 
@@ -51,6 +52,7 @@ class TreeBuilder {
   /// @param disc,size index and size of the disc around them
   int addQuad(const std::vector<Range>& patches, int disc, float size) {
     const int index = static_cast<int>(tree_.quads.size());
+    poll();
     tree_.quads.emplace_back();
     DiscQuad quad{};
     quad.disc = disc;

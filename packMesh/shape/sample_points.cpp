@@ -43,6 +43,7 @@ std::vector<Vec3> pointsOn(const TriangleMesh& mesh, double spacing) {
 /// differ by at most one point, so that padding gives no point much more weight than others.
 void cluster(std::vector<Vec3>::iterator first, std::vector<Vec3>::iterator last, SamplePoints& out) {
   const auto count = last - first;
+  poll();
   if (count <= SamplePoints::width) {
     for (int k = 0; k < SamplePoints::width; ++k) {
       const Vec3& p = first[k % count];

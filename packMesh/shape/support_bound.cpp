@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "packMesh/core/poll.h"
+
 namespace packmesh {
 namespace {
 
@@ -34,6 +36,7 @@ SupportBound boundSupport(const TriangleMesh& mesh) {
   double bestSize = std::numeric_limits<double>::infinity();
   constexpr int rings = 40;
   for (int step = 0; step < rings; ++step) {
+    poll();
     SupportBound bound;
     bound.ring = largestRho * step / rings;
     const double tube = largestRho - bound.ring;

@@ -18,10 +18,12 @@ namespace {
 TriangleMesh opened(TriangleMesh mesh, const std::vector<double>& planes) {
   const auto isCap = [&](const Triangle& t) {
     return std::any_of(planes.begin(), planes.end(), [&](double x) {
-      return std::all_of(t.begin(), t.end(), [&](int v) { return std::abs(mesh.vertices[v].x() - x) < 1e-9; });
+      return std::all_of(t.begin(), t.end(),
+                         [&](int v) { return std::abs(mesh.vertices[v].x() - x) < 1e-9; });
     });
   };
-  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), isCap), mesh.triangles.end());
+  mesh.triangles.erase(std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), isCap),
+                       mesh.triangles.end());
   return mesh;
 }
 
@@ -72,7 +74,8 @@ TEST_CASE("An opening may be a refined polygon, oblique, and not convex", "[geom
     std::vector<Vec3> outline;
     for (std::size_t i = 0; i < corners.size(); ++i)
       for (int k = 0; k < parts; ++k)
-        outline.push_back(corners[i] + (corners[(i + 1) % corners.size()] - corners[i]) * (double(k) / parts));
+        outline.push_back(corners[i] +
+                          (corners[(i + 1) % corners.size()] - corners[i]) * (double(k) / parts));
     const int n = static_cast<int>(outline.size());
     for (const Vec3& p : outline) mesh.vertices.push_back(p);
     for (const Vec3& p : outline) mesh.vertices.push_back(p + along);
@@ -88,7 +91,8 @@ TEST_CASE("An opening may be a refined polygon, oblique, and not convex", "[geom
   for (const auto& [corners, area] : {std::pair(square, squareArea), std::pair(ell, ellArea)})
     for (const int parts : {1, 5})
       for (const Vec3& along : {Vec3(10, 0, 0), Vec3(10, 3, 2), Vec3(-10, 0, 0)}) {
-        for (const Mat3& turned : {Mat3(Mat3::Identity()), Quaternion(0.9, 0.3, 0.2, 0.1).normalized().toRotationMatrix()}) {
+        for (const Mat3& turned :
+             {Mat3(Mat3::Identity()), Quaternion(0.9, 0.3, 0.2, 0.1).normalized().toRotationMatrix()}) {
           TriangleMesh mesh = prism(corners, parts, along);
           for (Vec3& v : mesh.vertices) v = turned * v;
           std::vector<CappedOpening> capped;
@@ -106,7 +110,8 @@ TEST_CASE("Openings that are not flat are refused, saying what to do", "[geometr
   for (Vec3& v : tube.vertices)
     if (v.x() > 29.0) v.x() += 0.02 * v.y() * v.y();
   const std::string bent = refusalOf(tube);
-  CHECK_THAT(bent, Contains("the opening at (30.3333, ") && Contains("with 24 edges is not flat: it deviates from a plane by 0.333"));
+  CHECK_THAT(bent, Contains("the opening at (30.3333, ") &&
+                       Contains("with 24 edges is not flat: it deviates from a plane by 0.333"));
   CHECK_THAT(bent, Contains("Cut the end off by a plane, or close it in a mesh editor"));
 
   TriangleMesh hole = sample::sphere(Vec3::Zero(), 5.0, 12, 16);
