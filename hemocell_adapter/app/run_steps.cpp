@@ -12,10 +12,11 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/stopped.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/tiling.h"
-#include "packMesh/core/poll.h"
+#include "packMesh/core/poll_scope.h"
 #include "packMesh/packing/pack.h"
 
 namespace packmesh::hemocell {

@@ -15,17 +15,6 @@ struct Failure {
   std::string message;
 };
 
-/// Thrown by a rank whose preparation reaches the time limit or is interrupted; together() makes it an
-/// AgreedFailure.
-class Stopped : public Error {
- public:
-  explicit Stopped(const Failure& failure) : Error(failure.message), code_(failure.code) {}
-  ExitCode code() const { return code_; }
-
- private:
-  ExitCode code_;
-};
-
 /// Thrown identically on all ranks.
 class AgreedFailure : public std::runtime_error {
  public:

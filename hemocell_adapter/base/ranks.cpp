@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "hemocell_adapter/base/value.h"
+#include "hemocell_adapter/base/stopped.h"
 #include "packMesh/parallel/cores.h"
 #include "packMesh/parallel/launcher.h"
 

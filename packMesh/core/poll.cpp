@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/core/poll.h"
 
+#include <functional>
 #include <utility>
+
+#include "packMesh/core/poll_scope.h"
 
 namespace packmesh {
 namespace {

@@ -162,7 +162,7 @@ class FarthestPoints {
   }
 
   void update(std::size_t n, const Vec3& p) {
-    constexpr double rounding = 1.0 + 1e-12;
+    constexpr double rounding = 1.0 + 1e-12;  // of a few operations
     const Node& node = nodes_[n];
     if (node.begin == node.end || node.box.squaredDistance(p) > rounding * node.squared) return;
     if (n < leaves_) {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/poll.h"
+#include "packMesh/core/poll_scope.h"
 #include "packMesh/mesh/flat_triangles.h"
 #include "packMesh/mesh/merge_vertices.h"
 #include "packMesh/mesh/mesh_file.h"
