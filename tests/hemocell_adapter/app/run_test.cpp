@@ -221,7 +221,7 @@ TEST_CASE("Flat openings of a vessel are capped: volume and packing are those of
   CHECK(readText(folder.path() / "RBC.pos") == pos);
   CHECK(lumen() == volume);
   CHECK_THAT(capped.all(),
-             Contains("open.stl: capped 1 flat opening (447.24 µm²); --flat-openings refuse makes"));
+             Contains("open.stl: capped 1 flat opening (447.239 µm²); --flat-openings refuse makes"));
   const Ran refused = run(folder.path(), "--vessel open.stl" + cells + " --flat-openings refuse");
   CHECK(refused.exitCode == 2);
   CHECK_THAT(refused.all(), Contains("the surface is not closed: it has 24 open edges"));
