@@ -12,8 +12,8 @@
 #include <string>
 #include <string_view>
 
-#include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/base/stopped.h"
+#include "hemocell_adapter/base/value.h"
 #include "packMesh/parallel/cores.h"
 #include "packMesh/parallel/launcher.h"
 
