@@ -23,10 +23,12 @@ namespace {
 /// The first few violations of a kind, all of them if verbose.
 class FaultList {
  public:
-  void add(const std::string& line) {
+  /// @param line gives the text; called if it is shown
+  template <class Line>
+  void add(const Line& line) {
     constexpr std::int64_t shown = 5;
     if (log::level() == log::Level::verbose || ++count_ <= shown) {
-      log::info("  " + line);
+      log::info("  " + line());
     } else {
       ++hidden_;
     }
@@ -75,11 +77,11 @@ class Report {
     std::string text =
         fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "not clean",
                     found_.all, found_.all == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
-    if (certificate_.overlapping.empty())
+    if (examination_.overlaps == 0)
       text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
     else
       text += fmt::format(", {}{} overlapping pairs", certificate_.moreOverlaps ? "at least " : "",
-                          certificate_.overlapping.size());
+                          examination_.overlaps);
     if (!certificate_.misplaced.empty())
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
     if (knowsAcceptance(scene_))
@@ -120,32 +122,37 @@ class Report {
   }
 
   void printOverlap() const {
-    std::int64_t amongKept = 0;
-    for (const OverlappingPair& pair : certificate_.overlapping) {
-      amongKept += examination_.keeps(pair.first) && examination_.keeps(pair.second);
-    }
     const std::string nearer = scene_.demanded.membranes > 0.0
                                    ? fmt::format(" or nearer than {:.6g} µm", scene_.demanded.membranes)
                                    : "";
     const bool more = certificate_.moreOverlaps;
-    std::string text = fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "",
-                                   certificate_.overlapping.size());
-    if (knowsAcceptance(scene_) && !certificate_.overlapping.empty())
-      text += more ? fmt::format("; of those found, {} are among cells HemoCell keeps", amongKept)
-                   : fmt::format(", {} of them among cells HemoCell keeps", amongKept);
+    std::string text =
+        fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "", examination_.overlaps);
+    if (knowsAcceptance(scene_) && examination_.overlaps > 0 && !more)
+      text += fmt::format(", {} of them among cells HemoCell keeps", overlapsAmongKept());
     log::info(text);
     if (more)
       log::info(
-          "  So many overlap that further pairs were not examined: are positions in µm, and of this lumen?");
+          "  So many overlap that further pairs were not examined: are positions in µm, and of this lumen? "
+          "Examples:");
     FaultList list;
-    for (const OverlappingPair& pair : certificate_.overlapping) {
-      const std::string second = pair.first == pair.second ? "its own periodic image" : nameOf(pair.second);
-      const bool image = !pair.shift.isZero() && pair.first != pair.second;
-      list.add(fmt::format("{} and {}{}: {}", nameOf(pair.first), second, image ? " (periodic image)" : "",
-                           pair.contained   ? "one lies inside the other"
-                           : pair.gap > 0.0 ? fmt::format("{:.6g} µm apart", pair.gap)
-                                            : "the meshes meet"));
-    }
+    for (const OverlappingPair& pair : certificate_.overlapping) list.add([&] { return lineOf(pair); });
+  }
+
+  std::int64_t overlapsAmongKept() const {
+    std::int64_t kept = 0;
+    for (const OverlappingPair& pair : certificate_.overlapping)
+      kept += examination_.keeps(pair.first) && examination_.keeps(pair.second);
+    return kept;
+  }
+
+  std::string lineOf(const OverlappingPair& pair) const {
+    const std::string second = pair.first == pair.second ? "its own periodic image" : nameOf(pair.second);
+    const bool image = !pair.shift.isZero() && pair.first != pair.second;
+    return fmt::format("{} and {}{}: {}", nameOf(pair.first), second, image ? " (periodic image)" : "",
+                       pair.contained   ? "one lies inside the other"
+                       : pair.gap > 0.0 ? fmt::format("{:.6g} µm apart", pair.gap)
+                                        : "the meshes meet");
   }
 
   void printMisplaced() const {
@@ -157,7 +164,7 @@ class Report {
                           certificate_.misplaced.size()));
     FaultList list;
     for (const MisplacedCell& cell : certificate_.misplaced)
-      list.add(fmt::format("{} {}", nameOf(cell.cell), cell.reason));
+      list.add([&] { return fmt::format("{} {}", nameOf(cell.cell), cell.reason); });
   }
 
   /// Files whose positions would fit after multiplication by a factor. Each file is judged by itself; if none
@@ -208,7 +215,8 @@ class Report {
     FaultList list;
     if (log::level() != log::Level::verbose) return;
     for (const Examination::Dropped& one : examination_.dropped)
-      list.add(fmt::format("deleted: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]));
+      list.add(
+          [&] { return fmt::format("deleted: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]); });
   }
 
   void printHematocrit(const char* which, const std::vector<std::int64_t>& counts) const {

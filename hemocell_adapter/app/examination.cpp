@@ -12,16 +12,11 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/certificate/certifier.h"
-#include "packMesh/certificate/certify.h"
 #include "packMesh/certificate/shared_cells.h"
 #include "packMesh/packing/id_shares.h"
 
 namespace packmesh::hemocell {
 namespace {
-
-/// Limits, in total and per cell, of the overlapping pairs that are searched. A cell touches some ten others;
-/// if all overlap, as in a file in metres, the number of pairs is quadratic.
-constexpr std::int64_t leastOverlaps = 100000, overlapsPerCell = 4;
 
 /// A cell on the way to the rank that has its number.
 struct ReadCell {
@@ -47,7 +42,7 @@ PosShare shareOf(const std::vector<PosLine>& all, const Communicator& ranks) {
   return {{all.begin() + first, all.begin() + end}, first, static_cast<std::int64_t>(all.size())};
 }
 
-CertificateInput inputOf(const Scene& scene, std::int64_t cells) {
+CertificateInput inputOf(const Scene& scene) {
   CertificateInput input;
   input.container = scene.lumen.container.get();
   for (const CellSpecies& species : scene.species) {
@@ -58,29 +53,23 @@ CertificateInput inputOf(const Scene& scene, std::int64_t cells) {
   input.requiredGap = scene.demanded.membranes;
   input.threads = scene.team;
   input.requiredWallGap = scene.demanded.wall;
-  input.mostOverlaps = std::max(leastOverlaps, overlapsPerCell * cells);
   return input;
 }
 
 Certificate certificateOf(const Scene& scene, const std::vector<PlacedCell>& own, std::int64_t all,
                           const Communicator& ranks) {
-  CertificateInput input = inputOf(scene, all);
+  CertificateInput input = inputOf(scene);
+  LimitedSearch search{OverlapSearch(all, mostOverlaps(all))};
   if (ranks.alone()) {
     input.cells = &own;
-    return certify(input);
+    return Certifier(input, gapOfInterest, &search).certificate();
   }
   const SharedCells here =
       sharedInSpace(own, input.shapes, *input.container, std::max(gapOfInterest, input.requiredGap), ranks);
   input.cells = &here.cells;
   input.own = &here.own;
-  int rounds = searchRounds(all);
-  CommonSearch search;
   search.numbers = &here.numbers;
-  search.cells = all;
-  search.sum = [&](std::int64_t found) {
-    --rounds;
-    return ranks.sum(found);
-  };
+  search.sum = [&](std::int64_t found) { return ranks.sum(found); };
   Certificate certificate;
   std::exception_ptr error;
   try {
@@ -88,7 +77,7 @@ Certificate certificateOf(const Scene& scene, const std::vector<PlacedCell>& own
   } catch (...) {
     error = std::current_exception();
   }
-  while (rounds > 0) search.sum(0);  // the other ranks go on
+  while (!search.rounds.over()) search.rounds.finish(ranks.sum(std::int64_t{0}));  // the other ranks go on
   together(ranks, [&] {
     if (error) std::rethrow_exception(error);
   });
@@ -127,6 +116,12 @@ void takeVerdicts(const Scene& scene, const std::vector<PlacedCell>& own, const 
 
 }  // namespace
 
+std::int64_t mostOverlaps(std::int64_t cells) {
+  // A cell touches some ten others. More pairs than can be listed need not be counted.
+  constexpr std::int64_t least = 100000, perCell = 4, most = 1000000;
+  return std::clamp(perCell * cells, least, most);
+}
+
 FoundCells::Place FoundCells::placeOf(std::int64_t cell) const {
   Place place{0, cell};
   while (place.index >= counts[place.species]) place.index -= counts[place.species++];
@@ -145,11 +140,14 @@ FoundCells readCells(const Scene& scene, const Communicator& ranks) {
             : readPosShare(scene.outputDirectory / (species.name + ".pos"), ranks, scene.team, &warnings);
     for (const std::string& warning : warnings) log::warning(warning);
     std::int64_t id = found.all + share.first;
+    read.reserve(read.size() + share.lines.size());
     for (const PosLine& line : share.lines) read.push_back(readCell(id++, static_cast<int>(s), line));
     found.counts.push_back(share.all);
     found.all += share.all;
   }
   read = IdShares(found.all, ranks).collect(std::move(read));
+  found.cells.reserve(read.size());
+  found.poses.reserve(read.size());
   for (const ReadCell& cell : read) {
     const PosLine line = cell.line();
     found.cells.push_back({cell.species, placementOf(line)});
@@ -168,6 +166,12 @@ Examination examine(const Scene& scene, const std::vector<PlacedCell>& own, cons
   Examination found;
   found.cells = ranks.sum(static_cast<std::int64_t>(own.size()));
   found.certificate = certificateOf(scene, own, found.cells, ranks);
+  std::vector<OverlappingPair>& pairs = found.certificate.overlapping;
+  found.overlaps = static_cast<std::int64_t>(pairs.size());
+  if (found.certificate.moreOverlaps) {
+    found.overlaps = mostOverlaps(found.cells);
+    pairs.resize(std::min<std::size_t>(pairs.size(), OverlapSearch::examples));
+  }
   found.droppedIsFault = scene.lumen.acceptedOnly && !scene.periodicEnds.value_or(false);
   // A sum that does not depend on the ranks.
   std::vector<std::int64_t> counts = countsOf(scene, own);

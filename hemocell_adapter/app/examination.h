@@ -32,10 +32,14 @@ struct FoundCells {
 /// @throws InputError; AgreedFailure if there are several ranks
 FoundCells readCells(const Scene& scene, const Communicator& ranks);
 
+/// The number of overlapping pairs at which the search among so many cells ends.
+std::int64_t mostOverlaps(std::int64_t cells);
+
 /// What was found in the cells of all ranks: whether they overlap, are in the lumen, and are kept by
 /// HemoCell.
 struct Examination {
   Certificate certificate;
+  std::int64_t overlaps = 0;  ///< pairs that overlap; at least so many if not all are listed
   std::int64_t cells = 0;
   struct Dropped {
     std::int64_t cell;
@@ -50,7 +54,8 @@ struct Examination {
 };
 
 /// Tests cells against the clearances that the scene demands: each rank those in a part of the lumen. The
-/// result is the same on all ranks, and on any number of them. All ranks call.
+/// result is the same on all ranks, and on any number of them. If more pairs overlap than mostOverlaps(), the
+/// certificate lists only a few of them, so time and memory grow linearly with the cells. All ranks call.
 /// @param own cells of this rank, numbered in rank order
 /// @throws InputError; AgreedFailure if there are several ranks
 Examination examine(const Scene& scene, const std::vector<PlacedCell>& own, const Communicator& ranks);

@@ -51,7 +51,7 @@ struct Certificate {
   double minimumWallGap = std::numeric_limits<double>::infinity();
   double cellVolume = 0.0;  ///< total volume of all meshes [µm³]
   bool complete = true;     ///< false: stopped early, nothing is proven
-  /// True if pairs beyond those listed may overlap: see CertificateInput::mostOverlaps.
+  /// True if so many pairs overlap that only some of them are listed: see LimitedSearch.
   bool moreOverlaps = false;
 
   bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
@@ -75,9 +75,6 @@ struct CertificateInput {
   const std::vector<bool>* own = nullptr;
   /// Polled by the calling thread between cells; true stops. Empty: never.
   std::function<bool()> stop = {};
-  /// Once this many overlapping pairs are found, no further cells are searched for overlaps: if all cells
-  /// overlap, the number of pairs is quadratic in the number of cells.
-  std::int64_t mostOverlaps = std::numeric_limits<std::int64_t>::max();
   bool upToFirstFault = false;  ///< stop at the first cell with a violation
   Threads threads = {};         ///< that share the work of this rank
 };

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "packMesh/core/vector_text.h"
 #include "packMesh/parallel/per_thread.h"
@@ -21,9 +22,15 @@ constexpr double firstLevel = 0.02;
 /// Cells that a thread examines at a time.
 constexpr std::int64_t cellsPerPart = 64;
 
-/// @param begin of the round: the first cell that has not been examined
-std::int64_t endOfRound(std::int64_t begin, std::int64_t cells) {
-  return std::min(2 * begin + 1, cells);
+/// Of a cell that is searched for examples of overlaps: so many of its neighbours are tested at most, and so
+/// many of its pairs found.
+constexpr std::size_t mostCandidates = 4096, mostExamples = 5;
+
+bool isEarlier(const NearPair& a, const NearPair& b) {
+  const auto key = [](const NearPair& p) {
+    return std::make_tuple(p.second, p.shift[0], p.shift[1], p.shift[2]);
+  };
+  return key(a) < key(b);
 }
 
 std::string tooNear(double gap, double required) {
@@ -35,13 +42,7 @@ std::string tooNear(double gap, double required) {
 
 }  // namespace
 
-int searchRounds(std::int64_t cells) {
-  int rounds = 0;
-  for (std::int64_t begin = 0; begin < cells; begin = endOfRound(begin, cells)) ++rounds;
-  return rounds;
-}
-
-Certifier::Certifier(const CertificateInput& input, double largestGap, const CommonSearch* common)
+Certifier::Certifier(const CertificateInput& input, double largestGap, LimitedSearch* search)
     : input_(input),
       cells_(input_),
       changed_(cells_.count(), true),
@@ -51,7 +52,7 @@ Certifier::Certifier(const CertificateInput& input, double largestGap, const Com
       wallGaps_(cells_.count(), infinite),
       wallGap_(largestGap, largestGap) {
   neighbors_.emplace(cells_.neighbors());
-  examineAll(common);
+  examineAll(search);
   finish();
 }
 
@@ -99,7 +100,8 @@ std::vector<std::int32_t> Certifier::allCells() const {
 }
 
 template <class Examine>
-void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& examine) {
+void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& examine,
+                        const std::function<bool()>& isKept) {
   PerThread<Findings> found(input_.threads, {pairGap_, wallGap_});
   std::atomic<bool> stops{!certificate_.complete};
   const auto until = [&](const Findings& own) {
@@ -117,6 +119,7 @@ void Certifier::forEach(const std::vector<std::int32_t>& cells, const Examine& e
       },
       cellsPerPart);
   certificate_.complete = !stops;
+  if (isKept && !isKept()) return;
   found.forEach([&](const Findings& some) { take(some); });
 }
 
@@ -134,31 +137,45 @@ void Certifier::take(const Findings& findings) {
   certificate_.pairsTested += findings.pairsTested;
 }
 
-/// Examines all cells in rounds, each of them twice as large as the one before: if all cells overlap, few of
-/// their pairs are found.
-void Certifier::examineAll(const CommonSearch* common) {
-  const std::vector<std::int32_t> all = allCells();
-  const std::int64_t count = common ? common->cells : cells_.count();
-  const bool limited = input_.mostOverlaps < std::numeric_limits<std::int64_t>::max();
+void Certifier::examineAll(LimitedSearch* search) {
+  std::vector<std::int32_t> own = allCells();
+  own.erase(std::remove_if(own.begin(), own.end(), [&](std::int32_t i) { return !cells_.isOwn(i); }),
+            own.end());
+  if (search) searchInRounds(own, *search);
+  forEach(own, [&](std::int64_t i, Findings& found) {
+    if (!search) examinePairs(i, true, true, found);
+    examineWall(i, true, found);
+  });
+}
+
+/// @param cells of this rank
+void Certifier::searchInRounds(const std::vector<std::int32_t>& cells, LimitedSearch& search) {
+  OverlapSearch& rounds = search.rounds;
   // The first cell here whose number is not less.
   const auto here = [&](std::int64_t number) -> std::int64_t {
-    if (!common) return number;
-    return std::lower_bound(common->numbers->begin(), common->numbers->end(), number) -
-           common->numbers->begin();
+    if (!search.numbers) return number;
+    return std::lower_bound(search.numbers->begin(), search.numbers->end(), number) - search.numbers->begin();
   };
-  for (std::int64_t begin = 0, end = 0; begin < count && certificate_.complete; begin = end) {
-    end = limited ? endOfRound(begin, count) : count;
-    const std::int64_t first = here(begin), behind = here(end);
+  while (!rounds.over()) {
+    const std::int64_t first = here(rounds.begin()), behind = here(rounds.end());
     std::vector<std::int32_t> round;
-    for (const std::int32_t i : all)
-      if (first <= i && i < behind && cells_.isOwn(i)) round.push_back(i);
-    const auto found = static_cast<std::int64_t>(certificate_.overlapping.size());
-    certificate_.moreOverlaps = (common ? common->sum(found) : found) >= input_.mostOverlaps;
-    forEach(round, [&](std::int64_t i, Findings& findings) {
-      if (!certificate_.moreOverlaps) examinePairs(i, true, true, findings);
-      examineWall(i, true, findings);
+    for (const std::int32_t i : cells)
+      if (first <= i && i < behind) round.push_back(i);
+    const std::int64_t most = rounds.room();
+    std::atomic<std::int64_t> room{most};
+    const auto examine = [&](std::int64_t i, Findings& found) {
+      if (room <= 0) return;
+      if (!rounds.more()) return examinePairs(i, true, true, found, &room);
+      const std::size_t before = found.overlapping.size();
+      findExamples(i, found);
+      room -= static_cast<std::int64_t>(found.overlapping.size() - before);
+    };
+    forEach(round, examine, [&] {
+      const std::int64_t found = std::min(most, most - room);
+      return rounds.finish(search.sum ? search.sum(found) : found);
     });
   }
+  certificate_.moreOverlaps = rounds.more();
 }
 
 void Certifier::examineChanged() {
@@ -182,13 +199,17 @@ void Certifier::finish() {
 
 /// @param isNew the pairs have not been examined at their present positions: search for violations, not only
 /// gaps
-void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found) const {
+/// @param room if given: for so many pairs; then the search ends
+void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found,
+                             std::atomic<std::int64_t>* room) {
   SmallestGap& smallest = found.pairGap;
   const auto reach = [&] { return std::max(smallest.limit(), isNew ? input_.requiredGap : 0.0); };
   smallest.measured();
   neighbors_->forEachNear(cell, reach(), onlyLater, [&](const NearPair& pair) {
     const std::int64_t other = pair.first == cell ? pair.second : pair.first;
     if (!cells_.isOwn(pair.first)) return;
+    if (room && *room <= 0) return;
+    if (isUnlisted()) return;
     if (!onlyLater && changed_[other] && other < cell) return;  // already examined from the other cell
     if (isNew && pair.apart < input_.requiredGap) ++found.pairsTested;
     if (!(pair.apart < reach())) return;
@@ -197,13 +218,38 @@ void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Find
     if (isNew) {
       if (const auto fault = cells_.faultOf(pair, result)) {
         found.overlapping.push_back(*fault);
+        if (room) --*room;
         return;
       }
     }
+    if (result.relation != MeshRelation::apart) touching_ = true;
     if (result.relation != MeshRelation::apart || !std::isfinite(result.gap)) return;
     found.near.push_back({pair.first, static_cast<std::int32_t>(pair.second), result.gap});
     smallest.found(result.gap);
   });
+}
+
+/// Tests the neighbours of a cell in the order of their numbers until a few overlap.
+void Certifier::findExamples(std::int64_t cell, Findings& found) const {
+  std::vector<NearPair> near;
+  const auto keepFirst = [&] {
+    if (near.size() <= mostCandidates) return;
+    std::nth_element(near.begin(), near.begin() + mostCandidates, near.end(), isEarlier);
+    near.resize(mostCandidates);
+  };
+  neighbors_->forEachNear(cell, input_.requiredGap, true, [&](const NearPair& pair) {
+    near.push_back(pair);
+    if (near.size() == 2 * mostCandidates) keepFirst();
+  });
+  keepFirst();
+  std::sort(near.begin(), near.end(), isEarlier);
+  std::size_t examples = 0;
+  for (const NearPair& pair : near) {
+    const auto fault = cells_.faultOf(pair, cells_.relation(pair, input_.requiredGap));
+    if (!fault) continue;
+    found.overlapping.push_back(*fault);
+    if (++examples == mostExamples) return;
+  }
 }
 
 /// Measures the gaps to later cells.
@@ -236,7 +282,7 @@ void Certifier::examineWall(std::int64_t cell, bool isNew, Findings& found) {
 
 void Certifier::settlePairGap() {
   bool ofAllCells = !certificate_.moreOverlaps;
-  while (certificate_.complete && !(ofAllCells && pairGap_.settled())) {
+  while (certificate_.complete && !isUnlisted() && !(ofAllCells && pairGap_.settled())) {
     pairGap_.beginAgain();
     ofAllCells = true;
     measureLater(allCells());
@@ -269,7 +315,7 @@ void Certifier::summarise() {
     certificate_.minimumGap = std::min_element(pairs.begin(), pairs.end(), nearer)->gap;
   } else {
     settlePairGap();
-    certificate_.minimumGap = pairGap_.least();
+    certificate_.minimumGap = isUnlisted() ? 0.0 : pairGap_.least();
   }
   const auto& misplaced = certificate_.misplaced;
   const bool outside = std::any_of(misplaced.begin(), misplaced.end(), touches);

@@ -2,28 +2,28 @@
 /// @file A certificate that is updated while a few cells at a time move.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
 
 #include "packMesh/certificate/certified_cells.h"
+#include "packMesh/certificate/overlap_search.h"
 #include "packMesh/certificate/smallest_gap.h"
 
 namespace packmesh {
 
-/// Cells that several ranks examine together, each its own, so that all end the search for overlaps at the
-/// same cell (CertificateInput::mostOverlaps, which then limits the pairs of all ranks).
-struct CommonSearch {
-  const std::vector<std::int64_t>* numbers = nullptr;  ///< of each cell among those of all ranks, ascending
-  std::int64_t cells = 0;                              ///< of all ranks
-  /// Sum over the ranks of the overlapping pairs that each has found. Called searchRounds() times, whatever
-  /// is found, unless an exception ends the search.
-  std::function<std::int64_t(std::int64_t own)> sum;
+/// A search for overlapping pairs that ends early if there are very many. Of one rank, or of several that
+/// examine cells together, each its own.
+struct LimitedSearch {
+  OverlapSearch rounds;
+  /// Of several ranks: the number of each cell among those of all ranks, ascending.
+  const std::vector<std::int64_t>* numbers = nullptr;
+  /// Of several ranks: sum of what each has found in a round. Called once per round; after an exception the
+  /// caller goes through the rounds that are left.
+  std::function<std::int64_t(std::int64_t own)> sum = {};
 };
-
-/// In how many rounds cells are searched for overlaps if their number is limited.
-int searchRounds(std::int64_t cells);
 
 /// Certifies cells and updates the certificate when some of them have changed, by examining only the pairs
 /// and walls of changed cells.
@@ -35,9 +35,9 @@ class Certifier {
   /// Certifies all cells. The data referenced by `input` must outlive this object; the number of cells must
   /// not change.
   /// @param largestGap as for certify() [µm]
-  /// @param common with mostOverlaps, without `stop` and upToFirstFault; used by the constructor only
+  /// @param search without `stop` and upToFirstFault; used by the constructor only. nullptr: all pairs
   explicit Certifier(const CertificateInput& input, double largestGap = gapOfInterest,
-                     const CommonSearch* common = nullptr);
+                     LimitedSearch* search = nullptr);
   Certifier(const Certifier&) = delete;
   Certifier& operator=(const Certifier&) = delete;
 
@@ -60,15 +60,22 @@ class Certifier {
     std::vector<MisplacedCell> misplaced = {};
     std::int64_t pairsTested = 0;
   };
-  /// Calls examine(cell, findings) for cells, shared among the threads, until told to stop.
+  /// Calls examine(cell, findings) for cells, shared among the threads, until told to stop; then takes what
+  /// was found, if that is kept.
   template <class Examine>
-  void forEach(const std::vector<std::int32_t>& cells, const Examine& examine);
+  void forEach(const std::vector<std::int32_t>& cells, const Examine& examine,
+               const std::function<bool()>& isKept = {});
   void take(const Findings& findings);
   void forgetChanged();
-  void examineAll(const CommonSearch* common);
+  void examineAll(LimitedSearch* search);
+  void searchInRounds(const std::vector<std::int32_t>& cells, LimitedSearch& search);
   void examineChanged();
   void finish();
-  void examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found) const;
+  void examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found,
+                    std::atomic<std::int64_t>* room = nullptr);
+  void findExamples(std::int64_t cell, Findings& found) const;
+  /// Whether a pair touches that is not among the few that are listed.
+  bool isUnlisted() const { return certificate_.moreOverlaps && touching_; }
   void measureLater(const std::vector<std::int32_t>& cells);
   void settlePairGap();
   void examineWall(std::int64_t cell, bool isNew, Findings& found);
@@ -81,6 +88,7 @@ class Certifier {
   Certificate certificate_;
   std::optional<PeriodicNeighbors> neighbors_;  ///< of the cells as last examined
   std::vector<bool> changed_;
+  std::atomic<bool> touching_{false};  ///< a pair that touches was met while gaps were measured
 
   /// Per cell: the smallest gap [µm] among its pairs with later cells that are no violations, and the
   /// partner; exact up to the limit measured by pairGap_.

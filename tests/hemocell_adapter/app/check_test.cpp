@@ -61,9 +61,26 @@ TEST_CASE("check stops searching for overlaps when all cells overlap", "[executa
   const Ran ran = run(folder.path(), "check 20 20 20");
   INFO(ran.all());
   CHECK(ran.exitCode == int(ExitCode::faultsFound));
-  CHECK_THAT(ran.out, Contains("Overlapping pairs: at least 118872") &&
+  CHECK_THAT(ran.out, Contains("Overlapping pairs: at least 100000\n") &&
                           Contains("further pairs were not examined") &&
-                          Contains("; of those found, 0 are among cells HemoCell keeps\n"));
+                          Contains("RBC.pos:2 and RBC.pos:3") && Contains("Verdict: not clean"));
+}
+
+TEST_CASE("check of many lines that are the same ends after a bounded number of pairs", "[executable]") {
+  const TemporaryFolder folder;
+  constexpr int cells = 30000;
+  std::string file = fmt::format("{}\n", cells);
+  for (int cell = 0; cell < cells; ++cell) file += "10 10 10 0 0 0\n";
+  writeText(folder.path() / "RBC.pos", file);
+  const Ran ran = run(folder.path(), "check 20 20 20 --verbose");
+  INFO(ran.all().substr(0, 5000));
+  CHECK(ran.exitCode == int(ExitCode::faultsFound));
+  CHECK_THAT(ran.out,
+             Contains("Overlapping pairs: at least 120000\n") && Contains("RBC.pos:2 and RBC.pos:3"));
+  std::size_t listed = 0;
+  for (std::size_t at = 0; (at = ran.out.find("the meshes meet", at)) != std::string::npos; ++at) ++listed;
+  CHECK(listed >= 5);
+  CHECK(listed < 50);
 }
 
 TEST_CASE("check rejects options of packing", "[executable]") {

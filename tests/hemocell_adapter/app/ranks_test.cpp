@@ -2,6 +2,8 @@
 // The executable under mpirun, as batch jobs start it.
 #include "hemocell_adapter/base/ranks.h"
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -296,9 +298,15 @@ TEST_CASE("check of cells that all overlap ends the search at the same cell on 1
     heaps += "10" + line.substr(1) + "50" + line.substr(1);
   }
   writeText(folder.path() / "RBC.pos", heap);
-  requireSameCheck(folder, "check --box 60 60 60", 4, "Overlapping pairs: at least");
+  requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
   writeText(folder.path() / "RBC.pos", heaps);  // on different ranks
-  requireSameCheck(folder, "check --box 60 60 60", 4, "Overlapping pairs: at least");
+  requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
+  std::string late = "900\n";  // cells that overlap nothing come first
+  for (int i = 0; i < 200; ++i)
+    late += fmt::format("{} {} {} 0 0 0\n", 9 * (i % 6) + 5, 9 * (i / 6 % 6) + 5, 9 * (i / 36) + 5);
+  late += heap.substr(heap.find('\n') + 1);
+  writeText(folder.path() / "RBC.pos", late);
+  requireSameCheck(folder, "check --box 60 60 60 --verbose", 4, "Overlapping pairs: at least");
 }
 
 TEST_CASE("check refuses files with the same words on 1, 2, 3 and 5 ranks", "[ranks]") {

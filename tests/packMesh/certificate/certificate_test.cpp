@@ -8,6 +8,7 @@
 #include <random>
 #include <tuple>
 
+#include "packMesh/certificate/certifier.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_intersection.h"
@@ -341,37 +342,66 @@ TEST_CASE("A stopped certificate is not clean, and cells that cannot be examined
   }
 }
 
-TEST_CASE("The search stops after enough overlapping pairs, but walls and gaps are complete",
+TEST_CASE("A limited search lists all pairs below its limit, otherwise a few; walls and gaps are complete",
           "[certificate]") {
   const auto one = ball(1.0);
-  std::vector<PlacedCell> cells(50);
+  std::vector<PlacedCell> cells(150);
+  const std::size_t clean = GENERATE(0, 20);  // cells that overlap nothing come first
   for (std::size_t i = 0; i < cells.size(); ++i)
-    cells[i].placement.translation = Vec3(5.0, 5.0, 5.0 + 0.001 * i);
+    cells[i].placement.translation =
+        i < clean ? Vec3(20.0 + 3.0 * double(i), 0.0, 0.0) : Vec3(5.0, 5.0, 5.0 + 0.001 * double(i));
   CertificateInput input;
   input.shapes = {one.get()};
   input.cells = &cells;
-  REQUIRE(certify(input).overlapping.size() == 50 * 49 / 2);
-  REQUIRE_FALSE(certify(input).moreOverlaps);
-  input.mostOverlaps = 60;
-  const Certificate some = certify(input);
-  REQUIRE(some.overlapping.size() == 49 + 48 + 47);  // after cell 0, cells 1 and 2
-  REQUIRE(some.moreOverlaps);
-  REQUIRE(some.complete);
-  REQUIRE_FALSE(some.clean());
-  REQUIRE(some.minimumGap == 0.0);
+  const auto heap = std::int64_t(cells.size() - clean), pairs = heap * (heap - 1) / 2;
+  const auto limited = [&](std::int64_t most) {
+    input.threads = Threads(4);
+    LimitedSearch search{OverlapSearch(std::int64_t(cells.size()), most)};
+    return Certifier(input, 2.0, &search).certificate();
+  };
+  const Certificate whole = limited(pairs + 1);
+  CHECK(std::int64_t(whole.overlapping.size()) == pairs);
+  CHECK_FALSE(whole.moreOverlaps);
+  CHECK(whole.pairsTested == certify(input).pairsTested);
 
-  input.upToFirstFault = true;
-  const Certificate first = certify(input);
-  REQUIRE(first.overlapping.size() == 49);
-  REQUIRE_FALSE(first.complete);
+  for (const std::int64_t most : {std::int64_t(100), pairs}) {
+    const Certificate some = limited(most);
+    CHECK(some.moreOverlaps);
+    CHECK(some.complete);
+    CHECK_FALSE(some.clean());
+    CHECK(some.minimumGap == 0.0);
+    CHECK(some.cells == std::int64_t(cells.size()));
+    REQUIRE(some.overlapping.size() >= 20);
+    CHECK(std::int64_t(some.overlapping.size()) < std::max<std::int64_t>(most, 25));
+    CHECK(some.overlapping[0].first == std::int64_t(clean));
+    CHECK(some.overlapping[0].second == std::int64_t(clean) + 1);
+    // The same pairs whenever threads end.
+    const Certificate again = limited(most);
+    REQUIRE(again.overlapping.size() == some.overlapping.size());
+    for (std::size_t i = 0; i < some.overlapping.size(); ++i) {
+      CHECK(again.overlapping[i].first == some.overlapping[i].first);
+      CHECK(again.overlapping[i].second == some.overlapping[i].second);
+    }
+  }
+}
 
-  // Pairs that are only too near to each other: the smallest gap is that of all of them.
-  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].placement.translation = Vec3(3.0 * i, 0.0, 0.0);
-  cells.back().placement.translation.x() -= 0.5;
-  input.upToFirstFault = false;
+TEST_CASE("The smallest gap of a limited search is that of all pairs", "[certificate]") {
+  const auto one = ball(1.0);
+  std::vector<PlacedCell> cells(50);
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].placement.translation = Vec3(3.0 * double(i), 0, 0);
+  CertificateInput input;
+  input.shapes = {one.get()};
+  input.cells = &cells;
   input.requiredGap = 1.5;
-  input.mostOverlaps = 10;
-  const Certificate near = certify(input, 2.0);
-  REQUIRE(near.overlapping.size() == 15);  // of cells 0 to 14
-  REQUIRE(near.minimumGap == Approx(0.5).margin(0.03));
+  const auto limited = [&] {
+    LimitedSearch search{OverlapSearch(std::int64_t(cells.size()), 10)};
+    return Certifier(input, 2.0, &search).certificate();
+  };
+  cells.back().placement.translation.x() -= 0.5;  // a pair that is not listed is the nearest
+  const Certificate near = limited();
+  REQUIRE(near.moreOverlaps);
+  CHECK(near.overlapping.back().second < 48);
+  CHECK(near.minimumGap == Approx(0.5).margin(0.03));
+  cells.back().placement.translation.x() -= 1.0;  // or touches
+  CHECK(limited().minimumGap == 0.0);
 }
