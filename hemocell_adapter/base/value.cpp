@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <sstream>
@@ -119,9 +120,7 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
       if (text.empty()) return {};
       return text;
     case Kind::name:
-      if (text.empty() || text.size() > longestName || text.front() == '.' || !isPlainText(text) ||
-          text.find_first_of("/\\ ,\"'") != std::string::npos)
-        return {};
+      if (!isCellName(text)) return {};
       return text;
     case Kind::choice:
       return choiceIn(spec, text);
@@ -156,6 +155,21 @@ std::optional<Value> read(const ValueSpec& spec, const std::string& text) {
 
 }  // namespace
 
+bool isCellName(const std::string& text) {
+  if (text.empty() || text.size() > longestName || !isVisible(text)) return false;
+  if (text.find_first_of("/\\ ,\"'#;") != std::string::npos) return false;
+  constexpr const char* first[] = {".", "=", "+", "-", "@", "＝", "＋", "－", "＠"};
+  return std::none_of(std::begin(first), std::end(first),
+                      [&](const char* character) { return text.rfind(character, 0) == 0; });
+}
+
+std::string expectedCellName() {
+  return fmt::format(
+      "a cell name of at most {} bytes without blanks, invisible characters, slashes, commas, semicolons, "
+      "quotes and #, not beginning with one of . = + - @",
+      longestName);
+}
+
 std::string expectation(const ValueSpec& spec) {
   const std::string unit = *spec.unit ? fmt::format(" [{}]", spec.unit) : "";
   switch (spec.kind) {
@@ -171,8 +185,7 @@ std::string expectation(const ValueSpec& spec) {
              : std::string_view(spec.placeholder) == "folder" ? "a folder"
                                                               : "some text";
     case Kind::name:
-      return fmt::format("a cell name of at most {} bytes without blanks, slashes, commas or quotes",
-                         longestName);
+      return expectedCellName();
     case Kind::choice: {
       return alternatives(spec.choices);
     }

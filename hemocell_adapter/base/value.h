@@ -29,6 +29,13 @@ enum class Kind {
 
 using Value = std::variant<bool, std::int64_t, double, std::string, Vec3, std::vector<double>>;
 
+/// True for names of cells, which become names of files and entries of tables: visible, without what other
+/// programs take for something else. A spreadsheet takes =, +, - or @ at the beginning for a formula, a
+/// program takes - for an option, a reader of tables takes # for a comment.
+bool isCellName(const std::string& text);
+/// What it expects.
+std::string expectedCellName();
+
 /// Specification of one value.
 struct ValueSpec {
   Kind kind = Kind::text;

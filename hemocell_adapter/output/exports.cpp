@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/output/exports.h"
 
+#include <fmt/format.h>
+
 #include <iterator>
 #include <set>
 
+#include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/output/exports/formats.h"
 #include "hemocell_adapter/settings/settings.h"
 #include "packMesh/core/error.h"
@@ -27,6 +30,10 @@ Export exportNamed(const std::string& format) {
 std::vector<ExportedFile> exportedFiles(const Scene& scene, const std::vector<std::int64_t>& counts) {
   std::vector<ExportedFile> files;
   std::set<std::string> names;
+  for (const CellSpecies& species : scene.species)
+    if (!scene.exports.empty() && !isCellName(species.name))
+      throw InputError(fmt::format("export: other programs may misread the name '{}'; expected {}",
+                                   species.name, expectedCellName()));
   for (const std::string& format : scene.exports)
     for (ExportedFile& file : exportNamed(format)(scene, counts))
       if (names.insert(file.name).second) files.push_back(std::move(file));  // formats share templates

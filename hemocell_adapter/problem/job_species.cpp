@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/packing/state_cells.h"
@@ -383,8 +384,12 @@ void sortAsPacked(std::vector<std::string>& names, const Settings& settings) {
 void nameSpeciesOfStates(Settings& settings) {
   const auto take = [&](const std::vector<fs::path>& files, std::optional<fs::path> SpeciesRequest::*member) {
     for (const fs::path& file : files)
-      for (const StateCells::Kind& kind : readStateCells(file, Communicator()).species)
+      for (const StateCells::Kind& kind : readStateCells(file, Communicator()).species) {
+        if (!isCellName(kind.name))  // a file of that name is written
+          throw InputError(fmt::format("{}: contains cells named '{}'; expected {}", file.string(), kind.name,
+                                       expectedCellName()));
         speciesNamed(settings, kind.name).*member = file;
+      }
   };
   take(settings.fixedStates, &SpeciesRequest::fixed);
   take(settings.startStates, &SpeciesRequest::start);

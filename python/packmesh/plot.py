@@ -146,6 +146,20 @@ def fail_incomplete(path, error):
     fail(f"{path}: is not a complete report of packMesh: {missing}")
 
 
+def names_in(report):
+    """All names of species, and of other parts of a report."""
+    parts = report.values() if isinstance(report, dict) else report if isinstance(report, list) else ()
+    if isinstance(report, dict) and "name" in report:
+        yield report["name"]
+    for part in parts:
+        yield from names_in(part)
+
+
+def is_name(name):
+    """Whether packMesh writes it: not invisible, and no formula to a spreadsheet."""
+    return isinstance(name, str) and name.isprintable() and not name.startswith(("=", "+", "-", "@"))
+
+
 def read_report(path):
     try:
         with open(path, encoding="utf-8") as file:
@@ -158,6 +172,9 @@ def read_report(path):
         fail(f"{path}: is not a report of packMesh")
     if report.get("schemaVersion") != 1:
         fail(f"{path}: has version {report.get('schemaVersion')} of the schema, this program reads version 1")
+    for name in names_in(report):
+        if not is_name(name):
+            fail(f"{path}: contains the name {name!r}, which is none that packMesh gives")
     return report
 
 

@@ -66,6 +66,10 @@ def check_plots(plot):
     assert counted + report["measures"]["gaps"][0]["beyond"] == report["species"][0]["placed"]
     assert "is not a report" in run([*plot, "other.json"], False)
     assert "none.json" in run([*plot, "none.json"], False)
+    for name in ("=1+1", "+RBC", "\u202eRBC", "RBC\ufeff", 3):
+        report["measures"]["gaps"][0]["name"] = name
+        json.dump(report, open("other.json", "w", encoding="utf-8"))
+        assert "contains the name" in run([*plot, "other.json", "--csv", "others"], False) and not os.path.exists("others")
     report["schemaVersion"] = 2
     json.dump(report, open("other.json", "w", encoding="utf-8"))
     assert "version 2" in run([*plot, "other.json"], False)

@@ -7,9 +7,11 @@
 
 #include <catch2/catch.hpp>
 #include <functional>
+#include <regex>
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/io/seal.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
@@ -69,7 +71,10 @@ TEST_CASE("Cell names that no file or table can hold are rejected", "[executable
                            "b",
                            "a\xff"
                            "b",
-                           "\"a", "a\x7f", "a\xc2\x9b"}) {
+                           "\"a", "a\x7f", "a\xc2\x9b", "=1+1", "@a", "\u202ea", "\ufeffa",
+                           "a\u200b"
+                           "b",
+                           "a#b"}) {
     rows.push_back({box + "'" + name + "'" + ellipsoid, 1, expected});
     rows.push_back({"config.xml", 2, "config.xml:1: ", [name](const fs::path& folder) {
                       const std::string quoted =
@@ -82,6 +87,38 @@ TEST_CASE("Cell names that no file or table can hold are rejected", "[executable
   CHECK(run(folder.path(), box + std::string(100, 'x') + ellipsoid + " --vtp --export csv --state s.h5")
             .exitCode == 0);
   CHECK(run(folder.path(), "20 20 20 --cell 'sphère-2(b)'" + ellipsoid + " --export csv").exitCode == 0);
+}
+
+TEST_CASE("Names that a folder or a state gives to cells are not exported as formulas or written elsewhere",
+          "[executable]") {
+  const SampleCase folder;
+  writeText(folder.path() / "RBC#1.xml", readText(folder.path() / "RBC.xml"));
+  writeText(folder.path() / "RBC#1.pos", "1\n30 20 20 0 0 0\n");
+  const Ran checked = run(folder.path(), "check config.xml --export csv");
+  INFO(checked.all());
+  CHECK(checked.exitCode == 2);
+  CHECK_THAT(checked.err, Contains("misread the name 'RBC#1'; expected a cell name"));
+  CHECK_FALSE(fs::exists(folder.path() / "cells.csv"));
+
+  const TemporaryFolder inner;
+  ok(inner, "20 20 20 --cell 12345678 3 2 2 2 --state s.h5");
+  std::string state = readText(inner.path() / "s.h5");
+  std::size_t found = 0;
+  for (std::size_t at = 0; (at = state.find("12345678", at)) != std::string::npos; ++found)
+    state.replace(at, 8, "../../ev");
+  REQUIRE(found > 0);
+  writeText(inner.path() / "s.h5", state);
+  // Sealed again, as whoever changes it on purpose would.
+  std::smatch head;
+  REQUIRE(std::regex_search(state, head, std::regex("packMesh (\\w+), version (\\d+)\nwritten by (.*)\n")));
+  REQUIRE(seal(inner.path() / "s.h5", {head[1], std::stoll(head[2]), head[3]}).empty());
+  for (const char* words :
+       {"20 20 20 --start s.h5", "20 20 20 --rbc 1 --fixed s.h5", "check --box 20 20 20 --start s.h5"}) {
+    const Ran ran = run(inner.path(), words);
+    INFO(ran.all());
+    CHECK(ran.exitCode == 2);
+    CHECK_THAT(ran.err, Contains("s.h5: contains cells named '../../ev'; expected a cell name"));
+  }
 }
 
 TEST_CASE("Invalid paths are reported as errors of the user", "[executable]") {

@@ -15,11 +15,23 @@ TEST_CASE("Plain text is UTF-8 without control characters") {
       {"a\x01z", "a?z"},       {"\x1b[2J", "?[2J"}, {"\x7f", "?"},
       {"\xff", "?"},           {"\xc0\xaf", "??"},  {"\xe2\x82", "??"},
       {"\xed\xa0\x80", "???"}, {"\xc2\x9b", "??"},  {"\xf4\x90\x80\x80", "????"},
-      {"\xe0\x80\xaf", "???"}, {"µ\xc2", "µ?"}};
+      {"\xe0\x80\xaf", "???"}, {"µ\xc2", "µ?"},     {"a\u202ez", "a???z"},
+      {"\u2066", "???"},       {"\ufeffa", "???a"}};
   for (const auto& [text, plain] : bad) {
     INFO(plain);
     CHECK_FALSE(isPlainText(text));
     CHECK(plainText(text) == plain);
+  }
+}
+
+TEST_CASE("Visible text has no blanks beyond ASCII and no characters without a shape") {
+  for (const char* good : {"", "RBC", "a b", "µm", "血", "\xF0\x9F\xA9\xB8", "e\u0301"})
+    CHECK(isVisible(good));
+  for (const char* bad :
+       {"a\u00a0", "a\u00ad", "\u061c", "\u115f", "\u200b", "\u200d", "\u200f", "\u2028", "\u202e", "\u2060",
+        "\u2069", "\u3000", "\u3164", "\ufe0f", "\ufeffa", "\U000e0041", "\x01", "\xff"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(isVisible(bad));
   }
 }
 

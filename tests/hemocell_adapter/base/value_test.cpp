@@ -63,6 +63,22 @@ TEST_CASE("Values must have the right kind and range", "[value]") {
   CHECK_THROWS_AS(parseValue(spec(Kind::name), "a b"), InputError);
 }
 
+TEST_CASE("Cell names mean nothing else to spreadsheets, to readers of tables and on command lines",
+          "[value]") {
+  for (const char* good : {"RBC", "RBC_HO", "a=b", "a-b", "a+b", "a@b", "血", "sphère-2(b)"}) {
+    CAPTURE(good);
+    CHECK(isCellName(good));
+  }
+  for (const char* bad :
+       {"",    ".a",  "=1+1", "+a",  "-a",   "@a",       "＝a",     "＋a",     "－a",     "＠a",
+        "a#b", "a;b", "a,b",  "a b", "a\tb", "a\u00a0b", "\u202ea", "a\u200b", "\ufeffa", "a\xff"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(isCellName(bad));
+    CHECK_THROWS_WITH(parseValue(spec(Kind::name), std::string("x") + bad + "/"),
+                      Catch::Contains("a cell name of at most"));
+  }
+}
+
 TEST_CASE("Typing errors are recognised", "[value]") {
   const std::vector<std::string> known = {"hematocrit", "seed", "clearance", "wallClearance"};
   CHECK(nearestName("hematocrti", known) == std::string("hematocrit"));
