@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -62,14 +63,6 @@ void requireWritableState(const Job& job, const Communicator& ranks) {
   SharedFiles(ranks).makeFolder(job.stateFile->parent_path());
 }
 
-void takeKinds(HeldPacking& packing) {
-  packing.kinds.clear();
-  for (std::size_t s = 0; s < packing.scene->species.size(); ++s) {
-    const CellSpecies& species = packing.scene->species[s];
-    packing.kinds.push_back({species.name, species.shape->mesh(), packing.verified.cells.tally.counts[s]});
-  }
-}
-
 /// Takes over a result whose species are parts of the scene.
 void take(HeldPacking& packing, Scene scene, PackingResult result) {
   packing.ownParts.assign(scene.parts.size(), 0);
@@ -77,7 +70,11 @@ void take(HeldPacking& packing, Scene scene, PackingResult result) {
   packing.result = std::move(result);
   packing.verified = verified(scene, packing.result, packing.ranks, returnedToPython);
   packing.scene = std::make_shared<const Scene>(std::move(scene));
-  takeKinds(packing);
+  for (std::size_t s = 0; s < packing.scene->species.size(); ++s) {
+    const CellSpecies& species = packing.scene->species[s];
+    packing.kinds.push_back({species.name, species.shape->mesh(), packing.verified.cells.tally.counts[s]});
+    packing.kindOf.push_back(int(s));
+  }
 }
 
 /// A measured cell in a message between ranks.
@@ -160,6 +157,8 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
   packing.words = wordsNow(state.command, file);
   for (const StateCells::Kind& kind : state.species)
     packing.kinds.push_back({kind.name, kind.mesh, kind.count});
+  packing.kindOf.resize(packing.kinds.size());
+  std::iota(packing.kindOf.begin(), packing.kindOf.end(), 0);
   for (const StateCell& cell : state.cells) {
     packing.result.poses.push_back(cell.pose);
     packing.result.cells.push_back({cell.species, placementOf(posLineOf(cell.pose))});
@@ -168,8 +167,7 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
   return packing;
 }
 
-void complete(HeldPacking& packing) {
-  if (packing.scene) return;
+HeldPacking completed(HeldPacking packing) {
   Scene scene = sceneOf(packing);
   if (isTiled(scene))
     throw InputError(fmt::format("{}: the box of a packing that was repeated in it (--tile) is not rebuilt",
@@ -186,6 +184,8 @@ void complete(HeldPacking& packing) {
   }
   PackingResult& result = packing.result;
   for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
+  packing.kindOf.assign(scene.species.size(), -1);
+  for (std::size_t kind = 0; kind < speciesOf.size(); ++kind) packing.kindOf[speciesOf[kind]] = int(kind);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     result.cells[i].placement = placementOf(scene.read.lineOf(result.poses[i]));
   result.certificate = examine(scene, packing.result.cells, packing.ranks).certificate;
@@ -194,7 +194,7 @@ void complete(HeldPacking& packing) {
   packing.verified.cells.tally = tallyOf(scene, std::move(counts));
   packing.verified.kept = keptOf(scene, result.cells, packing.ranks);
   packing.scene = std::make_shared<const Scene>(std::move(scene));
-  takeKinds(packing);
+  return packing;
 }
 
 std::vector<PosLine> posLinesOf(const HeldPacking& packing) {
@@ -226,7 +226,7 @@ void writePosFiles(const fs::path& folder,
   files.commit();
 }
 
-void savePacking(const HeldPacking& packing, const fs::path& file) {
+void savePacking(const HeldPacking& packing, const std::vector<std::string>& words, const fs::path& file) {
   const Communicator& ranks = packing.ranks;
   if (packing.ownParts.empty())
     throw InputError(fmt::format("the packing was loaded from {}: copy that file", packing.file.string()));
@@ -259,7 +259,7 @@ void savePacking(const HeldPacking& packing, const fs::path& file) {
     state.measures.gap.push_back(cell.gap);
     state.measures.localHematocrit.push_back(cell.localHematocrit);
   }
-  writeState(file, problem, storedWords(packing.words, file), state);
+  writeState(file, problem, storedWords(words, file), state);
 }
 
 std::string reportOf(const HeldPacking& packing) {

@@ -26,12 +26,13 @@ struct HeldPacking {
     std::int64_t count = 0;  ///< on all ranks
   };
   std::vector<Kind> kinds;  ///< of the species
-  PackingResult result;     ///< with the kinds as species
+  PackingResult result;     ///< of a scene: with its species, otherwise with the kinds as species
+  std::vector<int> kindOf;  ///< by species of the result: index into `kinds`
   Communicator ranks;
   std::vector<std::string> words;  ///< the command
 
   std::filesystem::path file;          ///< from which it was loaded; empty if it was packed
-  std::shared_ptr<const Scene> scene;  ///< empty after loading, until complete()
+  std::shared_ptr<const Scene> scene;  ///< empty after loading; see completed()
   /// Of a packing that was repeated in a larger box: the one before.
   std::shared_ptr<const RepeatedPacking> before;
   std::vector<std::int64_t> ownParts;  ///< number of this rank's cells in each part of the scene
@@ -53,14 +54,15 @@ Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks,
 /// The cells of a state file of a finished packing. All ranks call. @throws InputError
 HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& ranks);
 
-/// Builds the scene of a loaded packing from its command, and examines the cells in it. All ranks call.
+/// A loaded packing with its scene, which is built from its command, and with the certificate of its cells in
+/// it. All ranks call. Pre: no scene
 /// @throws AgreedFailure, InputError if the files that the command names are missing, or are others
-void complete(HeldPacking& packing);
+HeldPacking completed(HeldPacking packing);
 
 /// The numbers that are written to .pos files for this rank's cells, in their order.
 std::vector<PosLine> posLinesOf(const HeldPacking& packing);
 
-/// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: complete
+/// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: with a scene
 std::vector<std::filesystem::path> writeCells(const HeldPacking& packing, const std::filesystem::path& folder,
                                               const std::vector<std::string>& formats);
 
@@ -70,7 +72,7 @@ struct Views {
   std::optional<std::filesystem::path> reportFile = {};  ///< .json, or .html together with a .json file
 };
 
-/// Writes these files, VTK files to a folder. All ranks call. Pre: complete
+/// Writes these files, VTK files to a folder. All ranks call. Pre: with a scene
 /// @return their names
 std::vector<std::filesystem::path> writeViewFiles(const HeldPacking& packing,
                                                   const std::filesystem::path& folder, const Views& views);
@@ -80,9 +82,11 @@ void writePosFiles(const std::filesystem::path& folder,
                    const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells);
 
 /// Writes a state file, from which the program continues and loadPacking() reads. All ranks call. Pre: packed
-void savePacking(const HeldPacking& packing, const std::filesystem::path& file);
+/// @param words the command that it contains
+void savePacking(const HeldPacking& packing, const std::vector<std::string>& words,
+                 const std::filesystem::path& file);
 
-/// The report as JSON. All ranks call. Pre: complete
+/// The report as JSON. All ranks call. Pre: with a scene
 std::string reportOf(const HeldPacking& packing);
 
 }  // namespace packmesh::hemocell

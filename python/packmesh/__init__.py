@@ -15,13 +15,13 @@ if _TYPE_CHECKING:
     from ._check import check
     from ._settings import Box, Cylinder, Mesh, Region, Species, Sphere
     from .case import Case, Forecast, Progress, forecast, pack, realisations
-    from .errors import Error, InfeasibleError, InputError, InternalError, OutputError
+    from .errors import Error, InfeasibleError, InputError, InternalError, OutputError, RankError
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
     from .pos import read_pos, write_pos
 
 __all__ = ["Box", "Case", "Certificate", "Check", "Cylinder", "Error", "Forecast", "InfeasibleError", "InputError",
-           "InternalError", "Mesh", "Misplaced", "OutputError", "Overlap", "Packing", "Profile", "Progress", "Region",
-           "Species", "Sphere", "check", "forecast", "load", "pack", "read_pos", "realisations", "write_pos"]
+           "InternalError", "Mesh", "Misplaced", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
+           "Region", "Species", "Sphere", "check", "forecast", "load", "pack", "read_pos", "realisations", "write_pos"]
 
 _MODULES = ("errors", "_settings", "pos", "packing", "_check", "case")
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import os
 from typing import Mapping, Optional, Sequence, Tuple, Union
 
 from . import _packmesh
-from ._settings import Body, Box, Cylinder, MeshSource, Path, Species, Sphere, Vector, words
+from ._settings import Body, Box, Cylinder, MeshSource, Path, Species, Sphere, Vector, encoded, file_name, words
 from .errors import InputError
 from .packing import Check, Packing, load
 
@@ -46,9 +45,8 @@ def check(
         if stated:
             raise InputError(f"check: a Packing is tested as it was packed; expected no {stated[0]}")
         return what.check()
-    if not isinstance(what, (str, os.PathLike)):
-        raise InputError(f"check: expected a Packing, a folder or a state file, found {what!r}")
-    if not stated and os.fspath(what).endswith(".h5"):
+    what = file_name("check", what, "a Packing, a folder or a state file")
+    if not stated and what.endswith(".h5"):
         return load(what).check()
     with words() as asked:
         asked.lumen(box, cylinder, sphere, vessel, scale, open_axis)
@@ -60,8 +58,9 @@ def check(
                 asked.option(name, value)
         asked.flag("box", box is not None)
         if case is not None:
-            asked.words.insert(0, os.fspath(case))
+            asked.words.insert(0, file_name("case", case))
         if report is not None:
             asked.option("report", report)
-        asked.option("start" if os.fspath(what).endswith(".h5") else "output-dir", what)
-        return Check._of(_packmesh.check(["check", *asked.all()], vtp and os.fspath(vtp)))
+        asked.option("start" if what.endswith(".h5") else "output-dir", what)
+        folder = None if vtp is None else file_name("vtp", vtp, "a folder")
+        return Check._of(_packmesh.check(encoded(["check", *asked.all()]), folder))

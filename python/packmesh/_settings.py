@@ -116,11 +116,34 @@ def text(value: Any) -> str:
         number = float(value)
         return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
     if isinstance(value, (str, os.PathLike)):
-        return os.fspath(value)
+        return os.fsdecode(value)
     try:
         return " ".join(text(one) for one in value)
     except TypeError:
         raise InputError(f"expected a number or a text, found {value!r}") from None
+
+
+def plain(name: str, value: str) -> str:
+    """A text that C++ can be given. Bytes of file names that are not UTF-8 can be (surrogateescape)."""
+    try:
+        value.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        raise InputError(f"{name}: expected text without lone surrogates, found {value!r}") from None
+    if "\0" in value:
+        raise InputError(f"{name}: expected text without null characters, found {value!r}")
+    return value
+
+
+def file_name(name: str, value: Any, what: str = "a file") -> str:
+    """The path of an argument."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise InputError(f"{name}: expected {what}, found {value!r}")
+    return plain(name, os.fsdecode(value))
+
+
+def encoded(words: Sequence[str]) -> list[bytes]:
+    """Words for C++."""
+    return [word.encode("utf-8", "surrogateescape") for word in words]
 
 
 def several(name: str, values: Any, count: int, what: str) -> list[Any]:
@@ -155,6 +178,7 @@ def pos_rows(cells: Mapping[str, Any]) -> list[Tuple[str, np.ndarray]]:
     for name, lines in cells.items():
         if not isinstance(name, str):
             raise InputError(f"expected the name of a cell, found {name!r}")
+        plain("the name of a cell", name)
         try:
             rows = np.asarray(lines, float)
         except (TypeError, ValueError):
@@ -188,7 +212,7 @@ def keep_inputs(words: Sequence[str], folder: pathlib.Path, state: Path) -> list
 
 def inputs_of(state: Path) -> pathlib.Path:
     """The folder for what was given as arrays: cells_inputs beside cells.h5."""
-    file = pathlib.Path(os.path.abspath(state))
+    file = pathlib.Path(os.path.abspath(os.fsdecode(state)))
     return file.with_name(file.stem + "_inputs")
 
 
@@ -212,16 +236,16 @@ class Words:
         return [*self.words, "\n".join(["<packing>", *tags, "</packing>"])] if tags else self.words
 
     def option(self, name: str, *values: Any) -> None:
-        self.words += ["--" + name, *(text(value) for value in values)]
+        self.words += ["--" + name, *(plain(name.replace("-", "_"), text(value)) for value in values)]
 
     def flag(self, name: str, value: Optional[bool]) -> None:
         if value:
             self.words.append("--" + name)
 
-    def mesh_file(self, source: MeshSource) -> str:
+    def mesh_file(self, argument: str, source: MeshSource) -> str:
         """The file of a mesh; arrays are written to one."""
         if isinstance(source, (str, os.PathLike)):
-            return os.fspath(source)
+            return file_name(argument, source)
         pair = several("a mesh", source, 2, "a file or (vertices, triangles)")
         try:
             vertices, triangles = (np.asarray(array, float) for array in pair)
@@ -249,7 +273,7 @@ class Words:
         elif isinstance(body, Sphere):
             values = {"radius": body.radius, "center": body.center}
         elif isinstance(body, Mesh):
-            values = {"file": self.mesh_file(body.source), "scale": body.scale, "offset": body.offset,
+            values = {"file": self.mesh_file("Mesh: source", body.source), "scale": body.scale, "offset": body.offset,
                       "openAxis": body.open_axis}
         else:
             raise InputError(f"expected a Box, Cylinder, Sphere or Mesh, found {body!r}")
@@ -275,7 +299,7 @@ class Words:
                 sphere = sphere.radius
             self.option("sphere", sphere)
         if vessel is not None:
-            self.option("vessel", self.mesh_file(vessel), scale)
+            self.option("vessel", self.mesh_file("vessel", vessel), scale)
         if open_axis is not None:
             self.option("open-axis", open_axis)
 
@@ -312,7 +336,7 @@ class Words:
                 if plain:
                     continue
                 cells = dataclasses.replace(cells, count=None)
-            mesh = None if cells.mesh is None else self.mesh_file(cells.mesh)
+            mesh = None if cells.mesh is None else self.mesh_file("Species: mesh", cells.mesh)
             self._species.append(_tag("species", {
                 "name": name, "count": cells.count, "ratio": cells.ratio, "file": mesh, "scale": cells.mesh_scale,
                 "frame": cells.mesh_frame, "ellipsoid": cells.ellipsoid, "redCell": cells.red_cell,
@@ -377,7 +401,7 @@ def _is_red(name: str, cells: Species) -> bool:
 
 def _tag(name: str, values: Mapping[str, Any]) -> str:
     """An empty element with those attributes that have a value."""
-    return f"<{name} " + " ".join(f"{key}={quoteattr(text(value))}" for key, value in values.items()
+    return f"<{name} " + " ".join(f"{key}={quoteattr(plain(f'{name}: {key}', text(value)))}" for key, value in values.items()
                                   if value is not None) + "/>"
 
 

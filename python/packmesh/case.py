@@ -12,8 +12,8 @@ import numpy as np
 
 from . import _packmesh
 from ._check import check
-from ._settings import (Body, Box, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, mapping,
-                        several, words)
+from ._settings import (Body, Box, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, encoded,
+                        file_name, mapping, several, words)
 from .errors import InputError
 from .packing import Check, Packing
 
@@ -180,11 +180,11 @@ def pack(
         if saved is None:
             if checkpoint_every is not None and asked.has_files():
                 raise InputError("checkpoint_every: what is given as arrays needs the name of a state file (state) too")
-            packing = Packing(_packmesh.pack(asked.all(), address(communicator), callback), communicator)
+            packing = Packing(_packmesh.pack(encoded(asked.all()), address(communicator), callback), communicator)
             packing._inputs = asked.lend_folder(packing)
             return packing
         with asked.kept_beside(saved) as all_words:
-            return Packing(_packmesh.pack(all_words, address(communicator), callback), communicator)
+            return Packing(_packmesh.pack(encoded(all_words), address(communicator), callback), communicator)
 
 
 def realisations(count: int, *, seed: Optional[int] = None, **options: Any) -> Iterator[Packing]:
@@ -221,14 +221,14 @@ def forecast(**options: Any) -> Forecast:
         arguments.pop(name)
     with words() as asked:
         _fill(asked, **arguments)
-        return Forecast(**_packmesh.forecast(asked.all()))
+        return Forecast(**_packmesh.forecast(encoded(asked.all())))
 
 
 def _fill(asked: Words, **given: Any) -> None:
     """Words for the arguments of pack()."""
     for name in ("case", "state", "restart", "output_dir"):
-        if not isinstance(given[name], (str, os.PathLike, type(None))):
-            raise InputError(f"{name}: expected a file, found {given[name]!r}")
+        if given[name] is not None:
+            given[name] = file_name(name, given[name])
     if given["hematocrit"] is not None:
         asked.option("hematocrit", given["hematocrit"])
     if given["platelets"] is not None:
@@ -256,7 +256,7 @@ def _fill(asked: Words, **given: Any) -> None:
     asked.regions(given["regions"])
     asked.lumen(*(given[name] for name in ("box", "cylinder", "sphere", "vessel", "scale", "open_axis")))
     if given["case"] is not None:
-        asked.words.insert(0, os.fspath(given["case"]))
+        asked.words.insert(0, given["case"])
     if not asked.words:
         raise InputError("nothing to do: give a lumen (case, box, cylinder, sphere or vessel) and cells")
 
@@ -265,10 +265,8 @@ class Case:
     """A HemoCell case: a folder with config.xml and the XML files of its cells."""
 
     def __init__(self, config: Path) -> None:
-        if not isinstance(config, (str, os.PathLike)):
-            raise InputError(f"Case: expected the config.xml of a case, found {config!r}")
-        self.config = pathlib.Path(config)
-        self._values = _packmesh.case(os.fspath(config))
+        self.config = pathlib.Path(file_name("Case", config, "the config.xml of a case"))
+        self._values = _packmesh.case(str(self.config))
 
     def __repr__(self) -> str:
         return f"packmesh.Case({str(self.config)!r})"

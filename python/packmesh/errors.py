@@ -18,5 +18,9 @@ class OutputError(Error, OSError):
     """A file cannot be written (exit code 5). Existing files are unchanged."""
 
 
+class RankError(Error, RuntimeError):
+    """A callback on another rank raised an exception, which ended the packing on all ranks. The text names both."""
+
+
 class InternalError(Error, RuntimeError):
     """An error of packMesh itself (exit code 70). Please report it."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import pathlib
 import tempfile
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
@@ -12,7 +11,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import _packmesh, convert, scene
-from ._settings import Path, address, keep_inputs
+from ._settings import Path, address, encoded, file_name, keep_inputs, listed, plain
 from .errors import InputError, OutputError
 
 
@@ -136,12 +135,12 @@ class Packing:
     @property
     def counts(self) -> Dict[str, int]:
         """Number of cells of each species, on all ranks."""
-        return dict(zip(self._held.names, self._held.counts))
+        return dict(self._held.counts)
 
     @property
     def species_names(self) -> List[str]:
         """Names of the species; `species` has indices into it."""
-        return self._held.names
+        return list(self.counts)
 
     @property
     def species(self) -> np.ndarray:
@@ -167,10 +166,10 @@ class Packing:
     @property
     def command(self) -> List[str]:
         """The command of the program that packs the same cells."""
-        return self._held.words
+        return [word.decode("utf-8", "surrogateescape") for word in self._held.words]
 
     def _index(self, name: str) -> int:
-        names = self._held.names
+        names = self.species_names
         if name not in names:
             raise InputError(f"there are no cells '{name}'; expected one of {', '.join(names)}")
         return names.index(name)
@@ -225,22 +224,17 @@ class Packing:
 
         Meshes and cells that were given as arrays are saved too, in the folder ``cells_inputs`` beside ``cells.h5``.
         """
-        if self._inputs is None:
-            self._held.save(os.fspath(file))
-            return
-        temporary = self._held.words
-        self._held.words = keep_inputs(temporary, self._inputs, file)
-        try:
-            self._held.save(os.fspath(file))
-        finally:
-            self._held.words = temporary
+        file = file_name("file", file)
+        words = self.command if self._inputs is None else keep_inputs(self.command, self._inputs, file)
+        self._held.save(encoded(words), file)
 
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
 
         export: formats to write beside them: "csv", "espresso", "lammps", "lammps-molecular", "mirheo", "npfem", "stl".
         """
-        return self._held.write(os.fspath(folder), list(export))
+        formats = [plain("export", str(one)) for one in listed("export", export, str)]
+        return self._held.write(file_name("folder", folder, "a folder"), formats)
 
     def write_vtp(self, folder: Path = ".", meshes: bool = False) -> List[pathlib.Path]:
         """Writes ``<species>.vtp``, ``<species>_mesh.vtp`` and ``lumen.vtp`` for ParaView and for ``python3 -m packmesh render``
@@ -248,17 +242,18 @@ class Packing:
 
         meshes: also ``<species>_cells.vtp``, all membranes.
         """
-        return self._held.write_views(os.fspath(folder), True, meshes, None)
+        return self._held.write_views(file_name("folder", folder, "a folder"), True, meshes, None)
 
     def write_report(self, file: Path) -> List[pathlib.Path]:
         """Writes report.json, or report.html with an interactive view and report.json beside it (collective)."""
-        name = os.fspath(file)
+        name = file_name("file", file)
         if not name.endswith((".json", ".html")):
             raise InputError(f"write_report: expected a file that ends in .json or .html, found '{name}'")
         return self._held.write_views(".", False, False, name)
 
     def write_scene(self, file: Path) -> None:
         """Writes a scene for POV-Ray (.pov), which ``python3 -m packmesh render`` renders (collective)."""
+        file = file_name("file", file)
         with tempfile.TemporaryDirectory() as folder:
             self.write_vtp(folder)
             failure = None
@@ -266,7 +261,7 @@ class Packing:
                 try:
                     scene.write(file, scene.packing_scene(*scene.read_packing(folder)))
                 except OSError as error:
-                    failure = f"{os.fspath(file)}: cannot be written: {error.strerror}"
+                    failure = f"{file}: cannot be written: {error.strerror}"
         if self._comm is not None:
             failure = self._comm.bcast(failure)
         if failure:
@@ -291,4 +286,4 @@ def load(file: Path, *, comm: Any = None) -> Packing:
     Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) rebuilds
     it from the command in the file, which needs the files that it names.
     """
-    return Packing(_packmesh.load(os.fspath(file), address(comm)), comm)
+    return Packing(_packmesh.load(file_name("file", file), address(comm)), comm)

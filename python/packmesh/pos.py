@@ -7,13 +7,12 @@ at ``Rz(c) Ry(b) Rx(a) v + (x, y, z)``. With SciPy: ``Rotation.from_euler("xyz",
 from __future__ import annotations
 
 import logging
-import os
 from typing import Any, Mapping
 
 import numpy as np
 
 from . import _packmesh
-from ._settings import Path, mapping, pos_rows
+from ._settings import Path, file_name, mapping, pos_rows
 
 __all__ = ["read_pos", "write_pos", "quaternions"]
 
@@ -25,7 +24,7 @@ def read_pos(file: Path) -> np.ndarray:
 
     What HemoCell accepts but other tools do not is logged as a warning. Raises InputError with file and line.
     """
-    lines, warnings = _packmesh.read_pos(os.fspath(file))
+    lines, warnings = _packmesh.read_pos(file_name("file", file))
     for warning in warnings:
         _log.warning(warning)
     return lines
@@ -36,7 +35,7 @@ def write_pos(folder: Path, cells: Mapping[str, Any]) -> None:
 
     Numbers are written with as many digits as read back to the same bits, as the program writes them.
     """
-    _packmesh.write_pos(os.fspath(folder), pos_rows(mapping("cells", cells, '{"RBC": array of shape (n, 6)}')))
+    _packmesh.write_pos(file_name("folder", folder, "a folder"), pos_rows(mapping("cells", cells, '{"RBC": array of shape (n, 6)}')))
 
 
 def quaternions(lines: Any) -> np.ndarray:

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "caller.h"
 
+#include <fmt/format.h>
+#include <pthread.h>
+
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
@@ -21,17 +25,48 @@ using namespace std::chrono_literals;
 /// Between two looks for signals, and between two reports of progress.
 constexpr auto pollInterval = 20ms, progressInterval = 100ms;
 
-/// What Python raised while the library ran: of a signal, a callback, a handler of the log.
-std::exception_ptr raised;
+/// What Python raised while the library ran.
+struct Raised {
+  std::exception_ptr error;
+  const char* by = "";  ///< which call of Python
+};
+Raised raised;
 
 /// Calls Python from a library that runs without its lock.
+/// @param what is called
 template <class Call>
-void inPython(Call&& call) {
+void inPython(const char* what, Call&& call) {
   const py::gil_scoped_acquire locked;
   try {
     call();
   } catch (const py::error_already_set&) {
-    if (!raised) raised = std::current_exception();
+    if (!raised.error) raised = {std::current_exception(), what};
+  }
+}
+
+/// Whose turn it is. Never deleted: threads can outlive objects with static storage.
+std::recursive_timed_mutex* turns = new std::recursive_timed_mutex;
+
+/// In a forked process: the thread whose turn it was is not there.
+void forgetTurns() {
+  turns = new std::recursive_timed_mutex;
+  new (&raised) Raised;  // what was raised belongs to the other process
+}
+
+[[maybe_unused]] const int registered = pthread_atfork(nullptr, nullptr, &forgetTurns);
+
+void checkSignals() {
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+/// "KeyError: 'text'"
+std::string textOf(const py::error_already_set& error) {
+  const std::string type = py::str(error.type().attr("__name__"));
+  try {
+    const std::string text = py::str(error.value());
+    return text.empty() ? type : type + ": " + text;
+  } catch (const py::error_already_set&) {  // its __str__ raises
+    return type;
   }
 }
 
@@ -55,14 +90,19 @@ const char* classOf(ExitCode code) {
   }
 }
 
+/// @param name of a class of packmesh.errors
+void raise(const char* name, const std::string& message) {
+  const py::object type = py::module_::import("packmesh.errors").attr(name);
+  // Messages quote names of files, which need not be UTF-8.
+  const py::object text = py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(message.data(), py::ssize_t(message.size()), "replace"));
+  PyErr_SetObject(type.ptr(), text.ptr());
+}
+
 void raise(const Failure& failure) {
   if (failure.code == ExitCode::interrupted)
     return PyErr_SetString(PyExc_KeyboardInterrupt, failure.message.c_str());
-  const py::object type = py::module_::import("packmesh.errors").attr(classOf(failure.code));
-  // Messages quote names of files, which need not be UTF-8.
-  const py::object text = py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(failure.message.data(), py::ssize_t(failure.message.size()), "replace"));
-  PyErr_SetObject(type.ptr(), text.ptr());
+  raise(classOf(failure.code), failure.message);
 }
 
 }  // namespace
@@ -73,7 +113,7 @@ void logToPython() {
   logger.attr("addHandler")(logging.attr("NullHandler")());
   auto held = std::make_shared<py::object>(logger.attr("log"));
   log::setSink([held](log::Kind kind, const std::string& message) {
-    inPython([&] {
+    inPython("a handler of the log", [&] {
       (*held)(loggingLevel(kind), py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
                                       message.data(), py::ssize_t(message.size()), "replace")));
     });
@@ -110,37 +150,67 @@ RunHooks Caller::hooks() {
   return hooks;
 }
 
-std::recursive_mutex& Caller::mutex() {
-  static std::recursive_mutex one;
-  return one;
+Caller::Turn::Turn() : turns_(turns) {
+  while (!turns_->try_lock_for(pollInterval)) {
+    const py::gil_scoped_acquire locked;
+    checkSignals();
+  }
+}
+
+Caller::Turn::~Turn() {
+  turns_->unlock();
 }
 
 void Caller::begin() {
-  raised = nullptr;
+  raised = {};
   log::setLevel(log::Level::verbose);
 }
 
 void Caller::rethrowRaised() {
-  if (raised) std::rethrow_exception(std::exchange(raised, nullptr));
+  if (raised.error) std::rethrow_exception(std::exchange(raised, {}).error);
+}
+
+void Caller::tellOtherRanks(const Communicator& ranks, bool failed) {
+  if (ranks.alone() || !ranks.any(raised.error != nullptr)) return;
+  const auto first = ranks.min(std::int64_t(raised.error ? ranks.rank() : ranks.size()));
+  bool isSignal = false;
+  std::string text;
+  if (first == ranks.rank()) {
+    const py::gil_scoped_acquire locked;
+    try {
+      std::rethrow_exception(raised.error);
+    } catch (const py::error_already_set& error) {
+      isSignal = error.matches(PyExc_KeyboardInterrupt);
+      text = fmt::format("{} on rank {} raised {}", raised.by, first, textOf(error));
+    }
+  }
+  isSignal = ranks.any(isSignal);
+  const std::vector<char> told = ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  if (raised.error || (isSignal && failed)) return;
+  inPython("", [&] {
+    if (isSignal)
+      raise({ExitCode::interrupted, fmt::format("interrupted on rank {}", first)});
+    else
+      raise("RankError", {told.begin(), told.end()});
+    throw py::error_already_set();
+  });
 }
 
 bool Caller::interrupted() {
-  if (raised) return true;
+  if (raised.error) return true;
   const auto now = Clock::now();
   if (now - polled_ < pollInterval) return false;
   polled_ = now;
-  inPython([] {
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  });
-  return raised != nullptr;
+  inPython("a handler of a signal", checkSignals);
+  return raised.error != nullptr;
 }
 
 void Caller::tell(const Progress& progress) {
-  if (progress_.is_none() || raised) return;
+  if (progress_.is_none() || raised.error) return;
   const auto now = Clock::now();
   if (told_ && now - *told_ < progressInterval) return;
   told_ = now;
-  inPython([&] {
+  inPython("the callback `progress`", [&] {
     progress_(progress.stage, progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved);
   });
 }

@@ -9,8 +9,11 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <type_traits>
+#include <utility>
 
 #include "hemocell_adapter/app/packing_attempts.h"
+#include "hemocell_adapter/base/agreed_failure.h"
 #include "packMesh/parallel/communicator.h"
 
 /// Messages of the library go to the logger "packmesh", which prints nothing unless Python tells it to.
@@ -32,11 +35,27 @@ class Caller {
   /// Python's signals (KeyboardInterrupt) and what `progress` raises interrupt the packing.
   packmesh::hemocell::RunHooks hooks();
 
+  /// All ranks execute `work`, which interruptions end on all ranks. Afterwards, if Python raised something
+  /// on some ranks alone, it is raised on the others that this is so, and what it was. All ranks call.
+  template <class Work>
+  auto onAllRanks(const packmesh::Communicator& ranks, Work&& work) {
+    std::optional<decltype(work())> result;
+    std::exception_ptr failure;
+    try {
+      result.emplace(work());
+    } catch (const packmesh::hemocell::AgreedFailure&) {
+      failure = std::current_exception();
+    }
+    tellOtherRanks(ranks, failure != nullptr);
+    if (failure) std::rethrow_exception(failure);
+    return std::move(*result);
+  }
+
   /// @throws what `work` throws, but for what Python raised meanwhile
   template <class Work>
   auto run(Work&& work) {
     const pybind11::gil_scoped_release unlocked;
-    const std::lock_guard<std::recursive_mutex> turn(mutex());
+    const Turn turn;
     begin();
     if constexpr (std::is_void_v<decltype(work())>) {
       try {
@@ -60,9 +79,22 @@ class Caller {
   }
 
  private:
-  static std::recursive_mutex& mutex();
+  /// Of one thread at a time. A forked process has no other threads: nobody's turn goes on there.
+  class Turn {
+   public:
+    /// Waits. @throws pybind11::error_already_set if a signal ends that
+    Turn();
+    ~Turn();
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    std::recursive_timed_mutex* const turns_;
+  };
+
   static void begin();
   static void rethrowRaised();
+  static void tellOtherRanks(const packmesh::Communicator& ranks, bool failed);
   bool interrupted();
   void tell(const packmesh::Progress& progress);
 

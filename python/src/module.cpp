@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "arrays.h"
 #include "caller.h"
 #include "hemocell_adapter/app/examined_outputs.h"
 #include "hemocell_adapter/app/held_packing.h"
@@ -41,7 +42,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
-using Held = std::shared_ptr<HeldPacking>;
 
 /// @param mpi address of an MPI_Comm; 0: none
 Communicator ranksOf(std::uintptr_t mpi) {
@@ -99,148 +99,64 @@ py::dict examinationOf(const Scene& scene, const std::vector<std::int64_t>& coun
   return all;
 }
 
-// Arrays.
-
-/// Views of what the packing holds, which it keeps alive, are not written to.
-py::array readOnly(py::array array) {
-  array.attr("flags").attr("writeable") = false;
-  return array;
-}
-
-py::array_t<double> matrixOf(const std::vector<Vec3>& rows) {
-  py::array_t<double> array({py::ssize_t(rows.size()), py::ssize_t(3)});
-  auto out = array.mutable_unchecked<2>();
-  for (py::ssize_t i = 0; i < out.shape(0); ++i)
-    for (int k = 0; k < 3; ++k) out(i, k) = rows[i][k];
-  return array;
-}
-
-py::array_t<double> arrayOf(const std::vector<PosLine>& lines) {
-  py::array_t<double> array({py::ssize_t(lines.size()), py::ssize_t(6)});
-  auto out = array.mutable_unchecked<2>();
-  for (py::ssize_t i = 0; i < out.shape(0); ++i)
-    for (int k = 0; k < 3; ++k) {
-      out(i, k) = lines[i].position[k];
-      out(i, k + 3) = lines[i].angles[k];
-    }
-  return array;
-}
-
-using Rows = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-/// @throws InputError if `text` cannot be the name of cells, which is that of their file
-std::string cellName(const std::string& text) {
-  ValueSpec spec;
-  spec.kind = Kind::name;
-  return std::get<std::string>(parseValue(spec, text));
-}
-
-std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
-  if (rows.ndim() != 2 || rows.shape(1) != 6)
-    throw InputError("the cells '" + name + "': expected an array of shape (n, 6)");
-  std::vector<PosLine> lines(rows.shape(0));
-  const auto in = rows.unchecked<2>();
-  for (py::ssize_t i = 0; i < in.shape(0); ++i)
-    for (int k = 0; k < 3; ++k) {
-      lines[i].position[k] = in(i, k);
-      lines[i].angles[k] = in(i, k + 3);
-    }
-  for (const PosLine& line : lines)
-    if (!line.position.allFinite() || !line.angles.allFinite())
-      throw InputError("the cells '" + name + "': expected finite numbers");
-  return lines;
-}
-
-py::array positionsOf(const Held& held) {
-  const std::vector<Pose>& poses = held->result.poses;
-  return readOnly(py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(3)},
-                                      {sizeof(Pose), sizeof(double)},
-                                      poses.empty() ? nullptr : poses[0].position.data(), py::cast(held)));
-}
-
-py::array rotationsOf(const Held& held) {
-  const std::vector<Pose>& poses = held->result.poses;
-  return readOnly(
-      py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(4)}, {sizeof(Pose), sizeof(double)},
-                          poses.empty() ? nullptr : poses[0].orientation.coeffs().data(), py::cast(held)));
-}
-
-py::array_t<std::int32_t> speciesOf(const Held& held) {
-  py::array_t<std::int32_t> array(py::ssize_t(held->result.cells.size()));
-  std::int32_t* out = array.mutable_data();
-  for (const PlacedCell& cell : held->result.cells) *out++ = cell.species;
-  return array;
-}
-
-py::array_t<double> verticesOf(const Held& held, int species) {
-  const std::vector<Vec3>& body = held->kinds.at(species).mesh.vertices;
-  py::ssize_t count = 0;
-  for (const PlacedCell& cell : held->result.cells) count += cell.species == species;
-  py::array_t<double> array({count, py::ssize_t(body.size()), py::ssize_t(3)});
-  double* out = array.mutable_data();
-  for (const PlacedCell& cell : held->result.cells) {
-    if (cell.species != species) continue;
-    for (const Vec3& vertex : body)
-      for (const double x : Vec3(cell.placement(vertex))) *out++ = x;
-  }
-  return array;
-}
-
-py::tuple templateOf(const Held& held, int species) {
-  const TriangleMesh& mesh = held->kinds.at(species).mesh;
-  py::array_t<std::int32_t> triangles({py::ssize_t(mesh.triangles.size()), py::ssize_t(3)});
-  std::int32_t* out = triangles.mutable_data();
-  for (const Triangle& triangle : mesh.triangles)
-    for (const int corner : triangle) *out++ = corner;
-  return py::make_tuple(matrixOf(mesh.vertices), triangles);
-}
-
 // The functions.
 
-Held pack(const Words& words, std::uintptr_t mpi, const py::object& progress) {
+PythonPacking pack(const Words& words, std::uintptr_t mpi, const py::object& progress) {
   Caller caller(progress);
   return caller.run([&] {
     const Communicator ranks = ranksOf(mpi);
     caller.listenTo(ranks);
     CommandLine commandLine;
     together(ranks, [&] { commandLine = parseOrContinue("packMesh", words); });
-    return std::make_shared<HeldPacking>(packInMemory(commandLine, ranks, caller.hooks()));
+    return PythonPacking{caller.onAllRanks(ranks, [&] {
+      return std::make_shared<const HeldPacking>(packInMemory(commandLine, ranks, caller.hooks()));
+    })};
   });
 }
 
-Held load(const fs::path& file, std::uintptr_t mpi) {
+PythonPacking load(const fs::path& file, std::uintptr_t mpi) {
   Caller caller;
   return caller.run([&] {
     const Communicator ranks = ranksOf(mpi);
     caller.listenTo(ranks);
-    return std::make_shared<HeldPacking>(loadPacking(file, ranks));
+    return PythonPacking{std::make_shared<const HeldPacking>(loadPacking(file, ranks))};
   });
 }
 
 /// With the scene, which a loaded packing has not yet.
 template <class Use>
-auto withScene(const Held& held, Use&& use) {
+auto withScene(PythonPacking& packing, Use&& use) {
   Caller caller;
   return caller.run([&] {
+    const auto locked = [](auto&& work) {
+      const py::gil_scoped_acquire lock;
+      return work();
+    };
+    Held held = locked([&] { return packing.held; });
     caller.listenTo(held->ranks);
-    complete(*held);
+    if (!held->scene) {
+      held = std::make_shared<const HeldPacking>(completed(*held));
+      const Held before = locked([&] { return std::exchange(packing.held, held); });
+    }
     return use(*held);
   });
 }
 
-double hematocritOf(const Held& held) {
-  return withScene(held, [](const HeldPacking& packing) {
-    return packing.verified.cells.tally.redMesh / packing.scene->referenceVolume();
+double hematocritOf(PythonPacking& packing) {
+  return withScene(packing, [](const HeldPacking& held) {
+    return held.verified.cells.tally.redMesh / held.scene->referenceVolume();
   });
 }
 
-py::dict examined(const Held& held) {
+py::dict examined(PythonPacking& packing) {
+  std::shared_ptr<const Scene> scene;
   std::vector<std::int64_t> counts;
-  const Examination found = withScene(held, [&](const HeldPacking& packing) {
-    counts = packing.verified.cells.tally.counts;
-    return examine(*packing.scene, packing.result.cells, packing.ranks);
+  const Examination found = withScene(packing, [&](const HeldPacking& held) {
+    scene = held.scene;
+    counts = held.verified.cells.tally.counts;
+    return examine(*held.scene, held.result.cells, held.ranks);
   });
-  return examinationOf(*held->scene, counts, found);
+  return examinationOf(*scene, counts, found);
 }
 
 /// @param vtpFolder for VTK files of the cells
@@ -327,62 +243,65 @@ py::dict caseOf(const fs::path& file) {
   return all;
 }
 
+py::list countsByName(const PythonPacking& packing) {
+  py::list counts;
+  for (const HeldPacking::Kind& kind : packing.held->kinds)
+    counts.append(py::make_tuple(kind.name, kind.count));
+  return counts;
+}
+
+/// File names in them need not be UTF-8.
+std::vector<py::bytes> wordsOf(const PythonPacking& packing) {
+  return {packing.held->words.begin(), packing.held->words.end()};
+}
+
+void save(const PythonPacking& packing, const Words& words, const fs::path& file) {
+  const Held held = packing.held;
+  Caller caller;
+  caller.run([&] {
+    caller.listenTo(held->ranks);
+    savePacking(*held, words, file);
+  });
+}
+
 void addPacking(py::module_& module) {
-  py::class_<HeldPacking, Held>(module, "Packing")
-      .def_property_readonly("names",
-                             [](const HeldPacking& p) {
-                               Words names;
-                               for (const HeldPacking::Kind& kind : p.kinds) names.push_back(kind.name);
-                               return names;
-                             })
-      .def_property_readonly("counts",
-                             [](const HeldPacking& p) {
-                               std::vector<std::int64_t> counts;
-                               for (const HeldPacking::Kind& kind : p.kinds) counts.push_back(kind.count);
-                               return counts;
-                             })
-      .def_readwrite("words", &HeldPacking::words)
-      .def_property_readonly("complete",
-                             [](const HeldPacking& p) { return p.result.outcome == Outcome::certified; })
+  py::class_<PythonPacking>(module, "Packing")
+      .def_property_readonly("counts", &countsByName)
+      .def_property_readonly("words", &wordsOf)
+      .def_property_readonly(
+          "complete", [](const PythonPacking& p) { return p.held->result.outcome == Outcome::certified; })
       .def_property_readonly("positions", &positionsOf)
       .def_property_readonly("rotations", &rotationsOf)
       .def_property_readonly("species", &speciesOf)
       .def("vertices", &verticesOf)
       .def("template", &templateOf)
-      .def("lines", [](const HeldPacking& p) { return arrayOf(posLinesOf(p)); })
+      .def("lines", [](const PythonPacking& p) { return arrayOf(posLinesOf(*p.held)); })
       .def("hematocrit", &hematocritOf)
       .def("certificate",
-           [](const Held& held) {
+           [](PythonPacking& p) {
              return certificateOf(
-                 withScene(held, [](const HeldPacking& packing) { return packing.result.certificate; }));
+                 withScene(p, [](const HeldPacking& held) { return held.result.certificate; }));
            })
       .def("check", &examined)
-      .def("report", [](const Held& held) { return withScene(held, reportOf); })
+      .def("report", [](PythonPacking& p) { return withScene(p, reportOf); })
       .def("lumen",
-           [](const Held& held) {
-             const Box bounds = withScene(
-                 held, [](const HeldPacking& packing) { return packing.scene->lumen.container->bounds(); });
+           [](PythonPacking& p) {
+             const Box bounds =
+                 withScene(p, [](const HeldPacking& held) { return held.scene->lumen.container->bounds(); });
              return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi));
            })
       .def("write",
-           [](const Held& held, const fs::path& folder, const Words& formats) {
-             return withScene(
-                 held, [&](const HeldPacking& packing) { return writeCells(packing, folder, formats); });
+           [](PythonPacking& p, const fs::path& folder, const Words& formats) {
+             return withScene(p, [&](const HeldPacking& held) { return writeCells(held, folder, formats); });
            })
       .def("write_views",
-           [](const Held& held, const fs::path& folder, bool vtp, bool meshes,
+           [](PythonPacking& p, const fs::path& folder, bool vtp, bool meshes,
               const std::optional<fs::path>& report) {
-             return withScene(held, [&](const HeldPacking& packing) {
-               return writeViewFiles(packing, folder, {vtp, meshes, report});
+             return withScene(p, [&](const HeldPacking& held) {
+               return writeViewFiles(held, folder, {vtp, meshes, report});
              });
            })
-      .def("save", [](const Held& held, const fs::path& file) {
-        Caller caller;
-        caller.run([&] {
-          caller.listenTo(held->ranks);
-          savePacking(*held, file);
-        });
-      });
+      .def("save", &save);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Run by test_mpi.py on several ranks: packs together, writes, loads."""
+import logging
 import pathlib
 import sys
 
@@ -44,10 +45,45 @@ try:
     packmesh.pack(box=(45, 45, 45), hematocrit=0.64, ends="periodic", comm=comm, progress=stop)
 except KeyError:
     assert comm.rank == comm.size - 1
-except KeyboardInterrupt:
+except packmesh.RankError as error:
     assert comm.rank < comm.size - 1
+    assert str(error) == f"the callback `progress` on rank {comm.size - 1} raised KeyError: 'one rank alone'", error
 else:
     raise AssertionError("not interrupted")
+
+
+def interrupt(progress):
+    if comm.rank == comm.size - 1:
+        raise KeyboardInterrupt
+
+
+try:
+    packmesh.pack(box=(45, 45, 45), hematocrit=0.64, ends="periodic", comm=comm, progress=interrupt)
+except KeyboardInterrupt:
+    pass
+else:
+    raise AssertionError("not interrupted")
+
+
+class Failing(logging.Handler):
+    """Raises at the end, when all ranks have packed."""
+
+    def emit(self, record):
+        if "Certificate" in record.getMessage():
+            raise RuntimeError("the log is full")
+
+
+log = logging.getLogger("packmesh")
+log.setLevel(logging.DEBUG)
+log.addHandler(Failing())
+try:
+    packmesh.pack(box=(45, 45, 45), hematocrit=0.1, comm=comm)
+except packmesh.RankError as error:
+    assert comm.rank > 0 and str(error) == "a handler of the log on rank 0 raised RuntimeError: the log is full", error
+except RuntimeError as error:
+    assert comm.rank == 0 and str(error) == "the log is full"
+else:
+    raise AssertionError("no error")
 comm.Barrier()
 if comm.rank == 0:
     print(f"{comm.size} ranks packed")

@@ -17,7 +17,7 @@ GROUPS = {
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region"],
     "Results": ["Packing", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Files": ["read_pos", "write_pos"],
-    "Errors": ["Error", "InputError", "InfeasibleError", "OutputError", "InternalError"],
+    "Errors": ["Error", "InputError", "InfeasibleError", "OutputError", "RankError", "InternalError"],
 }
 
 

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Errors are exceptions with the texts of the program, except for what becomes of the cells."""
+import os
+import pathlib
+
 import numpy as np
 import pytest
+from conftest import write_off
 
 import packmesh
 from packmesh import Box
@@ -152,6 +156,82 @@ def test_wrong_arguments_of_others(tmp_path):
         packmesh.write_pos(tmp_path, [1])
     with pytest.raises(packmesh.InputError, match="found None"):
         packmesh.check(None)
+
+
+SMALL = dict(box=(20, 20, 20), species={"RBC": 2})
+#: Calls with a path, by the name that their errors begin with.
+WITH_A_PATH = {
+    "case": lambda path: packmesh.pack(case=path),
+    "state": lambda path: packmesh.pack(**SMALL, state=path),
+    "restart": lambda path: packmesh.pack(restart=path),
+    "output_dir": lambda path: packmesh.pack(**SMALL, output_dir=path),
+    "vessel": lambda path: packmesh.pack(vessel=path, hematocrit=0.1),
+    "fixed": lambda path: packmesh.pack(**SMALL, fixed=path),
+    "start": lambda path: packmesh.pack(**SMALL, start=[path]),
+    "Species: mesh": lambda path: packmesh.pack(box=(20, 20, 20), species={"RBC": packmesh.Species(count=2, mesh=path)}),
+    "Mesh: source": lambda path: packmesh.pack(**SMALL, obstacles=packmesh.Mesh(path)),
+    "Case": packmesh.Case,
+    "file": packmesh.load,
+    "check": packmesh.check,
+    "vtp": lambda path: packmesh.check(".", box=(20, 20, 20), vtp=path),
+    "report": lambda path: packmesh.check(".", box=(20, 20, 20), report=path),
+}
+OF_A_PACKING = {
+    "folder": [lambda packing, path: packing.write_pos(path), lambda packing, path: packing.write_vtp(path),
+               lambda packing, path: packmesh.write_pos(path, {"RBC": packing.pos_lines("RBC")})],
+    "file": [lambda packing, path: packing.save(path), lambda packing, path: packing.write_report(path),
+             lambda packing, path: packing.write_scene(path), lambda packing, path: packmesh.read_pos(path)],
+}
+
+
+@pytest.mark.parametrize("path", ["a\0b", "a\ud800b"])
+def test_paths_that_no_file_has(path, tmp_path, monkeypatch):
+    """Errors of Python, with the name of the argument, for paths of both kinds; nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    packing = packmesh.pack(**SMALL)
+    for form in (path, pathlib.Path(path)):
+        for name, call in WITH_A_PATH.items():
+            with pytest.raises(ValueError, match=f"^{name}: expected text without "):
+                call(form)
+        for name, calls in OF_A_PACKING.items():
+            for call in calls:
+                with pytest.raises(ValueError, match=f"^{name}: expected text without "):
+                    call(packing, form)
+    for call in (lambda: packmesh.pack(box=(20, 20, 20), species={path: packmesh.Species(count=2, ellipsoid=(1, 1, 1))}),
+                 lambda: packmesh.pack(**SMALL, method=path), lambda: packmesh.write_pos("w", {path: np.zeros((1, 6))}),
+                 lambda: packing.write_pos("w", export=[path])):
+        with pytest.raises(ValueError, match=": expected text without "):
+            call()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_paths_that_are_not_utf_8(tmp_path, monkeypatch, tube):
+    """Python names their bytes by surrogates; the files are written and read."""
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    folder.mkdir()
+    monkeypatch.chdir(tmp_path)
+    write_off(folder / "tube.off", *tube)
+    packing = packmesh.pack(vessel=folder / "tube.off", hematocrit=0.1)
+    assert str(folder / "tube.off") in packing.command
+    packing.save(folder / "cells.h5")
+    packing.write_pos(folder)
+    packing.write_scene(folder / "cells.pov")
+    assert packmesh.load(folder / "cells.h5").check().clean
+    obstacle = packmesh.Mesh(folder / "tube.off", scale=0.2, offset=(5, 5, 5))  # in the text of a section
+    assert packmesh.forecast(**SMALL, obstacles=obstacle).lumen_volume < 20**3
+    assert packmesh.check(folder, vessel=folder / "tube.off").clean
+    assert (packmesh.read_pos(folder / "RBC.pos") == packing.pos_lines("RBC")).all()
+    assert {file.name for file in folder.iterdir()} >= {"RBC.pos", "cells.h5", "cells.pov"}
+    with pytest.raises(packmesh.InputError, match="none.xml: no such file"):
+        packmesh.pack(case=folder / "none.xml")
+
+
+def test_names_that_a_spreadsheet_takes_for_a_formula(tmp_path):
+    for name in ("=1+1", "+A", "-A", "@A", "\u202eA", "\ufeffA", "A\u200bB", "A\u00a0B"):
+        with pytest.raises(packmesh.InputError, match="expected a cell name"):
+            packmesh.pack(box=(20, 20, 20), species={name: packmesh.Species(count=2, ellipsoid=(1, 1, 1))})
+        with pytest.raises(packmesh.InputError, match="expected a cell name"):
+            packmesh.write_pos(tmp_path, {name: np.zeros((1, 6))})
 
 
 def test_single_bodies_and_empty_lists():

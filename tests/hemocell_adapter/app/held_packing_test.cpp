@@ -57,18 +57,19 @@ TEST_CASE("A packing in memory is that of the program", "[held]") {
 TEST_CASE("A packing that was saved is loaded with the same cells, and completed by its command", "[held]") {
   const TemporaryFolder folder;
   const HeldPacking packing = packed("16 16 16 --rbc 6 --plt 2");
-  savePacking(packing, folder.path() / "cells.h5");
+  savePacking(packing, packing.words, folder.path() / "cells.h5");
   HeldPacking loaded = loadPacking(folder.path() / "cells.h5", Communicator());
   const auto sameLines = [&] {
     const std::vector<PosLine> a = posLinesOf(packing), b = posLinesOf(loaded);
     return formatPosLines(a) == formatPosLines(b);
   };
   CHECK(sameLines());
-  complete(loaded);
+  loaded = completed(std::move(loaded));
   CHECK(sameLines());
   CHECK(loaded.result.certificate.clean());
   CHECK(loaded.verified.cells.tally.redMesh == packing.verified.cells.tally.redMesh);
-  CHECK_THROWS_WITH(savePacking(loaded, folder.path() / "again.h5"), Contains("copy that file"));
+  CHECK_THROWS_WITH(savePacking(loaded, loaded.words, folder.path() / "again.h5"),
+                    Contains("copy that file"));
 }
 
 TEST_CASE("Hooks interrupt a packing in memory, and nothing is written", "[held]") {

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "arrays.h"
+
+#include "hemocell_adapter/base/value.h"
+#include "packMesh/core/error.h"
+
+namespace py = pybind11;
+using namespace packmesh;
+using namespace packmesh::hemocell;
+
+namespace {
+
+/// Views of what the packing holds, which it keeps alive, are not written to.
+py::array readOnly(py::array array) {
+  array.attr("flags").attr("writeable") = false;
+  return array;
+}
+
+py::array_t<double> matrixOf(const std::vector<Vec3>& rows) {
+  py::array_t<double> array({py::ssize_t(rows.size()), py::ssize_t(3)});
+  auto out = array.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < out.shape(0); ++i)
+    for (int k = 0; k < 3; ++k) out(i, k) = rows[i][k];
+  return array;
+}
+
+/// Keeps a packing for as long as an array that is part of it exists.
+py::capsule keeperOf(const Held& held) {
+  return {new Held(held), [](void* kept) { delete static_cast<Held*>(kept); }};
+}
+
+}  // namespace
+
+py::array_t<double> arrayOf(const std::vector<PosLine>& lines) {
+  py::array_t<double> array({py::ssize_t(lines.size()), py::ssize_t(6)});
+  auto out = array.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < out.shape(0); ++i)
+    for (int k = 0; k < 3; ++k) {
+      out(i, k) = lines[i].position[k];
+      out(i, k + 3) = lines[i].angles[k];
+    }
+  return array;
+}
+
+std::string cellName(const std::string& text) {
+  ValueSpec spec;
+  spec.kind = Kind::name;
+  return std::get<std::string>(parseValue(spec, text));
+}
+
+std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
+  if (rows.ndim() != 2 || rows.shape(1) != 6)
+    throw InputError("the cells '" + name + "': expected an array of shape (n, 6)");
+  std::vector<PosLine> lines(rows.shape(0));
+  const auto in = rows.unchecked<2>();
+  for (py::ssize_t i = 0; i < in.shape(0); ++i)
+    for (int k = 0; k < 3; ++k) {
+      lines[i].position[k] = in(i, k);
+      lines[i].angles[k] = in(i, k + 3);
+    }
+  for (const PosLine& line : lines)
+    if (!line.position.allFinite() || !line.angles.allFinite())
+      throw InputError("the cells '" + name + "': expected finite numbers");
+  return lines;
+}
+
+py::array positionsOf(const PythonPacking& packing) {
+  const std::vector<Pose>& poses = packing.held->result.poses;
+  return readOnly(
+      py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(3)}, {sizeof(Pose), sizeof(double)},
+                          poses.empty() ? nullptr : poses[0].position.data(), keeperOf(packing.held)));
+}
+
+py::array rotationsOf(const PythonPacking& packing) {
+  const std::vector<Pose>& poses = packing.held->result.poses;
+  return readOnly(py::array_t<double>(
+      {py::ssize_t(poses.size()), py::ssize_t(4)}, {sizeof(Pose), sizeof(double)},
+      poses.empty() ? nullptr : poses[0].orientation.coeffs().data(), keeperOf(packing.held)));
+}
+
+py::array_t<std::int32_t> speciesOf(const PythonPacking& packing) {
+  const Held held = packing.held;
+  py::array_t<std::int32_t> array(py::ssize_t(held->result.cells.size()));
+  std::int32_t* out = array.mutable_data();
+  for (const PlacedCell& cell : held->result.cells) *out++ = held->kindOf[cell.species];
+  return array;
+}
+
+py::array_t<double> verticesOf(const PythonPacking& packing, int species) {
+  const Held held = packing.held;
+  const std::vector<Vec3>& body = held->kinds.at(species).mesh.vertices;
+  py::ssize_t count = 0;
+  for (const PlacedCell& cell : held->result.cells) count += held->kindOf[cell.species] == species;
+  py::array_t<double> array({count, py::ssize_t(body.size()), py::ssize_t(3)});
+  double* out = array.mutable_data();
+  for (const PlacedCell& cell : held->result.cells) {
+    if (held->kindOf[cell.species] != species) continue;
+    for (const Vec3& vertex : body)
+      for (const double x : Vec3(cell.placement(vertex))) *out++ = x;
+  }
+  return array;
+}
+
+py::tuple templateOf(const PythonPacking& packing, int species) {
+  const Held held = packing.held;
+  const TriangleMesh& mesh = held->kinds.at(species).mesh;
+  py::array_t<std::int32_t> triangles({py::ssize_t(mesh.triangles.size()), py::ssize_t(3)});
+  std::int32_t* out = triangles.mutable_data();
+  for (const Triangle& triangle : mesh.triangles)
+    for (const int corner : triangle) *out++ = corner;
+  return py::make_tuple(matrixOf(mesh.vertices), triangles);
+}
