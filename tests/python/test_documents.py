@@ -31,7 +31,9 @@ def test_notebook(tmp_path):
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     notebook = nbformat.read(SOURCE / "examples/packing.ipynb", as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), "stored without outputs"
-    nbclient.NotebookClient(notebook, timeout=1200, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}).execute()
+    # Time limits [s] that a loaded machine does not reach: of a cell, of the kernel's start, of its output's arrival.
+    nbclient.NotebookClient(notebook, timeout=1200, startup_timeout=1200, iopub_timeout=1200, kernel_name="python3",
+                            resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert not [output for output in outputs if output.output_type == "error"]
     assert sum("image/png" in output.get("data", {}) for output in outputs) == 2

@@ -10,6 +10,7 @@ import sys
 import tempfile
 
 from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
@@ -17,12 +18,27 @@ from selenium.webdriver.common.by import By
 
 program, chromium, chromedriver = os.path.realpath(sys.argv[1]), sys.argv[2], sys.argv[3]
 package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
+PATIENCE = 1200  # [s] for a page or a script, on a machine that other work shares
 pictures = os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None
 
 
 def run(arguments, code=0):
     ran = subprocess.run([program, *arguments, "--quiet"], capture_output=True, text=True)
     assert ran.returncode == code, ran.stdout + ran.stderr
+
+
+def started(options):
+    """A browser. Its start has time limits of its own, which a loaded machine can exceed."""
+    for attempt in range(10):
+        try:
+            driver = webdriver.Chrome(service=Service(chromedriver), options=options)
+            break
+        except WebDriverException:
+            if attempt == 9:
+                raise
+    driver.set_page_load_timeout(PATIENCE)
+    driver.set_script_timeout(PATIENCE)
+    return driver
 
 
 class Page:
@@ -37,11 +53,13 @@ class Page:
                            else ["--disable-gpu", "--disable-3d-apis"])]:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        self.driver = webdriver.Chrome(service=Service(chromedriver), options=options)
+        self.driver = started(options)
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                                     {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
         self.url = "file://" + os.path.realpath(file)
         self.driver.get(self.url)
+        # The view gets its size in the first frame, after the callbacks of that frame.
+        self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
 
     def __enter__(self):
         return self
