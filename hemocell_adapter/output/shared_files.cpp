@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <exception>
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -23,20 +22,10 @@ void SharedFiles::makeFolder(const std::filesystem::path& folder) {
 
 void SharedFiles::begin(const std::filesystem::path& target) {
   onFirstRank(ranks_, [&] { files_.begin(target); });
-  size_ = 0;
-  if (ranks_.alone()) return;
   const bool first = ranks_.rank() == 0;
-  const std::string file =
-      ranks_.broadcast(first ? std::filesystem::absolute(files_.temporary()).string() : "", 0);
-  const std::string name = ranks_.broadcast(first ? files_.target().string() : "", 0);
-  try {
-    if (!first) own_.emplace(file, name);
-    found_ = true;
-  } catch (const OutputError&) {
-    found_ = false;
-  }
-  found_ = !ranks_.any(!found_);
-  if (!found_) own_.reset();
+  file_.emplace(first ? files_.temporary() : std::filesystem::path(),
+                first ? files_.target() : std::filesystem::path(), ranks_);
+  size_ = 0;
 }
 
 void SharedFiles::append(const std::function<std::string()>& text) {
@@ -51,49 +40,19 @@ void SharedFiles::appendParts(std::string own) {
   appendParts(std::vector<std::string>{std::move(own)});
 }
 
-void SharedFiles::gather(const std::vector<std::string>& own) {
-  std::string all;
-  for (const std::string& text : own) all += text;
-  std::exception_ptr error;
-  ranks_.visitInOrder(std::vector<char>(all.begin(), all.end()), [&](const std::vector<char>& part) {
-    try {
-      if (!error) files_.append({part.data(), part.size()});
-    } catch (...) {
-      error = std::current_exception();
-    }
-  });
-  onFirstRank(ranks_, [&] {
-    if (error) std::rethrow_exception(error);
-  });
-}
-
 void SharedFiles::appendParts(const std::vector<std::string>& own) {
-  if (!found_) return gather(own);
-  std::int64_t length = 0;
-  for (const std::string& text : own) length += static_cast<std::int64_t>(text.size());
-  std::int64_t position = size_ + ranks_.sumBefore({length}).front();
-  size_ += ranks_.sum(length);
-  together(ranks_, [&] {
-    for (const std::string& text : own) {
-      if (own_) {
-        own_->write(position, text);
-      } else {
-        files_.append(text);
-      }
-      position += static_cast<std::int64_t>(text.size());
-    }
-    if (!own_) files_.skipTo(size_);
-  });
+  size_ = file_->write(size_, {own.begin(), own.end()});
+  together(ranks_, [&] { file_->requireGood(); });
 }
 
 void SharedFiles::end() {
-  together(ranks_, [&] {
-    if (!own_) return;
-    own_->verify();
-    own_->close();
+  file_->close();
+  together(ranks_, [&] { file_->requireGood(); });
+  file_.reset();
+  onFirstRank(ranks_, [&] {
+    files_.skipTo(size_);
+    files_.end();
   });
-  own_.reset();
-  onFirstRank(ranks_, [&] { files_.end(); });
 }
 
 void SharedFiles::commit() {

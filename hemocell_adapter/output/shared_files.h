@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "packMesh/io/atomic_files.h"
+#include "packMesh/io/shared_file.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
-/// AtomicFiles to which every rank writes its own parts, at positions that follow from the lengths of all;
-/// the first rank creates and renames them. If not all ranks find the file that the first has created, as in
-/// a folder of its node alone, the first rank writes everything. All ranks call everything.
+/// AtomicFiles to which every rank writes its own parts (SharedFile); the first rank creates and renames
+/// them. All ranks call everything.
 /// @throws AgreedFailure on all ranks if something cannot be written on any
 class SharedFiles {
  public:
@@ -33,13 +33,10 @@ class SharedFiles {
   void commit();
 
  private:
-  void gather(const std::vector<std::string>& own);
-
   const Communicator& ranks_;
   AtomicFiles files_;               ///< of the first rank
-  std::optional<CheckedFile> own_;  ///< the file begun last, on the other ranks, if all find it
-  bool found_ = true;               ///< whether all do
-  std::int64_t size_ = 0;           ///< of the file begun last [bytes]
+  std::optional<SharedFile> file_;  ///< the one begun last
+  std::int64_t size_ = 0;           ///< of it [bytes]
 };
 
 }  // namespace packmesh::hemocell

@@ -4,6 +4,8 @@
 
 #include <hdf5.h>
 
+#include <utility>
+
 namespace packmesh {
 
 /// Owns an HDF5 identifier and closes it on destruction.
@@ -21,6 +23,8 @@ class Hdf5Handle {
     id_ = -1;
     return closed;
   }
+  /// Gives the identifier away.
+  hid_t release() { return std::exchange(id_, H5I_INVALID_HID); }
 
  private:
   hid_t id_;

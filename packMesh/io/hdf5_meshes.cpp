@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/hdf5_meshes.h"
 
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_writer.h"
 
 namespace packmesh {
 
-bool writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
-  Hdf5Writer out(file, Communicator());
+void writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
+  const Communicator alone;
+  AtomicFiles files;
+  files.begin(file);
+  Hdf5Writer out(files.temporary(), file, alone);
   out.attribute("/", "unit", std::string("µm"));
   out.group("/meshes");
   for (std::size_t i = 0; i < meshes.size(); ++i) {
@@ -15,7 +19,9 @@ bool writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& 
     out.attribute(path, "name", meshes[i].name);
     writeMesh(out, path, meshes[i].mesh);
   }
-  return out.close();
+  files.skipTo(out.close());
+  files.end();
+  files.commit();
 }
 
 }  // namespace packmesh

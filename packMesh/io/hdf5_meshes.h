@@ -9,7 +9,7 @@
 
 namespace packmesh {
 
-/// @return true if everything was written
-bool writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes);
+/// @throws OutputError
+void writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes);
 
 }  // namespace packmesh

@@ -1,50 +1,84 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/io/hdf5_writer.h"
 
-#include <mpi.h>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+
+#include "packMesh/core/error.h"
 
 namespace packmesh {
 namespace {
 
-hid_t openToWrite(const std::filesystem::path& file, const Communicator& communicator,
-                  std::uint64_t userBlock) {
-  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  if (!communicator.alone() &&
-      H5Pset_fapl_mpio(access, *static_cast<const MPI_Comm*>(communicator.mpi()), MPI_INFO_NULL) < 0)
-    return -1;
-  const Hdf5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  H5Pset_obj_track_times(creation, false);
-  if (H5Pset_userblock(creation, userBlock) < 0) return -1;
-  return H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access);
+// Tables are written as they are in memory.
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
+
+/// More than names and attributes take [bytes].
+constexpr std::int64_t spare = std::int64_t{1} << 20;
+
+/// Largest size of files for this process [bytes]; files in memory count.
+std::int64_t largestFile() {
+  rlimit limit;
+  constexpr auto most = std::numeric_limits<std::int64_t>::max();
+  if (::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur >= static_cast<rlim_t>(most)) return most;
+  return static_cast<std::int64_t>(limit.rlim_cur);
 }
 
-hid_t collectiveTransfer(const Communicator& communicator) {
-  const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
-  if (!communicator.alone()) H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
-  return transfer;
+const char* const tooLarge = "is larger than the limit for files (ulimit -f)";
+
+/// Lets HDF5 create `file`, and then gives it the file in memory instead: it cannot open one without a name.
+hid_t createFile(const std::filesystem::path& file, int memory, std::uint64_t userBlock) {
+  const Hdf5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose),
+      access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_obj_track_times(creation, false);
+  if (H5Pset_userblock(creation, userBlock) < 0 || H5Pset_fapl_sec2(access) < 0) return H5I_INVALID_HID;
+  Hdf5Handle created(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation, access), H5Fclose);
+  void* descriptor = nullptr;
+  const bool moved = created.good() && H5Fget_vfd_handle(created, access, &descriptor) >= 0 &&
+                     ::dup2(memory, *static_cast<int*>(descriptor)) >= 0;
+  return moved ? created.release() : H5I_INVALID_HID;
 }
 
 }  // namespace
 
-Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator,
-                       std::uint64_t userBlock)
-    : first_(communicator.rank() == 0),
-      alone_(communicator.alone()),
-      file_(openToWrite(file, communicator, userBlock), H5Fclose),
-      transfer_(collectiveTransfer(communicator), H5Pclose) {
-  note(file_.good());
+Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, const std::filesystem::path& target,
+                       const Communicator& ranks, std::uint64_t userBlock)
+    : ranks_(ranks),
+      target_(target),
+      first_(ranks.rank() == 0),
+      memory_(first_ ? ::memfd_create("packMesh HDF5", MFD_CLOEXEC) : -1),
+      file_(memory_ >= 0 && largestFile() > spare ? createFile(file, memory_, userBlock) : H5I_INVALID_HID,
+            H5Fclose),
+      disk_(file, target, ranks) {
+  if (first_) require(largestFile() > spare, tooLarge);
+  if (first_) require(file_.good());
+}
+
+Hdf5Writer::~Hdf5Writer() {
+  file_.close();
+  if (memory_ >= 0) ::close(memory_);
+}
+
+void Hdf5Writer::require(bool good, const std::string& otherwise) {
+  if (!good && error_.empty()) error_ = target_.string() + ": " + otherwise;
 }
 
 void Hdf5Writer::group(const std::string& path) {
+  if (!writing()) return;
   const Hdf5Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);
   const Hdf5Handle group(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
-  note(group.good());
+  require(group.good());
 }
 
 void Hdf5Writer::attribute(const std::string& path, const char* name, const std::string& text) {
   const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  note(H5Tset_size(type, text.size() + 1) >= 0 && H5Tset_cset(type, H5T_CSET_UTF8) >= 0);
+  require(H5Tset_size(type, text.size() + 1) >= 0 && H5Tset_cset(type, H5T_CSET_UTF8) >= 0);
   writeAttribute(path, name, type, type, text.c_str());
 }
 void Hdf5Writer::attribute(const std::string& path, const char* name, std::int64_t value) {
@@ -56,32 +90,78 @@ void Hdf5Writer::attribute(const std::string& path, const char* name, double val
 
 void Hdf5Writer::writeAttribute(const std::string& path, const char* name, hid_t type, hid_t inMemory,
                                 const void* data) {
+  if (!writing()) return;
   const Hdf5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
   const Hdf5Handle attribute(
       H5Acreate_by_name(file_, path.c_str(), name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
       H5Aclose);
-  note(attribute.good() && H5Awrite(attribute, inMemory, data) >= 0);
+  require(attribute.good() && H5Awrite(attribute, inMemory, data) >= 0);
 }
 
-void Hdf5Writer::writeTable(const std::string& path, std::int64_t rows, int columns, std::int64_t first,
-                            std::int64_t count, const Hdf5Type& type, const void* data) {
-  const Hdf5Handle space(rowsSpace(rows, columns), H5Sclose), memory(rowsSpace(count, columns), H5Sclose);
+/// On the first rank: creates a table. @return its position in the file [bytes]; negative: nothing is written
+std::int64_t Hdf5Writer::placeTable(const std::string& path, std::int64_t rows, int columns, hid_t type) {
+  const auto size = rows * columns * static_cast<std::int64_t>(H5Tget_size(type));
+  require(sizeSoFar() + size < largestFile() - spare, tooLarge);
+  if (!writing()) return -1;
+  const Hdf5Handle space(rowsSpace(rows, columns), H5Sclose);
   const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);
-  H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);  // as with several ranks: same file offsets
+  H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
   H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
-  const Hdf5Handle set(
-      H5Dcreate2(file_, path.c_str(), type.inFile, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
-  note(set.good());
-  if (rows == 0 || !set.good()) return;
-  note(selectRows(space, first, count, columns) && selectRows(memory, 0, count, columns) &&
-       H5Dwrite(set, type.inMemory, memory, space, transfer_, data) >= 0);
+  const Hdf5Handle set(H5Dcreate2(file_, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+                       H5Dclose);
+  require(set.good());
+  if (rows == 0 || !set.good()) return -1;
+  const haddr_t position = H5Dget_offset(set);  // with the user block
+  require(position != HADDR_UNDEF);
+  if (position == HADDR_UNDEF) return -1;
+  const auto begin = static_cast<std::int64_t>(position);
+  tables_.push_back({begin, begin + size});
+  return begin;
 }
 
-bool Hdf5Writer::close() {
-  note(file_.good() && H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0);
-  note(file_.close());
-  return good_;
+std::int64_t Hdf5Writer::sizeSoFar() const {
+  hsize_t size = 0;
+  return file_.good() && H5Fget_filesize(file_, &size) >= 0 ? static_cast<std::int64_t>(size) : 0;
+}
+
+void Hdf5Writer::writeTable(const std::string& path, std::int64_t rows, int columns, hid_t type,
+                            std::string_view data) {
+  const std::int64_t all = ranks_.sum(rows);
+  const std::int64_t position =
+      ranks_.min(first_ ? placeTable(path, all, columns, type) : std::numeric_limits<std::int64_t>::max());
+  if (position >= 0) disk_.write(position, {data});
+}
+
+/// What HDF5 has written into memory, except where tables are: it has left them empty.
+void Hdf5Writer::writeAllButTables() {
+  std::sort(tables_.begin(), tables_.end(),
+            [](const Extent& a, const Extent& b) { return a.begin < b.begin; });
+  std::string text;
+  const auto copy = [&](std::int64_t begin, std::int64_t end) {
+    text.resize(static_cast<std::size_t>(std::max<std::int64_t>(end - begin, 0)));
+    require(::pread(memory_, text.data(), text.size(), begin) == static_cast<ssize_t>(text.size()));
+    disk_.writeOfFirst(begin, text);
+  };
+  std::int64_t done = 0;
+  for (const Extent& table : tables_) {
+    copy(done, table.begin);
+    done = table.end;
+  }
+  copy(done, ::lseek(memory_, 0, SEEK_END));
+}
+
+std::int64_t Hdf5Writer::close() {
+  std::int64_t size = 0;
+  if (first_) {
+    require(file_.close());
+    if (writing()) writeAllButTables();
+    size = ::lseek(memory_, 0, SEEK_END);
+  }
+  disk_.close();
+  if (!error_.empty()) throw OutputError(error_);
+  disk_.requireGood();
+  return size;
 }
 
 void writeMesh(Hdf5Writer& out, const std::string& group, const TriangleMesh& mesh) {
@@ -89,8 +169,8 @@ void writeMesh(Hdf5Writer& out, const std::string& group, const TriangleMesh& me
   for (const Vec3& v : mesh.vertices) vertices.insert(vertices.end(), v.data(), v.data() + 3);
   std::vector<std::int32_t> triangles;
   for (const Triangle& t : mesh.triangles) triangles.insert(triangles.end(), {t[0], t[1], t[2]});
-  out.table(group + "/vertices", 3, vertices);
-  out.table(group + "/triangles", 3, triangles);
+  out.commonTable(group + "/vertices", 3, vertices);
+  out.commonTable(group + "/triangles", 3, triangles);
 }
 
 }  // namespace packmesh

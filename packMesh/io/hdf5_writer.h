@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file HDF5 files, written by one rank or collectively. Internal to packMesh.
+/// @file HDF5 files to which all ranks contribute. Internal to packMesh.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "packMesh/io/hdf5_handle.h"
 #include "packMesh/io/hdf5_table.h"
 #include "packMesh/io/quiet_hdf5.h"
+#include "packMesh/io/shared_file.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/parallel/communicator.h"
 
@@ -17,46 +19,67 @@ namespace packmesh {
 
 /// An HDF5 file being written. The same content gives the same bytes on any number of ranks.
 ///
-/// Collective: all ranks make the same calls. Errors are recorded, not thrown, so that no rank blocks the
-/// others; check good() at the end.
+/// HDF5 cannot be left after a failed write: parallel HDF5 waits for ever, and a file that could not be
+/// closed ends the program when MPI does. So the first rank alone uses HDF5, on a file in memory that has
+/// names, attributes and empty tables. Its bytes, and the rows of each rank at the positions of their tables,
+/// are written to the disk by SharedFile.
+///
+/// Collective: all ranks make the same calls. Errors are recorded, not thrown, so that no rank waits for
+/// another that has failed.
 class Hdf5Writer {
  public:
+  /// @param file existing, empty file (on the first rank)
+  /// @param target its final name, for messages
   /// @param userBlock size of the user block [bytes]: 0, or a power of two from 512 on
-  Hdf5Writer(const std::filesystem::path& file, const Communicator& communicator,
-             std::uint64_t userBlock = 0);
+  Hdf5Writer(const std::filesystem::path& file, const std::filesystem::path& target,
+             const Communicator& ranks, std::uint64_t userBlock = 0);
+  ~Hdf5Writer();
+  Hdf5Writer(const Hdf5Writer&) = delete;
+  Hdf5Writer& operator=(const Hdf5Writer&) = delete;
 
   void group(const std::string& path);
   void attribute(const std::string& path, const char* name, const std::string& text);
   void attribute(const std::string& path, const char* name, std::int64_t value);
   void attribute(const std::string& path, const char* name, double value);
 
-  /// A table of `rows` x `columns` (one column: an array); this rank has the rows from `first` on.
+  /// A table with `columns` columns (one: an array) that consists of the rows of all ranks, in rank order.
   template <class T>
-  void table(const std::string& path, std::int64_t rows, int columns, std::int64_t first,
-             const std::vector<T>& mine) {
-    writeTable(path, rows, columns, first, static_cast<std::int64_t>(mine.size()) / columns,
-               hdf5Type(mine.data()), mine.data());
+  void table(const std::string& path, int columns, const std::vector<T>& mine) {
+    writeTable(path, static_cast<std::int64_t>(mine.size()) / columns, columns, hdf5Type(mine.data()).inFile,
+               {reinterpret_cast<const char*>(mine.data()), mine.size() * sizeof(T)});
   }
   /// A table known to all ranks; rank 0 writes it.
   template <class T>
-  void table(const std::string& path, int columns, const std::vector<T>& all) {
-    const auto rows = static_cast<std::int64_t>(all.size()) / columns;
-    writeTable(path, rows, columns, 0, first_ ? rows : 0, hdf5Type(all.data()), all.data());
+  void commonTable(const std::string& path, int columns, const std::vector<T>& all) {
+    table(path, columns, first_ ? all : std::vector<T>());
   }
 
-  /// Closes the file. @return true if there was no error on this rank
-  bool close();
+  /// Closes the file. @return its size [bytes] on the first rank @throws OutputError if there was an error on
+  /// this rank
+  std::int64_t close();
 
  private:
+  struct Extent {
+    std::int64_t begin, end;  ///< positions in the file [bytes]
+  };
   void writeAttribute(const std::string& path, const char* name, hid_t type, hid_t inMemory,
                       const void* data);
-  void writeTable(const std::string& path, std::int64_t rows, int columns, std::int64_t first,
-                  std::int64_t count, const Hdf5Type& type, const void* data);
-  void note(bool good) { good_ = good_ && good; }
+  void writeTable(const std::string& path, std::int64_t rows, int columns, hid_t type, std::string_view data);
+  std::int64_t placeTable(const std::string& path, std::int64_t rows, int columns, hid_t type);
+  std::int64_t sizeSoFar() const;
+  void writeAllButTables();
+  bool writing() const { return first_ && error_.empty(); }
+  void require(bool good, const std::string& otherwise = "cannot be prepared in memory");
 
   QuietHdf5 quiet_;
-  bool first_, alone_, good_ = true;
-  Hdf5Handle file_, transfer_;
+  const Communicator& ranks_;
+  std::filesystem::path target_;
+  bool first_;
+  std::string error_;           ///< the first one
+  int memory_ = -1;             ///< descriptor of the file in memory, on the first rank
+  Hdf5Handle file_;             ///< the same
+  std::vector<Extent> tables_;  ///< on the first rank
+  SharedFile disk_;
 };
 
 /// Tables `vertices` (n x 3 doubles [µm]) and `triangles` (m x 3 integers from 0) in a group. All ranks know

@@ -2,10 +2,10 @@
 #include "packMesh/io/mesh_collection.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/exact_text.h"
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_meshes.h"
 
 namespace packmesh {
@@ -54,11 +54,10 @@ ExactText plyText(const std::vector<NamedMesh>& meshes) {
   return out;
 }
 
-bool writeText(const std::filesystem::path& file, const ExactText& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text.str();
-  stream.close();
-  return static_cast<bool>(stream);
+void writeText(const std::filesystem::path& file, const ExactText& text) {
+  AtomicFiles files;
+  files.add(file, text.str());
+  files.commit();
 }
 
 }  // namespace
@@ -72,14 +71,12 @@ void requireMeshCollectionEnding(const std::filesystem::path& file) {
 void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
   requireMeshCollectionEnding(file);
   const std::string ending = file.extension().string();
-  bool written = false;
   if (ending == ".obj")
-    written = writeText(file, objText(meshes));
+    writeText(file, objText(meshes));
   else if (ending == ".ply")
-    written = writeText(file, plyText(meshes));
+    writeText(file, plyText(meshes));
   else
-    written = writeHdf5(file, meshes);
-  if (!written) throw OutputError(file.string() + ": the meshes cannot be written");
+    writeHdf5(file, meshes);
 }
 
 }  // namespace packmesh

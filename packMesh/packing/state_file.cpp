@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/packing/state_file.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
+#include <functional>
 #include <limits>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/temporary_name.h"
 #include "packMesh/core/version.h"
+#include "packMesh/io/atomic_files.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/io/hdf5_writer.h"
 #include "packMesh/io/seal.h"
@@ -276,10 +272,6 @@ std::string writer() {
 
 void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<std::string>& command,
               const PackingState& state) {
-  const Communicator& ranks = problem.communicator;
-  const auto mine = static_cast<std::int64_t>(state.cells.size());
-  const std::int64_t first = ranks.sumBefore({mine}).front();
-
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
   out.attribute("/", "lumen", problem.container->describe());
@@ -304,16 +296,16 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   out.group("/growth/best");
   out.group("/cells");
   const RunTables run = runTablesOf(state);
-  forEachRunTable(run,
-                  [&](const char* path, int columns, const auto& table) { out.table(path, columns, table); });
+  forEachRunTable(
+      run, [&](const char* path, int columns, const auto& table) { out.commonTable(path, columns, table); });
   const CellTables cells = tablesOf(state.cells);
   forEachTable(cells, [&](const char* name, int columns, const auto& table) {
-    out.table(std::string("/cells/") + name, state.cellCount, columns, first, table);
+    out.table(std::string("/cells/") + name, columns, table);
   });
   forEachMeasure(state.measures, [&](const char* name, const std::vector<double>& known) {
     std::vector<double> table = known;
     table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
-    out.table(std::string("/cells/") + name, state.cellCount, 1, first, table);
+    out.table(std::string("/cells/") + name, 1, table);
   });
   // Data of growth only: the fractions of their last steps that cells took, and the best state of earlier
   // attempts.
@@ -321,46 +313,49 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   std::vector<double> taken;
   for (const BodyState& cell : state.cells)
     if (growing) taken.push_back(cell.stepTaken);
-  out.table("/growth/taken", growing ? state.cellCount : 0, 1, growing ? first : 0, taken);
+  out.table("/growth/taken", 1, taken);
   const CellTables best = tablesOf(state.growth.best);
-  const auto bestCells = ranks.sum(static_cast<std::int64_t>(state.growth.best.size()));
   forEachTable(best, [&](const char* name, int columns, const auto& table) {
-    out.table(std::string("/growth/best/") + name, bestCells, columns, bestCells > 0 ? first : 0, table);
+    out.table(std::string("/growth/best/") + name, columns, table);
   });
 }
 
-/// Flushes to the disk and renames the file. @return description of the error, or nothing
-std::string putInPlace(const fs::path& written, const fs::path& file) {
-  const int descriptor = ::open(written.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool flushed = descriptor >= 0 && (::fsync(descriptor) == 0 || errno == EINVAL);
-  if (descriptor >= 0) ::close(descriptor);
-  if (!flushed || ::rename(written.c_str(), file.c_str()) != 0)
-    return std::string("cannot be written: renaming the temporary file failed: ") + std::strerror(errno);
-  return "";
+/// Every rank does `work`, which may communicate. Collective.
+/// @throws OutputError on all ranks if it does on one
+void writeTogether(const Communicator& ranks, const std::function<void()>& work) {
+  std::string error;
+  try {
+    work();
+  } catch (const OutputError& failure) {
+    error = failure.what();
+  }
+  const auto failed = ranks.min(std::int64_t(error.empty() ? ranks.size() : ranks.rank()));
+  if (failed < ranks.size()) throw OutputError(ranks.broadcast(error, static_cast<int>(failed)));
 }
 
 }  // namespace
 
-void writeState(const fs::path& name, const PackingProblem& problem, const std::vector<std::string>& command,
+void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
                 const PackingState& state) {
   const Communicator& ranks = problem.communicator;
-  std::error_code ignored;
-  fs::path file = fs::is_symlink(name, ignored) ? fs::weakly_canonical(name, ignored) : name;
-  if (file.empty()) file = name;  // which cannot be written; the error is reported below
-  const fs::path written = ranks.broadcast(temporaryName(file, 0, "new").string(), 0);  // that of rank 0
-  std::string error;
-  {
-    Hdf5Writer out(written, ranks, sealSize);
+  const bool first = ranks.rank() == 0;
+  AtomicFiles files;  // of the first rank
+  writeTogether(ranks, [&] {
+    if (first) files.begin(file);
+  });
+  writeTogether(ranks, [&] {
+    Hdf5Writer out(first ? files.temporary() : fs::path(), file, ranks, sealSize);
     writeAll(out, problem, command, state);
-    if (!out.close()) error = "cannot be written (is the folder writable, the disk full?)";
-  }
-  if (!ranks.any(!error.empty())) {
-    if (ranks.rank() == 0) error = seal(written, {kind, schemaVersion, writer()});
-    if (ranks.rank() == 0 && error.empty()) error = putInPlace(written, file);
-  }
-  if (!ranks.any(!error.empty())) return;
-  if (ranks.rank() == 0) ::unlink(written.c_str());
-  throw OutputError(file.string() + ": the state " + (error.empty() ? "cannot be written" : error));
+    const std::int64_t size = out.close();
+    if (first) files.skipTo(size);
+  });
+  writeTogether(ranks, [&] {
+    if (!first) return;
+    const std::string error = seal(files.temporary(), {kind, schemaVersion, writer()});
+    if (!error.empty()) throw OutputError(file.string() + ": " + error);
+    files.end();
+    files.commit();
+  });
 }
 
 StateHead readStateHead(const fs::path& file) {

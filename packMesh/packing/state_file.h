@@ -23,7 +23,7 @@ struct StateHead {
 /// Writes `file` completely or not at all: under a temporary name in the same folder, flushed, then renamed.
 /// The same state gives the same bytes on any number of ranks. All ranks call.
 /// @throws OutputError on all ranks if that fails; an existing file of that name is then unchanged
-void writeState(const std::filesystem::path& name, const PackingProblem& problem,
+void writeState(const std::filesystem::path& file, const PackingProblem& problem,
                 const std::vector<std::string>& command, const PackingState& state);
 
 /// Any rank may call it on its own. @throws InputError if the file is not a state file of this version

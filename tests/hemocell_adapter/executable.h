@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 namespace packmesh::test {
@@ -30,7 +31,7 @@ struct Ran {
 /// @param prefix put before the program: variables, timeout
 inline Ran run(const std::filesystem::path& folder, const std::string& arguments,
                const std::string& program = "packMesh", const std::string& prefix = "") {
-  const std::filesystem::path executable = std::filesystem::path(PACKMESH_BIN_DIR) / program;
+  const std::filesystem::path executable = std::filesystem::path(programFolder) / program;
   const TemporaryFolder output;
   const std::string command = "cd '" + folder.string() + "' && " + prefix + " '" + executable.string() +
                               "' " + arguments + " > '" + (output.path() / "out").string() + "' 2> '" +
@@ -64,7 +65,7 @@ inline int cellsIn(const std::filesystem::path& file) {
 inline std::string onRanks(int ranks) {
   return "ASAN_OPTIONS=detect_leaks=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "
          "OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1 timeout " +
-         std::to_string(TEST_TIMEOUT / 2) + " mpirun -n " + std::to_string(ranks);
+         std::to_string(timeout / 2) + " mpirun -n " + std::to_string(ranks);
 }
 
 }  // namespace packmesh::test

@@ -7,13 +7,15 @@
 #include <locale>
 #include <stdexcept>
 
+#include "tests/support/places.h"
+
 namespace packmesh::test {
 
 /// While it lives, the C library and C++ streams of this process write 1,5 for one and a half.
 class DecimalComma {
  public:
   DecimalComma() {
-    ::setenv("LOCPATH", TEST_LOCALES, 1);  // made by tests/CMakeLists.txt
+    ::setenv("LOCPATH", localeFolder, 1);  // made by tests/CMakeLists.txt
     before_ = std::locale::global(std::locale("de_DE.UTF-8"));
     ::unsetenv("LOCPATH");
     if (*std::localeconv()->decimal_point == ',') return;

@@ -13,6 +13,7 @@
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/io/seal.h"
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::test;
@@ -193,7 +194,7 @@ TEST_CASE("Folders without permission are distinguished from missing files", "[e
   }
   const SampleCase folder;
   fs::permissions(folder.path(), fs::perms::all);
-  fs::copy_file(fs::path(PACKMESH_BIN_DIR) / "packMesh",
+  fs::copy_file(fs::path(test::programFolder) / "packMesh",
                 folder.path() / "program");  // its own may be inaccessible
   fs::create_directory(folder.path() / "locked");
   fs::copy_file(folder.path() / "config.xml", folder.path() / "locked/config.xml");

@@ -6,13 +6,14 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "tests/hemocell_adapter/executable.h"
+#include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
 using Catch::Matchers::Contains;
 
 TEST_CASE("README and help list the exit codes", "[readme]") {
-  std::string readme = test::readText(README_FILE), help = helpText(false);
+  std::string readme = test::readText(std::string(test::sourceFolder) + "/README.md"), help = helpText(false);
   readme.erase(std::remove(readme.begin(), readme.end(), '`'), readme.end());
   std::replace(help.begin(), help.end(), '\n', ' ');
   while (help.find("  ") != help.npos) help.erase(help.find("  "), 1);

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "packMesh/core/error.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -177,7 +178,7 @@ TEST_CASE("Errors in a cell's XML are reported with file, line, tag, value and e
 }
 
 TEST_CASE("Templates equal HemoCell's, including vertex numbers and triangle order", "[cell]") {
-  std::ifstream in(TEST_DATA_DIR "/templates.txt");
+  std::ifstream in(std::string(test::sourceFolder) + "/tests/data/templates.txt");
   REQUIRE(in);
   int cases = 0;
   for (std::string line; std::getline(in, line);) {

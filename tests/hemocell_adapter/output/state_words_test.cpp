@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "tests/hemocell_adapter/sample_case.h"
+#include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -47,7 +48,7 @@ TEST_CASE("A state is continued after its folder was moved, and names no place o
   const std::string before = readText(case_ / "RBC.pos");
   const std::string state = readText(case_ / "s.h5");
   CHECK_THAT(state, Contains("{folder}/config.xml"));
-  CHECK(state.find(PACKMESH_BIN_DIR) == std::string::npos);
+  CHECK(state.find(test::programFolder) == std::string::npos);
   CHECK(state.find(case_.string()) == std::string::npos);
   fs::remove(case_ / "RBC.pos");
   fs::rename(case_, folder.path() / "moved");

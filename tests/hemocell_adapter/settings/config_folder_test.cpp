@@ -6,6 +6,7 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/settings/packing_section.h"
 #include "packMesh/packing/packing_problem.h"
+#include "tests/support/places.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -13,7 +14,7 @@ using namespace packmesh::hemocell;
 TEST_CASE("config/<Cell>.xml contains HemoCell's default parameters", "[config]") {
   const std::string name = GENERATE("RBC", "RBC_m", "PLT", "PLT_m", "PLT_mko", "WBC");
   INFO(name);
-  const CellModel model = readCellXml(std::string(CONFIG_DIR "/") + name + ".xml", name);
+  const CellModel model = readCellXml(std::string(test::sourceFolder) + "/config/" + name + ".xml", name);
   const auto expected = defaultModel(name);
   REQUIRE(expected);
   CHECK(model.name == name);
@@ -24,7 +25,7 @@ TEST_CASE("config/<Cell>.xml contains HemoCell's default parameters", "[config]"
 }
 
 TEST_CASE("config/packing.xml is a <packing> section with the defaults it states", "[config]") {
-  const std::string file = CONFIG_DIR "/packing.xml";
+  const std::string file = std::string(test::sourceFolder) + "/config/packing.xml";
   tinyxml2::XMLDocument document;
   REQUIRE(document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS);
   REQUIRE(document.RootElement()->Name() == std::string("packing"));

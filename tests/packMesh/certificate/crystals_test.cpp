@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "packMesh/mesh/mesh_intersection.h"
+#include "tests/support/places.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -25,7 +26,8 @@ Vec3 vectorOf(const nlohmann::json& j) {
 }
 
 Crystal read(int cells) {
-  std::ifstream in(CONFIG_DIR "/crystals/red_cells_" + std::to_string(cells) + ".json");
+  std::ifstream in(test::sourceFolder + std::string("/config/crystals/red_cells_") + std::to_string(cells) +
+                   ".json");
   const nlohmann::json file = nlohmann::json::parse(in);
   Crystal crystal;
   crystal.stated = file.at("volumeFraction");

@@ -7,6 +7,7 @@
 
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -37,7 +38,7 @@ struct Meshes : test::TemporaryFolder {
     writeMesh(path() / "flat.off", flat);
   }
   Ran run(const std::string& arguments) const {
-    const std::string command = "cd '" + path().string() + "' && '" PACKMESH_BIN_DIR "/catCells' " +
+    const std::string command = "cd '" + path().string() + "' && '" + test::programFolder + "/catCells' " +
                                 arguments + " > text 2>&1 < /dev/null";
     const int status = std::system(command.c_str());
     std::ifstream in(path() / "text");
