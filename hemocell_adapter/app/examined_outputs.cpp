@@ -29,7 +29,7 @@ void writeOutputsOf(Scene scene, const FoundCells& found, const Examination& exa
     log::warning("so many cells overlap that nothing else is written");
     return;
   }
-  onFirstRank(ranks, [&] { requireWritableOutputs(scene); });
+  onFirstRank(ranks, [&] { requireWritableOutputs(scene, false); });
   PackingResult result;
   result.cells = found.cells;
   result.poses = found.poses;

@@ -16,6 +16,7 @@
 #include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/core/version.h"
 #include "packMesh/parallel/arrival.h"
 #include "packMesh/parallel/launcher.h"
@@ -50,6 +51,7 @@ ExitCode tellNotConnected(const LaunchedTasks& tasks) {
 
 ExitCode run(const std::string& program, const std::vector<std::string>& arguments,
              const Communicator& ranks) {
+  const InputRecord inputs;  // none of them is overwritten
   std::optional<CommandLine> understood;
   together(ranks, [&] { understood = parseOrContinue(program, arguments); });
   const CommandLine& commandLine = *understood;

@@ -150,8 +150,16 @@ RunEnd packScene(Scene& scene, const Timer& timer, const Communicator& ranks) {
   PackingResult& result = packing.result;
   if (result.outcome == Outcome::interrupted || ranks.any(interrupted()))
     return {endInterrupted(scene, attempts.saved()), {}};
-  RunEnd end =
-      isTiled(scene) ? deliverTiled(scene, result, timer, ranks) : deliver(scene, result, timer, ranks);
+  RunEnd end;
+  try {
+    end = isTiled(scene) ? deliverTiled(scene, result, timer, ranks) : deliver(scene, result, timer, ranks);
+  } catch (...) {
+    if (attempts.saved())
+      log::warning(fmt::format(
+          "The packing is saved in {0}; to write it elsewhere: packMesh --restart {0} --output-dir FOLDER",
+          scene.stateFile->string()));
+    throw;
+  }
   if (end.code != ExitCode::ok || !scene.stateFile || attempts.saved()) return end;
   log::error(fmt::format("{}: the state could not be saved", scene.stateFile->string()));
   end.code = ExitCode::cannotWrite;
@@ -165,7 +173,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   for (const std::string& warning : job.warnings) log::warning(warning);
   Scene scene = builtScene(job, ranks, endOfPreparation(job, timer));
   if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
-  onFirstRank(ranks, [&] { requireWritableOutputs(scene); });
+  onFirstRank(ranks, [&] { requireWritableOutputs(scene, true); });
   if (job.validate) {
     log::info(fmt::format("{} is valid", job.config ? job.config->file.string() : "The command"));
     return {};

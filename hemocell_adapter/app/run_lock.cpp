@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <fstream>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -30,36 +31,16 @@ bool isSameFile(int descriptor, const fs::path& path) {
          open.st_dev == there.st_dev && open.st_ino == there.st_ino;
 }
 
-/// What the holder of the lock wrote into the file.
-std::string holderIn(int descriptor) {
-  char text[200] = {};
-  const ssize_t length = ::pread(descriptor, text, sizeof text - 1, 0);
-  std::string holder(text, std::size_t(length > 0 ? length : 0));
-  while (!holder.empty() && holder.back() == '\n') holder.pop_back();
-  return holder.empty() ? "" : " (" + holder + ")";
+/// What the holder of a lock wrote into its file.
+std::string holderIn(const fs::path& path) {
+  std::ifstream in(path);
+  std::string holder;
+  return std::getline(in, holder) && !holder.empty() ? " (" + holder + ")" : "";
 }
 
 /// Time to wait for a lock [s]: ranks of a run that was stopped may end slightly later than the run.
 constexpr std::chrono::seconds patience(2);
 constexpr std::chrono::milliseconds pause(50);
-
-/// @return whether the lock was taken; false: the file system has none. @throws OutputError as RunLock
-bool locked(int descriptor, const fs::path& target, const char* kind, const char* advice) {
-  const auto until = std::chrono::steady_clock::now() + patience;
-  while (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    if (errno == EINTR) continue;
-    if (errno != EWOULDBLOCK) return false;
-    if (std::chrono::steady_clock::now() < until) {
-      std::this_thread::sleep_for(pause);
-      continue;
-    }
-    std::error_code ignored;
-    throw OutputError(fmt::format("{}: another packMesh is writing {}{}; wait until it has ended, or {}",
-                                  fs::absolute(target, ignored).lexically_normal().string(), kind,
-                                  holderIn(descriptor), advice));
-  }
-  return true;
-}
 
 void tellHolder(int descriptor) {
   const std::string holder = fmt::format("process {} on {}\n", processNumber(), hostName());
@@ -69,40 +50,61 @@ void tellHolder(int descriptor) {
 
 }  // namespace
 
-void RunLock::take(const fs::path& path, const fs::path& target, const char* kind, const char* advice) {
+/// A signal that ends the run finds the file either registered or not its own.
+/// @return false if another process has the lock @throws OutputError
+bool RunLock::tryToTake(const fs::path& path) {
+  const HeldSignals held;
   for (;;) {
     const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (descriptor < 0)
       throw OutputError(
           fmt::format("{}: cannot be opened as a lock: {}", path.string(), std::strerror(errno)));
-    bool taken = false;
-    try {
-      taken = locked(descriptor, target, kind, advice);
-    } catch (...) {
+    int failed = 0;
+    do {
+      failed = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 ? errno : 0;
+    } while (failed == EINTR);
+    if (failed == EWOULDBLOCK) {
       ::close(descriptor);
-      throw;
+      return false;
     }
-    if (!taken) log::detail(fmt::format("{}: the file system has no locks", path.string()));
+    if (failed != 0) log::detail(fmt::format("{}: the file system has no locks", path.string()));
     // The previous holder may have ended and removed the file since it was opened.
-    if (taken && !isSameFile(descriptor, path)) {
+    if (failed == 0 && !isSameFile(descriptor, path)) {
       ::close(descriptor);
       continue;
     }
     path_ = path;
     descriptor_ = descriptor;
-    tellHolder(descriptor_);
     atEnd_ = removeWhenEndedAtOnce(path_);
-    return;
+    return true;
   }
 }
 
+void RunLock::take(const fs::path& path, const fs::path& target, const char* kind, const char* advice) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (!tryToTake(path)) {
+    if (std::chrono::steady_clock::now() >= until) {
+      std::error_code ignored;
+      throw OutputError(fmt::format("{}: another packMesh is writing {}{}; wait until it has ended, or {}",
+                                    fs::absolute(target, ignored).lexically_normal().string(), kind,
+                                    holderIn(path), advice));
+    }
+    std::this_thread::sleep_for(pause);
+  }
+  tellHolder(descriptor_);
+}
+
 void RunLock::makeFolder(const fs::path& folder) {
+  std::vector<fs::path> missing;  // innermost first
   std::error_code error;
   for (fs::path one = folder; !one.empty() && !fs::exists(one, error); one = one.parent_path())
-    if (one.has_filename()) made_.insert(made_.begin(), one);
-  if (!folder.empty()) fs::create_directories(folder, error);
+    if (one.has_filename()) missing.push_back(one);
+  for (auto one = missing.rbegin(); one != missing.rend(); ++one) {
+    const HeldSignals held;
+    if (fs::create_directory(*one, error)) made_.push_back({*one, removeWhenEndedAtOnce(*one)});
+  }
   std::error_code ignored;
-  if (error && !fs::is_directory(folder, ignored))
+  if (!folder.empty() && !fs::is_directory(folder, ignored))
     throw OutputError(fmt::format("{}: the folder cannot be created: {}", folder.string(), error.message()));
 }
 
@@ -116,15 +118,11 @@ RunLock RunLock::ofFolder(const fs::path& folder) {
 RunLock RunLock::ofFile(const fs::path& file) {
   RunLock lock;
   lock.makeFolder(file.parent_path());
-  lock.take(file.parent_path() / (temporaryPrefix(file) + "lock"), file, "it", "write another one (--state)");
+  lock.take(lockName(file), file, "it", "write another one (--state)");
   std::error_code ignored;
-  const std::string begin = temporaryPrefix(file);
   for (const auto& entry :
-       fs::directory_iterator(file.has_parent_path() ? file.parent_path() : fs::path("."), ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.compare(0, begin.size(), begin) == 0 && entry.path().extension() == ".new")
-      fs::remove(entry.path(), ignored);
-  }
+       fs::directory_iterator(file.has_parent_path() ? file.parent_path() : fs::path("."), ignored))
+    if (isTemporaryOf(entry.path(), file, "new")) fs::remove(entry.path(), ignored);
   return lock;
 }
 
@@ -135,12 +133,16 @@ RunLock::RunLock(RunLock&& other) noexcept
       made_(std::exchange(other.made_, {})) {}
 
 RunLock::~RunLock() {
+  const HeldSignals held;
   if (descriptor_ >= 0) {
     ::unlink(path_.c_str());  // while it is locked: no other process can hold a lock on a file without a name
     keepWhenEnded(atEnd_);
     ::close(descriptor_);
   }
-  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) ::rmdir(folder->c_str());
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
+    ::rmdir(folder->path.c_str());
+    keepWhenEnded(folder->atEnd);
+  }
 }
 
 }  // namespace packmesh::hemocell

@@ -25,15 +25,21 @@ class RunLock {
   ~RunLock();
 
  private:
+  /// A folder made for the lock, to be removed if it stays empty.
+  struct MadeFolder {
+    std::filesystem::path path;
+    int atEnd;  ///< see interruption.h
+  };
   RunLock() = default;
   void makeFolder(const std::filesystem::path& folder);
   void take(const std::filesystem::path& path, const std::filesystem::path& target, const char* kind,
             const char* advice);
+  bool tryToTake(const std::filesystem::path& path);
 
   std::filesystem::path path_;
   int descriptor_ = -1;
-  int atEnd_ = -1;                                ///< see interruption.h
-  std::vector<std::filesystem::path> made_ = {};  ///< folders, outermost first
+  int atEnd_ = -1;                     ///< see interruption.h
+  std::vector<MadeFolder> made_ = {};  ///< outermost first
 };
 
 }  // namespace packmesh::hemocell

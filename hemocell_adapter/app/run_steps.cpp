@@ -33,10 +33,12 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
   const Statistics& done = result.statistics;
   const bool begun = done.effort() > 0;
   if (result.cellCount == 0 && !begun && scene.maxSeconds > 0.0) return outOfTimeText(scene, delivery);
+  const Forecast forecast = forecastOf(scene);
   return reachedText(scene, result, tally) +
          (result.cellCount == 0 ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
                                 : fmt::format("; {} ({})", delivery.nothing, delivery.bestEffort)) +
-         (forecastOf(scene).effectiveFraction > Forecast::easy ? columnsInstead(scene) : "");
+         (forecast.effectiveFraction > Forecast::easy ? columnsInstead(scene) : "") + ". " +
+         roomText(scene, forecast);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <string>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -35,11 +36,11 @@ struct FileAtEnd {
   volatile sig_atomic_t used = 0;
   char path[4096] = {};
 };
-FileAtEnd filesAtEnd[4];
+FileAtEnd filesAtEnd[16];
 
 [[noreturn]] void endNow(const char* message, std::size_t length) {
-  for (const FileAtEnd& file : filesAtEnd)
-    if (file.used) unlink(file.path);
+  for (std::size_t i = std::size(filesAtEnd); i-- > 0;)  // what is in a folder before the folder
+    if (filesAtEnd[i].used && unlink(filesAtEnd[i].path) != 0) rmdir(filesAtEnd[i].path);
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message, length);
   _exit(int(ExitCode::interrupted));
 }
@@ -87,6 +88,16 @@ void pollInterruption() {
 
 bool interrupted() {
   return flag != 0;
+}
+
+HeldSignals::HeldSignals() {
+  sigset_t held;
+  sigemptyset(&held);
+  for (const int number : endingSignals) sigaddset(&held, number);
+  pthread_sigmask(SIG_BLOCK, &held, &before_);
+}
+HeldSignals::~HeldSignals() {
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 int removeWhenEndedAtOnce(const std::filesystem::path& path) {

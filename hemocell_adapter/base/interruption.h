@@ -2,6 +2,8 @@
 /// @file Signals: interruption and checkpoint requests.
 #pragma once
 
+#include <signal.h>
+
 #include <filesystem>
 
 namespace packmesh::hemocell {
@@ -21,8 +23,21 @@ void pollInterruption();
 /// True if the flag is set.
 bool interrupted();
 
-/// Registers a file to be removed if a signal ends the program immediately. @return a number for
-/// keepWhenEnded(), negative if too many files are registered
+/// While it exists, signals wait: between the creation of a file and its registration, for example. For the
+/// calling thread: the program has no others at such times.
+class HeldSignals {
+ public:
+  HeldSignals();
+  ~HeldSignals();
+  HeldSignals(const HeldSignals&) = delete;
+  HeldSignals& operator=(const HeldSignals&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
+/// Registers a file or an empty folder to be removed if a signal ends the program immediately. @return a
+/// number for keepWhenEnded(), negative if too many files are registered
 int removeWhenEndedAtOnce(const std::filesystem::path& file);
 void keepWhenEnded(int number);
 

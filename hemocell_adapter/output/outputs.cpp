@@ -11,8 +11,10 @@
 #include <set>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/exports.h"
 #include "hemocell_adapter/output/pictured_cell.h"
 #include "hemocell_adapter/output/report.h"
@@ -21,6 +23,7 @@
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/output/vtp_output.h"
 #include "packMesh/analysis/share_measures.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
 
 namespace packmesh::hemocell {
@@ -67,6 +70,25 @@ void writeReports(const Finished& done, const Report& report, const std::vector<
   files.commit();
 }
 
+/// Whether an output that was read keeps its content: the state that the run continues, or the file of a
+/// species whose cells are all fixed and are written as they stand there.
+bool replacesItself(const Scene& scene, const fs::path& file) {
+  if (scene.restart && scene.stateFile == file) return fs::equivalent(file, *scene.restart);
+  const Box bounds = scene.lumen.container->bounds();
+  const Vec3 period = scene.lumen.container->period();
+  for (const CellSpecies& species : scene.species) {
+    if (positionsOf(scene, species) != file || species.fixed.empty()) continue;
+    for (const PosLine& line : species.fixed)  // others are written as their images inside
+      for (int k = 0; k < 3; ++k)
+        if (period[k] > 0.0 && !(line.position[k] >= bounds.lo[k] && line.position[k] < bounds.hi[k]))
+          return false;
+    return static_cast<std::int64_t>(species.fixed.size()) == species.mostCells() &&
+           contentOf(file, "a .pos file") ==
+               formatPosHead(species.mostCells()) + formatPosLines(species.fixed);
+  }
+  return false;
+}
+
 }  // namespace
 
 AnalysisInput analysisInputOf(const Finished& done) {
@@ -105,6 +127,7 @@ void requireWritable(const fs::path& folder) {
         fmt::format("{}: is not a folder; the output cannot be written there", existing.string()));
   }
   // Permissions are not conclusive (read-only file systems, system folders): try.
+  const HeldSignals held;  // until the file is removed
   std::string probe = (existing / ".packMesh_XXXXXX").string();
   const int file = mkstemp(probe.data());
   if (file < 0)
@@ -114,10 +137,11 @@ void requireWritable(const fs::path& folder) {
   unlink(probe.c_str());
 }
 
-void requireWritableOutputs(const Scene& scene) {
+void requireWritableOutputs(const Scene& scene, bool withCells) {
   std::vector<fs::path> files = viewFiles(scene);
-  for (const CellSpecies& species : scene.species)
-    if (species.mostCells() > 0) files.push_back(positionsOf(scene, species));
+  if (withCells)
+    for (const CellSpecies& species : scene.species)
+      if (species.mostCells() > 0) files.push_back(positionsOf(scene, species));
   for (const fs::path& file : files) requireReplaceable(file);
   std::vector<std::int64_t> counts;
   for (const CellSpecies& species : scene.species) counts.push_back(species.mostCells());
@@ -126,16 +150,16 @@ void requireWritableOutputs(const Scene& scene) {
   if (scene.stateFile) files.push_back(*scene.stateFile);
   if (scene.stateFile && companionOf(*scene.stateFile) != *scene.stateFile)
     files.push_back(companionOf(*scene.stateFile));
-  std::set<fs::path> known, read;
-  for (const CellSpecies& species : scene.species)
-    if (species.kind == CellSpecies::Template::mesh)
-      read.insert(fs::weakly_canonical(fs::absolute(species.meshFile)));
+  std::set<fs::path> known;
   for (const fs::path& file : files) {
     std::error_code error;
     const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
     if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
-    if (read.count(real) > 0)
-      throw OutputError(fmt::format("{}: is the mesh of a cell, and would be overwritten", file.string()));
+    if (isRecordedInput(file) && !replacesItself(scene, file))
+      throw OutputError(fmt::format(
+          "{}: is read by this run and would be overwritten; write into another folder (--output-dir), or "
+          "under another name",
+          file.string()));
     if (!known.insert(real).second)
       throw OutputError(fmt::format(
           "{}: two outputs have this name (report, state with its .xdmf, pictures, cells)", file.string()));

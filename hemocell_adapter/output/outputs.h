@@ -18,8 +18,10 @@ AnalysisInput analysisInputOf(const Finished& done);
 std::string reportText(const Finished& done, const RunTimes& times);
 
 /// Fails before hours of packing rather than after them. One rank calls it.
-/// @throws OutputError if a file or folder that the job will write cannot be written
-void requireWritableOutputs(const Scene& scene);
+/// @param withCells whether .pos files are written
+/// @throws OutputError if a file or folder that the job will write cannot be written, or was read
+/// (InputRecord)
+void requireWritableOutputs(const Scene& scene, bool withCells);
 void requireWritable(const std::filesystem::path& folder);
 
 /// What writeViews() writes, in the order of writing.

@@ -28,14 +28,19 @@ constexpr DensestKnown known[] = {
               isModel(s, Construction::wbcSphere);
      }}};
 
-/// With this many cells, a lumen with walls cannot be filled more densely than a periodic box.
+/// With this many cells, no lumen can be filled more densely than a periodic box.
 constexpr std::int64_t many = 100;
+
+/// Whether copies of the lumen fill space, so that each packing of it is one of a periodic box.
+bool fillsSpace(const Container& lumen) {
+  constexpr double rounding = 1e-9;
+  return lumen.period().minCoeff() > 0.0 || lumen.volume() > (1.0 - rounding) * lumen.bounds().size().prod();
+}
 
 }  // namespace
 
 void refuseBeyondKnown(const Scene& scene) {
   const Container& lumen = *scene.lumen.container;
-  const bool periodic = lumen.period().minCoeff() > 0.0;
   for (const DensestKnown& kind : known) {
     double volume = 0.0;
     std::int64_t cells = 0;
@@ -45,7 +50,7 @@ void refuseBeyondKnown(const Scene& scene) {
       cells += species.count;
     }
     const double fraction = volume / lumen.volume();
-    if (fraction > kind.fraction && (periodic || cells >= many))
+    if (fraction > kind.fraction && (fillsSpace(lumen) || cells >= many))
       throw InputError(
           fmt::format("the requested {} fill {:.4f} of the lumen; no packing of {} beyond {:.4g} is "
                       "known ({}). Reduce the number; --best-effort packs as many as possible",

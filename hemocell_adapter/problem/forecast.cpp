@@ -205,10 +205,14 @@ Forecast forecastOf(const Scene& scene, LumenSample& sample) {
   return forecast;
 }
 
-/// The part of the lumen in which cells can be, if it is smaller than the lumen.
+/// How much of the lumen all cells fill, and in how much of it they can be if that is less.
 std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast) {
   constexpr double worthTelling = 0.995;
-  std::vector<std::string> lines;
+  std::string cells =
+      fmt::format("{} cells with {:.4f} of the lumen's volume", forecast.cells, forecast.fraction);
+  if (forecast.effectiveFraction < 1.0)
+    cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
+  std::vector<std::string> lines = {cells};
   for (std::size_t s = 0; s < scene.species.size(); ++s)
     if (forecast.roomShares[s] < worthTelling)
       lines.push_back(
@@ -241,14 +245,14 @@ Forecast forecastOf(const Scene& scene) {
   return forecastOf(scene, sample);
 }
 
+std::string roomText(const Scene& scene, const Forecast& forecast) {
+  return fmt::format("Requested were {}", fmt::join(roomLines(scene, forecast), ". "));
+}
+
 std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
   LumenSample sample(*scene.lumen.container);
   const Forecast f = forecastOf(scene, sample);
-  std::vector<std::string> lines;
-  std::string cells = fmt::format("{} cells with {:.4f} of the lumen's volume", f.cells, f.fraction);
-  if (f.effectiveFraction < 1.0) cells += fmt::format(", effective fraction {:.3f}", f.effectiveFraction);
-  lines.push_back(cells);
-  for (std::string& line : roomLines(scene, f)) lines.push_back(std::move(line));
+  std::vector<std::string> lines = roomLines(scene, f);
   if (scene.inColumns)
     lines.push_back(
         "In columns: the feasible fraction depends on the box, up to 0.65 at 50 µm, less in small ones. The "

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/core/temporary_name.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 #include <algorithm>
 
 namespace packmesh {
 namespace {
 
-constexpr std::size_t longestName = 120, longestHost = 60;  // [bytes]; the whole name stays below 255
+constexpr std::size_t longestName = 100, longestHost = 60;  // [bytes]; the whole name stays below 255
 
 /// The beginning of a UTF-8 text, at most `most` bytes, without splitting a character.
 std::string beginning(const std::string& text, std::size_t most) {
@@ -18,13 +21,23 @@ std::string beginning(const std::string& text, std::size_t most) {
   return text.substr(0, end);
 }
 
+/// Common beginning of the names of all temporary files of `target`. What follows it has no '~', so that no
+/// file is taken for one of a target with a shorter name.
+std::string prefixOf(const std::filesystem::path& target) {
+  const std::string name = target.filename().string();
+  std::string shown = beginning(name, longestName);
+  if (shown != name) shown += fmt::format("-{:016x}", XXH3_64bits(name.data(), name.size()));
+  return "." + shown + "~";
+}
+
 }  // namespace
 
 std::string hostName() {
   char name[256] = {};
   if (::gethostname(name, sizeof name - 1) != 0 || name[0] == '\0') return "localhost";
   std::string host = name;
-  std::replace(host.begin(), host.end(), '/', '_');
+  std::replace_if(
+      host.begin(), host.end(), [](char c) { return c == '/' || c == '~'; }, '_');
   return host;
 }
 
@@ -32,14 +45,21 @@ long processNumber() {
   return ::getpid();
 }
 
-std::string temporaryPrefix(const std::filesystem::path& target) {
-  return "." + beginning(target.filename().string(), longestName) + ".";
-}
-
 std::filesystem::path temporaryName(const std::filesystem::path& target, int number,
                                     const std::string& kind) {
-  return target.parent_path() / (temporaryPrefix(target) + beginning(hostName(), longestHost) + "." +
+  return target.parent_path() / (prefixOf(target) + beginning(hostName(), longestHost) + "." +
                                  std::to_string(processNumber()) + "-" + std::to_string(number) + "." + kind);
+}
+
+bool isTemporaryOf(const std::filesystem::path& file, const std::filesystem::path& target,
+                   const std::string& kind) {
+  const std::string name = file.filename().string(), prefix = prefixOf(target);
+  return name.compare(0, prefix.size(), prefix) == 0 && name.find('~', prefix.size()) == name.npos &&
+         file.extension() == "." + kind;
+}
+
+std::filesystem::path lockName(const std::filesystem::path& target) {
+  return target.parent_path() / (prefixOf(target) + "lock");
 }
 
 }  // namespace packmesh

@@ -7,12 +7,16 @@
 
 namespace packmesh {
 
-/// `.<name>.<host>.<process>-<number>.<kind>` next to `target`: unique to this process and short enough for
-/// every file system; a long target name is truncated.
+/// `.<name>~<host>.<process>-<number>.<kind>` next to `target`: unique to this process and short enough for
+/// every file system; a long target name is replaced by its beginning and a hash.
 std::filesystem::path temporaryName(const std::filesystem::path& target, int number, const std::string& kind);
 
-/// Common prefix of the names of all temporary files of `target`, from any process.
-std::string temporaryPrefix(const std::filesystem::path& target);
+/// True if `file` is a temporary file of `target`, of any process.
+bool isTemporaryOf(const std::filesystem::path& file, const std::filesystem::path& target,
+                   const std::string& kind);
+
+/// The name of a lock on `target`, next to it.
+std::filesystem::path lockName(const std::filesystem::path& target);
 
 /// Name of this machine and id of this process: "node7", 4711.
 std::string hostName();

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <limits>
 
 #include "packMesh/core/error.h"
@@ -56,7 +57,7 @@ Hdf5Writer::Hdf5Writer(const std::filesystem::path& file, const std::filesystem:
             H5Fclose),
       disk_(file, target, ranks) {
   if (first_) require(largestFile() > spare, tooLarge);
-  if (first_) require(file_.good());
+  if (first_) require(file_.good(), std::string("cannot be created: ") + std::strerror(errno));
 }
 
 Hdf5Writer::~Hdf5Writer() {

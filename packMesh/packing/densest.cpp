@@ -21,8 +21,10 @@ constexpr std::int64_t topRung = 320;
 /// Resolution of the bisection, and step of the linear search [multiples of `rung`].
 constexpr std::int64_t coarse = 10, climb = 2;
 
-/// Parts of relax() in a trial: during the bisection, and at most if there is no time limit.
+/// Parts of relax() in a trial: during the bisection, and at most if there is no time limit; few cells may
+/// have more parts, up to this many sweeps of a cell.
 constexpr std::int64_t fewestParts = 1, mostParts = 2;
+constexpr std::int64_t sweepsOfFewCells = 3000000;
 
 class Search {
  public:
@@ -75,7 +77,9 @@ class Search {
 
   /// Whether trials may have this many parts.
   bool mayHave(std::int64_t parts) const {
-    return sweepsOfRelax(parts) <= problem_.limits.maxSweeps && (control_.limited() || parts <= mostParts);
+    const std::int64_t sweeps = sweepsOfRelax(parts);
+    return sweeps <= problem_.limits.maxSweeps &&
+           (control_.limited() || parts <= mostParts || sweeps * cellsAt(beyond_) <= sweepsOfFewCells);
   }
 
   /// Bisects between what could be packed and what could not.

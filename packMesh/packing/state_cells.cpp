@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/input_file.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/read_together.h"
@@ -40,6 +41,7 @@ std::vector<std::int32_t> readKinds(const Hdf5Reader& in, std::int64_t parts, St
 }
 
 StateCells readShare(const std::filesystem::path& file, const Communicator& ranks) {
+  recordInput(file);
   const Hdf5Reader in(file);
   StateCells state;
   const std::int64_t words = in.integer("/command", "words");

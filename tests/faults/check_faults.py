@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_faults.py packMesh: what machines do to a run. Each time the exit code and the message have to be right, what was
+"""check_faults.py packMesh faults.so: what machines do to a run. Each time the exit code and the message have to be right, what was
 there before has to be there still, and nothing half-written may stay."""
 import os
 import pathlib
@@ -12,6 +12,7 @@ import tempfile
 import time
 
 PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
+FAULTS = str(pathlib.Path(sys.argv[2]).resolve())  # faults.c
 OLD = "1\n4 4 4 0 0 0\n"
 os.environ.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                   OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
@@ -83,8 +84,84 @@ def disk_full():
         (folder.path / "filler").write_bytes(b"x" * (12 * 4096))  # leaves a page each for two locks and new cells
         folder.before = folder.listing()
         expect("disk full", folder, run(folder, ["40", "40", "40", "--rbc", "150"]), [5], "RBC.pos")
-        expect("disk full, state", folder, run(folder, ["20", "20", "20", "--rbc", "1", "--state", "s.h5"]), [5],
-               "state could not be saved", kept=False)  # the cells are
+
+
+def of_ranks(count):
+    return ["mpirun", "-n", str(count)] if count > 1 else []
+
+
+def left_behind(folder):
+    """Locks and temporary files."""
+    return [name for name in folder.listing() if pathlib.Path(name).name.startswith(".")]
+
+
+def state_on_full_disk():
+    """The cells are written if there is room for them, and no rank waits for another."""
+    written = set()
+    for size in (8, 24, 48, 64, 96, 120, 200):
+        for ranks in (1, 2, 3, 5):
+            with Folder() as folder:
+                if not folder.mount(f"size={size}k"):
+                    print("skipped state on a full disk: no tmpfs may be mounted")
+                    codes_of["state_on_full_disk"] = set()
+                    return
+                result = run(folder, ["40", "40", "40", "--hematocrit", ".4", "--state", "s.h5"], launch=of_ranks(ranks))
+                cells, state = ((folder.path / name).exists() for name in ("RBC.pos", "s.h5"))
+                expect(f"{size} kB for state and cells, {ranks} ranks", folder, result, [0 if cells and state else 5],
+                       "" if result[0] == 0 else "No space left on device", kept=False)
+                if left_behind(folder):
+                    failures.append(f"{size} kB, {ranks} ranks: {folder.listing()} stays")
+                if state and not cells and "--restart s.h5 --output-dir" not in result[1]:
+                    failures.append(f"{size} kB, {ranks} ranks: nothing says that the state has the cells")
+                written.add((cells, state))
+    if not written >= {(False, False), (True, False), (False, True), (True, True)}:
+        failures.append(f"state on a full disk: only {written} occurred")
+
+
+def with_fault(folder, arguments, fault, launch=(), rank=None):
+    more = {"FAULT_FOLDER": str(folder.path), "FAULT": fault, **({} if rank is None else {"FAULT_RANK": str(rank)})}
+    code, err = run(folder, arguments, launch=[*launch, "env", f"LD_PRELOAD={FAULTS}"], env=dict(os.environ, **more))
+    return "fault\n" in err, code, err.replace("fault\n", "")
+
+
+def signals_at_every_call():
+    """SIGTERM before and after each call for a file, until the run makes no more: no lock and no half-written file stays."""
+    arguments = ["20", "20", "20", "--rbc", "1", "--state", "new/folder/s.h5", "--output-dir", "out"]
+    for when in ("term-before", "term-after"):
+        happened = True
+        for n in range(1, 1000):
+            with Folder() as folder:
+                happened, code, err = with_fault(folder, arguments, f"{when}:{n}")
+                if not happened:
+                    break
+                expect(f"{when} call {n}", folder, (code, err), [0, 130], "interrupted", kept=False)
+                stays = left_behind(folder)
+                whole = {str(p) for p in (folder.path / "out").glob("*")}
+                saved = (folder.path / "new/folder/s.h5").exists()
+                if stays or (code == 130 and (whole or (folder.listing() != folder.before and not saved))):
+                    failures.append(f"{when} call {n}: {folder.listing()} stays after exit code {code}")
+                if saved and code == 130 and "--restart" not in err:
+                    failures.append(f"{when} call {n}: nothing says that the state was saved")
+        if happened:
+            failures.append(f"{when}: the run never ended without it")
+
+
+def input_output_errors():
+    """Writes that fail from the n-th call for a file on, on one rank."""
+    arguments = ["20", "20", "20", "--rbc", "4", "--state", "s.h5"]
+    for ranks, rank in ((1, 0), (2, 0), (2, 1), (3, 2)):
+        for n in (1, 8, 12, 20, 28, 36, 44, 52, 60, 70, 80):
+            with Folder() as folder:
+                happened, code, err = with_fault(folder, arguments, f"eio:{n}", of_ranks(ranks), rank)
+                if happened:
+                    expect(f"EIO from call {n} of rank {rank} of {ranks}", folder, (code, err), [0, 5], kept=False)
+                if left_behind(folder) or (code == 5 and "Input/output error" not in err):
+                    failures.append(f"EIO from call {n} of rank {rank} of {ranks}: {folder.listing()}")
+                old = (folder.path / "RBC.pos").read_text() == OLD
+                if code == 0 and (old or not (folder.path / "s.h5").exists()):
+                    failures.append(f"EIO from call {n} of rank {rank} of {ranks}: exit code 0, but not all is written")
+                if code != 0 and not old and "state could not be saved" not in err:
+                    failures.append(f"EIO from call {n} of rank {rank} of {ranks}: the cells were replaced")
 
 
 def read_only():
@@ -124,24 +201,13 @@ def begun(folder, launch=()):
 
 
 def signals():
-    for number, delays in ((signal.SIGTERM, (0, 0.02, 0.05, 0.1, 0.2, 0.5, 1)), (signal.SIGINT, (0, 0.5)),
-                           (signal.SIGHUP, (0.5,)), (signal.SIGXCPU, (0.5,))):
-        for delay in delays:
-            with Folder() as folder:
-                process = begun(folder)
-                time.sleep(delay)
-                process.send_signal(number)
-                err = process.communicate(timeout=HANGS)[1].decode()
-                expect(f"{number.name} after {delay} s", folder, (process.returncode, err), [130], "interrupted")
-    for delay in (0, 0.01, 0.02, 0.05):  # while it starts: no message before main() knows of signals
+    """Other signals, and SIGTERM while the run packs."""
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU):
         with Folder() as folder:
-            process = subprocess.Popen([PROGRAM, *LONG], cwd=folder.path, stdout=subprocess.DEVNULL,
-                                       stderr=subprocess.PIPE)
-            time.sleep(delay)
-            process.send_signal(signal.SIGTERM)
+            process = begun(folder)
+            process.send_signal(number)
             err = process.communicate(timeout=HANGS)[1].decode()
-            if process.returncode != -signal.SIGTERM or err:
-                expect(f"SIGTERM {delay} s after the start", folder, (process.returncode, err), [130], "interrupted")
+            expect(f"{number.name} while it packs", folder, (process.returncode, err), [130], "interrupted")
 
 
 def killed_rank():
@@ -204,7 +270,7 @@ def names():
         failures.append("names: the locale changes what is written")
 
 
-checks = (disk_full, read_only, file_size, memory, signals, killed_rank, states, names)
+checks = (disk_full, state_on_full_disk, read_only, file_size, memory, signals_at_every_call, input_output_errors, signals, killed_rank, states, names)
 for check in checks:
     check()
 failures += [f"{check.__name__}: nothing was examined" for check in checks if check.__name__ not in codes_of]

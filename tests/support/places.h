@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Where the tests find files and programs. CMake fills in places.cpp, so that all other objects are the same in
-/// every folder and a compiler cache can share them.
+/// @file Where the tests find files and programs. CMake fills in places.cpp, so that all other objects are
+/// the same in every folder and a compiler cache can share them.
 #pragma once
 
 namespace packmesh::test {

@@ -7,11 +7,13 @@
 #include <catch2/catch.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "packMesh/core/temporary_name.h"
 #include "tests/hemocell_adapter/executable.h"
 
 using namespace packmesh::hemocell;
 using namespace packmesh::test;
 using Catch::Matchers::Contains;
+using packmesh::temporaryName;
 using packmesh::hemocell::ExitCode;
 namespace fs = std::filesystem;
 
@@ -56,12 +58,16 @@ TEST_CASE("A second run with the same state is rejected in any folder", "[execut
     CHECK_THAT(second.err, Contains("s.h5: another packMesh is writing it (process "));
     CHECK(folder.files() == 1);  // the folder that stayed empty is gone
   }
-  // What a killed run left of a state goes away; what other states have left stays.
-  writeText(folder.path() / ".s.h5.node7.12-0.new", "half");
-  writeText(folder.path() / ".t.h5.node7.12-0.new", "half");
+  // What a killed run left of a state goes away; what other states have left stays, or is being written.
+  const auto temporary = [&](const char* state) { return temporaryName(folder.path() / state, 0, "new"); };
+  for (const char* state : {"s", "s.h5", "t.h5"}) writeText(temporary(state), "half");
+  CHECK(run(folder.path(), small + " --state s").exitCode == 0);
+  CHECK_FALSE(fs::exists(temporary("s")));
+  CHECK(fs::exists(temporary("s.h5")));
   CHECK(run(folder.path(), small + " --state s.h5").exitCode == 0);
-  CHECK_FALSE(fs::exists(folder.path() / ".s.h5.node7.12-0.new"));
-  CHECK(folder.files() == 4);  // RBC.pos, s.h5, s.xdmf, what is left of t.h5
+  CHECK_FALSE(fs::exists(temporary("s.h5")));
+  CHECK(fs::exists(temporary("t.h5")));
+  CHECK(folder.files() == 5);  // RBC.pos, s, s.h5, s.xdmf, what is left of t.h5
 }
 
 TEST_CASE("A lock ends with its process, however the process ends", "[executable]") {

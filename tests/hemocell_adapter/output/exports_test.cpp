@@ -328,13 +328,3 @@ TEST_CASE("A position that single precision rounds to the end of Mirheo's domain
   CHECK(found.size() == 2);
   CHECK((found[0].vertices[0] - found[1].vertices[0]).norm() > 1.0);
 }
-
-TEST_CASE("An export does not overwrite the mesh of a cell", "[executable][exports]") {
-  const TemporaryFolder folder;
-  writeMesh(folder.path() / "RBC_template.off", oddMesh(3));
-  const std::string before = readText(folder.path() / "RBC_template.off");
-  const Ran ran = run(folder.path(), "18 18 18 --cell-mesh RBC 3 RBC_template.off --export mirheo");
-  CHECK(ran.exitCode == 5);
-  CHECK_THAT(ran.err, Contains("RBC_template.off: is the mesh of a cell, and would be overwritten"));
-  CHECK(readText(folder.path() / "RBC_template.off") == before);
-}

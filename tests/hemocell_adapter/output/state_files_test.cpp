@@ -121,8 +121,7 @@ TEST_CASE("A run continues on a different number of ranks after a signal to all"
     CAPTURE(ranks);
     const TemporaryFolder folder;
     // SIGTERM as soon as there is a state, or to a run that has ended.
-    writeText(folder.path() / "script", onRanks(ranks) + " '" + test::programFolder + "/packMesh' " +
-                                            problem +
+    writeText(folder.path() / "script", onRanks(ranks) + " '" + programFolder + "/packMesh' " + problem +
                                             R"( --checkpoint-every 0.01 > out 2>&1 &
 pid=$!
 while kill -0 $pid 2> /dev/null && [ ! -f state.h5 ]; do sleep 0.02; done
@@ -183,7 +182,7 @@ TEST_CASE("SIGTERM in any stage keeps the previous files and saves a state of th
 
 TEST_CASE("SIGUSR1 saves the state and continues, SIGTERM saves it and prints how to continue") {
   const TemporaryFolder folder;
-  const std::string program = (fs::path(test::programFolder) / "packMesh").string();
+  const std::string program = (fs::path(programFolder) / "packMesh").string();
   // 0.62 takes minutes: it is still at it when the signals come.
   writeText(folder.path() / "script",
             "'" + program + R"(' 40 40 40 --hematocrit 0.62 --state s.h5 > out 2>&1 &
