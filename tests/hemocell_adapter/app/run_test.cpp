@@ -119,18 +119,16 @@ TEST_CASE("An infeasible request reports the best result, writes only on request
 
 TEST_CASE("A limit reached when nothing is left to do is not an error", "[executable]") {
   const TemporaryFolder folder;
-  for (const char* arguments :
-       {"60 60 60 --rbc 5 --max-iterations 1", "60 60 60 --rbc 1 --ends periodic --max-time 1e-9"}) {
-    const Ran ran = run(folder.path(), arguments);
-    INFO(arguments << "\n" << ran.all());
-    CHECK(ran.exitCode == 0);
-  }
-  // With more to do than there is time for, no density is called the largest.
-  const Ran late = run(folder.path(), "40 40 40 --hematocrit 0.5 --max-time 1e-9");
+  const Ran ran = run(folder.path(), "60 60 60 --rbc 5 --max-iterations 1");
+  INFO(ran.all());
+  CHECK(ran.exitCode == 0);
+  // With more to do than there is time for on any machine, no density is called the largest.
+  const Ran late = run(folder.path(), "80 80 80 --hematocrit 0.7 --max-time 1");
   INFO(late.all());
   CHECK(late.exitCode == 3);
-  CHECK_THAT(late.err,
-             Contains("a certified packing found has hematocrit") && !Contains("the densest certified"));
+  CHECK_THAT(late.err, !Contains("the densest certified") &&
+                           (Contains("a certified packing found has hematocrit") ||
+                            Contains("not even one cell") || Contains("reached before packing began")));
 }
 
 TEST_CASE("A time limit that expires before packing begins is reported", "[executable]") {
