@@ -18,8 +18,8 @@ block cmake > "$project/CMakeLists.txt"
 block cpp > "$project/capsule.cpp"
 block text > "$scratch/expected.txt"
 mkdir "$project/headers"
-# Those that include HemoCell's headers need HemoCell.
-(cd "$prefix/include" && grep -rL --include='*.h' '#include <hemocell.h>' packMesh) | while IFS= read -r header; do
+# Those that include headers of HemoCell or MPI need them.
+(cd "$prefix/include" && grep -rL --include='*.h' '#include <\(hemocell\|mpi\).h>' packMesh) | while IFS= read -r header; do
   echo "#include \"$header\"" > "$project/headers/${header//\//_}.cpp"
 done
 cat >> "$project/CMakeLists.txt" << 'HEADERS'

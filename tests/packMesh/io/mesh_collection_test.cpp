@@ -108,5 +108,5 @@ TEST_CASE("Mesh collections that cannot be written are errors that name the file
                     Contains("two.stl") && Contains(".obj, .ply or .h5"));
   for (const char* name : {"no/such/folder/two.obj", "no/such/folder/two.ply", "no/such/folder/two.h5"})
     CHECK_THROWS_WITH(writeMeshes(scratch(name), twoMeshes()),
-                      Contains(name) && Contains("cannot be written"));
+                      Contains(name) && Contains("cannot write to the folder"));
 }

@@ -151,16 +151,16 @@ TEST_CASE("A failure to write keeps the previous state") {
   const PackingProblem problem = sampleProblem();
   const PackingState state = sampleState(problem);
   REQUIRE_THROWS_WITH(writeState(folder.path() / "no such folder" / "state.h5", problem, {}, state),
-                      Contains("state.h5") && Contains("cannot be written"));
+                      Contains("state.h5") && Contains("cannot write to the folder"));
   const fs::path file = folder.path() / "state.h5";
   writeState(file, problem, {}, state);
   const std::string bytes = readBytes(file);
-  fs::create_directory(temporaryName(file, 0, "new"));  // in the way
-  REQUIRE_THROWS_AS(writeState(file, problem, {}, state), OutputError);
+  fs::create_directory(temporaryName(file, 0, "new"));  // in the way: another name is taken
+  writeState(file, problem, {}, state);
   REQUIRE(readBytes(file) == bytes);
   fs::create_directory(folder.path() / "folder.h5");
   REQUIRE_THROWS_WITH(writeState(folder.path() / "folder.h5", problem, {}, state),
-                      Contains("folder.h5: the state cannot be written: renaming the temporary file failed"));
+                      Contains("folder.h5: is not a regular file and cannot be replaced"));
   REQUIRE_FALSE(fs::exists(temporaryName(folder.path() / "folder.h5", 0, "new")));
 }
 
