@@ -16,7 +16,7 @@
 #include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/settings/command_line.h"
-#include "packMesh/core/input_file.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/core/version.h"
 #include "packMesh/parallel/arrival.h"
 #include "packMesh/parallel/launcher.h"

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/held_signals.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "packMesh/core/temporary_name.h"

@@ -15,9 +15,6 @@
 namespace packmesh::hemocell {
 namespace {
 
-/// From Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
-constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
-
 volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
 volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
 
@@ -88,16 +85,6 @@ void pollInterruption() {
 
 bool interrupted() {
   return flag != 0;
-}
-
-HeldSignals::HeldSignals() {
-  sigset_t held;
-  sigemptyset(&held);
-  for (const int number : endingSignals) sigaddset(&held, number);
-  pthread_sigmask(SIG_BLOCK, &held, &before_);
-}
-HeldSignals::~HeldSignals() {
-  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 int removeWhenEndedAtOnce(const std::filesystem::path& path) {

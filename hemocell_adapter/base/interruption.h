@@ -23,18 +23,8 @@ void pollInterruption();
 /// True if the flag is set.
 bool interrupted();
 
-/// While it exists, signals wait: between the creation of a file and its registration, for example. For the
-/// calling thread: the program has no others at such times.
-class HeldSignals {
- public:
-  HeldSignals();
-  ~HeldSignals();
-  HeldSignals(const HeldSignals&) = delete;
-  HeldSignals& operator=(const HeldSignals&) = delete;
-
- private:
-  sigset_t before_;
-};
+/// The signals that end the program: from Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
+inline constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
 
 /// Registers a file or an empty folder to be removed if a signal ends the program immediately. @return a
 /// number for keepWhenEnded(), negative if too many files are registered

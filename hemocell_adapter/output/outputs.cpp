@@ -11,7 +11,7 @@
 #include <set>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/base/interruption.h"
+#include "hemocell_adapter/base/held_signals.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
@@ -24,6 +24,7 @@
 #include "hemocell_adapter/output/vtp_output.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/io/atomic_files.h"
 
 namespace packmesh::hemocell {

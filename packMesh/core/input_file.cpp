@@ -9,24 +9,14 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <optional>
-#include <set>
-#include <utility>
 
 #include "packMesh/core/error.h"
+#include "packMesh/core/input_record.h"
 
 namespace packmesh {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Device and number: the identity of a file, whatever its names.
-using FileId = std::pair<dev_t, ino_t>;
-thread_local std::optional<std::set<FileId>> recorded;
-
-void record(const struct stat& info) {
-  if (recorded) recorded->insert({info.st_dev, info.st_ino});
-}
 
 [[noreturn]] void failReading(const fs::path& file, int error) {
   const bool absent = error == ENOENT;
@@ -62,7 +52,7 @@ struct OpenFile {
       throw;
     }
     size = static_cast<std::int64_t>(info.st_size);
-    record(info);
+    recordInput(file);
   }
   ~OpenFile() { ::close(number); }
   OpenFile(const OpenFile&) = delete;
@@ -135,23 +125,6 @@ std::string linesOf(const fs::path& file, const std::string& expected, int part,
     content.erase(0, feed == content.npos ? feed : feed + 1);
   }
   return content;
-}
-
-InputRecord::InputRecord() {
-  recorded.emplace();
-}
-InputRecord::~InputRecord() {
-  recorded.reset();
-}
-
-void recordInput(const fs::path& file) {
-  struct stat info;
-  if (::stat(file.c_str(), &info) == 0) record(info);
-}
-
-bool isRecordedInput(const fs::path& file) {
-  struct stat info;
-  return recorded && ::stat(file.c_str(), &info) == 0 && recorded->count({info.st_dev, info.st_ino}) > 0;
 }
 
 }  // namespace packmesh

@@ -23,19 +23,4 @@ std::string contentOf(const std::filesystem::path& file, const std::string& expe
 /// @param part from 0
 std::string linesOf(const std::filesystem::path& file, const std::string& expected, int part, int parts);
 
-/// While it exists, the files that this thread reads are recorded. One at a time.
-class InputRecord {
- public:
-  InputRecord();
-  ~InputRecord();
-  InputRecord(const InputRecord&) = delete;
-  InputRecord& operator=(const InputRecord&) = delete;
-};
-
-/// Records a file that something else than the functions above reads.
-void recordInput(const std::filesystem::path& file);
-
-/// True if `file` is recorded, under this or another name.
-bool isRecordedInput(const std::filesystem::path& file);
-
 }  // namespace packmesh

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/input_file.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/read_together.h"
