@@ -84,7 +84,7 @@ Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::
   Job job;
   together(ranks, [&] { job = jobOf(std::move(running), words); });
   for (const std::string& warning : job.warnings) log::warning(warning);
-  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer));
+  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer, addedToHemocell));
   for (const std::string& line : headLines(scene, ranks.size())) log::info(line);
   together(ranks, [&] { requireMemory(scene.mostCells(), ranks); });
 

@@ -110,7 +110,7 @@ Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks,
   Job job;
   together(ranks, [&] { job = jobInMemory(commandLine); });
   for (const std::string& warning : job.warnings) log::warning(warning);
-  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer, interrupted));
+  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer, returnedToPython, interrupted));
   if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
   return scene;
 }

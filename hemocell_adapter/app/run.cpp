@@ -171,7 +171,7 @@ RunEnd packOnce(const Job& job, const Communicator& ranks) {
   requireWritableFolders(job, ranks);
   const Locks locks = locksOf(job, ranks);
   for (const std::string& warning : job.warnings) log::warning(warning);
-  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer));
+  Scene scene = builtScene(job, ranks, endOfPreparation(job, timer, writtenToFiles, interrupted));
   if (isTiled(job)) together(ranks, [&] { requireTileable(scene); });
   onFirstRank(ranks, [&] { requireWritableOutputs(scene, true); });
   if (job.validate) {

@@ -102,7 +102,8 @@ void RunLock::makeFolder(const fs::path& folder) {
     if (one.has_filename()) missing.push_back(one);
   for (auto one = missing.rbegin(); one != missing.rend(); ++one) {
     const HeldSignals held;
-    if (fs::create_directory(*one, error)) made_.push_back({*one, removeWhenEndedAtOnce(*one)});
+    if (!fs::create_directory(*one, error)) break;
+    made_.push_back({*one, removeWhenEndedAtOnce(*one)});
   }
   std::error_code ignored;
   if (!folder.empty() && !fs::is_directory(folder, ignored))

@@ -43,12 +43,13 @@ std::string failureText(const Scene& scene, const PackingResult& result, const T
 
 }  // namespace
 
-std::function<void()> endOfPreparation(const Job& job, const Timer& timer,
+std::function<void()> endOfPreparation(const Job& job, const Timer& timer, const Delivery& delivery,
                                        std::function<bool()> interrupted) {
-  return [&job, &timer, asked = std::move(interrupted)] {
-    if (asked && asked()) throw Stopped({ExitCode::interrupted, "interrupted: nothing was written"});
+  return [&job, &timer, &delivery, asked = std::move(interrupted)] {
+    if (asked && asked())
+      throw Stopped({ExitCode::interrupted, fmt::format("interrupted: {}", delivery.nothing)});
     if (job.maxSeconds > 0.0 && timer.wall() > job.maxSeconds)
-      throw Stopped({ExitCode::outOfReach, outOfTimeText(job, writtenToFiles)});
+      throw Stopped({ExitCode::outOfReach, outOfTimeText(job, delivery)});
   };
 }
 

@@ -14,11 +14,6 @@
 
 namespace packmesh::hemocell {
 
-/// A function that throws Stopped when the time limit of a job is reached, measured by `timer`, and when the
-/// caller asks for an end. References the job and the timer.
-std::function<void()> endOfPreparation(const Job& job, const Timer& timer,
-                                       std::function<bool()> interrupted = {});
-
 /// The scene of a job, with its notices logged. All ranks call. @throws AgreedFailure
 /// @param poll called again and again meanwhile; may throw to end the work (endOfPreparation())
 Scene builtScene(const Job& job, const Communicator& ranks, const std::function<void()>& poll = {});
@@ -49,6 +44,11 @@ inline constexpr Delivery returnedToPython = {"no cells are returned", "best_eff
                                               "returning that one (best_effort)", false};
 inline constexpr Delivery addedToHemocell = {"no cells were added", "--best-effort adds those",
                                              "adding those (--best-effort)", true};
+
+/// A function that throws Stopped when the time limit of a job is reached, measured by `timer`, and when the
+/// caller asks for an end. References the job, the timer and the delivery.
+std::function<void()> endOfPreparation(const Job& job, const Timer& timer, const Delivery& delivery,
+                                       std::function<bool()> interrupted = {});
 
 /// A packing that may be handed out.
 struct Verified {

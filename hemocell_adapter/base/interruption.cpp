@@ -5,17 +5,24 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <iterator>
 #include <string>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/held_signals.h"
 
 namespace packmesh::hemocell {
 namespace {
 
+/// From Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
+constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
+
 volatile sig_atomic_t flag = 0, polled = 0, checkpoint = 0;
+std::atomic<int> held{0}, waiting{0};  ///< HeldSignals that exist, and a signal that came meanwhile
+static_assert(std::atomic<int>::is_always_lock_free);
 volatile time_t firstAt = 0;  ///< when the flag was set [s], monotonic
 
 /// timeout, mpirun and batch systems send the same signal both to a process and to its group: signals within
@@ -42,7 +49,12 @@ FileAtEnd filesAtEnd[16];
   _exit(int(ExitCode::interrupted));
 }
 
-extern "C" void onSignal(int) {
+extern "C" void onSignal(int number) {
+  if (held > 0) {
+    waiting = number;
+    if (held > 0) return;  // otherwise it may have ended before it saw this
+    if (waiting.exchange(0) == 0) return;
+  }
   constexpr char early[] = "(packMesh) (Error) interrupted: nothing was written\n";
   constexpr char again[] = "(packMesh) (Error) interrupted again: ended immediately\n";
   if (!polled && !flag) endNow(early, sizeof early - 1);
@@ -85,6 +97,14 @@ void pollInterruption() {
 
 bool interrupted() {
   return flag != 0;
+}
+
+HeldSignals::HeldSignals() {
+  ++held;
+}
+HeldSignals::~HeldSignals() {
+  if (--held > 0) return;
+  if (const int number = waiting.exchange(0)) raise(number);
 }
 
 int removeWhenEndedAtOnce(const std::filesystem::path& path) {

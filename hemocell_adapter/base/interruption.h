@@ -2,8 +2,6 @@
 /// @file Signals: interruption and checkpoint requests.
 #pragma once
 
-#include <signal.h>
-
 #include <filesystem>
 
 namespace packmesh::hemocell {
@@ -22,9 +20,6 @@ void pollInterruption();
 
 /// True if the flag is set.
 bool interrupted();
-
-/// The signals that end the program: from Ctrl-C, batch systems, a closed terminal, a limit of CPU time.
-inline constexpr int endingSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU};
 
 /// Registers a file or an empty folder to be removed if a signal ends the program immediately. @return a
 /// number for keepWhenEnded(), negative if too many files are registered

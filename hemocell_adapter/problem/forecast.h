@@ -31,7 +31,7 @@ struct Forecast {
 /// Of the default method.
 Forecast forecastOf(const Scene& scene);
 
-/// "Requested were 108 cells with 0.47 of the lumen's volume, ...": what makes a packing hard, for messages.
+/// "The request: 108 cells with 0.47 of the lumen's volume, ...": what makes a packing hard, for messages.
 std::string roomText(const Scene& scene, const Forecast& forecast);
 
 /// The lines printed by `--dry-run`.

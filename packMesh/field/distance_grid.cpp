@@ -234,7 +234,7 @@ class Sampler {
   void take(std::ptrdiff_t node, const Vec3& p, const ClosestPoint::Nearest& nearest) {
     grid_.value[node] = static_cast<float>(nearest.distance);
     if (node == 0 || nearest.distance < 1.5 * grid_.spacing)
-      side_[node] = static_cast<char>(surface_.side(p, nearest));
+      side_[node] = static_cast<signed char>(surface_.side(p, nearest));
   }
 
   const TriangleMesh& mesh_;
@@ -243,8 +243,8 @@ class Sampler {
   bool byDiscs_;
   const Threads& threads_;
   DistanceGrid& grid_;
-  std::vector<char> side_;    ///< of each node, where it is computed: -1 inside, 1 outside; else 0
-  std::vector<int> nearest_;  ///< nearest triangle of each node so far
+  std::vector<signed char> side_;  ///< of each node, where it is computed: -1 inside, 1 outside; else 0
+  std::vector<int> nearest_;       ///< nearest triangle of each node so far
   std::ptrdiff_t step_[3];
 };
 

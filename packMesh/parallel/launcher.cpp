@@ -2,8 +2,10 @@
 #include "packMesh/parallel/launcher.h"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <mpi.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -63,14 +65,21 @@ bool openMpiMayHavePmi2() {
 
 }  // namespace
 
-LaunchedTasks launchedTasks() {
+bool hasControllingTerminal() {
+  const int terminal = ::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+  if (terminal >= 0) ::close(terminal);
+  return terminal >= 0;
+}
+
+LaunchedTasks launchedTasks(bool hasTerminal) {
   // mpirun starts its daemons by srun: its tasks have variables of Slurm, too. Its own are read first.
   if (const auto count = numberIn("OMPI_COMM_WORLD_SIZE"))
     return {Launcher::ofOpenMpi, false, *count, numberIn("OMPI_COMM_WORLD_RANK").value_or(0)};
   if (isSet("MPI_LOCALNRANKS") && isSet("PMI_SIZE"))
     return {Launcher::hydra, false, numberIn("PMI_SIZE").value_or(1), numberIn("PMI_RANK").value_or(0)};
-  // The shell of srun --pty is a single process, whatever the number of tasks.
-  if (isSet("SLURM_PTY_PORT")) return {};
+  // The shell of srun --pty is a single process, whatever the number of tasks. Tasks that srun starts from it
+  // inherit the variable, but not the terminal.
+  if (isSet("SLURM_PTY_PORT") && hasTerminal) return {};
   // Batch scripts have variables of Slurm, but are no step.
   const auto steps = numberIn("SLURM_STEP_NUM_TASKS");
   const auto ofPmix = numberIn("PMIX_RANK");

@@ -26,7 +26,10 @@ struct LaunchedTasks {
   bool several() const { return count > 1; }
 };
 
-LaunchedTasks launchedTasks();
+/// Whether this process has a terminal; tasks of srun have none.
+bool hasControllingTerminal();
+
+LaunchedTasks launchedTasks(bool hasTerminal = hasControllingTerminal());
 
 /// True if the tasks can be ranks of MPI. If not, initialising MPI would be in vain, take longer than many
 /// packings, or end the program: so Open MPI does under Slurm if it has no connection.

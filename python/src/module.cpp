@@ -170,8 +170,8 @@ py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
     for (const std::string& warning : job.warnings) log::warning(warning);
     if (!job.foldersToCheck.empty())
       throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
-    scene = std::make_shared<const Scene>(
-        builtScene(job, Communicator(), endOfPreparation(job, timer, caller.hooks().interrupted)));
+    scene = std::make_shared<const Scene>(builtScene(
+        job, Communicator(), endOfPreparation(job, timer, returnedToPython, caller.hooks().interrupted)));
     const Communicator alone;
     cells = readCells(*scene, alone);
     const Examination examined = examine(*scene, cells.cells, alone);

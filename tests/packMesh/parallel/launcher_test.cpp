@@ -48,6 +48,7 @@ TEST_CASE("The number of tasks is found in the variables of launchers", "[parall
     std::vector<std::pair<std::string, std::string>> variables;
     int count, number;
     Launcher launcher;
+    bool hasTerminal = false;
   };
   const std::vector<std::pair<std::string, std::string>> step = {
       {"SLURM_NTASKS", "3"}, {"SLURM_STEP_NUM_TASKS", "3"}, {"SLURM_PROCID", "2"}};
@@ -72,12 +73,13 @@ TEST_CASE("The number of tasks is found in the variables of launchers", "[parall
         Case{{{"PMIX_RANK", "2"}}, 3, 2, Launcher::pmix},
         // A batch script, the shell of an interactive job, an mpirun in a job of three nodes:
         Case{{{"SLURM_NTASKS", "3"}, {"SLURM_PROCID", "0"}}, 1, 0, Launcher::none},
-        Case{with(step, {{"SLURM_PTY_PORT", "33131"}, {"PMIX_RANK", "0"}}), 1, 0, Launcher::none},
+        Case{with(step, {{"SLURM_PTY_PORT", "33131"}, {"PMIX_RANK", "0"}}), 1, 0, Launcher::none, true},
+        Case{with(step, {{"SLURM_PTY_PORT", "33131"}, {"PMIX_RANK", "2"}}), 3, 2, Launcher::pmix},
         Case{with(step, {{"OMPI_COMM_WORLD_SIZE", "1"}, {"OMPI_COMM_WORLD_RANK", "0"}}), 1, 0,
              Launcher::ofOpenMpi},
         Case{{{"SLURM_STEP_NUM_TASKS", "many"}}, 1, 0, Launcher::none}}) {
     const Environment environment(c.variables);
-    const LaunchedTasks tasks = launchedTasks();
+    const LaunchedTasks tasks = launchedTasks(c.hasTerminal);
     CAPTURE(c.variables);
     CHECK(tasks.count == c.count);
     CHECK(tasks.number == c.number);
