@@ -342,7 +342,7 @@ TEST_CASE("A stopped certificate is not clean, and cells that cannot be examined
   }
 }
 
-TEST_CASE("A limited search lists all pairs below its limit, otherwise a few; walls and gaps are complete",
+TEST_CASE("A limited search lists all pairs below its limit, otherwise a few, and walls and gaps completely",
           "[certificate]") {
   const auto one = ball(1.0);
   std::vector<PlacedCell> cells(150);
