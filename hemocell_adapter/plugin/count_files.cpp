@@ -41,20 +41,35 @@ void writeCounts(const std::vector<std::string>& names, const std::vector<std::i
   const fs::path folder = checkpointFolder;
   std::error_code ignored;
   fs::create_directories(folder, ignored);
-  std::string unwritten, other;
+  const bool earlier = fs::exists(folder / "checkpoint.xml", ignored);  // the checkpoint of another run
+  std::string unwritten, other, kept;
   const auto add = [](std::string& list, const std::string& item) {
     list += (list.empty() ? "" : ", ") + item;
   };
   for (std::size_t t = 0; t < names.size(); ++t) {
-    const fs::path here = names[t] + ".pos", there = folder / here;
-    if (!written(there, counts[t])) add(unwritten, there.string());
-    const std::optional<PosHead> head = headOf(here);
-    if (!head || (head->onlyCount && head->count != counts[t])) {
-      if (!written(here, counts[t])) add(unwritten, here.string());
-    } else if (head->count != counts[t]) {
-      add(other, fmt::format("{} announces {}, {} were added", here.string(), head->count, counts[t]));
+    const fs::path here = names[t] + ".pos";
+    for (const fs::path& file : {here, folder / here}) {
+      const std::optional<PosHead> head = headOf(file);
+      if (head && head->count == counts[t]) continue;
+      if (head && !head->onlyCount) {
+        add(other, head->count < 0 ? fmt::format("{} has no number of cells", file.string())
+                                   : fmt::format("{} announces {}, {} were added", file.string(), head->count,
+                                                 counts[t]));
+        continue;
+      }
+      if (head && earlier && file != here) {
+        const fs::path old = file.string() + ".old";
+        fs::rename(file, old, ignored);
+        add(kept, old.string());
+      }
+      if (!written(file, counts[t])) add(unwritten, file.string());
     }
   }
+  if (!kept.empty())
+    hemocell::log::warning(fmt::format(
+        "{} has a checkpoint of another run, whose numbers of cells are now in {}: to restart from it, rename "
+        "them back",
+        folder.string(), kept));
   if (!unwritten.empty())
     hemocell::log::warning(fmt::format(
         "Cannot write {} with the number of cells: a restart would delete cells across periodic faces",
@@ -62,10 +77,8 @@ void writeCounts(const std::vector<std::string>& names, const std::vector<std::i
   if (!other.empty() && periodic)
     hemocell::log::warning(
         fmt::format("HemoCell takes the number of cells from .pos files when it loads a checkpoint ({}). "
-                    "hemocell.loadCheckPoint() "
-                    "would delete the cells across periodic faces: call packmesh::loadCheckPoint(hemocell) "
-                    "instead, or remove the "
-                    "files",
+                    "hemocell.loadCheckPoint() would delete the cells across periodic faces: call packmesh::loadCheckPoint(hemocell) "
+                    "instead, or remove the files",
                     other));
 }
 

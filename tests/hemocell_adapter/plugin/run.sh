@@ -185,6 +185,12 @@ case $test in
     case_on 2 pipe 2 1 1 > packed.txt 2>&1
     grep -q 'RBC.pos announces 1, .* were added.*call packmesh::loadCheckPoint(hemocell) instead' packed.txt
     test "$(wc -l < RBC.pos)" = 2 || fail "a file with cells was replaced"
+    # Another run in the same folder keeps the numbers of the checkpoint that is there.
+    config 60 44 44 "<hematocrit> 0.15 </hematocrit>"
+    cp checkpoint/RBC.pos numbers.pos
+    case_on 2 pipe 2 1 1 > packed.txt 2>&1
+    grep -q 'checkpoint of another run, whose numbers of cells are now in .*RBC.pos.old' packed.txt
+    same numbers.pos checkpoint/RBC.pos.old
     # Nobody knows the number: an error before a cell is deleted.
     rm RBC.pos checkpoint/RBC.pos
     status=0
