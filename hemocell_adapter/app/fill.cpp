@@ -18,6 +18,7 @@
 #include "hemocell_adapter/output/summary.h"
 #include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/make_job.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/state_cells.h"
@@ -80,11 +81,13 @@ std::shared_ptr<const RunningCase> withCounts(const RunningCase& running,
 
 Filling fill(std::shared_ptr<const RunningCase> running, const std::vector<std::string>& words,
              const Communicator& ranks) {
+  const InputRecord inputs;
   const Timer timer;
   Job job;
   together(ranks, [&] { job = jobOf(std::move(running), words); });
   for (const std::string& warning : job.warnings) log::warning(warning);
   Scene scene = builtScene(job, ranks, endOfPreparation(job, timer, addedToHemocell));
+  onFirstRank(ranks, [&] { requireWritableOutputs(scene, scene.outputStated); });
   for (const std::string& line : headLines(scene, ranks.size())) log::info(line);
   together(ranks, [&] { requireMemory(scene.mostCells(), ranks); });
 

@@ -23,6 +23,7 @@
 #include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/problem/tiling.h"
 #include "packMesh/analysis/share_measures.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/state_cells.h"
@@ -106,6 +107,7 @@ Scene sceneOf(const HeldPacking& packing) {
 
 Scene sceneToPack(const CommandLine& commandLine, const Communicator& ranks,
                   const std::function<bool()>& interrupted) {
+  const InputRecord inputs;
   const Timer timer;
   Job job;
   together(ranks, [&] { job = jobInMemory(commandLine); });
@@ -209,6 +211,7 @@ std::vector<fs::path> writeCells(const HeldPacking& packing, const fs::path& fol
   Scene scene = *packing.scene;
   scene.outputDirectory = folder;
   scene.exports = formats;
+  onFirstRank(packing.ranks, [&] { requireWritableOutputs(scene, true); });
   return writeCellFiles(scene, packing.result, packing.verified.cells.tally.counts, packing.ranks);
 }
 
@@ -274,6 +277,7 @@ std::vector<fs::path> writeViewFiles(const HeldPacking& packing, const fs::path&
   scene.vtp = views.vtp;
   scene.vtpMeshes = views.vtpMeshes;
   scene.reportFile = views.reportFile;
+  onFirstRank(packing.ranks, [&] { requireWritableOutputs(scene, false); });
   SharedFiles(packing.ranks).makeFolder(folder);
   asFinished(packing, scene, [&](const Finished& done) { writeViews(done, packing.times); });
   return viewFiles(scene);

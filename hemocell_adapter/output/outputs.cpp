@@ -156,7 +156,7 @@ void requireWritableOutputs(const Scene& scene, bool withCells) {
     std::error_code error;
     const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
     if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
-    if (isRecordedInput(file) && !replacesItself(scene, file))
+    if (isInput(file, scene.inputs) && !replacesItself(scene, file))
       throw OutputError(fmt::format(
           "{}: is read by this run and would be overwritten; write into another folder (--output-dir), or "
           "under another name",

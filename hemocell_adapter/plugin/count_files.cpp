@@ -66,10 +66,11 @@ void writeCounts(const std::vector<std::string>& names, const std::vector<std::i
     }
   }
   if (!kept.empty())
-    hemocell::log::warning(fmt::format(
-        "{} has a checkpoint of another run, whose numbers of cells are now in {}: to restart from it, rename "
-        "them back",
-        folder.string(), kept));
+    hemocell::log::warning(
+        fmt::format("{} has a checkpoint of another run, whose numbers of cells are now in {}: to restart "
+                    "from it, rename "
+                    "them back",
+                    folder.string(), kept));
   if (!unwritten.empty())
     hemocell::log::warning(fmt::format(
         "Cannot write {} with the number of cells: a restart would delete cells across periodic faces",
@@ -77,7 +78,8 @@ void writeCounts(const std::vector<std::string>& names, const std::vector<std::i
   if (!other.empty() && periodic)
     hemocell::log::warning(
         fmt::format("HemoCell takes the number of cells from .pos files when it loads a checkpoint ({}). "
-                    "hemocell.loadCheckPoint() would delete the cells across periodic faces: call packmesh::loadCheckPoint(hemocell) "
+                    "hemocell.loadCheckPoint() would delete the cells across periodic faces: call "
+                    "packmesh::loadCheckPoint(hemocell) "
                     "instead, or remove the files",
                     other));
 }

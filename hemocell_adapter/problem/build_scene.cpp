@@ -19,6 +19,7 @@
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/packing/single_cell.h"
 
@@ -227,6 +228,7 @@ Scene buildScene(Job job, const Communicator& ranks) {
   Scene scene(std::move(job));
   scene.ranks = ranks;
   scene.team = teamOf(scene.threads, ranks);
+  scene.inputs = recordedInputs();
   scene.lumen = makeLumen(scene);
   const auto takeNotices = [&] {
     for (std::string& notice : scene.lumen.notices) scene.notices.push_back(std::move(notice));

@@ -14,6 +14,7 @@
 #include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/lumen.h"
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 
@@ -31,8 +32,9 @@ struct Scene : Job {
   /// Nothing is built yet; buildScene() does that.
   explicit Scene(Job job) : Job(std::move(job)), clearances(demanded) {}
 
-  Communicator ranks;  ///< that pack it
-  Threads team;        ///< of this rank
+  Communicator ranks;                        ///< that pack it
+  Threads team;                              ///< of this rank
+  std::shared_ptr<const InputFiles> inputs;  ///< that were read for it
   Lumen lumen;
   Clearances clearances;             ///< used for packing (setClearances()); initially those demanded
   std::vector<ScenePart> parts;      ///< what is packed

@@ -10,10 +10,8 @@
 namespace packmesh {
 namespace {
 
-/// Device and number: the identity of a file, whatever its names.
+/// Device and number.
 using FileId = std::pair<dev_t, ino_t>;
-
-thread_local std::optional<std::set<FileId>> recorded;
 
 std::optional<FileId> idOf(const std::filesystem::path& file) {
   struct stat info;
@@ -21,24 +19,35 @@ std::optional<FileId> idOf(const std::filesystem::path& file) {
   return FileId(info.st_dev, info.st_ino);
 }
 
+thread_local std::shared_ptr<InputFiles> current;
+
 }  // namespace
 
-InputRecord::InputRecord() {
-  recorded.emplace();
+class InputFiles {
+ public:
+  std::set<FileId> ids;
+};
+
+InputRecord::InputRecord() : outermost_(!current) {
+  if (outermost_) current = std::make_shared<InputFiles>();
 }
 InputRecord::~InputRecord() {
-  recorded.reset();
+  if (outermost_) current.reset();
+}
+
+std::shared_ptr<const InputFiles> recordedInputs() {
+  return current;
 }
 
 void recordInput(const std::filesystem::path& file) {
-  if (!recorded) return;
-  if (const auto id = idOf(file)) recorded->insert(*id);
+  if (!current) return;
+  if (const auto id = idOf(file)) current->ids.insert(*id);
 }
 
-bool isRecordedInput(const std::filesystem::path& file) {
-  if (!recorded) return false;
+bool isInput(const std::filesystem::path& file, const std::shared_ptr<const InputFiles>& inputs) {
+  if (!inputs) return false;
   const auto id = idOf(file);
-  return id && recorded->count(*id) > 0;
+  return id && inputs->ids.count(*id) > 0;
 }
 
 }  // namespace packmesh

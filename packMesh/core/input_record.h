@@ -3,22 +3,32 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
 namespace packmesh {
 
-/// While it exists, the files that this thread reads are recorded. One at a time.
+/// A set of files, whatever their names.
+class InputFiles;
+
+/// While it exists, the files that this thread reads are recorded; if there is another one already, in that.
 class InputRecord {
  public:
   InputRecord();
   ~InputRecord();
   InputRecord(const InputRecord&) = delete;
   InputRecord& operator=(const InputRecord&) = delete;
+
+ private:
+  bool outermost_;
 };
+
+/// What is recorded now, and will be; nullptr without an InputRecord.
+std::shared_ptr<const InputFiles> recordedInputs();
 
 /// Records a file that something else than input_file.h reads.
 void recordInput(const std::filesystem::path& file);
 
-/// True if `file` is recorded, under this or another name.
-bool isRecordedInput(const std::filesystem::path& file);
+/// True if `file` is among them, under this or another name.
+bool isInput(const std::filesystem::path& file, const std::shared_ptr<const InputFiles>& inputs);
 
 }  // namespace packmesh

@@ -30,6 +30,7 @@
 #include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/input_record.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
 #include "packMesh/packing/gathered_cells.h"
@@ -165,6 +166,7 @@ py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
   std::shared_ptr<const Scene> scene;
   FoundCells cells;
   const Examination found = caller.run([&] {
+    const InputRecord inputs;
     const Timer timer;
     const Job job = makeJob(parseCommandLine("packMesh", words));
     for (const std::string& warning : job.warnings) log::warning(warning);

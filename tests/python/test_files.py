@@ -168,3 +168,22 @@ def test_report_page(tmp_path):
     for write in (packing.write_vtp, packing.write_scene, packing.write_report):
         with pytest.raises(packmesh.OutputError):
             write(tmp_path / "file/report.json")
+
+
+def test_no_output_replaces_a_file_that_was_read(tmp_path, tube):
+    vertices, triangles = tube
+    mesh = tmp_path / "cells.stl"
+    corners = np.asarray(vertices)[np.asarray(triangles)]
+    mesh.write_text("solid tube\n" + "".join(
+        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x!r} {y!r} {z!r}\n" for x, y, z in facet.tolist()) +
+        "endloop\nendfacet\n" for facet in corners) + "endsolid tube\n")
+    before = mesh.read_text()
+    packing = packmesh.pack(vessel=mesh, scale=1.5, open_axis="x", species={"RBC": 2})
+    with pytest.raises(packmesh.OutputError, match="cells.stl: is read by this run and would be overwritten"):
+        packing.write_pos(tmp_path, export=["stl"])
+    packing.write_pos(tmp_path / "elsewhere", export=["stl"])
+    assert mesh.read_text() == before and not (tmp_path / "RBC.pos").exists()
+    packmesh.pack(box=(20, 20, 20), species={"RBC": 3}).write_pos(tmp_path)
+    again = packmesh.pack(box=(20, 20, 20), species={"RBC": 4}, start=tmp_path / "RBC.pos")
+    with pytest.raises(packmesh.OutputError, match="RBC.pos: is read by this run"):
+        again.write_pos(tmp_path)
