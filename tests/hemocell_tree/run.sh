@@ -65,5 +65,4 @@ files | diff "$scratch/before.txt" -
 mkdir "$tree/tools/packMesh/build"
 cd "$tree/tools/packMesh/build"
 "$cmake" .. "${options[@]}" -DBUILD_TESTING=OFF > configure.log
-grep -qF "$tree/tools/packMesh/build/bin/packMesh" -r hemocell_adapter/CMakeFiles/packMesh_executable.dir/build.make ||
-  grep -qF "bin/packMesh" -r hemocell_adapter/CMakeFiles/packMesh_executable.dir/build.make
+grep -q "^bin/packMesh:" hemocell_adapter/CMakeFiles/packMesh_executable.dir/build.make  # in build/bin
