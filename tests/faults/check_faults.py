@@ -125,25 +125,27 @@ def with_fault(folder, arguments, fault, launch=(), rank=None):
 
 
 def signals_at_every_call():
-    """SIGTERM before and after each call for a file, until the run makes no more: no lock and no half-written file stays."""
+    """SIGTERM before and after each call for a file, until the run makes no more: no lock and no half-written file stays.
+    On two ranks, where MPI's threads can receive it, at some of the calls."""
     arguments = ["20", "20", "20", "--rbc", "1", "--state", "new/folder/s.h5", "--output-dir", "out"]
-    for when in ("term-before", "term-after"):
+    for when, ranks, step in (("term-before", 1, 1), ("term-after", 1, 1), ("term-after", 2, 6)):
         happened = True
-        for n in range(1, 1000):
+        for n in range(1, 1000, step):
+            name = f"{when} call {n}, {ranks} ranks"
             with Folder() as folder:
-                happened, code, err = with_fault(folder, arguments, f"{when}:{n}")
+                happened, code, err = with_fault(folder, arguments, f"{when}:{n}", of_ranks(ranks), 0)
                 if not happened:
                     break
-                expect(f"{when} call {n}", folder, (code, err), [0, 130], "interrupted", kept=False)
+                expect(name, folder, (code, err), [0, 130], "interrupted", kept=False)
                 stays = left_behind(folder)
                 whole = {str(p) for p in (folder.path / "out").glob("*")}
                 saved = (folder.path / "new/folder/s.h5").exists()
                 if stays or (code == 130 and (whole or (folder.listing() != folder.before and not saved))):
-                    failures.append(f"{when} call {n}: {folder.listing()} stays after exit code {code}")
+                    failures.append(f"{name}: {folder.listing()} stays after exit code {code}")
                 if saved and code == 130 and "--restart" not in err:
-                    failures.append(f"{when} call {n}: nothing says that the state was saved")
+                    failures.append(f"{name}: nothing says that the state was saved")
         if happened:
-            failures.append(f"{when}: the run never ended without it")
+            failures.append(f"{when}, {ranks} ranks: the run never ended without it")
 
 
 def input_output_errors():
