@@ -106,7 +106,7 @@ std::optional<PackingResult> PackingAttempts::operator()(const Clearances& clear
   if (scene_.restart && !begun_) problem.resume = stateToContinue(scene_, problem);
   begun_ = true;
   PackingResult result = pack(problem);
-  saved_ = states.saved();
+  saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves the state of the last one
   if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
     log::detail(fmt::format(
         "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",

@@ -115,7 +115,7 @@ void StateFiles::save(const PackingState& state) {
   } catch (const OutputError& error) {
     log::warning(error.what());
   }
-  if (saved_)
+  if (*saved_)
     log::detail(fmt::format("Saved the state after {} in {}", effortOf(state), job_.stateFile->string()));
   last_ = std::chrono::steady_clock::now();
   forgetCheckpointAsked();

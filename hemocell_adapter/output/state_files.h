@@ -34,15 +34,15 @@ class StateFiles {
   StateFiles& operator=(const StateFiles&) = delete;
 
   Checkpoints checkpoints();
-  /// Whether the last state has been written.
-  bool saved() const { return saved_; }
+  /// Whether the last state has been written; empty if none was due.
+  std::optional<bool> saved() const { return saved_; }
 
  private:
   void save(const PackingState& state);
 
   const Job& job_;
   const PackingProblem& problem_;
-  bool saved_ = false;
+  std::optional<bool> saved_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 

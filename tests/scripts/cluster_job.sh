@@ -16,6 +16,7 @@ PATH="$here/../examples/stand_ins:$bin:$PATH"
 cd "$scratch/interrupted"
 sbatch job.sh
 grep -q "job 1 continues from state.h5" slurm-1.out
+grep -qF "to continue: packMesh --restart" slurm-1.out
 test ! -e state.h5
 cp -r "$examples/cluster" "$scratch/series"
 cp "$scratch/whole/tube.stl" "$scratch/series"
