@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file Exact signs of orientation determinants.
 ///
-/// Method: J. R. Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric
-/// predicates", Discrete & Computational Geometry 18 (1997). The filter (stage A) is defined here to be
-/// inlined; the adaptive and exact stages are those of the TetGen library. TetGen's own front end is
-/// deliberately bypassed: its static filter has a bound that belongs to TetGen's last input.
+/// Adaptive: a floating-point determinant with a bound of its error (after J. R. Shewchuk, "Adaptive
+/// precision floating-point arithmetic and fast robust geometric predicates", Discrete & Computational
+/// Geometry 18 (1997), doi 10.1007/PL00009321), and where its sign is not certain, integers of sufficient
+/// length.
 ///
-/// Exact unless an intermediate result over- or underflows: every coordinate must be zero or of magnitude
-/// 1e-90 to 1e90. Must not be called while another thread runs TetGen (which has global state).
+/// Exact for all coordinates of magnitude up to 1e90, however small or different. (Mesh files may have
+/// tolerance::largestCoordinate; beyond 1e90, underflow is not covered by the bound below.) Pure functions:
+/// safe from any thread. Rounding to nearest is assumed; contraction to fused multiply-add, which the build
+/// excludes, would only leave out roundings.
 #pragma once
 
 #include <cmath>
@@ -18,15 +20,28 @@ namespace packmesh {
 
 namespace predicates {
 
-/// Unit roundoff of double and the error bounds of the filtered determinants relative to their permanents
-/// (Shewchuk 1997, figures 21 and 24).
-inline constexpr double unitRoundoff = 1.1102230246251565e-16;
-inline constexpr double errorBound2d = (3.0 + 16.0 * unitRoundoff) * unitRoundoff;
-inline constexpr double errorBound3d = (7.0 + 56.0 * unitRoundoff) * unitRoundoff;
+/// Unit roundoff of double.
+inline constexpr double u = 1.1102230246251565e-16;
 
-/// The adaptive stages: sign of the determinant if the filter is inconclusive.
-int exactSideOfPlane(const double* a, const double* b, const double* c, const double* p, double permanent);
-int exactTurn(const double* a, const double* b, const double* p, double permanent);
+/// Bounds of the error of the determinants below relative to their permanents, the sums of the magnitudes of
+/// all products. Differences, products and sums are each rounded by a factor 1 + d, |d| <= u. In three
+/// dimensions a product az (bx cy) of differences has three factors from these, two from the multiplications
+/// and one each from the subtraction of another such product and from the addition of two of the three terms:
+/// error <= 7u / (1 - 7u) permanent. The last addition does not change the sign of the sum. In two dimensions
+/// there are two factors from differences and one from the multiplication; the subtraction is the last.
+///
+/// The terms in u^2 cover that permanent and bound are rounded themselves, by at most twelve factors 1 + d.
+inline constexpr double errorBound3d = (7.0 + 256.0 * u) * u;
+inline constexpr double errorBound2d = (3.0 + 64.0 * u) * u;
+
+/// Bound of the error by underflow. Differences are exact where they are subnormal; each of the six products
+/// of two loses up to 2^-1075, which is multiplied by differences of up to 2^300 (1e90 is below 2^299), and
+/// each of the three products of three up to 2^-1075 again.
+inline constexpr double underflow = 0x1p-770;
+
+/// The signs if the floating-point determinant is inconclusive.
+int exactSideOfPlane(const double* a, const double* b, const double* c, const double* p);
+int exactTurn(const double* a, const double* b, const double* p);
 
 }  // namespace predicates
 
@@ -42,10 +57,9 @@ inline int sideOfPlane(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& 
   const double permanent = (std::abs(bc) + std::abs(cb)) * std::abs(apz) +
                            (std::abs(ca) + std::abs(ac)) * std::abs(bpz) +
                            (std::abs(ab) + std::abs(ba)) * std::abs(cpz);
-  const double bound = predicates::errorBound3d * permanent;
-  if (determinant > bound) return -1;
-  if (-determinant > bound) return 1;
-  return predicates::exactSideOfPlane(a.data(), b.data(), c.data(), p.data(), permanent);
+  const double bound = predicates::errorBound3d * permanent + predicates::underflow;
+  if (std::abs(determinant) > bound) return determinant > 0.0 ? -1 : 1;
+  return predicates::exactSideOfPlane(a.data(), b.data(), c.data(), p.data());
 }
 
 /// Exact sign of the turn a -> b -> p in the plane: +1 left (counter-clockwise), -1 right, 0 collinear.
@@ -53,10 +67,9 @@ inline int turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen:
   const double left = (a[0] - p[0]) * (b[1] - p[1]), right = (a[1] - p[1]) * (b[0] - p[0]);
   const double determinant = left - right;
   const double permanent = std::abs(left) + std::abs(right);
-  const double bound = predicates::errorBound2d * permanent;
-  if (determinant > bound) return 1;
-  if (-determinant > bound) return -1;
-  return predicates::exactTurn(a.data(), b.data(), p.data(), permanent);
+  const double bound = predicates::errorBound2d * permanent + predicates::underflow;
+  if (std::abs(determinant) > bound) return determinant > 0.0 ? 1 : -1;
+  return predicates::exactTurn(a.data(), b.data(), p.data());
 }
 
 /// Exact turn of a, b, c projected along axis `drop`.

@@ -71,7 +71,7 @@ def check_spack():
     spack_name = {
         "libeigen3-dev": "eigen", "libfmt-dev": "fmt", "libhdf5-openmpi-dev": "hdf5", "libopenmesh-dev": "openmesh",
         "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libspdlog-dev": "spdlog", "libtet1.5-dev": "tetgen",
-        "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk",
+        "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk", "libgmp-dev": "gmp",
         "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig",
         "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
