@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <optional>
 
-#include "hemocell_adapter/app/examination.h"
-#include "hemocell_adapter/app/examined_outputs.h"
 #include "hemocell_adapter/app/run.h"
-#include "hemocell_adapter/app/run_steps.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/output/summary.h"
-#include "hemocell_adapter/problem/build_scene.h"
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/session/examination.h"
+#include "hemocell_adapter/session/examined_outputs.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/timer.h"
 
@@ -43,20 +41,20 @@ class FaultList {
 
 class Report {
  public:
-  Report(const Scene& scene, const FoundCells& found, const Communicator& ranks)
-      : scene_(scene), found_(found), ranks_(ranks), examination_(examine(scene, found.cells, ranks)) {}
+  Report(const Problem& problem, const FoundCells& found)
+      : problem_(problem), found_(found), examination_(examine(problem, found.cells)) {}
 
   bool print() {
     printHead();
     printOverlap();
     printMisplaced();
     printFactor();
-    if (knowsAcceptance(scene_)) printKept();
+    if (knowsAcceptance(problem_)) printKept();
     printHematocrit("In the files", found_.counts);
-    if (knowsAcceptance(scene_) && dropped() > 0) printHematocrit("Of what HemoCell keeps", kept().kept);
+    if (knowsAcceptance(problem_) && dropped() > 0) printHematocrit("Of what HemoCell keeps", kept().kept);
     log::info(fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0 ? gapText(certificate_.minimumGap)
                                                                            : "none, cells overlap"));
-    if (scene_.lumen.container->wall())
+    if (problem_.lumen.container->wall())
       log::info(fmt::format("Minimum gap to the wall: {}", certificate_.minimumWallGap > 0.0
                                                                ? gapText(certificate_.minimumWallGap)
                                                                : "none, cells are not inside"));
@@ -66,17 +64,17 @@ class Report {
             ? ""
             : fmt::format(". HemoCell will delete {} cell{} that cross{} periodic faces, as expected",
                           dropped(), dropped() == 1 ? "" : "s", dropped() == 1 ? "es" : ""),
-        scene_.unchecked.empty() ? ""
-                                 : fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "))));
+        problem_.unchecked.empty() ? ""
+                                   : fmt::format("; not examined: {}", fmt::join(problem_.unchecked, ", "))));
     return clean();
   }
 
   /// Summary in one line, for one of several packings.
   std::string line() const {
-    const Tally tally = tallyOf(scene_, found_.counts);
-    std::string text =
-        fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen", clean() ? "clean" : "not clean",
-                    found_.all, found_.all == 1 ? "" : "s", tally.redMesh / scene_.lumen.container->volume());
+    const Tally tally = tallyOf(problem_, found_.counts);
+    std::string text = fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen",
+                                   clean() ? "clean" : "not clean", found_.all, found_.all == 1 ? "" : "s",
+                                   tally.redMesh / problem_.lumen.container->volume());
     if (examination_.overlaps == 0)
       text += fmt::format(", minimum gap {}", gapText(certificate_.minimumGap));
     else
@@ -84,10 +82,10 @@ class Report {
                           examination_.overlaps);
     if (!certificate_.misplaced.empty())
       text += fmt::format(", {} cells not inside, or too near to the wall", certificate_.misplaced.size());
-    if (knowsAcceptance(scene_))
+    if (knowsAcceptance(problem_))
       text += fmt::format("; HemoCell keeps {} of {}", found_.all - dropped(), found_.all);
-    if (!scene_.unchecked.empty())
-      text += fmt::format("; not examined: {}", fmt::join(scene_.unchecked, ", "));
+    if (!problem_.unchecked.empty())
+      text += fmt::format("; not examined: {}", fmt::join(problem_.unchecked, ", "));
     return text;
   }
 
@@ -100,35 +98,35 @@ class Report {
 
   std::string nameOf(std::int64_t cell) const {
     const FoundCells::Place place = found_.placeOf(cell);
-    const CellSpecies& species = scene_.species[place.species];
+    const CellSpecies& species = problem_.species[place.species];
     if (isState(species.startFrom))
       return fmt::format("{}: {} {}", species.startFrom, species.name, place.index + 1);
     return fmt::format("{}.pos:{}", species.name, place.index + 2);  // the first line has their number
   }
 
   void printHead() const {
-    log::info(versionLine(ranks_.size(), scene_.team.count()));
-    if (scene_.config) log::info(fmt::format("Check of {}", scene_.config->file.string()));
-    for (const std::string& line : lumenLines(scene_)) log::info(line);
-    for (const CellSpecies& species : scene_.species) {
+    log::info(versionLine(problem_.ranks.size(), problem_.team.count()));
+    if (problem_.simulation) log::info(fmt::format("Check of {}", problem_.simulation->file.string()));
+    for (const std::string& line : lumenLines(problem_)) log::info(line);
+    for (const CellSpecies& species : problem_.species) {
       if (!species.acceptance) continue;
       log::info(fmt::format("{}: {}", species.name, species.origin));
       log::info(distanceLine(species));
     }
-    const Tally tally = tallyOf(scene_, found_.counts);
-    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-      log::info(fmt::format("{}: {} cells", scene_.species[s].name, tally.counts[s]));
+    const Tally tally = tallyOf(problem_, found_.counts);
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+      log::info(fmt::format("{}: {} cells", problem_.species[s].name, tally.counts[s]));
     }
   }
 
   void printOverlap() const {
-    const std::string nearer = scene_.demanded.membranes > 0.0
-                                   ? fmt::format(" or nearer than {:.6g} µm", scene_.demanded.membranes)
+    const std::string nearer = problem_.demanded.membranes > 0.0
+                                   ? fmt::format(" or nearer than {:.6g} µm", problem_.demanded.membranes)
                                    : "";
     const bool more = certificate_.moreOverlaps;
     std::string text =
         fmt::format("Overlapping pairs{}: {}{}", nearer, more ? "at least " : "", examination_.overlaps);
-    if (knowsAcceptance(scene_) && examination_.overlaps > 0 && !more)
+    if (knowsAcceptance(problem_) && examination_.overlaps > 0 && !more)
       text += fmt::format(", {} of them among cells HemoCell keeps", overlapsAmongKept());
     log::info(text);
     if (more)
@@ -156,10 +154,10 @@ class Report {
   }
 
   void printMisplaced() const {
-    if (!scene_.lumen.container->wall()) return;
-    const bool layer = std::any_of(scene_.species.begin(), scene_.species.end(), [&](const CellSpecies& s) {
-      return s.wallClearance(scene_.demanded.wall) > 0.0;
-    });
+    if (!problem_.lumen.container->wall()) return;
+    const bool layer =
+        std::any_of(problem_.species.begin(), problem_.species.end(),
+                    [&](const CellSpecies& s) { return s.wallClearance(problem_.demanded.wall) > 0.0; });
     log::info(fmt::format("Cells not wholly inside the lumen{}: {}", layer ? ", or too near to the wall" : "",
                           certificate_.misplaced.size()));
     FaultList list;
@@ -171,13 +169,13 @@ class Report {
   /// has enough cells for that, all together.
   void printFactor() const {
     std::vector<std::pair<PositionFactor, std::vector<std::string>>> factors;
-    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       const auto found = factorOf([&](int species) { return species == int(s); });
       if (!found) continue;
       auto same = std::find_if(factors.begin(), factors.end(),
                                [&](const auto& one) { return one.first.factor == found->factor; });
       if (same == factors.end()) same = factors.insert(same, {*found, {}});
-      same->second.push_back(scene_.species[s].name + ".pos");
+      same->second.push_back(problem_.species[s].name + ".pos");
     }
     if (factors.empty())
       if (const auto found = factorOf([](int) { return true; })) factors.push_back({*found, {"all files"}});
@@ -194,22 +192,23 @@ class Report {
     for (const PlacedCell& cell : found_.cells)
       if (chosen(cell.species)) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
-    for (std::size_t s = 0; s < scene_.species.size(); ++s)
-      if (chosen(int(s))) volumes += double(found_.counts[s]) * scene_.species[s].shape->volume();
-    return positionFactor(*scene_.lumen.container, positions, volumes, scene_.dx, ranks_);
+    for (std::size_t s = 0; s < problem_.species.size(); ++s)
+      if (chosen(int(s))) volumes += double(found_.counts[s]) * problem_.species[s].shape->volume();
+    return positionFactor(*problem_.lumen.container, positions, volumes, problem_.request.dx, problem_.ranks);
   }
 
   void printKept() const {
-    std::vector<Kept> reasons(scene_.species.size());  // by species
+    std::vector<Kept> reasons(problem_.species.size());  // by species
     for (const Examination::Dropped& one : examination_.dropped)
       countReason(reasons[found_.placeOf(one.cell).species], examination_.reasons[one.reason], 1);
     const std::vector<std::int64_t> kept = this->kept().kept;
-    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       const std::int64_t total = found_.counts[s];
-      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept[s], total, scene_.species[s].name);
+      std::string text = fmt::format("HemoCell keeps {} of {} {}", kept[s], total, problem_.species[s].name);
       for (const auto& [reason, count] : reasons[s].reasons)
         text += fmt::format("; deletes {}: {}", count, reason);
-      if (scene_.lumen.keptBox && kept[s] < total) text += fmt::format(" (nodes at dx {:.6g} µm)", scene_.dx);
+      if (problem_.lumen.keptBox && kept[s] < total)
+        text += fmt::format(" (nodes at dx {:.6g} µm)", problem_.request.dx);
       log::info(text);
     }
     FaultList list;
@@ -220,68 +219,68 @@ class Report {
   }
 
   void printHematocrit(const char* which, const std::vector<std::int64_t>& counts) const {
-    const Tally tally = tallyOf(scene_, counts);
-    for (const std::string& line : hematocritLines(scene_, tally))
+    const Tally tally = tallyOf(problem_, counts);
+    for (const std::string& line : hematocritLines(problem_, tally))
       log::info(fmt::format("{}: {}", which, line));
   }
 
-  const Scene& scene_;
+  const Problem& problem_;
   const FoundCells& found_;
-  const Communicator& ranks_;
   const Examination examination_;
   const Certificate& certificate_ = examination_.certificate;
 };
 
 }  // namespace
 
-ExitCode runCheck(const Job& job, const Communicator& ranks) {
-  for (const std::string& warning : job.warnings) log::warning(warning);
+namespace {
+
+Problem builtProblem(const CompletedRequest& completed, const Communicator& ranks) {
+  std::optional<Problem> problem;
+  together(ranks, [&] { problem = problemToCheck(completed, ranks); });
+  return std::move(*problem);
+}
+
+ExitCode checkFolder(const CompletedRequest& completed, const Communicator& ranks) {
   const Timer timer;
-  Scene scene = builtScene(job, ranks);
-  const FoundCells found = readCells(scene, ranks);
-  for (const std::string& warning : limitWarnings(scene, found.counts)) log::warning(warning);
-  Report report(scene, found, ranks);
+  Problem problem = builtProblem(completed, ranks);
+  for (const std::string& notice : problem.notices) log::warning(notice);
+  const FoundCells found = readCells(problem);
+  for (const std::string& warning : limitWarnings(problem, found.counts)) log::warning(warning);
+  Report report(problem, found);
   const bool clean = report.print();
-  writeOutputsOf(scene, found, report.examination(), {timer.cpu(), timer.wall()}, ranks);
+  writeOutputsOf(problem, problem.request.output, found, report.examination(), {timer.cpu(), timer.wall()});
   return clean ? ExitCode::ok : ExitCode::faultsFound;
 }
 
-namespace {
-
-/// What is said of one of several folders.
-ExitCode tellInALine(const std::filesystem::path& folder, const Job& job, bool first,
-                     const Communicator& ranks) {
-  for (const std::string& warning : job.warnings) log::warning(warning);
-  std::optional<Scene> scene;
-  together(ranks, [&] { scene = buildScene(job, ranks); });
-  if (first) {
-    log::info(versionLine(ranks.size(), scene->team.count()));
-    for (const std::string& notice : scene->notices) log::warning(notice);
+/// What is said of one of several folders. @param withNotices of how its problem was built
+ExitCode tellInALine(const CompletedRequest& completed, bool withNotices, const Communicator& ranks) {
+  Problem problem = builtProblem(completed, ranks);
+  if (withNotices) {
+    log::info(versionLine(ranks.size(), problem.team.count()));
+    for (const std::string& notice : problem.notices) log::warning(notice);
   }
-  const FoundCells found = readCells(*scene, ranks);
-  const Report report(*scene, found, ranks);
-  log::info(fmt::format("{}: {}", folder.string(), report.line()));
+  const FoundCells found = readCells(problem);
+  const Report report(problem, found);
+  log::info(fmt::format("{}: {}", problem.request.output.folder.string(), report.line()));
   return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
 }
 
-}  // namespace
-
-ExitCode runCheckOfFolders(const Job& job, const Communicator& ranks,
-                           const std::function<Job(const std::filesystem::path&)>& jobOf) {
+ExitCode checkFolders(const CommandLine& commandLine, const std::filesystem::path& around,
+                      const std::vector<std::filesystem::path>& folders, const Communicator& ranks) {
   ExitCode worst = ExitCode::ok;
   std::size_t clean = 0;
   bool first = true;
   const auto examineFolder = [&](const std::filesystem::path& folder) {
-    std::optional<Job> one;
-    together(ranks, [&] { one = jobOf(folder); });
-    return folder == job.outputDirectory ? runCheck(*one, ranks) : tellInALine(folder, *one, first, ranks);
+    CompletedRequest one;
+    together(ranks, [&] { one = requestToCheck(commandLine, folder); });
+    return folder == around ? checkFolder(one, ranks) : tellInALine(one, first, ranks);
   };
   const auto refused = [](const std::filesystem::path& folder, const char* why) {
     log::error(why);
     log::info(fmt::format("{}: not examined", folder.string()));
     return ExitCode::badInput;
   };
-  for (const std::filesystem::path& folder : job.foldersToCheck) {
+  for (const std::filesystem::path& folder : folders) {
     ExitCode code = ExitCode::ok;
     try {
       code = examineFolder(folder);
@@ -296,9 +295,22 @@ ExitCode runCheckOfFolders(const Job& job, const Communicator& ranks,
     worst = std::max(worst, code);
   }
   log::info(
-      fmt::format("Verdict: {} of {} folders clean{}", clean, job.foldersToCheck.size(),
+      fmt::format("Verdict: {} of {} folders clean{}", clean, folders.size(),
                   worst == ExitCode::ok ? "" : "; for details, check a single folder with --output-dir"));
   return worst;
+}
+
+}  // namespace
+
+ExitCode runCheck(const CommandLine& commandLine, const Communicator& ranks) {
+  CompletedRequest completed;
+  std::vector<std::filesystem::path> folders;
+  together(ranks, [&] {
+    completed = requestToCheck(commandLine);
+    folders = foldersToCheck(completed.request);
+  });
+  if (folders.empty()) return checkFolder(completed, ranks);
+  return checkFolders(commandLine, completed.request.output.folder, folders, ranks);
 }
 
 }  // namespace packmesh::hemocell

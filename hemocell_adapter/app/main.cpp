@@ -13,8 +13,6 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/problem/job.h"
-#include "hemocell_adapter/problem/make_job.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/core/input_record.h"
 #include "packMesh/core/version.h"
@@ -81,15 +79,11 @@ ExitCode run(const std::string& program, const std::vector<std::string>& argumen
     case Command::check:
       break;
   }
-  const Settings options = commandLine.settings();
+  const Request options = commandLine.options();
   if (first && options.quiet) log::setLevel(log::Level::quiet);
   if (first && options.verbose) log::setLevel(log::Level::verbose);
   catchSignals();
-  std::optional<Job> job;
-  together(ranks, [&] { job = makeJob(commandLine); });
-  if (commandLine.command == Command::pack) return runPacking(*job, ranks);
-  if (job->foldersToCheck.empty()) return runCheck(*job, ranks);
-  return runCheckOfFolders(*job, ranks, [&](const auto& folder) { return makeJob(commandLine, folder); });
+  return commandLine.command == Command::pack ? runPacking(commandLine, ranks) : runCheck(commandLine, ranks);
 }
 
 /// Runs, and reports errors. @return the exit code, the same on all ranks

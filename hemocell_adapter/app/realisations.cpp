@@ -17,31 +17,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The i-th realisation as a separate job. The command stored in its state is that of the whole series, so
-/// that a restart continues with the remaining ones.
-Job realisationOf(const Job& job, std::int64_t i) {
-  Job one = job;
-  one.realisations = 1;
-  one.realisation = i;
-  one.realisationsOfAll = job.realisations;
-  one.seed = job.seed + std::uint64_t(i - 1);
-  one.outputDirectory = job.outputDirectory / realisationFolder(i, job.realisations);
-  if (job.stateFile) one.stateFile = one.outputDirectory / job.stateFile->filename();
-  if (job.reportFile) one.reportFile = one.outputDirectory / job.reportFile->filename();
-  if (i != job.firstRealisation) one.restart.reset();
+/// The number of the first that is run.
+std::int64_t firstOf(const Request& series) {
+  return std::max<std::int64_t>(1, series.output.realisation);
+}
+
+/// The i-th realisation alone. The command stored in its state is that of the whole series, so that a restart
+/// continues with the remaining ones.
+CompletedRequest realisationOf(const CompletedRequest& series, std::int64_t i) {
+  CompletedRequest one = series;
+  const OutputRequest& ofAll = series.request.output;
+  OutputRequest& output = one.request.output;
+  one.request.realisations = 1;
+  one.request.seed = series.request.seed + std::uint64_t(i - 1);
+  output.realisation = i;
+  output.realisationsOfAll = series.request.realisations;
+  output.folder = ofAll.folder / realisationFolder(i, series.request.realisations);
+  if (ofAll.stateFile) output.stateFile = output.folder / ofAll.stateFile->filename();
+  if (ofAll.reportFile) output.reportFile = output.folder / ofAll.reportFile->filename();
+  if (i != firstOf(series.request)) one.request.restart.reset();
   return one;
 }
 
 /// Cell files in the parent folder of the realisations belong to none of them, unless they are input.
-void warnOfFilesBeside(const Job& job) {
+void warnOfFilesBeside(const Request& request) {
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(job.outputDirectory, ignored)) {
+  for (const auto& entry : fs::directory_iterator(request.output.folder, ignored)) {
     if (entry.path().extension() != ".pos") continue;
-    const auto isInput = [&](const CellSpecies& s) {
-      return fs::equivalent(entry.path(), s.fixedFrom, ignored) ||
-             fs::equivalent(entry.path(), s.startFrom, ignored);
+    const auto is = [&](const std::optional<fs::path>& file) {
+      return file && fs::equivalent(entry.path(), *file, ignored);
     };
-    if (std::none_of(job.species.begin(), job.species.end(), isInput))
+    const auto isInput = [&](const SpeciesRequest& s) { return is(s.fixed) || is(s.start); };
+    if (std::none_of(request.species.begin(), request.species.end(), isInput))
       log::warning(fmt::format(
           "{} belongs to none of the realisations; HemoCell, started in this folder, would read it",
           entry.path().string()));
@@ -50,28 +57,30 @@ void warnOfFilesBeside(const Job& job) {
 
 }  // namespace
 
-ExitCode runRealisations(const Job& job, const Communicator& ranks,
-                         const std::function<RunEnd(const Job&)>& run) {
-  const fs::path file = job.outputDirectory / "realisations.csv";
+ExitCode runRealisations(const CompletedRequest& series, const Communicator& ranks,
+                         const std::function<RunEnd(const CompletedRequest&)>& run) {
+  const Request& all = series.request;
+  const std::int64_t first = firstOf(all);
+  const fs::path file = all.output.folder / "realisations.csv";
   std::vector<Realisation> rows;
-  if (ranks.rank() == 0) rows = readRealisations(file, job.firstRealisation, job.seed);
+  if (ranks.rank() == 0) rows = readRealisations(file, first, all.seed);
   ExitCode worst = ExitCode::ok;
   std::string failed;
   const auto tellWritten = [&] {
     const auto written =
         std::count_if(rows.begin(), rows.end(), [](const Realisation& r) { return r.written(); });
-    log::info(fmt::format("Realisations: {} of {} written", written, job.realisations));
+    log::info(fmt::format("Realisations: {} of {} written", written, all.realisations));
   };
-  for (std::int64_t i = job.firstRealisation; i <= job.realisations; ++i) {
-    const Job one = realisationOf(job, i);
-    log::info(fmt::format("Realisation {} of {}: seed {}, {}", i, job.realisations, one.seed,
-                          one.outputDirectory.string()));
+  for (std::int64_t i = first; i <= all.realisations; ++i) {
+    const CompletedRequest one = realisationOf(series, i);
+    log::info(fmt::format("Realisation {} of {}: seed {}, {}", i, all.realisations, one.request.seed,
+                          one.request.output.folder.string()));
     const RunEnd end = run(one);
     if (end.code == ExitCode::interrupted) {
       tellWritten();
       return end.code;
     }
-    rows.push_back({i, one.seed, end.code, end.figures});
+    rows.push_back({i, one.request.seed, end.code, end.figures});
     onFirstRank(ranks, [&] {
       AtomicFiles files;
       files.add(file, realisationsText(rows));
@@ -83,13 +92,13 @@ ExitCode runRealisations(const Job& job, const Communicator& ranks,
   }
   for (const std::string& line : realisationLines(rows)) log::info(line);
   log::info(fmt::format("Wrote {}", file.string()));
-  if (job.reportFile) {
-    const fs::path report = job.outputDirectory / "realisation_*" / job.reportFile->filename();
+  if (all.output.reportFile) {
+    const fs::path report = all.output.folder / "realisation_*" / all.output.reportFile->filename();
     log::info(fmt::format("To compare them: python3 -m packmesh compare {} --page compare.html",
                           fs::path(report).replace_extension(".json").string()));
   }
   tellWritten();
-  if (ranks.rank() == 0) warnOfFilesBeside(job);
+  if (ranks.rank() == 0) warnOfFilesBeside(all);
   if (!failed.empty()) log::error(fmt::format("realisations that failed: {}", failed));
   return worst;
 }

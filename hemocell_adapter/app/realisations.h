@@ -6,7 +6,7 @@
 
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/output/realisation_table.h"
-#include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/problem/completed_request.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
@@ -17,13 +17,13 @@ struct RunEnd {
   RealisationFigures figures;  ///< if a packing was written
 };
 
-/// Runs `job.realisations` realisations of the job in sequence, starting with job.firstRealisation, the very
-/// first with job.seed, in their folders (realisationFolder) of its output directory. `job.restart` applies
-/// to the first one that is run. A failure does not prevent the remaining ones from running; an interruption
-/// does. Means and standard deviations are printed and the figures of each realisation written to
-/// realisations.csv; those of realisations made before are taken from there. All ranks call.
+/// Runs the realisations of a request in sequence, starting with the first or with output.realisation if that
+/// is larger, the very first with its seed, in their folders (realisationFolder) of its folder. `restart`
+/// applies to the first one that is run. A failure does not prevent the remaining ones from running; an
+/// interruption does. Means and standard deviations are printed and the figures of each realisation written
+/// to realisations.csv; those of realisations made before are taken from there. All ranks call.
 /// @return ok if all are; otherwise the code of the first that failed
-ExitCode runRealisations(const Job& job, const Communicator& ranks,
-                         const std::function<RunEnd(const Job&)>& run);
+ExitCode runRealisations(const CompletedRequest& series, const Communicator& ranks,
+                         const std::function<RunEnd(const CompletedRequest&)>& run);
 
 }  // namespace packmesh::hemocell

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/hemocell/case_config.h"
+#include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/case_source.h"
 #include "packMesh/mesh/triangle_mesh.h"
 

@@ -31,6 +31,12 @@ struct PreInletPlace {
   bool isSame(const PreInletPlace& other, const std::array<int, 3>& nodes) const;
 };
 
+/// The inlet that is packed.
+struct PreInletChoice {
+  PreInletPlace place;
+  std::optional<PreInletPlace> inCode;  ///< in the case's C++ code, if a different one is stated
+};
+
 /// "slice last - 5, y 0 42".
 std::string toString(const PreInletPlace& place);
 

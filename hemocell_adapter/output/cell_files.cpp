@@ -26,14 +26,15 @@ struct File {
 
 class CellFiles {
  public:
-  CellFiles(const Scene& scene, const PackingResult& result, const std::vector<std::int64_t>& counts,
-            const Communicator& ranks)
-      : scene_(scene), result_(result), counts_(counts), ranks_(ranks), shared_(ranks) {}
+  CellFiles(const Problem& problem, const OutputRequest& output, const PackingResult& result,
+            const std::vector<std::int64_t>& counts)
+      : problem_(problem), output_(output), result_(result), counts_(counts), shared_(problem.ranks) {}
 
   std::vector<fs::path> operator()(bool withPos) {
-    shared_.makeFolder(scene_.outputDirectory);
+    shared_.makeFolder(output_.folder);
     if (withPos) addPosFiles();
-    for (const ExportedFile& exported : exportedFiles(scene_, counts_)) addExport(exported);
+    for (const ExportedFile& exported : exportedFiles(problem_, output_.exports, counts_))
+      addExport(exported);
     for (const File& file : files_) write(file);
     shared_.commit();
     std::vector<fs::path> paths;
@@ -43,9 +44,9 @@ class CellFiles {
 
  private:
   void addPosFiles() {
-    for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-      if (scene_.species[s].mostCells() == 0) continue;
-      files_.push_back({scene_.outputDirectory / (scene_.species[s].name + ".pos"),
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+      if (problem_.species[s].mostCells() == 0) continue;
+      files_.push_back({output_.folder / (problem_.species[s].name + ".pos"),
                         {{formatPosHead(counts_[s]), [this, s] { return posLines(static_cast<int>(s)); }}}});
     }
   }
@@ -57,12 +58,12 @@ class CellFiles {
     constexpr std::int64_t linesOfPiece = 4096;
     const auto count = static_cast<std::int64_t>(own.size());
     std::vector<std::string> pieces(static_cast<std::size_t>((count + linesOfPiece - 1) / linesOfPiece));
-    scene_.team.forEachPart(
+    problem_.team.forEachPart(
         count,
         [&](std::int64_t begin, std::int64_t end, int) {
           std::vector<PosLine> lines;
           for (std::int64_t i = begin; i < end; ++i)
-            lines.push_back(scene_.read.lineOf(result_.poses[own[i]]));
+            lines.push_back(problem_.read.lineOf(result_.poses[own[i]]));
           pieces[begin / linesOfPiece] = formatPosLines(lines);
         },
         linesOfPiece);
@@ -70,7 +71,7 @@ class CellFiles {
   }
 
   void addExport(const ExportedFile& exported) {
-    File file{scene_.outputDirectory / exported.name, {}};
+    File file{output_.folder / exported.name, {}};
     for (const ExportedSection& section : exported.sections)
       file.sections.push_back(
           {section.head, [this, section] { return std::vector<std::string>{textOf(section)}; }});
@@ -81,7 +82,7 @@ class CellFiles {
     std::string text;
     if (!section.text) return text;
     ExportedCell cell;
-    cell.before = ranks_.sumBefore(countsOf(scene_, result_.cells));
+    cell.before = problem_.ranks.sumBefore(countsOf(problem_, result_.cells));
     for (std::size_t i = 0; i < result_.cells.size(); ++i) {
       cell.species = result_.cells[i].species;
       cell.pose = result_.poses[i];
@@ -101,24 +102,24 @@ class CellFiles {
     shared_.end();
   }
 
-  const Scene& scene_;
+  const Problem& problem_;
+  const OutputRequest& output_;
   const PackingResult& result_;
   const std::vector<std::int64_t>& counts_;
-  const Communicator& ranks_;
   std::vector<File> files_;
   SharedFiles shared_;
 };
 
 }  // namespace
 
-std::vector<fs::path> writeCellFiles(const Scene& scene, const PackingResult& result,
-                                     const std::vector<std::int64_t>& counts, const Communicator& ranks) {
-  return CellFiles(scene, result, counts, ranks)(true);
+std::vector<fs::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
+                                     const PackingResult& result, const std::vector<std::int64_t>& counts) {
+  return CellFiles(problem, output, result, counts)(true);
 }
 
-std::vector<fs::path> writeExports(const Scene& scene, const PackingResult& result,
-                                   const std::vector<std::int64_t>& counts, const Communicator& ranks) {
-  return CellFiles(scene, result, counts, ranks)(false);
+std::vector<fs::path> writeExports(const Problem& problem, const OutputRequest& output,
+                                   const PackingResult& result, const std::vector<std::int64_t>& counts) {
+  return CellFiles(problem, output, result, counts)(false);
 }
 
 }  // namespace packmesh::hemocell

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/parallel/communicator.h"
 
@@ -16,13 +16,13 @@ namespace packmesh::hemocell {
 /// @param counts of all ranks, per species
 /// @return the files
 /// @throws AgreedFailure if they cannot be written; then no file has changed
-std::vector<std::filesystem::path> writeCellFiles(const Scene& scene, const PackingResult& result,
-                                                  const std::vector<std::int64_t>& counts,
-                                                  const Communicator& ranks);
+std::vector<std::filesystem::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
+                                                  const PackingResult& result,
+                                                  const std::vector<std::int64_t>& counts);
 
 /// Writes the exports only.
-std::vector<std::filesystem::path> writeExports(const Scene& scene, const PackingResult& result,
-                                                const std::vector<std::int64_t>& counts,
-                                                const Communicator& ranks);
+std::vector<std::filesystem::path> writeExports(const Problem& problem, const OutputRequest& output,
+                                                const PackingResult& result,
+                                                const std::vector<std::int64_t>& counts);
 
 }  // namespace packmesh::hemocell

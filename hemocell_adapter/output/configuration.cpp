@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// The settings of a job as they were resolved.
+// The settings of a run as they were resolved.
 #include <nlohmann/json.hpp>
 
 #include "hemocell_adapter/output/report.h"
@@ -47,13 +47,14 @@ Report solidOf(const SolidRequest& solid) {
   return body;
 }
 
-Report containerOf(const Job& job) {
-  if (!job.container) return nullptr;
+Report containerOf(const Request& request) {
+  if (!request.container) return nullptr;
   Report container;
-  container["lumen"] = job.container->lumen ? solidOf(*job.container->lumen) : Report(nullptr);
+  container["lumen"] = request.container->lumen ? solidOf(*request.container->lumen) : Report(nullptr);
   container["obstacles"] = Report::array();
-  for (const SolidRequest& solid : job.container->obstacles) container["obstacles"].push_back(solidOf(solid));
-  container["nodes"] = job.container->nodes ? vectorOf(*job.container->nodes) : Report(nullptr);
+  for (const SolidRequest& solid : request.container->obstacles)
+    container["obstacles"].push_back(solidOf(solid));
+  container["nodes"] = request.container->nodes ? vectorOf(*request.container->nodes) : Report(nullptr);
   return container;
 }
 
@@ -76,73 +77,78 @@ Report growthOf(const GrowthSettings& growth) {
 }
 
 /// Files with existing cells, per species that has one.
-Report filesOf(const Job& job, std::string CellSpecies::*file) {
+Report filesOf(const Problem& problem, std::string CellSpecies::*file) {
   Report files = Report::array();
-  for (const CellSpecies& species : job.species)
+  for (const CellSpecies& species : problem.species)
     if (!(species.*file).empty()) files.push_back(species.*file);
   return files;
 }
 
 }  // namespace
 
-Report configurationOf(const Scene& scene) {
-  const bool cat = scene.method == Method::cat;
-  const bool box = scene.boxSize && !(scene.container && scene.container->lumen);
+Report configurationOf(const Problem& problem, const OutputRequest& output, const Clearances& clearances) {
+  Request request = problem.request;
+  request.output = output;
+  const bool cat = request.method == Method::cat;
+  const bool box = request.boxSize && !(request.container && request.container->lumen);
   Report all;
   for (const Setting& setting : settingsTable())
-    if (!setting.tag.empty() && setting.get) all[setting.tag] = valueOf(setting.get(scene));
-  all["config"] = scene.config ? Report(scene.config->file.string()) : Report(nullptr);
-  all["boxSize"] = scene.boxSize ? vectorOf(*scene.boxSize) : Report(nullptr);
-  all["container"] = containerOf(scene);
+    if (!setting.tag.empty() && setting.get) all[setting.tag] = valueOf(setting.get(request));
+  all["config"] = problem.simulation ? Report(problem.simulation->file.string()) : Report(nullptr);
+  all["boxSize"] = request.boxSize ? vectorOf(*request.boxSize) : Report(nullptr);
+  all["container"] = containerOf(request);
   all["preInlet"] = nullptr;
   all["preInletSlice"] = nullptr;
   all["preInletRange"] = Report::array();
-  if (scene.preInlet) {
+  if (problem.preInlet) {
     all["preInlet"] =
-        std::string(1, "XYZ"[scene.preInlet->axis]) + (scene.preInlet->atHighEnd ? "pos" : "neg");
-    if (scene.preInlet->slice) all["preInletSlice"] = toString(*scene.preInlet->slice);
-    for (const NodeRange& range : scene.preInlet->ranges) all["preInletRange"].push_back(toString(range));
+        std::string(1, "XYZ"[problem.preInlet->axis]) + (problem.preInlet->atHighEnd ? "pos" : "neg");
+    if (problem.preInlet->slice) all["preInletSlice"] = toString(*problem.preInlet->slice);
+    for (const NodeRange& range : problem.preInlet->ranges) all["preInletRange"].push_back(toString(range));
   }
   all["regions"] = Report::array();
-  for (const RegionRequest& region : scene.regions)
+  for (const RegionRequest& region : request.regions)
     all["regions"].push_back({{"hematocrit", region.hematocrit}, {"body", solidOf(region.body)}});
-  all["fixed"] = filesOf(scene, &CellSpecies::fixedFrom);
-  all["start"] = filesOf(scene, &CellSpecies::startFrom);
-  all["dx"] = scene.dx;
+  all["fixed"] = filesOf(problem, &CellSpecies::fixedFrom);
+  all["start"] = filesOf(problem, &CellSpecies::startFrom);
+  all["dx"] = request.dx;
   all["walls"] = nullptr;
-  if (scene.walls || box) all["walls"] = scene.walls.value_or("").empty() ? "none" : *scene.walls;
-  all["ends"] = scene.periodicEnds.value_or(false) ? "periodic" : "closed";
-  all["keep-all"] = scene.keepAll;
+  if (request.walls || box) all["walls"] = request.walls.value_or("").empty() ? "none" : *request.walls;
+  all["ends"] = request.periodicEnds.value_or(false) ? "periodic" : "closed";
+  all["keep-all"] = request.keepAll;
   if (!cat) all["builder"] = nullptr;
-  all["growth"] = cat ? growthOf(scene.growth) : Report(nullptr);
-  all["clearance"] = scene.clearances.membranes;
-  all["clearanceAskedFor"] = scene.largestClearance ? "max" : scene.autoClearance ? "auto" : "stated";
-  all["wallClearance"] = scene.clearances.wall;
-  all["wallClearanceAskedFor"] = scene.autoWallClearance ? "auto" : "stated";
-  all["maxTime"] = scene.maxSeconds > 0.0 ? Report(scene.maxSeconds) : Report(nullptr);
-  all["maxIterations"] = scene.maxIterations.value_or(Limits().maxSweeps);
-  all["tile"] = scene.tiles;
-  all["export"] = scene.exports;
-  all["checkpointEvery"] = scene.checkpointEvery > 0.0 ? Report(scene.checkpointEvery) : Report(nullptr);
-  all["restart"] = fileOf(scene.restart);
+  all["growth"] = cat ? growthOf(request.growth) : Report(nullptr);
+  all["clearance"] = clearances.membranes;
+  all["clearanceAskedFor"] = request.largestClearance     ? "max"
+                             : request.choosesClearance() ? "auto"
+                                                          : "stated";
+  all["wallClearance"] = clearances.wall;
+  all["wallClearanceAskedFor"] = request.choosesWallClearance() ? "auto" : "stated";
+  all["maxTime"] = request.maxSeconds > 0.0 ? Report(request.maxSeconds) : Report(nullptr);
+  all["maxIterations"] = request.maxIterations.value_or(Limits().maxSweeps);
+  all["tile"] = request.tiles;
+  all["export"] = request.output.exports;
+  all["checkpointEvery"] =
+      request.output.checkpointEvery > 0.0 ? Report(request.output.checkpointEvery) : Report(nullptr);
+  all["restart"] = fileOf(request.restart);
   return all;
 }
 
-std::array<bool, 3> endAxes(const Job& job) {
+std::array<bool, 3> endAxes(const Problem& problem) {
   std::array<bool, 3> ends{};
   const auto allBut = [&](const std::string& walls) {
     for (int k = 0; k < 3; ++k) ends[k] = walls.find("xyz"[k]) == std::string::npos;
   };
-  if (job.container && job.container->lumen) {
-    const SolidRequest& solid = *job.container->lumen;
+  if (problem.request.container && problem.request.container->lumen) {
+    const SolidRequest& solid = *problem.request.container->lumen;
     if (solid.kind == SolidRequest::Kind::cylinder) ends[solid.axis] = true;
     if (solid.kind == SolidRequest::Kind::mesh && solid.openAxis) ends[*solid.openAxis] = true;
     if (solid.kind == SolidRequest::Kind::box)
-      allBut(job.walls.value_or(job.periodicEnds.value_or(false) ? "" : "xyz"));
-  } else if (job.boxSize || !job.config->domain.geometry) {
-    allBut(job.walls.value_or(""));
+      allBut(problem.request.walls.value_or(problem.request.periodicEnds.value_or(false) ? "" : "xyz"));
+  } else if (problem.request.boxSize || !problem.simulation->domain.geometry) {
+    allBut(problem.request.walls.value_or(""));
   } else {
-    ends[job.preInlet ? job.preInlet->axis : 0] = true;
+    ends[problem.preInlet ? problem.preInlet->axis : 0] = true;
   }
   return ends;
 }

@@ -32,8 +32,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path positionsOf(const Job& job, const CellSpecies& species) {
-  return job.outputDirectory / (species.name + ".pos");
+fs::path positionsOf(const OutputRequest& output, const CellSpecies& species) {
+  return output.folder / (species.name + ".pos");
 }
 
 /// The cells of all ranks in the form needed for pictures; on the first rank.
@@ -54,7 +54,7 @@ std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& mea
     own.push_back(plain);
   }
   std::vector<PicturedCell> cells;
-  done.ranks.visitInOrder(own, [&](const std::vector<Cell>& part) {
+  done.ranks().visitInOrder(own, [&](const std::vector<Cell>& part) {
     for (const Cell& c : part)
       cells.push_back({{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}},
                        c.gap,
@@ -65,20 +65,21 @@ std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& mea
 
 void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
   AtomicFiles files;
-  const fs::path json = fs::path(*done.scene.reportFile).replace_extension(".json");
+  const fs::path json = fs::path(*done.output.reportFile).replace_extension(".json");
   files.add(json, jsonText(report));
-  if (json != *done.scene.reportFile) files.add(*done.scene.reportFile, pageText(report, done, cells));
+  if (json != *done.output.reportFile) files.add(*done.output.reportFile, pageText(report, done, cells));
   files.commit();
 }
 
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
 /// species whose cells are all fixed and are written as they stand there.
-bool replacesItself(const Scene& scene, const fs::path& file) {
-  if (scene.restart && scene.stateFile == file) return fs::equivalent(file, *scene.restart);
-  const Box bounds = scene.lumen.container->bounds();
-  const Vec3 period = scene.lumen.container->period();
-  for (const CellSpecies& species : scene.species) {
-    if (positionsOf(scene, species) != file || species.fixed.empty()) continue;
+bool replacesItself(const Problem& problem, const OutputRequest& output, const fs::path& file) {
+  if (problem.request.restart && output.stateFile == file)
+    return fs::equivalent(file, *problem.request.restart);
+  const Box bounds = problem.lumen.container->bounds();
+  const Vec3 period = problem.lumen.container->period();
+  for (const CellSpecies& species : problem.species) {
+    if (positionsOf(output, species) != file || species.fixed.empty()) continue;
     for (const PosLine& line : species.fixed)  // others are written as their images inside
       for (int k = 0; k < 3; ++k)
         if (period[k] > 0.0 && !(line.position[k] >= bounds.lo[k] && line.position[k] < bounds.hi[k]))
@@ -93,15 +94,15 @@ bool replacesItself(const Scene& scene, const fs::path& file) {
 }  // namespace
 
 AnalysisInput analysisInputOf(const Finished& done) {
-  const Scene& scene = done.scene;
+  const Problem& problem = done.problem;
   AnalysisInput input;
-  for (const CellSpecies& species : scene.species) {
+  for (const CellSpecies& species : problem.species) {
     input.shapes.push_back(species.shape.get());
     input.inHematocrit.push_back(species.redCell);
   }
-  input.container = scene.lumen.container.get();
-  input.communicator = done.ranks;
-  input.threads = scene.team;
+  input.container = problem.lumen.container.get();
+  input.communicator = done.ranks();
+  input.threads = problem.team;
   for (const MisplacedCell& cell : done.result.certificate.misplaced)
     if (!(cell.gap > 0.0)) input.outside.insert(cell.cell);
   return input;
@@ -111,7 +112,7 @@ std::string reportText(const Finished& done, const RunTimes& times) {
   const AnalysisInput analysis = analysisInputOf(done);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
   return jsonText(makeReport(
-      done, measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.scene)), times));
+      done, measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.problem)), times));
 }
 
 void requireWritable(const fs::path& folder) {
@@ -138,25 +139,25 @@ void requireWritable(const fs::path& folder) {
   unlink(probe.c_str());
 }
 
-void requireWritableOutputs(const Scene& scene, bool withCells) {
-  std::vector<fs::path> files = viewFiles(scene);
+void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells) {
+  std::vector<fs::path> files = viewFiles(problem, output);
   if (withCells)
-    for (const CellSpecies& species : scene.species)
-      if (species.mostCells() > 0) files.push_back(positionsOf(scene, species));
+    for (const CellSpecies& species : problem.species)
+      if (species.mostCells() > 0) files.push_back(positionsOf(output, species));
   for (const fs::path& file : files) requireReplaceable(file);
   std::vector<std::int64_t> counts;
-  for (const CellSpecies& species : scene.species) counts.push_back(species.mostCells());
-  for (const ExportedFile& exported : exportedFiles(scene, counts))
-    files.push_back(scene.outputDirectory / exported.name);
-  if (scene.stateFile) files.push_back(*scene.stateFile);
-  if (scene.stateFile && companionOf(*scene.stateFile) != *scene.stateFile)
-    files.push_back(companionOf(*scene.stateFile));
+  for (const CellSpecies& species : problem.species) counts.push_back(species.mostCells());
+  for (const ExportedFile& exported : exportedFiles(problem, output.exports, counts))
+    files.push_back(output.folder / exported.name);
+  if (output.stateFile) files.push_back(*output.stateFile);
+  if (output.stateFile && companionOf(*output.stateFile) != *output.stateFile)
+    files.push_back(companionOf(*output.stateFile));
   std::set<fs::path> known;
   for (const fs::path& file : files) {
     std::error_code error;
     const fs::path real = fs::weakly_canonical(fs::absolute(file, error), error);
     if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
-    if (isInput(file, scene.inputs) && !replacesItself(scene, file))
+    if (isInput(file, problem.inputs) && !replacesItself(problem, output, file))
       throw OutputError(fmt::format(
           "{}: is read by this run and would be overwritten; write into another folder (--output-dir), or "
           "under another name",
@@ -167,13 +168,13 @@ void requireWritableOutputs(const Scene& scene, bool withCells) {
   }
 }
 
-void warnOfStaleFiles(const Scene& scene) {
+void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(scene.outputDirectory, ignored)) {
+  for (const auto& entry : fs::directory_iterator(output.folder, ignored)) {
     if (entry.path().extension() != ".pos") continue;
     const std::string name = entry.path().stem().string();
     bool ours = false;
-    for (const CellSpecies& s : scene.species) ours = ours || (s.name == name && s.mostCells() > 0);
+    for (const CellSpecies& s : problem.species) ours = ours || (s.name == name && s.mostCells() > 0);
     if (!ours) {
       log::warning(fmt::format(
           "{} is not part of this packing; cells in it may overlap the new ones. Remove it unless it "
@@ -183,34 +184,35 @@ void warnOfStaleFiles(const Scene& scene) {
   }
 }
 
-std::vector<fs::path> viewFiles(const Scene& scene) {
-  std::vector<fs::path> files = vtpFiles(scene);
-  if (scene.reportFile) {
-    files.push_back(*scene.reportFile);
-    const fs::path json = fs::path(*scene.reportFile).replace_extension(".json");
-    if (json != *scene.reportFile) files.push_back(json);
+std::vector<fs::path> viewFiles(const Problem& problem, const OutputRequest& output) {
+  std::vector<fs::path> files = vtpFiles(problem, output);
+  if (output.reportFile) {
+    files.push_back(*output.reportFile);
+    const fs::path json = fs::path(*output.reportFile).replace_extension(".json");
+    if (json != *output.reportFile) files.push_back(json);
   }
   return files;
 }
 
 void writeViews(const Finished& done, const RunTimes& times) {
-  const Scene& scene = done.scene;
-  const Communicator& ranks = done.ranks;
-  const std::vector<fs::path> views = viewFiles(scene);
+  const Problem& problem = done.problem;
+  const OutputRequest& output = done.output;
+  const Communicator& ranks = done.ranks();
+  const std::vector<fs::path> views = viewFiles(problem, output);
   if (views.empty()) return;
   const AnalysisInput analysis = analysisInputOf(done);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
-  if (!vtpFiles(scene).empty()) writeVtp(done, measures);
-  if (scene.reportFile) {
-    SharedFiles(ranks).makeFolder(scene.reportFile->parent_path());
+  if (!vtpFiles(problem, output).empty()) writeVtp(done, measures);
+  if (output.reportFile) {
+    SharedFiles(ranks).makeFolder(output.reportFile->parent_path());
     std::vector<PicturedCell> cells;
-    if (scene.reportFile->extension() == ".html") cells = allCells(done, measures);
-    const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(scene));
+    if (output.reportFile->extension() == ".html") cells = allCells(done, measures);
+    const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(problem));
     onFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
   }
   for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));
-  if (scene.povScene)
-    log::info(fmt::format("For a picture: python3 -m packmesh render {}", scene.outputDirectory.string()));
+  if (output.povScene)
+    log::info(fmt::format("For a picture: python3 -m packmesh render {}", output.folder.string()));
 }
 
 }  // namespace packmesh::hemocell

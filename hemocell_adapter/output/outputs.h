@@ -19,18 +19,18 @@ std::string reportText(const Finished& done, const RunTimes& times);
 
 /// Fails before hours of packing rather than after them. One rank calls it.
 /// @param withCells whether .pos files are written
-/// @throws OutputError if a file or folder that the job will write cannot be written, or was read
+/// @throws OutputError if a file or folder that will be written cannot be written, or was read
 /// (InputRecord)
-void requireWritableOutputs(const Scene& scene, bool withCells);
+void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells);
 void requireWritable(const std::filesystem::path& folder);
 
 /// What writeViews() writes, in the order of writing.
-std::vector<std::filesystem::path> viewFiles(const Scene& scene);
+std::vector<std::filesystem::path> viewFiles(const Problem& problem, const OutputRequest& output);
 
 /// Warns of .pos files that HemoCell would load together with the new ones.
-void warnOfStaleFiles(const Scene& scene);
+void warnOfStaleFiles(const Problem& problem, const OutputRequest& output);
 
-/// Writes the additional output that the job requests: VTK files, reports; prints their
+/// Writes the additional output that is requested: VTK files, reports; prints their
 /// names. All ranks call. @throws AgreedFailure
 void writeViews(const Finished& done, const RunTimes& times);
 

@@ -21,11 +21,11 @@ Report gapOf(double gap) {
   return std::isfinite(gap) ? Report(gap) : Report(nullptr);
 }
 
-Report lumenOf(const Scene& scene) {
-  const Container& container = *scene.lumen.container;
+Report lumenOf(const Problem& problem) {
+  const Container& container = *problem.lumen.container;
   Report lumen;
   lumen["description"] = container.describe();
-  lumen["note"] = scene.lumen.note;
+  lumen["note"] = problem.lumen.note;
   lumen["volume"] = container.volume();
   const Box bounds = container.bounds();
   lumen["low"] = vectorOf(bounds.lo);
@@ -33,20 +33,20 @@ Report lumenOf(const Scene& scene) {
   lumen["period"] = vectorOf(container.period());
   lumen["wall"] = container.wall() != nullptr;
   lumen["lattice"] = nullptr;
-  if (scene.lumen.lattice) {
-    const auto nodes = scene.lumen.lattice->nodes();
+  if (problem.lumen.lattice) {
+    const auto nodes = problem.lumen.lattice->nodes();
     lumen["lattice"] = {{"nodes", {nodes[0], nodes[1], nodes[2]}},
-                        {"dx", scene.lumen.lattice->dx()},
-                        {"fluidNodes", scene.lumen.lattice->fluidNodes()},
-                        {"fluidVolume", scene.lumen.lattice->fluidVolume()}};
+                        {"dx", problem.lumen.lattice->dx()},
+                        {"fluidNodes", problem.lumen.lattice->fluidNodes()},
+                        {"fluidVolume", problem.lumen.lattice->fluidVolume()}};
   }
   return lumen;
 }
 
 Report speciesOf(const Finished& done) {
   Report all = Report::array();
-  for (std::size_t s = 0; s < done.scene.species.size(); ++s) {
-    const CellSpecies& species = done.scene.species[s];
+  for (std::size_t s = 0; s < done.problem.species.size(); ++s) {
+    const CellSpecies& species = done.problem.species[s];
     Report one;
     one["name"] = species.name;
     one["origin"] = species.origin;
@@ -55,14 +55,14 @@ Report speciesOf(const Finished& done) {
     one["asked"] = species.count;
     one["stock"] = species.stock;
     one["placed"] = done.tally.counts[s];
-    one["keptByHemoCell"] = knowsAcceptance(done.scene) ? Report(done.kept.kept[s]) : Report(nullptr);
+    one["keptByHemoCell"] = knowsAcceptance(done.problem) ? Report(done.kept.kept[s]) : Report(nullptr);
     one["meshVolume"] = species.shape->volume();
     one["hemocellVolume"] =
         species.model.hemocellVolume ? Report(*species.model.hemocellVolume) : Report(nullptr);
     one["vertices"] = species.shape->mesh().vertices.size();
     one["triangles"] = species.shape->mesh().triangles.size();
     one["size"] = vectorOf(boundingBox(species.shape->mesh()).size());
-    one["volumeFraction"] = done.tally.meshVolume[s] / done.scene.lumen.container->volume();
+    one["volumeFraction"] = done.tally.meshVolume[s] / done.problem.lumen.container->volume();
     one["minimumDistanceFromSolid"] = species.minimumDistanceFromSolid;
     const bool inFile = species.mostCells() > 0 && !(done.checked && isState(species.startFrom));
     one["file"] = inFile ? Report(species.name + ".pos") : Report(nullptr);
@@ -72,23 +72,24 @@ Report speciesOf(const Finished& done) {
 }
 
 Report hematocritOf(const Finished& done) {
-  const double lumen = done.scene.lumen.container->volume(), fluid = done.scene.lumen.fluidVolume();
+  const double lumen = done.problem.lumen.container->volume(), fluid = done.problem.lumen.fluidVolume();
   std::vector<HematocritConvention> kept;
-  if (knowsAcceptance(done.scene))
-    kept = hematocritConventions(done.scene, tallyOf(done.scene, done.kept.kept));
+  if (knowsAcceptance(done.problem))
+    kept = hematocritConventions(done.problem.request, tallyOf(done.problem, done.kept.kept));
   const auto ofKept = [&](const HematocritConvention& all) {
     for (const HematocritConvention& one : kept)
       if (std::string_view(one.key) == all.key) return Report(one.volume / lumen);
     return Report(nullptr);
   };
   Report all = Report::array();
-  for (const HematocritConvention& one : hematocritConventions(done.scene, done.tally))
-    all.push_back({{"convention", one.key},
-                   {"text", one.text},
-                   {"redVolume", one.volume},
-                   {"ofLumen", one.volume / lumen},
-                   {"ofFluidNodes", done.scene.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
-                   {"keptOfLumen", ofKept(one)}});
+  for (const HematocritConvention& one : hematocritConventions(done.problem.request, done.tally))
+    all.push_back(
+        {{"convention", one.key},
+         {"text", one.text},
+         {"redVolume", one.volume},
+         {"ofLumen", one.volume / lumen},
+         {"ofFluidNodes", done.problem.lumen.lattice ? Report(one.volume / fluid) : Report(nullptr)},
+         {"keptOfLumen", ofKept(one)}});
   return all;
 }
 
@@ -104,7 +105,7 @@ Report certificateOf(const Certificate& certificate) {
 }
 
 Report keptOf(const Finished& done) {
-  if (!knowsAcceptance(done.scene)) return nullptr;
+  if (!knowsAcceptance(done.problem)) return nullptr;
   std::int64_t kept = 0;
   for (const std::int64_t n : done.kept.kept) kept += n;
   Report all = {{"kept", kept}, {"dropped", done.result.cellCount - kept}};
@@ -124,14 +125,14 @@ Report profileOf(const Profile& profile, const std::vector<CellSpecies>& species
   return all;
 }
 
-Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
+Report measuresOf(const PackingMeasures& measures, const Problem& problem) {
   Report all;
   all["pointsPerCell"] = measures.pointsPerCell;
   all["lumenPoints"] = measures.lumenPoints;
   all["leftOut"] = measures.leftOut;
   all["wall"] = nullptr;
   if (measures.wall) {
-    all["wall"] = profileOf(*measures.wall, scene.species);
+    all["wall"] = profileOf(*measures.wall, problem.species);
     Report& layer = all["wall"]["cellFreeLayer"];
     layer = Report::array();
     for (const double share : {0.05, 0.5}) {
@@ -140,13 +141,13 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
     }
   }
   for (int k = 0; k < 3; ++k)
-    all["axial"][std::string(1, "xyz"[k])] = profileOf(measures.axial[k], scene.species);
+    all["axial"][std::string(1, "xyz"[k])] = profileOf(measures.axial[k], problem.species);
   all["gaps"] = Report::array();
   all["orientation"] = Report::array();
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const GapHistogram& gaps = measures.gaps[s];
     const bool any = gaps.minimum != 0.0 || gaps.mean != 0.0;
-    all["gaps"].push_back({{"name", scene.species[s].name},
+    all["gaps"].push_back({{"name", problem.species[s].name},
                            {"width", gaps.width},
                            {"counts", gaps.counts},
                            {"beyond", gaps.beyond},
@@ -157,7 +158,7 @@ Report measuresOf(const PackingMeasures& measures, const Scene& scene) {
     Report tensor = Report::array();
     for (int row = 0; row < 3; ++row) tensor.push_back(vectorOf(order.tensor.row(row)));
     const bool none = order.cells == 0;
-    all["orientation"].push_back({{"name", scene.species[s].name},
+    all["orientation"].push_back({{"name", problem.species[s].name},
                                   {"cells", order.cells},
                                   {"nematic", none ? Report(nullptr) : Report(order.nematic())},
                                   {"eigenvalues", none ? Report(nullptr) : vectorOf(order.eigenvalues)},
@@ -189,26 +190,30 @@ Report statisticsOf(const Statistics& s) {
 /// The packing that was repeated, if there is one: the source of `statistics` for one that was repeated.
 Report repeatedOf(const Repeated* repeated) {
   if (!repeated) return nullptr;
-  const Job& job = repeated->scene;
-  return {{"times", job.tiles},
-          {"boxSize", vectorOf(*job.boxSize)},
+  const Request& request = repeated->problem.request;
+  return {{"times", request.tiles},
+          {"boxSize", vectorOf(*request.boxSize)},
           {"cells", repeated->result.cellCount},
-          {"hematocrit", job.hematocrit ? Report(*job.hematocrit) : Report(nullptr)},
+          {"hematocrit", request.hematocrit ? Report(*request.hematocrit) : Report(nullptr)},
           {"certificate", certificateOf(repeated->result.certificate)},
           {"statistics", statisticsOf(repeated->result.statistics)}};
 }
 
 Report timesOf(const Finished& done, const RunTimes& times) {
   const Statistics& s = done.result.statistics;
-  return {
-      {"ranks", done.ranks.size()}, {"threads", done.scene.team.count()}, {"wall", times.wall},
-      {"cpu", times.cpu},           {"placement", s.placementSeconds},    {"relaxation", s.relaxationSeconds},
-      {"growth", s.growthSeconds},  {"certificate", s.certificateSeconds}};
+  return {{"ranks", done.ranks().size()},
+          {"threads", done.problem.team.count()},
+          {"wall", times.wall},
+          {"cpu", times.cpu},
+          {"placement", s.placementSeconds},
+          {"relaxation", s.relaxationSeconds},
+          {"growth", s.growthSeconds},
+          {"certificate", s.certificateSeconds}};
 }
 
 /// Of one of several realisations: its number, and the folders of its neighbours.
-Report realisationOf(const Job& job) {
-  const std::int64_t i = job.realisation, all = job.realisationsOfAll;
+Report realisationOf(const OutputRequest& output) {
+  const std::int64_t i = output.realisation, all = output.realisationsOfAll;
   if (i == 0) return nullptr;
   const auto folder = [&](std::int64_t number) {
     return number < 1 || number > all ? Report(nullptr) : Report(realisationFolder(number, all));
@@ -228,16 +233,16 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   all["schema"] = "packMesh-report";
   all["schemaVersion"] = reportVersion;
   all["program"] = {{"name", "packMesh"}, {"version", version()}, {"commit", gitHash()}};
-  all["command"] = done.scene.commandWords;
+  all["command"] = done.problem.request.words;
   all["outcome"] = outcomeOf(done);
-  all["realisation"] = realisationOf(done.scene);
-  all["configuration"] = configurationOf(done.scene);
-  all["lumen"] = lumenOf(done.scene);
+  all["realisation"] = realisationOf(done.output);
+  all["configuration"] = configurationOf(done.problem, done.output, done.clearances);
+  all["lumen"] = lumenOf(done.problem);
   all["species"] = speciesOf(done);
   all["hematocrit"] = hematocritOf(done);
   all["certificate"] = certificateOf(done.result.certificate);
   all["hemocell"] = keptOf(done);
-  all["measures"] = measuresOf(measures, done.scene);
+  all["measures"] = measuresOf(measures, done.problem);
   all["statistics"] = statisticsOf(done.result.statistics);
   all["repeated"] = repeatedOf(done.repeated);
   all["times"] = timesOf(done, times);

@@ -24,9 +24,9 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
 std::string jsonText(const Report& report);
 
 /// Every setting with its resolved value, by its tag or, if there is none, its option.
-Report configurationOf(const Scene& scene);
+Report configurationOf(const Problem& problem, const OutputRequest& output, const Clearances& clearances);
 
-/// Axes along which the lumen of a job ends other than at a wall.
-std::array<bool, 3> endAxes(const Job& job);
+/// Axes along which the lumen of a problem ends other than at a wall.
+std::array<bool, 3> endAxes(const Problem& problem);
 
 }  // namespace packmesh::hemocell

@@ -132,13 +132,13 @@ TriangleMesh coarsened(const TriangleMesh& mesh, std::size_t mostTriangles) {
 }
 
 Report viewOf(const Finished& done, const std::vector<PicturedCell>& cells, std::size_t mostCells) {
-  const Container& container = *done.scene.lumen.container;
+  const Container& container = *done.problem.lumen.container;
   const Box bounds = container.bounds();
   int axis = 0;
   bounds.size().maxCoeff(&axis);
   const std::vector<std::uint32_t> drawn = drawnOf(cells, mostCells, bounds.center()[axis], axis);
   std::vector<float> positions, orientations, gaps, hematocrits;
-  std::vector<std::int64_t> counts(done.scene.species.size(), 0);
+  std::vector<std::int64_t> counts(done.problem.species.size(), 0);
   for (const std::uint32_t i : drawn) {
     const PicturedCell& one = cells[i];
     ++counts[one.cell.species];
@@ -153,7 +153,7 @@ Report viewOf(const Finished& done, const std::vector<PicturedCell>& cells, std:
   view["species"] = Report::array();
   for (std::size_t s = 0; s < counts.size(); ++s) {
     Report species = {{"cells", counts[s]}};
-    if (counts[s] > 0) species.update(meshOf(done.scene.species[s].shape->mesh()));
+    if (counts[s] > 0) species.update(meshOf(done.problem.species[s].shape->mesh()));
     view["species"].push_back(std::move(species));
   }
   view["numbers"] = drawn.size() < cells.size() ? Report(packed(drawn)) : Report(nullptr);

@@ -36,7 +36,7 @@ namespace fs = std::filesystem;
 /// @throws InputError if it is in neither
 void findCase(CommandLine& commandLine) {
   if (!commandLine.configFile || isThere(*commandLine.configFile)) return;
-  const fs::path state = *commandLine.settings().restart;
+  const fs::path state = *commandLine.options().restart;
   if (const auto place = placeInSeries(state, {})) {
     const fs::path around = place->seriesFolder / *commandLine.configFile;
     if (isThere(around)) {
@@ -54,7 +54,7 @@ void findCase(CommandLine& commandLine) {
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments) {
   CommandLine commandLine = parseCommandLine(program, arguments);
   if (!commandLine.restartAlone) return commandLine;
-  const Settings options = commandLine.settings();
+  const Request options = commandLine.options();
   std::vector<std::string> words = wordsNow(readStateHead(*options.restart).command, *options.restart);
   if (words.empty())
     throw InputError(options.restart->string() +
@@ -71,8 +71,8 @@ std::filesystem::path companionOf(const std::filesystem::path& stateFile) {
   return std::filesystem::path(stateFile).replace_extension(".xdmf");
 }
 
-void requireReplaceableState(const Job& job) {
-  const std::filesystem::path& file = *job.stateFile;
+void requireReplaceableState(const Request& request) {
+  const std::filesystem::path& file = *request.output.stateFile;
   for (const char* kind : {".pos", ".pov"})
     if (file.extension() == kind)
       throw OutputError(
@@ -85,7 +85,7 @@ void requireReplaceableState(const Job& job) {
   try {
     requireReplaceable(file);
     std::error_code ignored;
-    const bool continued = job.restart && std::filesystem::equivalent(file, *job.restart, ignored);
+    const bool continued = request.restart && std::filesystem::equivalent(file, *request.restart, ignored);
     if (!continued && isThere(file)) readStateHead(file);
   } catch (const Error& error) {
     throw OutputError(
@@ -97,42 +97,45 @@ Checkpoints StateFiles::checkpoints() {
   Checkpoints checkpoints;
   checkpoints.due = [this] {
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - last_;
-    return checkpointAsked() || (job_.checkpointEvery > 0.0 && since.count() >= job_.checkpointEvery);
+    return checkpointAsked() ||
+           (request_.output.checkpointEvery > 0.0 && since.count() >= request_.output.checkpointEvery);
   };
   checkpoints.save = [this](const PackingState& state) { save(state); };
-  checkpoints.endsWithFewer = job_.bestEffort;
+  checkpoints.endsWithFewer = request_.bestEffort;
   return checkpoints;
 }
 
 void StateFiles::save(const PackingState& state) {
   saved_ = false;
   try {
-    writeState(*job_.stateFile, problem_, storedWords(job_.commandWords, *job_.stateFile), state);
+    writeState(*request_.output.stateFile, problem_, storedWords(request_.words, *request_.output.stateFile),
+               state);
     saved_ = true;
-    const std::filesystem::path companion = companionOf(*job_.stateFile);
-    if (problem_.communicator.rank() == 0 && companion != *job_.stateFile)
-      writeXdmf(companion, *job_.stateFile, state.cellCount, problem_.species);
+    const std::filesystem::path companion = companionOf(*request_.output.stateFile);
+    if (problem_.communicator.rank() == 0 && companion != *request_.output.stateFile)
+      writeXdmf(companion, *request_.output.stateFile, state.cellCount, problem_.species);
   } catch (const OutputError& error) {
     log::warning(error.what());
   }
   if (*saved_)
-    log::detail(fmt::format("Saved the state after {} in {}", effortOf(state), job_.stateFile->string()));
+    log::detail(
+        fmt::format("Saved the state after {} in {}", effortOf(state), request_.output.stateFile->string()));
   last_ = std::chrono::steady_clock::now();
   forgetCheckpointAsked();
 }
 
-PackingState stateToContinue(const Job& job, const PackingProblem& problem) {
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem) {
   PackingState state;
   std::exception_ptr error;
   try {
-    state = readState(*job.restart, problem);
+    state = readState(file, problem);
   } catch (const InputError&) {
     error = std::current_exception();
   }
   together(problem.communicator, [&] {
     if (error) std::rethrow_exception(error);
   });
-  log::info(fmt::format("Continuing from {}: after {}", job.restart->string(), effortOf(state)));
+  log::info(fmt::format("Continuing from {}: after {}", file.string(), effortOf(state)));
   return state;
 }
 

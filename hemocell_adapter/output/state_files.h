@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/settings/command_line.h"
 #include "packMesh/packing/packing_problem.h"
 
@@ -18,18 +17,18 @@ namespace packmesh::hemocell {
 /// @throws UsageError, InputError
 CommandLine parseOrContinue(const std::string& program, const std::vector<std::string>& arguments);
 
-/// Tests before hours of packing. @throws OutputError if the job's state file exists and is not a state that
+/// Tests before hours of packing. @throws OutputError if the state file exists and is not a state that
 /// may be replaced, or has the name of another output
-void requireReplaceableState(const Job& job);
+void requireReplaceableState(const Request& request);
 
 /// The file with which ParaView opens the state; not written if the state itself has that name.
 std::filesystem::path companionOf(const std::filesystem::path& stateFile);
 
-/// Writes the state of a run to the job's state file.
+/// Writes the state of a run to the state file.
 class StateFiles {
  public:
   /// References both, which must outlive it.
-  StateFiles(const Job& job, const PackingProblem& problem) : job_(job), problem_(problem) {}
+  StateFiles(const Request& request, const PackingProblem& problem) : request_(request), problem_(problem) {}
   StateFiles(const StateFiles&) = delete;
   StateFiles& operator=(const StateFiles&) = delete;
 
@@ -40,14 +39,14 @@ class StateFiles {
  private:
   void save(const PackingState& state);
 
-  const Job& job_;
+  const Request& request_;
   const PackingProblem& problem_;
   std::optional<bool> saved_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// The state from which `job` continues. All ranks call.
+/// The state from which a run continues. All ranks call.
 /// @throws InputError, AgreedFailure
-PackingState stateToContinue(const Job& job, const PackingProblem& problem);
+PackingState stateToContinue(const std::filesystem::path& file, const PackingProblem& problem);
 
 }  // namespace packmesh::hemocell

@@ -51,8 +51,8 @@ std::string versionLine(int ranks, int threads) {
                      threads == 1 ? "" : fmt::format(" with {}", counted(threads, "thread")));
 }
 
-std::vector<std::string> lumenLines(const Scene& scene) {
-  const Lumen& lumen = scene.lumen;
+std::vector<std::string> lumenLines(const Problem& problem) {
+  const Lumen& lumen = problem.lumen;
   std::vector<std::string> lines;
   lines.push_back(
       fmt::format("Lumen: {}{}{}", lumen.container->describe(), lumen.note.empty() ? "" : "; ", lumen.note));
@@ -91,61 +91,63 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
 
 }  // namespace
 
-std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally) {
+std::string reachedText(const Problem& problem, const PackingResult& result, const Tally& tally) {
   std::string counts;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], scene.species[s].count,
-                          scene.species[s].name);
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    counts += fmt::format("{}{} of {} {}", s ? ", " : "", tally.counts[s], problem.species[s].count,
+                          problem.species[s].name);
   }
-  const std::string time = scene.maxSeconds > 0 ? fmt::format(", {}", durationText(scene.maxSeconds)) : "";
+  const std::string time =
+      problem.request.maxSeconds > 0 ? fmt::format(", {}", durationText(problem.request.maxSeconds)) : "";
   const Statistics& done = result.statistics;
-  const std::string limits =
-      fmt::format("{} {}{}; {} done, including the search for fewer cells",
-                  scene.maxIterations.value_or(Limits().maxSweeps), done.unit(), time, done.effort());
+  const std::string limits = fmt::format("{} {}{}; {} done, including the search for fewer cells",
+                                         problem.request.maxIterations.value_or(Limits().maxSweeps),
+                                         done.unit(), time, done.effort());
   const std::string what =
       result.searched ? "the densest certified packing found"
                       : "the time limit ended the search for the densest packing; a certified packing found";
   return fmt::format("not feasible within the limits ({}): {} has hematocrit {:.4f} of the {} ({})", limits,
-                     what, tally.redMesh / scene.referenceVolume(),
-                     scene.fluidVolume ? "fluid nodes" : "lumen", counts);
+                     what, tally.redMesh / problem.referenceVolume(),
+                     problem.request.fluidVolume ? "fluid nodes" : "lumen", counts);
 }
 
-std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts) {
+std::vector<std::string> regionLines(const Problem& problem, const std::vector<Part>& parts,
+                                     const std::vector<std::int64_t>& counts) {
   std::vector<std::string> lines;
-  const double reference = scene.referenceVolume();
-  for (std::size_t r = 0; r < scene.lumen.regions.size(); ++r) {
+  const double reference = problem.referenceVolume();
+  for (std::size_t r = 0; r < problem.lumen.regions.size(); ++r) {
     std::int64_t cells = 0;
     double volume = 0.0;
-    for (std::size_t p = 0; p < scene.parts.size(); ++p) {
-      const CellSpecies& species = scene.species[scene.parts[p].species];
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      const CellSpecies& species = problem.species[parts[p].species];
       if (!species.redCell) continue;
-      std::int64_t here = scene.parts[p].region == int(r) ? counts[p] : 0;
-      if (scene.parts[p].cells.freedom.fixed)
-        for (const Pose& pose : scene.parts[p].cells.start)
-          here += regionAt(scene.lumen.regions, pose.position) == int(r);
+      std::int64_t here = parts[p].region == int(r) ? counts[p] : 0;
+      if (parts[p].cells.freedom.fixed)
+        for (const Pose& pose : parts[p].cells.start)
+          here += regionAt(problem.lumen.regions, pose.position) == int(r);
       cells += here;
       volume += double(here) * species.shape->volume();
     }
     lines.push_back(fmt::format("Hematocrit of {}: {:.4f}, {} red cells with their centres in it",
-                                scene.lumen.regions[r].name,
-                                volume / (reference * scene.lumen.regions[r].share), cells));
+                                problem.lumen.regions[r].name,
+                                volume / (reference * problem.lumen.regions[r].share), cells));
   }
   return lines;
 }
 
-std::vector<std::string> headLines(const Scene& scene, int ranks) {
+std::vector<std::string> headLines(const Problem& problem) {
   std::vector<std::string> lines;
-  lines.push_back(versionLine(ranks, scene.team.count()));
-  if (scene.config) lines.push_back(fmt::format("Case: {}", scene.config->file.string()));
-  for (std::string& line : lumenLines(scene)) lines.push_back(std::move(line));
-  if (scene.hematocrit) {
-    std::string convention = scene.redCellVolume
-                                 ? fmt::format("red cells counted as {:.15g} µm³", *scene.redCellVolume)
-                                 : std::string("by mesh volume");
-    lines.push_back(fmt::format("Requested hematocrit: {:.15g} of the {}, {}", *scene.hematocrit,
-                                scene.fluidVolume ? "fluid nodes" : "lumen", convention));
+  lines.push_back(versionLine(problem.ranks.size(), problem.team.count()));
+  if (problem.simulation) lines.push_back(fmt::format("Case: {}", problem.simulation->file.string()));
+  for (std::string& line : lumenLines(problem)) lines.push_back(std::move(line));
+  if (problem.request.hematocrit) {
+    std::string convention = problem.request.redCellVolume ? fmt::format("red cells counted as {:.15g} µm³",
+                                                                         *problem.request.redCellVolume)
+                                                           : std::string("by mesh volume");
+    lines.push_back(fmt::format("Requested hematocrit: {:.15g} of the {}, {}", *problem.request.hematocrit,
+                                problem.request.fluidVolume ? "fluid nodes" : "lumen", convention));
   }
-  for (const CellSpecies& species : scene.species) {
+  for (const CellSpecies& species : problem.species) {
     const Vec3 size = boundingBox(species.shape->mesh()).size();
     lines.push_back(fmt::format("{}: {} ({}), {}, {} vertices, {:.4g} x {:.4g} x {:.4g} µm, {:.6g} µm³",
                                 species.name, species.count, requestText(species), species.origin,
@@ -153,45 +155,47 @@ std::vector<std::string> headLines(const Scene& scene, int ranks) {
                                 species.shape->volume()));
     if (species.acceptance) lines.push_back(distanceLine(species));
   }
-  for (const CellSpecies& species : scene.species)
-    for (const std::string& line : constraintLines(species, scene.demanded.wall)) lines.push_back(line);
-  for (const LumenRegion& region : scene.lumen.regions)
+  for (const CellSpecies& species : problem.species)
+    for (const std::string& line : constraintLines(species, problem.demanded.wall)) lines.push_back(line);
+  for (const LumenRegion& region : problem.lumen.regions)
     lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
                                 region.hematocrit, 100.0 * region.share));
-  if (scene.inColumns) lines.push_back("Order: cells in columns, not at random");
-  if (scene.method == Method::cat)
+  if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
+  if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",
-                                planeSourceText(scene.planeSource)));
-  const Clearances most = clearanceLevels(scene).front();
+                                planeSourceText(problem.request.planeSource)));
+  const Clearances most = clearanceLevels(problem).front();
   const auto asked = [](bool automatic, double least) {
     return fmt::format("{}{:.15g} µm", automatic && least > 0.0 ? "up to " : "", least);
   };
-  lines.push_back(fmt::format(
-      "Requested clearance: {} between membranes, {} to the wall; seed {}{}",
-      scene.largestClearance ? "the largest" : asked(scene.autoClearance, most.membranes),
-      asked(scene.autoWallClearance, most.wall), scene.seed, scene.rotate ? "" : "; no rotation"));
+  lines.push_back(fmt::format("Requested clearance: {} between membranes, {} to the wall; seed {}{}",
+                              problem.request.largestClearance
+                                  ? "the largest"
+                                  : asked(problem.request.choosesClearance(), most.membranes),
+                              asked(problem.request.choosesWallClearance(), most.wall), problem.request.seed,
+                              problem.request.rotate ? "" : "; no rotation"));
   return lines;
 }
 
-std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally) {
+std::vector<HematocritConvention> hematocritConventions(const Request& request, const Tally& tally) {
   std::vector<HematocritConvention> all = {{"mesh", "mesh volume (what is simulated)", tally.redMesh}};
   if (tally.redCells > 0 && tally.hemocellKnown)
     all.push_back({"hemocell", "<Volume> of the XML", tally.redHemocell});
   all.push_back(
       {"packCells", "97 µm³ per cell (packCells)", packCellsRedCellVolume * double(tally.redCells)});
-  if (job.redCellVolume && *job.redCellVolume != packCellsRedCellVolume)
-    all.push_back({"asked", fmt::format("{:.15g} µm³ per cell (as requested)", *job.redCellVolume),
-                   *job.redCellVolume * double(tally.redCells)});
+  if (request.redCellVolume && *request.redCellVolume != packCellsRedCellVolume)
+    all.push_back({"asked", fmt::format("{:.15g} µm³ per cell (as requested)", *request.redCellVolume),
+                   *request.redCellVolume * double(tally.redCells)});
   return all;
 }
 
-std::vector<std::string> hematocritLines(const Scene& scene, const Tally& tally) {
-  const double lumen = scene.lumen.container->volume(), fluid = scene.lumen.fluidVolume();
+std::vector<std::string> hematocritLines(const Problem& problem, const Tally& tally) {
+  const double lumen = problem.lumen.container->volume(), fluid = problem.lumen.fluidVolume();
   std::vector<std::string> lines;
-  for (const HematocritConvention& one : hematocritConventions(scene, tally))
+  for (const HematocritConvention& one : hematocritConventions(problem.request, tally))
     lines.push_back(fmt::format(
         "Hematocrit {:.4f} of the lumen{} by {}", one.volume / lumen,
-        scene.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", one.volume / fluid) : "",
+        problem.lumen.lattice ? fmt::format(", {:.4f} of the fluid nodes,", one.volume / fluid) : "",
         one.text));
   return lines;
 }
@@ -217,26 +221,26 @@ std::string placedText(const CellSpecies& species, std::int64_t placed) {
 
 }  // namespace
 
-std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const Certificate& certificate,
-                                   const Kept& kept, const RunTimes& times) {
-  const double lumen = scene.lumen.container->volume();
+std::vector<std::string> footLines(const Problem& problem, const Clearances& clearances, const Tally& tally,
+                                   const Certificate& certificate, const Kept& kept, const RunTimes& times) {
+  const double lumen = problem.lumen.container->volume();
   std::vector<std::string> lines;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const CellSpecies& species = scene.species[s];
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& species = problem.species[s];
     lines.push_back(fmt::format("{}: {}, volume fraction {:.5f}", species.name,
                                 placedText(species, tally.counts[s]), tally.meshVolume[s] / lumen));
   }
-  for (std::string& line : hematocritLines(scene, tally)) lines.push_back(std::move(line));
-  if (knowsAcceptance(scene)) {
+  for (std::string& line : hematocritLines(problem, tally)) lines.push_back(std::move(line));
+  if (knowsAcceptance(problem)) {
     std::int64_t all = 0, keeps = 0;
-    for (std::size_t s = 0; s < scene.species.size(); ++s) {
+    for (std::size_t s = 0; s < problem.species.size(); ++s) {
       all += tally.counts[s];
       keeps += kept.kept[s];
     }
     std::string text = fmt::format("HemoCell keeps {} of {} cells", keeps, all);
     if (keeps < all) {
       for (const auto& [reason, count] : kept.reasons) text += fmt::format("; deletes {}: {}", count, reason);
-      if (scene.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", scene.dx);
+      if (problem.lumen.keptBox) text += fmt::format(" (nodes at dx {:.6g} µm)", problem.request.dx);
     }
     lines.push_back(text);
   }
@@ -244,18 +248,18 @@ std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const
                               certificate.clean() ? "clean, no overlap" : "not clean", certificate.cells,
                               certificate.cells == 1 ? "" : "s", certificate.pairsTested,
                               certificate.pairsTested == 1 ? "" : "s", gapText(certificate.minimumGap)));
-  const bool wall = scene.lumen.container->wall() != nullptr;
+  const bool wall = problem.lumen.container->wall() != nullptr;
   if (wall) lines.back() += ", to the wall " + gapText(certificate.minimumWallGap);
-  if (scene.clearances.membranes > 0.0 || scene.clearances.wall > 0.0)
-    lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", scene.clearances.membranes,
-                                wall ? fmt::format(", {:.6g} µm to the wall", scene.clearances.wall) : ""));
-  else if (triesMoreClearance(scene))
+  if (clearances.membranes > 0.0 || clearances.wall > 0.0)
+    lines.push_back(fmt::format("Clearance kept: {:.6g} µm between membranes{}", clearances.membranes,
+                                wall ? fmt::format(", {:.6g} µm to the wall", clearances.wall) : ""));
+  else if (triesMoreClearance(problem.request))
     lines.push_back("Clearance kept: none beyond the minimum gaps above");
   constexpr double worthSaying = 120.0;  // in minutes and hours as well [s]
   lines.push_back(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall{}; seed {}; packMesh {} ({})", times.cpu,
                               times.wall,
                               times.wall > worthSaying ? fmt::format(" ({})", durationText(times.wall)) : "",
-                              scene.seed, version(), gitHash()));
+                              problem.request.seed, version(), gitHash()));
   return lines;
 }
 

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 #include "packMesh/packing/packing_result.h"
 
 namespace packmesh::hemocell {
 
 /// Version and interpretation of the input: lumen, species with the origin of their shapes, clearances, seed.
-std::vector<std::string> headLines(const Scene& scene, int ranks);
+std::vector<std::string> headLines(const Problem& problem);
 
 /// Times of a run [s].
 struct RunTimes {
@@ -26,15 +26,16 @@ struct Kept {
 };
 
 /// The result: counts, volume fractions by every convention, gap, certificate, acceptance, times.
-/// @param tally of what was (or would be) written, with its certificate
-std::vector<std::string> footLines(const Scene& scene, const Tally& tally, const Certificate& certificate,
-                                   const Kept& kept, const RunTimes& times);
+/// @param clearances that were kept @param tally of what was (or would be) written, with its certificate
+std::vector<std::string> footLines(const Problem& problem, const Clearances& clearances, const Tally& tally,
+                                   const Certificate& certificate, const Kept& kept, const RunTimes& times);
 
 /// Description of the result if not all cells could be packed.
-std::string reachedText(const Scene& scene, const PackingResult& result, const Tally& tally);
+std::string reachedText(const Problem& problem, const PackingResult& result, const Tally& tally);
 
-/// Red cells and hematocrit of each region, by where their centres are. @param counts of the scene's parts
-std::vector<std::string> regionLines(const Scene& scene, const std::vector<std::int64_t>& counts);
+/// Red cells and hematocrit of each region, by where their centres are. @param counts of the parts
+std::vector<std::string> regionLines(const Problem& problem, const std::vector<Part>& parts,
+                                     const std::vector<std::int64_t>& counts);
 
 /// Statistics of packing: sweeps or iterations, repairs or rejected steps, CPU time of the stages.
 std::vector<std::string> effortLines(const Statistics& statistics);
@@ -45,10 +46,10 @@ struct HematocritConvention {
   std::string text;     ///< for people
   double volume = 0.0;  ///< of all red cells [µm³]
 };
-std::vector<HematocritConvention> hematocritConventions(const Job& job, const Tally& tally);
+std::vector<HematocritConvention> hematocritConventions(const Request& request, const Tally& tally);
 
 /// "Hematocrit 0.4001 of the lumen by mesh volume, ...": the same cells by every convention.
-std::vector<std::string> hematocritLines(const Scene& scene, const Tally& tally);
+std::vector<std::string> hematocritLines(const Problem& problem, const Tally& tally);
 
 /// "by hematocrit", "12 requested", "0.07 per red cell": how the number of cells was specified.
 std::string requestText(const CellSpecies& species);
@@ -63,7 +64,7 @@ std::string versionLine(int ranks, int threads);
 std::string gapText(double gap);
 
 /// "Lumen: periodic box 50 x 50 x 50 µm", volumes, lattice.
-std::vector<std::string> lumenLines(const Scene& scene);
+std::vector<std::string> lumenLines(const Problem& problem);
 
 /// Adds `reason` with this number of occurrences to the list of reasons.
 void countReason(Kept& kept, const std::string& reason, std::int64_t times);

@@ -20,8 +20,8 @@ struct Part {
   std::function<std::string()> own;
 };
 
-fs::path lumenFile(const Scene& scene) {
-  return scene.outputDirectory / "lumen.vtp";
+fs::path lumenFile(const OutputRequest& output) {
+  return output.folder / "lumen.vtp";
 }
 
 /// Cells of one species on this rank.
@@ -51,12 +51,12 @@ VtpSurface surfaceOf(const Container& lumen) {
 class Writer {
  public:
   Writer(const Finished& done, const CellMeasures& measures)
-      : done_(done), measures_(measures), ranks_(done.ranks), files_(ranks_) {}
+      : done_(done), measures_(measures), ranks_(done.ranks()), files_(ranks_) {}
 
   void operator()() {
     std::int64_t before = 0;
-    for (std::size_t s = 0; s < done_.scene.species.size(); ++s) {
-      const CellSpecies& species = done_.scene.species[s];
+    for (std::size_t s = 0; s < done_.problem.species.size(); ++s) {
+      const CellSpecies& species = done_.problem.species[s];
       if (species.mostCells() == 0) continue;
       OwnCells own;
       for (std::size_t i = 0; i < done_.result.cells.size(); ++i)
@@ -64,21 +64,21 @@ class Writer {
       own.first = ranks_.sumBefore({std::int64_t(own.at.size())}).front();
       own.firstOfAll = before;
       before += done_.tally.counts[s];
-      const fs::path base = done_.scene.outputDirectory / species.name;
-      if (done_.scene.writesVtp()) {
+      const fs::path base = done_.output.folder / species.name;
+      if (done_.output.writesVtp()) {
         write(base.string() + ".vtp", centres(int(s), own),
               {done_.tally.counts[s], done_.tally.counts[s], 0});
         const TriangleMesh& mesh = species.shape->mesh();
         write(base.string() + "_mesh.vtp", {mesh.vertices, mesh.triangles});
       }
-      if (done_.scene.vtpMeshes) {
+      if (done_.output.vtpMeshes) {
         const TriangleMesh& mesh = species.shape->mesh();
         write(base.string() + "_cells.vtp", membranes(int(s), own),
               {done_.tally.counts[s] * std::int64_t(mesh.vertices.size()), 0,
                done_.tally.counts[s] * std::int64_t(mesh.triangles.size())});
       }
     }
-    if (done_.scene.writesVtp()) write(lumenFile(done_.scene), surfaceOf(*done_.scene.lumen.container));
+    if (done_.output.writesVtp()) write(lumenFile(done_.output), surfaceOf(*done_.problem.lumen.container));
     files_.commit();
   }
 
@@ -154,7 +154,7 @@ class Writer {
   }
 
   std::vector<Part> membranes(int s, const OwnCells& own) const {
-    const TriangleMesh& mesh = done_.scene.species[s].shape->mesh();
+    const TriangleMesh& mesh = done_.problem.species[s].shape->mesh();
     const auto vertices = std::int64_t(mesh.vertices.size()), triangles = std::int64_t(mesh.triangles.size());
     const std::int64_t n = done_.tally.counts[s];
     const auto& cells = done_.result.cells;
@@ -202,15 +202,15 @@ class Writer {
 
 }  // namespace
 
-std::vector<fs::path> vtpFiles(const Scene& scene) {
+std::vector<fs::path> vtpFiles(const Problem& problem, const OutputRequest& output) {
   std::vector<fs::path> files;
-  for (const CellSpecies& species : scene.species) {
+  for (const CellSpecies& species : problem.species) {
     if (species.mostCells() == 0) continue;
-    const std::string base = (scene.outputDirectory / species.name).string();
-    if (scene.writesVtp()) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
-    if (scene.vtpMeshes) files.emplace_back(base + "_cells.vtp");
+    const std::string base = (output.folder / species.name).string();
+    if (output.writesVtp()) files.insert(files.end(), {base + ".vtp", base + "_mesh.vtp"});
+    if (output.vtpMeshes) files.emplace_back(base + "_cells.vtp");
   }
-  if (scene.writesVtp()) files.push_back(lumenFile(scene));
+  if (output.writesVtp()) files.push_back(lumenFile(output));
   return files;
 }
 

@@ -10,7 +10,7 @@
 namespace packmesh::hemocell {
 
 /// The files that writeVtp() writes.
-std::vector<std::filesystem::path> vtpFiles(const Scene& scene);
+std::vector<std::filesystem::path> vtpFiles(const Problem& problem, const OutputRequest& output);
 
 /// With --vtp (or --pov) `<Cell>.vtp`, a vertex for each cell with its measures, `<Cell>_mesh.vtp`, the mesh
 /// to be drawn there, and `lumen.vtp`, the surface of the lumen or the edges of a box; with --vtp-meshes

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <memory>
 
-#include "hemocell_adapter/app/fill.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/shared_nodes.h"
 #include "hemocell_adapter/plugin/periodic_exchange.h"
+#include "hemocell_adapter/session/fill.h"
 #include "packMesh/hemocell_system.h"
 #include "packMesh/parallel/arrival.h"
 
@@ -20,7 +20,7 @@ namespace {
 using hemocell::AddedCell;
 using hemocell::FluidRun;
 using hemocell::Lattice;
-using hemocell::RunningCase;
+using hemocell::RunningSystem;
 
 hemocell::BuiltCell builtCell(const CellType& type, double dx) {
   hemocell::BuiltCell cell;
@@ -76,28 +76,29 @@ std::array<int, 3> smallestBlock(const System& system, const Communicator& ranks
   return smallest;
 }
 
-std::shared_ptr<const RunningCase> caseOf(const System& system, const Request& request,
-                                          const Communicator& ranks) {
-  auto running = std::make_shared<RunningCase>();
-  hemocell::together(ranks, [&] { running->config = hemocell::packingConfigOf(system.config); });
-  hemocell::Settings& packing = running->config.packing;
+std::shared_ptr<const hemocell::Case> caseOf(const System& system, const Request& request,
+                                             const Communicator& ranks) {
+  auto simulation = std::make_shared<hemocell::Case>();
+  hemocell::together(ranks, [&] { *simulation = hemocell::packingSectionOf(system.config); });
+  hemocell::Request& packing = simulation->packing;
   for (const CellType& type : system.types)  // in HemoCell's order, before unknown names
     if (request.counts.count(type.name) + request.ratios.count(type.name) > 0)
       speciesNamed(packing, type.name);
   for (const auto& [name, count] : request.counts) speciesNamed(packing, name).count = count;
   for (const auto& [name, ratio] : request.ratios) speciesNamed(packing, name).ratio = ratio;
-  running->lattice = latticeOf(system, ranks);
-  running->periodic = system.periodic;
-  running->isPreInlet = system.isPreInlet;
-  for (const CellType& type : system.types) running->cells.push_back(builtCell(type, system.dx));
-  hemocell::Domain& domain = running->config.domain;
+  RunningSystem& running = simulation->running.emplace();
+  running.lattice = latticeOf(system, ranks);
+  running.periodic = system.periodic;
+  running.isPreInlet = system.isPreInlet;
+  for (const CellType& type : system.types) running.cells.push_back(builtCell(type, system.dx));
+  hemocell::Domain& domain = simulation->domain;
   domain.dx = system.dx;
   domain.dxWhere = "<dx>";
-  domain.boxNodes = running->lattice->nodes();
+  domain.boxNodes = running.lattice->nodes();
   domain.particleEnvelope = system.particleEnvelope;
   domain.particleEnvelopeWhere = "<particleEnvelope>";
   domain.smallestBlock = smallestBlock(system, ranks);
-  return running;
+  return simulation;
 }
 
 Cell inNodes(const AddedCell& cell, const System& system) {
@@ -121,7 +122,7 @@ struct Region {
 /// Sends cells to the ranks that have vertices of them.
 class Distribution {
  public:
-  Distribution(const System& system, const RunningCase& running, const Communicator& ranks)
+  Distribution(const System& system, const RunningSystem& running, const Communicator& ranks)
       : system_(system), running_(running), ranks_(ranks) {
     std::vector<Region> mine;
     for (const Block& block : system.blocks) {
@@ -170,13 +171,13 @@ class Distribution {
   }
 
   const System& system_;
-  const RunningCase& running_;
+  const RunningSystem& running_;
   const Communicator& ranks_;
   std::vector<Region> regions_;
 };
 
 /// The rigid motion of the template that fits best (Kabsch): largest trace of R sum (v - v0) (p - p0)^T.
-hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningCase& running) {
+hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running) {
   const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
   std::vector<Vec3> points;
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();
@@ -211,7 +212,7 @@ hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const
   return moved;
 }
 
-/// Calls work(running, ranks), and turns exceptions into a message.
+/// Calls work(simulation, ranks), and turns exceptions into a message.
 template <class Work>
 Filling guarded(const System& system, const Request& request, const Work& work) {
   const Communicator ranks = Communicator::copyOf(system.ranks);
@@ -239,7 +240,7 @@ Filling guarded(const System& system, const Request& request, const Work& work) 
   return filling;
 }
 
-Filling distributed(const hemocell::Filling& packed, const System& system, const RunningCase& running,
+Filling distributed(const hemocell::Filling& packed, const System& system, const RunningSystem& running,
                     const Communicator& ranks) {
   hemocell::warnOfLostCells(system, ranks);
   Filling filling;
@@ -251,23 +252,24 @@ Filling distributed(const hemocell::Filling& packed, const System& system, const
 }  // namespace
 
 Filling fill(const System& system, const Request& request) {
-  return guarded(system, request, [&](const auto& running, const Communicator& ranks) {
-    return distributed(hemocell::fill(running, request.words, ranks), system, *running, ranks);
+  return guarded(system, request, [&](const auto& simulation, const Communicator& ranks) {
+    return distributed(hemocell::fill(simulation, request.words, ranks), system, *simulation->running, ranks);
   });
 }
 
 Filling load(const System& system, const std::string& stateFile) {
-  return guarded(system, {}, [&](const auto& running, const Communicator& ranks) {
-    return distributed(hemocell::fillFromState(running, stateFile, ranks), system, *running, ranks);
+  return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
+    return distributed(hemocell::fillFromState(simulation, stateFile, ranks), system, *simulation->running,
+                       ranks);
   });
 }
 
 Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
              const std::string& stateFile) {
-  return guarded(system, {}, [&](const auto& running, const Communicator& ranks) {
+  return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
     std::vector<hemocell::MovedCell> moved;
-    for (const DeformedCell& cell : cells) moved.push_back(fitted(cell, system, *running));
-    hemocell::saveCells(running, moved, iteration, stateFile, ranks);
+    for (const DeformedCell& cell : cells) moved.push_back(fitted(cell, system, *simulation->running));
+    hemocell::saveCells(simulation, moved, iteration, stateFile, ranks);
     return Filling();
   });
 }

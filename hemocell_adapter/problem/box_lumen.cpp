@@ -48,30 +48,30 @@ std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where) {
   return {int(nodes[0]), int(nodes[1]), int(nodes[2])};
 }
 
-Lumen boxLumen(const Job& job) {
+Lumen boxLumen(const Request& request) {
   Lumen lumen;
-  const std::string walls = job.walls.value_or("");
+  const std::string walls = request.walls.value_or("");
   // Rounding of s / dx: a size that is a multiple of dx up to the last bits has that many nodes.
   constexpr double relativeRounding = 1e-9;
   std::array<int, 3> nodes{};
   for (int k = 0; k < 3; ++k) {
-    const double steps = std::floor((*job.boxSize)[k] / job.dx * (1 + relativeRounding));
+    const double steps = std::floor((*request.boxSize)[k] / request.dx * (1 + relativeRounding));
     nodes[k] = int(std::clamp(steps, 1.0, 1e9)) + (hasWall(walls, k) ? 1 : 0);
   }
   for (int k = 0; k < 3; ++k)
-    if (!job.periodicEnds.value_or(false) && (*job.boxSize)[k] * (1 + relativeRounding) < job.dx)
+    if (!request.periodicEnds.value_or(false) && (*request.boxSize)[k] * (1 + relativeRounding) < request.dx)
       throw InputError(
           fmt::format("the box is {:.6g} µm along {}, less than the lattice spacing (dx {:.6g} µm)",
-                      (*job.boxSize)[k], "xyz"[k], job.dx));
-  lumen.keptBox = keptBoxOf(nodes, job.dx, walls);
+                      (*request.boxSize)[k], "xyz"[k], request.dx));
+  lumen.keptBox = keptBoxOf(nodes, request.dx, walls);
   Box box = *lumen.keptBox;
   std::array<bool, 3> periodic{};
   for (int k = 0; k < 3; ++k) {
-    periodic[k] = !hasWall(walls, k) && job.periodicEnds.value_or(false);
+    periodic[k] = !hasWall(walls, k) && request.periodicEnds.value_or(false);
     if (!periodic[k]) continue;
     lumen.periodic = true;
     box.lo[k] = 0.0;
-    box.hi[k] = (*job.boxSize)[k];
+    box.hi[k] = (*request.boxSize)[k];
   }
   lumen.container = makeBox(box, periodic);
   lumen.acceptedOnly = !lumen.periodic;
@@ -81,41 +81,41 @@ Lumen boxLumen(const Job& job) {
         "({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] x ({:.6g}, {:.6g}] µm, what HemoCell keeps of {} x {} x {} "
         "nodes at dx {:.6g} µm",
         box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2], nodes[0], nodes[1], nodes[2],
-        job.dx);
-    const Vec3 cut = (*job.boxSize - job.dx * Vec3(nodes[0], nodes[1], nodes[2])).cwiseAbs();
-    if (walls.empty() && (cut.array() > relativeRounding * job.boxSize->array()).any())
+        request.dx);
+    const Vec3 cut = (*request.boxSize - request.dx * Vec3(nodes[0], nodes[1], nodes[2])).cwiseAbs();
+    if (walls.empty() && (cut.array() > relativeRounding * request.boxSize->array()).any())
       lumen.note +=
           fmt::format("; {:.6g} x {:.6g} x {:.6g} µm requested, truncated to whole lattice spacings",
-                      (*job.boxSize)[0], (*job.boxSize)[1], (*job.boxSize)[2]);
+                      (*request.boxSize)[0], (*request.boxSize)[1], (*request.boxSize)[2]);
   }
   return lumen;
 }
 
-Lumen domainBox(const Job& job) {
-  const Domain& domain = job.config->domain;
-  if (!job.walls) {
+Lumen domainBox(const Request& request, const Case& simulation) {
+  const Domain& domain = simulation.domain;
+  if (!request.walls) {
     throw InputError(fmt::format(
         "{}: <domain> has no <geometry>, so the lumen is a box of {} x {} x {} nodes. Which of its faces are "
         "walls is defined only in the case's C++ code: specify it by --walls yz (or xyz, none) or "
         "<packing><walls>, or describe the lumen in "
         "<packing><container>",
-        job.config->file.string(), (*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]));
+        simulation.file.string(), (*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]));
   }
   Lumen lumen;
   const Vec3 counts((*domain.boxNodes)[0], (*domain.boxNodes)[1], (*domain.boxNodes)[2]);
-  const std::array<int, 3> nodes = checkedNodes(counts, job.config->file.string());
+  const std::array<int, 3> nodes = checkedNodes(counts, simulation.file.string());
   auto lattice = std::make_shared<Lattice>(nodes, domain.dx);
-  const Box box = keptBoxOf(nodes, domain.dx, *job.walls);
+  const Box box = keptBoxOf(nodes, domain.dx, *request.walls);
   std::array<bool, 3> periodic{};
-  const bool wrap = job.periodicEnds.value_or(false);
+  const bool wrap = request.periodicEnds.value_or(false);
   for (int k = 0; k < 3; ++k) {
-    if (!hasWall(*job.walls, k)) {
+    if (!hasWall(*request.walls, k)) {
       periodic[k] = wrap;
       continue;
     }
     if (nodes[k] < 3) {
       throw InputError(fmt::format("{}: {} nodes along {} leave no lumen between two walls",
-                                   job.config->file.string(), nodes[k], "xyz"[k]));
+                                   simulation.file.string(), nodes[k], "xyz"[k]));
     }
     for (int a = 0; a < nodes[(k + 1) % 3]; ++a) {
       for (int b = 0; b < nodes[(k + 2) % 3]; ++b) {
@@ -133,20 +133,19 @@ Lumen domainBox(const Job& job) {
   lumen.lattice = std::move(lattice);
   lumen.periodic = periodic[0] || periodic[1] || periodic[2];
   lumen.acceptedOnly = true;
-  lumen.solidWalls = !job.walls->empty();
-  lumen.note = fmt::format("walls: {}", job.walls->empty() ? "none" : *job.walls);
+  lumen.solidWalls = !request.walls->empty();
+  lumen.note = fmt::format("walls: {}", request.walls->empty() ? "none" : *request.walls);
   return lumen;
 }
 
-Lumen runningLumen(const Job& job) {
-  const RunningCase& running = *job.running;
+Lumen runningLumen(const Request& request, const RunningSystem& running) {
   Lumen lumen;
   lumen.lattice = running.lattice;
   lumen.acceptedOnly = true;
   lumen.note = fmt::format("the fluid nodes of {}, whose volume the hematocrit refers to",
                            running.isPreInlet ? "HemoCell's pre-inlet" : "the running HemoCell");
   std::array<bool, 3> periodic = running.periodic;
-  for (bool& axis : periodic) axis = axis && *job.periodicEnds;
+  for (bool& axis : periodic) axis = axis && *request.periodicEnds;
   if (const auto box = fluidBox(*running.lattice)) {
     const double dx = running.lattice->dx();
     Box bounds = running.lattice->keptRegion();

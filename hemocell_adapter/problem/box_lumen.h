@@ -5,8 +5,8 @@
 #include <array>
 #include <string>
 
-#include "hemocell_adapter/problem/job.h"
 #include "hemocell_adapter/problem/lumen.h"
+#include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
 
@@ -17,13 +17,13 @@ bool hasWall(const std::string& walls, int axis);
 std::array<int, 3> checkedNodes(const Vec3& nodes, const std::string& where);
 
 /// A box of the command line: along periodic axes [0, s], along others the part that HemoCell keeps.
-Lumen boxLumen(const Job& job);
+Lumen boxLumen(const Request& request);
 
 /// A case whose lattice is a box of nodes; walls are whole node planes, so the true wall is half a node
 /// inside.
-Lumen domainBox(const Job& job);
+Lumen domainBox(const Request& request, const Case& simulation);
 
 /// The fluid nodes of a running HemoCell. Boxes of them are the boxes that domainBox() makes.
-Lumen runningLumen(const Job& job);
+Lumen runningLumen(const Request& request, const RunningSystem& running);
 
 }  // namespace packmesh::hemocell

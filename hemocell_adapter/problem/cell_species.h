@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One kind of cell of a job.
+/// @file One kind of cell of a problem.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hemocell_adapter/hemocell/acceptance.h"
@@ -16,10 +17,8 @@
 
 namespace packmesh::hemocell {
 
-/// A SpeciesRequest, resolved: makeJob() sets its shape and how its number is determined, buildScene() what
-/// follows from these and from the lumen.
-struct CellSpecies {
-  // Set by makeJob().
+/// What is to be built of a SpeciesRequest: template, existing cells, and how their number is determined.
+struct SpeciesPlan {
   enum class Template { model, mesh, ellipsoid, built };
   std::string name;
   Template kind = Template::model;
@@ -44,18 +43,22 @@ struct CellSpecies {
   double ownWallClearance = 0.0;                  ///< of this species, if larger than that of all [µm]
   std::optional<AxisCone> cone;
 
-  // Set by buildScene().
-  std::shared_ptr<const Shape> shape;
-  double countedVolume = 0.0;                    ///< of a cell, in the requested hematocrit [µm³]
-  std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
-  std::int64_t count = 0;                        ///< to be packed
-  std::shared_ptr<const Wall> wall;              ///< for packing; nullptr: the container's own
-
-  std::int64_t mostCells() const { return count + stock; }  ///< of a packing
-
   /// Wall clearance of its cells, and by how much it exceeds that of the others [µm].
   double wallClearance(double ofAll) const { return std::max(ofAll, ownWallClearance); }
   double extraWallClearance(double ofAll) const { return wallClearance(ofAll) - ofAll; }
+};
+
+/// One kind of cell as the user names it, with its shape and number.
+struct CellSpecies : SpeciesPlan {
+  CellSpecies() = default;
+  explicit CellSpecies(SpeciesPlan plan) : SpeciesPlan(std::move(plan)) {}
+
+  std::shared_ptr<const Shape> shape;
+  double countedVolume = 0.0;                    ///< of a cell, in the requested hematocrit [µm³]
+  std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
+  std::int64_t count = 0;                        ///< to be packed, or found by a check
+
+  std::int64_t mostCells() const { return count + stock; }  ///< of a packing
 };
 
 }  // namespace packmesh::hemocell

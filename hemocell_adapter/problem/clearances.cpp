@@ -37,8 +37,8 @@ constexpr double shareOfTime = 0.25;
 constexpr double leastSeconds = 1e-9;
 
 /// Whether an existing packing is only to be certified again: it is kept unchanged.
-bool givenWhole(const Scene& scene) {
-  return std::all_of(scene.parts.begin(), scene.parts.end(), [](const ScenePart& part) {
+bool givenWhole(const Problem& problem) {
+  return std::all_of(problem.atDemanded.parts.begin(), problem.atDemanded.parts.end(), [](const Part& part) {
     return std::int64_t(part.cells.start.size()) >= part.cells.count;
   });
 }
@@ -68,41 +68,42 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const A
 
 }  // namespace
 
-bool triesMoreClearance(const Job& job) {
-  return !job.asPackCells && !job.escape &&
-         (job.autoClearance || job.autoWallClearance || job.largestClearance);
+bool triesMoreClearance(const Request& request) {
+  return !request.packCellsConventions && !request.escape &&
+         (request.choosesClearance() || request.choosesWallClearance() || request.largestClearance);
 }
 
-std::vector<Clearances> clearanceLevels(const Scene& scene) {
-  const Clearances demanded = scene.demanded;
-  if (!triesMoreClearance(scene) || givenWhole(scene)) return {demanded};
-  const bool membranes = scene.autoClearance || scene.largestClearance;
+std::vector<Clearances> clearanceLevels(const Problem& problem) {
+  const Clearances demanded = problem.demanded;
+  if (!triesMoreClearance(problem.request) || givenWhole(problem)) return {demanded};
+  const bool membranes = problem.request.choosesClearance() || problem.request.largestClearance;
   // Faces through which blood flows: the same gap to the cells beyond them.
-  const double toWall = scene.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;
-  const bool wall = scene.autoWallClearance && scene.lumen.container->wall();
+  const double toWall = problem.lumen.solidWalls ? wallRoom : 0.5 * membraneRoom;
+  const bool wall = problem.request.choosesWallClearance() && problem.lumen.container->wall();
   std::vector<Clearances> levels;
   for (const double share : shares) {
     Clearances level = demanded;
-    if (membranes) level.membranes = std::max(demanded.membranes, share * membraneRoom * scene.dx);
-    if (wall) level.wall = std::max(demanded.wall, share * toWall * scene.dx);
+    if (membranes) level.membranes = std::max(demanded.membranes, share * membraneRoom * problem.request.dx);
+    if (wall) level.wall = std::max(demanded.wall, share * toWall * problem.request.dx);
     levels.push_back(level);
     if (!membranes && !wall) break;
   }
   return levels;
 }
 
-RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,
+RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
                           std::int64_t cells, const std::function<double()>& elapsed,
                           const Attempt& attempt) {
   const std::int64_t cheapSweeps =
-      job.method == Method::cat
+      request.method == Method::cat
           ? cheapIterations
           : std::clamp(cheapCellSweeps / std::max<std::int64_t>(1, cells), leastSweeps, mostSweeps);
-  const std::int64_t sweepsForFew = job.method == Method::cat ? 0 : mostSweeps - cheapSweeps;
+  const std::int64_t sweepsForFew = request.method == Method::cat ? 0 : mostSweeps - cheapSweeps;
   RoomyPacking best;
   for (std::size_t i = first; i < levels.size(); ++i) {
     const bool last = i + 1 == levels.size();
-    const double left = job.maxSeconds > 0.0 ? std::max(job.maxSeconds - elapsed(), leastSeconds) : 0.0;
+    const double left =
+        request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), leastSeconds) : 0.0;
     const AttemptLimits limits = last ? AttemptLimits{0, 0, left, true}
                                       : AttemptLimits{cheapSweeps, sweepsForFew, shareOfTime * left, false};
     auto result = attempt(levels[i], limits);
@@ -110,10 +111,10 @@ RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels,
     best = {std::move(*result), levels[i]};
     if (best.result.outcome != Outcome::outOfReach) break;
   }
-  const double most = job.maxSeconds > 0.0 ? job.maxSeconds : defaultSearch;
-  if (job.largestClearance && best.result.outcome == Outcome::certified)
+  const double most = request.maxSeconds > 0.0 ? request.maxSeconds : defaultSearch;
+  if (request.largestClearance && best.result.outcome == Outcome::certified)
     widen(
-        job.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, attempt, best);
+        request.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, attempt, best);
   return best;
 }
 

@@ -10,20 +10,20 @@
 #include <functional>
 #include <vector>
 
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
 
 /// The clearances that are tried in sequence, the widest first; the last are those demanded, the only ones
 /// with escapes, each of which takes as long as a complete packing.
-std::vector<Clearances> clearanceLevels(const Scene& scene);
+std::vector<Clearances> clearanceLevels(const Problem& problem);
 
 /// Whether packing aims at larger clearances than demanded, if they can be achieved.
-bool triesMoreClearance(const Job& job);
+bool triesMoreClearance(const Request& request);
 
 /// Limits of one attempt to pack with given clearances.
 struct AttemptLimits {
-  std::int64_t maxSweeps = 0;     ///< 0: those of the job
+  std::int64_t maxSweeps = 0;     ///< 0: those of the request
   std::int64_t sweepsForFew = 0;  ///< further ones if only few contacts are left then
   double maxSeconds = 0.0;        ///< 0: no limit
   bool fewerCells = true;         ///< if not feasible: whether a packing of fewer cells is requested
@@ -39,11 +39,11 @@ struct RoomyPacking {
 using Attempt =
     std::function<std::optional<PackingResult>(const Clearances& clearances, const AttemptLimits& limits)>;
 
-/// Tries the levels from `first` on until one is certified; if the job requests the largest clearance, then
-/// larger ones until the time limit or convergence. Deterministic except for time limits.
+/// Tries the levels from `first` on until one is certified; if the request asks for the largest clearance,
+/// then larger ones until the time limit or convergence. Deterministic except for time limits.
 /// @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
-RoomyPacking packWithRoom(const Job& job, const std::vector<Clearances>& levels, std::size_t first,
+RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
                           std::int64_t cells, const std::function<double()>& elapsed, const Attempt& attempt);
 
 }  // namespace packmesh::hemocell

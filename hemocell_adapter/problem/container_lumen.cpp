@@ -15,14 +15,14 @@
 namespace packmesh::hemocell {
 namespace {
 
-std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
-  const SolidRequest& solid = *job.container->lumen;
-  const bool wrap = job.periodicEnds.value_or(false);
+std::shared_ptr<const Container> ownBody(const Request& request, Lumen& lumen) {
+  const SolidRequest& solid = *request.container->lumen;
+  const bool wrap = request.periodicEnds.value_or(false);
   std::array<bool, 3> periodic{};
   int axis = -1;
   switch (solid.kind) {
     case SolidRequest::Kind::box: {
-      const std::string walls = job.walls.value_or(wrap ? "" : "xyz");
+      const std::string walls = request.walls.value_or(wrap ? "" : "xyz");
       for (int k = 0; k < 3; ++k) periodic[k] = wrap && !hasWall(walls, k);
       break;
     }
@@ -41,7 +41,7 @@ std::shared_ptr<const Container> ownBody(const Job& job, Lumen& lumen) {
     throw InputError(fmt::format("{}: ends cannot be periodic: this lumen has no open ends{}", solid.where,
                                  solid.kind == SolidRequest::Kind::mesh ? " (openAxis, --open-axis)" : ""));
   }
-  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices, job.capOpenings);
+  std::shared_ptr<const Container> body = makeSolid(solid, periodic, lumen.notices, request.capOpenings);
   if (solid.kind == SolidRequest::Kind::mesh) {
     const Vec3 size = body->bounds().size();
     if (const std::string hint = unitHint(size.maxCoeff(), solid.scale, smallestVessel, largestVessel);
@@ -105,15 +105,16 @@ void forEachRun(const Lattice& lattice, const Box& box, const Wall& wall, const 
 
 /// Lattice of a lumen that is not defined in the XML: nodes inside the lumen or on its wall are fluid, nodes
 /// in obstacles or on them are solid, as in the code of cases ("<=").
-std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& container,
+std::shared_ptr<const Lattice> latticeOf(const Request& request, const Case& simulation,
+                                         const Container& container,
                                          const std::vector<std::shared_ptr<const Container>>& obstacles,
                                          std::vector<std::string>& notices) {
-  const double dx = job.dx;
+  const double dx = request.dx;
   Vec3 nodes;
-  if (job.container->nodes) {
-    nodes = job.container->nodes->array().round();
-  } else if (job.config->domain.boxNodes) {
-    for (int k = 0; k < 3; ++k) nodes[k] = (*job.config->domain.boxNodes)[k];
+  if (request.container->nodes) {
+    nodes = request.container->nodes->array().round();
+  } else if (simulation.domain.boxNodes) {
+    for (int k = 0; k < 3; ++k) nodes[k] = (*simulation.domain.boxNodes)[k];
   } else {
     nodes = (container.bounds().hi / dx).array().ceil() + 1;
     for (int k = 0; k < 3; ++k) {
@@ -124,7 +125,7 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
         fmt::format("the case's lattice is taken to have {} x {} x {} nodes; <container><nodes> states it",
                     nodes[0], nodes[1], nodes[2]));
   }
-  const std::array<int, 3> n = checkedNodes(nodes, job.config->file.string());
+  const std::array<int, 3> n = checkedNodes(nodes, simulation.file.string());
   for (int k = 0; k < 3; ++k) {
     const double period = container.period()[k];
     constexpr double rounding = 1e-6;  // of numbers entered by users
@@ -156,38 +157,38 @@ std::shared_ptr<const Lattice> latticeOf(const Job& job, const Container& contai
 
 }  // namespace
 
-Lumen containerLumen(const Job& job) {
+Lumen containerLumen(const Request& request, const Case* simulation) {
   Lumen lumen;
-  if (job.container->lumen) {
-    lumen.container = ownBody(job, lumen);
-  } else if (job.boxSize) {
-    lumen = boxLumen(job);
-  } else if (job.config && job.config->domain.boxNodes) {
-    lumen = domainBox(job);
+  if (request.container->lumen) {
+    lumen.container = ownBody(request, lumen);
+  } else if (request.boxSize) {
+    lumen = boxLumen(request);
+  } else if (simulation && simulation->domain.boxNodes) {
+    lumen = domainBox(request, *simulation);
   } else {
     throw InputError(fmt::format(
         "{}: <container> has no body, and <domain> no box: add <box>, <cylinder>, <sphere> or <mesh>",
-        job.config->file.string()));
+        simulation->file.string()));
   }
   const std::shared_ptr<const Container> outer = lumen.container;
   std::vector<std::shared_ptr<const Container>> solids;
-  if (!job.container->obstacles.empty()) {
+  if (!request.container->obstacles.empty()) {
     std::vector<Obstacle> obstacles;
-    for (const SolidRequest& solid : job.container->obstacles) {
+    for (const SolidRequest& solid : request.container->obstacles) {
       solids.push_back(makeSolid(solid, {false, false, false}, lumen.notices));
       obstacles.push_back({solids.back()->surface(), solid.where});
     }
     lumen.container = subtractObstacles(outer, std::move(obstacles));
     lumen.solidWalls = true;
   }
-  if (job.running) {
-    lumen.lattice = job.running->lattice;
+  if (simulation && simulation->running) {
+    lumen.lattice = simulation->running->lattice;
     lumen.acceptedOnly = true;
     lumen.note =
         "the lumen of <container> and the fluid nodes of the running HemoCell; the hematocrit refers to the "
         "lumen";
-  } else if (job.config) {
-    lumen.lattice = latticeOf(job, *outer, solids, lumen.notices);
+  } else if (simulation) {
+    lumen.lattice = latticeOf(request, *simulation, *outer, solids, lumen.notices);
     lumen.acceptedOnly = true;
   }
   return lumen;

@@ -39,12 +39,12 @@ bool fillsSpace(const Container& lumen) {
 
 }  // namespace
 
-void refuseBeyondKnown(const Scene& scene) {
-  const Container& lumen = *scene.lumen.container;
+void refuseBeyondKnown(const Problem& problem) {
+  const Container& lumen = *problem.lumen.container;
   for (const DensestKnown& kind : known) {
     double volume = 0.0;
     std::int64_t cells = 0;
-    for (const CellSpecies& species : scene.species) {
+    for (const CellSpecies& species : problem.species) {
       if (!kind.includes(species)) continue;
       volume += double(species.count) * species.shape->volume();
       cells += species.count;

@@ -2,7 +2,7 @@
 /// @file The densest known packings of cells.
 #pragma once
 
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
 
@@ -17,6 +17,6 @@ namespace packmesh::hemocell {
 /// A few cells can fill a lumen that matches their shape: lumens with walls are only judged if there are
 /// many.
 /// @throws InputError
-void refuseBeyondKnown(const Scene& scene);
+void refuseBeyondKnown(const Problem& problem);
 
 }  // namespace packmesh::hemocell

@@ -133,24 +133,30 @@ class LumenSample {
   std::map<std::pair<const Wall*, double>, RoomSample> rooms_;
 };
 
+const RoomSample& roomOf(const Problem& problem, int species, LumenSample& sample) {
+  return sample.room(problem.atDemanded.walls[species].get(),
+                     problem.species[species].wallClearance(problem.demanded.wall));
+}
+
 /// Whether a single cell of the species can be moved into the lumen, from the points furthest from the wall.
-bool findsPlace(const Scene& scene, const CellSpecies& species, const RoomSample& room) {
+bool findsPlace(const Problem& problem, int s, const RoomSample& room) {
   constexpr std::int64_t sweeps = 300;
-  PackingProblem problem;
-  problem.species.push_back(freeCells(scene, species, 1));
-  problem.species.front().start = {Pose()};
-  problem.container = scene.lumen.container;
-  problem.wallClearance = scene.clearances.wall;
-  problem.rotate = scene.rotate;
-  problem.limits.maxSweeps = sweeps;
-  problem.limits.fewerCells = false;
+  const CellSpecies& species = problem.species[s];
+  PackingProblem packing;
+  packing.species.push_back(freeCells(problem, problem.atDemanded, s, 1));
+  packing.species.front().start = {Pose()};
+  packing.container = problem.lumen.container;
+  packing.wallClearance = problem.atDemanded.clearances.wall;
+  packing.rotate = problem.request.rotate;
+  packing.limits.maxSweeps = sweeps;
+  packing.limits.fewerCells = false;
   for (std::size_t i = 0; i < room.deepest.size(); ++i) {
-    Pose& start = problem.species.front().start.front();
+    Pose& start = packing.species.front().start.front();
     start.position = room.deepest[i];
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
-    if (scene.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
+    if (problem.request.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);
     if (species.cone) start.orientation = species.cone->nearest(start.orientation);
-    if (pack(problem).outcome == Outcome::certified) return true;
+    if (pack(packing).outcome == Outcome::certified) return true;
   }
   return room.deepest.empty();
 }
@@ -163,35 +169,36 @@ std::string about(double seconds) {
 }
 
 /// Constraints whose effect on packing is unknown.
-std::string leftOut(const Scene& scene) {
+std::string leftOut(const Problem& problem) {
   std::int64_t fixed = 0;
-  bool cones = !scene.rotate;
-  for (const CellSpecies& species : scene.species) {
+  bool cones = !problem.request.rotate;
+  for (const CellSpecies& species : problem.species) {
     fixed += std::int64_t(species.fixed.size());
     cones = cones || species.cone;
   }
   std::vector<std::string> reasons;
   if (fixed > 0) reasons.push_back(fmt::format("{} fixed cell{}", fixed, fixed == 1 ? "" : "s"));
   if (cones) reasons.push_back("constrained orientations");
-  if (!scene.regions.empty()) reasons.push_back("regions denser than the mean");
+  if (!problem.request.regions.empty()) reasons.push_back("regions denser than the mean");
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
-Forecast forecastOf(const Scene& scene, LumenSample& sample) {
+Forecast forecastOf(const Problem& problem, LumenSample& sample) {
   Forecast forecast;
-  const double lumen = scene.lumen.container->volume();
+  const double lumen = problem.lumen.container->volume();
   double volume = 0.0;
-  for (const CellSpecies& species : scene.species) {
+  for (std::size_t i = 0; i < problem.species.size(); ++i) {
+    const CellSpecies& species = problem.species[i];
     const double n = double(species.count), own = species.shape->volume();
     forecast.cells += species.count;
     volume += n * own;
     forecast.roomShares.push_back(1.0);
     forecast.roomVolumes.push_back(lumen);
     if (species.count == 0) continue;
-    const RoomSample& room = sample.room(species.wall.get(), species.wallClearance(scene.demanded.wall));
+    const RoomSample& room = roomOf(problem, static_cast<int>(i), sample);
     forecast.roomShares.back() = room.share;
     forecast.roomVolumes.back() = room.volume;
-    const double grown = n * (own + 0.5 * scene.demanded.membranes * surfaceArea(species.shape->mesh()));
+    const double grown = n * (own + 0.5 * problem.demanded.membranes * surfaceArea(species.shape->mesh()));
     forecast.effectiveFraction +=
         room.effective > 0.0 ? grown / room.effective : std::numeric_limits<double>::infinity();
   }
@@ -199,7 +206,7 @@ Forecast forecastOf(const Scene& scene, LumenSample& sample) {
   forecast.megabytes = ofProgram + 1e-3 * ofThousandCells * double(forecast.cells);
   if (forecast.effectiveFraction > Forecast::possible) return forecast;
   double milliseconds = 0.0;
-  for (const CellSpecies& species : scene.species) {
+  for (const CellSpecies& species : problem.species) {
     constexpr double redCellVertices = 642.0, fixedShare = 0.3;
     const double vertices = double(species.shape->mesh().vertices.size()) / redCellVertices;
     milliseconds += double(species.count) * (fixedShare + (1.0 - fixedShare) * std::min(vertices, 3.0)) *
@@ -211,33 +218,32 @@ Forecast forecastOf(const Scene& scene, LumenSample& sample) {
 }
 
 /// How much of the lumen all cells fill, and in how much of it they can be if that is less.
-std::vector<std::string> roomLines(const Scene& scene, const Forecast& forecast) {
+std::vector<std::string> roomLines(const Problem& problem, const Forecast& forecast) {
   constexpr double worthTelling = 0.995;
   std::string cells =
       fmt::format("{} cells with {:.4f} of the lumen's volume", forecast.cells, forecast.fraction);
   if (forecast.effectiveFraction < 1.0)
     cells += fmt::format(", effective fraction {:.3f}", forecast.effectiveFraction);
   std::vector<std::string> lines = {cells};
-  for (std::size_t s = 0; s < scene.species.size(); ++s)
+  for (std::size_t s = 0; s < problem.species.size(); ++s)
     if (forecast.roomShares[s] < worthTelling)
       lines.push_back(
           fmt::format("{} can be in {:.3f} of the lumen, {:.4g} µm³: clearances, layers at the wall and "
                       "HemoCell's rules exclude the rest",
-                      scene.species[s].name, forecast.roomShares[s], forecast.roomVolumes[s]));
+                      problem.species[s].name, forecast.roomShares[s], forecast.roomVolumes[s]));
   return lines;
 }
 
 /// Why the cells cannot be packed by any method; nothing if this is not known.
-std::optional<std::string> impossible(const Scene& scene, const Forecast& forecast, LumenSample& sample) {
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
-    const CellSpecies& species = scene.species[s];
+std::optional<std::string> impossible(const Problem& problem, const Forecast& forecast, LumenSample& sample) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& species = problem.species[s];
     if (species.count <= std::int64_t(species.fixed.size())) continue;
     const double volume = double(species.count) * species.shape->volume();
     if (volume > forecast.roomVolumes[s])
       return fmt::format("{} {} have {:.4g} µm³, more than the available volume", species.count, species.name,
                          volume);
-    if (!findsPlace(scene, species,
-                    sample.room(species.wall.get(), species.wallClearance(scene.demanded.wall))))
+    if (!findsPlace(problem, int(s), roomOf(problem, int(s), sample)))
       return fmt::format("not even one {} fits into the lumen", species.name);
   }
   return {};
@@ -245,24 +251,24 @@ std::optional<std::string> impossible(const Scene& scene, const Forecast& foreca
 
 }  // namespace
 
-Forecast forecastOf(const Scene& scene) {
-  LumenSample sample(*scene.lumen.container);
-  return forecastOf(scene, sample);
+Forecast forecastOf(const Problem& problem) {
+  LumenSample sample(*problem.lumen.container);
+  return forecastOf(problem, sample);
 }
 
-std::string roomText(const Scene& scene, const Forecast& forecast) {
-  return fmt::format("The request: {}", fmt::join(roomLines(scene, forecast), ". "));
+std::string roomText(const Problem& problem, const Forecast& forecast) {
+  return fmt::format("The request: {}", fmt::join(roomLines(problem, forecast), ". "));
 }
 
-std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
-  LumenSample sample(*scene.lumen.container);
-  const Forecast f = forecastOf(scene, sample);
-  std::vector<std::string> lines = roomLines(scene, f);
-  if (scene.inColumns)
+std::vector<std::string> forecastLines(const Problem& problem, int ranks) {
+  LumenSample sample(*problem.lumen.container);
+  const Forecast f = forecastOf(problem, sample);
+  std::vector<std::string> lines = roomLines(problem, f);
+  if (problem.request.inColumns)
     lines.push_back(
         "In columns: the feasible fraction depends on the box, up to 0.65 at 50 µm, less in small ones. The "
         "figures below are for random packings");
-  const std::optional<std::string> never = impossible(scene, f, sample);
+  const std::optional<std::string> never = impossible(problem, f, sample);
   if (never)
     lines.push_back(fmt::format("Infeasible: {}", *never));
   else if (f.effectiveFraction <= Forecast::easy)
@@ -272,7 +278,7 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
     lines.push_back(
         fmt::format("At the limit: between {:.2f} and {:.2f} packing takes thousands of sweeps, or fails; "
                     "--max-time and --best-effort limit the effort{}",
-                    Forecast::easy, Forecast::possible, columnsInstead(scene)));
+                    Forecast::easy, Forecast::possible, columnsInstead(problem)));
   else
     lines.push_back(fmt::format(
         "Probably infeasible: {}, the densest achieved so far; --max-time and --best-effort give the "
@@ -280,8 +286,8 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
         f.effectiveFraction < 1.0
             ? fmt::format("{:.3f} above {:.2f}", f.effectiveFraction - Forecast::possible, Forecast::possible)
             : fmt::format("far above {:.2f}", Forecast::possible),
-        columnsInstead(scene)));
-  if (scene.method == Method::cat)
+        columnsInstead(problem)));
+  if (problem.request.method == Method::cat)
     lines.push_back(
         "Time: unknown for --method cat, which takes 4 to 50 times as long as the default method");
   else if (never || !f.seconds)
@@ -293,20 +299,20 @@ std::vector<std::string> forecastLines(const Scene& scene, int ranks) {
         ranks > 1 ? fmt::format(" ({} on {} ranks)", about(*f.seconds / (efficiency * ranks)), ranks) : ""));
   lines.push_back(
       fmt::format("Memory: about {:.0f} MB for each rank", ofProgram + (f.megabytes - ofProgram) / ranks));
-  const double tiles = double(scene.tiles[0]) * scene.tiles[1] * scene.tiles[2];
+  const double tiles = double(problem.request.tiles[0]) * problem.request.tiles[1] * problem.request.tiles[2];
   if (tiles > 1.0)
     lines.push_back(
         fmt::format("Then repeated {} x {} x {} times: {:.0f} cells, about {:.0f} MB in all; the certificate "
                     "of the larger "
                     "box takes additional time",
-                    scene.tiles[0], scene.tiles[1], scene.tiles[2], tiles * double(f.cells),
-                    ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
-  if (const std::string left = leftOut(scene); !left.empty())
+                    problem.request.tiles[0], problem.request.tiles[1], problem.request.tiles[2],
+                    tiles * double(f.cells), ofProgram + 1e-3 * ofThousandCells * tiles * double(f.cells)));
+  if (const std::string left = leftOut(problem); !left.empty())
     lines.push_back(
         fmt::format("Not included in these figures: {}; packing then is harder and takes longer", left));
-  if (scene.realisations > 1)
-    lines.push_back(
-        fmt::format("{} realisations, one after the other: each takes this time", scene.realisations));
+  if (problem.request.realisations > 1)
+    lines.push_back(fmt::format("{} realisations, one after the other: each takes this time",
+                                problem.request.realisations));
   return lines;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
 
@@ -29,12 +29,12 @@ struct Forecast {
 };
 
 /// Of the default method.
-Forecast forecastOf(const Scene& scene);
+Forecast forecastOf(const Problem& problem);
 
 /// "The request: 108 cells with 0.47 of the lumen's volume, ...": what makes a packing hard, for messages.
-std::string roomText(const Scene& scene, const Forecast& forecast);
+std::string roomText(const Problem& problem, const Forecast& forecast);
 
 /// The lines printed by `--dry-run`.
-std::vector<std::string> forecastLines(const Scene& scene, int ranks);
+std::vector<std::string> forecastLines(const Problem& problem, int ranks);
 
 }  // namespace packmesh::hemocell

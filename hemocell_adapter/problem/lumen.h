@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The lumen of a job: container, lattice, and the nodes where HemoCell keeps cells.
+/// @file The lumen of a problem: container, lattice, and the nodes where HemoCell keeps cells.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "hemocell_adapter/hemocell/acceptance.h"
-#include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/hemocell/case.h"
+#include "hemocell_adapter/hemocell/pre_inlet.h"
+#include "hemocell_adapter/settings/request.h"
 #include "packMesh/container/container.h"
 #include "packMesh/container/region.h"
 

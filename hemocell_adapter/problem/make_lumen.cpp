@@ -10,12 +10,13 @@
 
 namespace packmesh::hemocell {
 
-Lumen makeLumen(const Job& job) {
-  if (job.running && !job.container) return runningLumen(job);
-  if (job.container) return containerLumen(job);
-  if (job.boxSize) return boxLumen(job);
-  if (job.config->domain.geometry) return vesselLumen(job);
-  return domainBox(job);
+Lumen makeLumen(const Request& request, const Case* simulation,
+                const std::optional<PreInletChoice>& preInlet) {
+  if (request.container) return containerLumen(request, simulation);
+  if (simulation && simulation->running) return runningLumen(request, *simulation->running);
+  if (request.boxSize) return boxLumen(request);
+  if (simulation->domain.geometry) return vesselLumen(request, *simulation, preInlet);
+  return domainBox(request, *simulation);
 }
 
 std::shared_ptr<const Wall> speciesWall(const Lumen& lumen, int minimumDistanceFromSolid, double reach,

@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 
+#include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/solid.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
+#include "packMesh/core/tolerances.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -86,31 +89,32 @@ std::vector<std::int64_t> sharedOutBesides(std::int64_t total, std::vector<doubl
   return sharedOut(std::max<std::int64_t>(0, others), weights);
 }
 
-std::vector<std::int64_t> fixedInRegions(const Scene& scene, const CellSpecies& species) {
-  std::vector<std::int64_t> fixed(scene.lumen.regions.size(), 0);
-  for (const PosLine& line : species.fixed) ++fixed[regionAt(scene.lumen.regions, line.position)];
+std::vector<std::int64_t> fixedInRegions(const Problem& problem, const CellSpecies& species) {
+  std::vector<std::int64_t> fixed(problem.lumen.regions.size(), 0);
+  for (const PosLine& line : species.fixed) ++fixed[regionAt(problem.lumen.regions, line.position)];
   return fixed;
 }
 
 class Parting {
  public:
-  explicit Parting(const Scene& scene) : scene_(scene), regions_(scene.lumen.regions) {}
+  Parting(const Problem& problem, const PackedParts& packed)
+      : problem_(problem), packed_(packed), regions_(problem.lumen.regions) {}
 
-  std::vector<ScenePart> operator()() {
+  std::vector<Part> operator()() {
     if (!regions_.empty()) shareOutRedCells();
-    for (std::size_t s = 0; s < scene_.species.size(); ++s) divide(int(s));
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) divide(int(s));
     return std::move(parts_);
   }
 
  private:
   void divide(int s) {
-    const CellSpecies& species = scene_.species[s];
+    const CellSpecies& species = problem_.species[s];
     const auto fixed = std::int64_t(species.fixed.size());
     if (fixed > species.count)
       throw InputError(fmt::format("{}: contains {} fixed cells, but only {} '{}' are requested",
                                    species.fixedFrom, fixed, species.count, species.name));
     if (fixed > 0) {
-      ScenePart part{s, -1, freeCells(scene_, species, fixed)};
+      Part part{s, -1, freeCells(problem_, packed_, s, fixed)};
       part.cells.name += ", fixed";
       part.cells.start = posesOf(species.fixed);
       part.cells.freedom.fixed = true;
@@ -118,16 +122,16 @@ class Parting {
       parts_.push_back(std::move(part));
     }
     if (regions_.empty() || !species.redCell)
-      free(s, -1, species.count - fixed, startOf(species, scene_.seed, std::uint32_t(s)));
+      free(s, -1, species.count - fixed, startOf(species, problem_.request.seed, std::uint32_t(s)));
     else
       freeInRegions(s);
   }
 
   void freeInRegions(int s) {
-    const CellSpecies& species = scene_.species[s];
+    const CellSpecies& species = problem_.species[s];
     const std::size_t regions = regions_.size();
     std::vector<std::vector<Pose>> start(regions);
-    for (const Pose& pose : startOf(species, scene_.seed, std::uint32_t(s)))
+    for (const Pose& pose : startOf(species, problem_.request.seed, std::uint32_t(s)))
       start[regionAt(regions_, pose.position)].push_back(pose);
     for (std::size_t r = 0; r < regions; ++r) {
       if (toPlace_[s][r] < 0)
@@ -143,15 +147,15 @@ class Parting {
     std::vector<double> left;  // remaining volume of each region's red cells, over the reference volume
     for (const LumenRegion& region : regions_) left.push_back(region.share * region.hematocrit);
     const std::vector<double> asked = left;
-    toPlace_.resize(scene_.species.size());
+    toPlace_.resize(problem_.species.size());
     for (const bool byHematocrit : {false, true})
-      for (std::size_t s = 0; s < scene_.species.size(); ++s) {
-        const CellSpecies& species = scene_.species[s];
+      for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+        const CellSpecies& species = problem_.species[s];
         if (!species.redCell || byHematocrit != (!species.statedCount && !species.ratio)) continue;
-        const std::vector<std::int64_t> fixed = fixedInRegions(scene_, species);
+        const std::vector<std::int64_t> fixed = fixedInRegions(problem_, species);
         toPlace_[s] =
             byHematocrit ? sharedOut(species.count, left) : sharedOutBesides(species.count, asked, fixed);
-        const double cell = species.countedVolume / scene_.referenceVolume();
+        const double cell = species.countedVolume / problem_.referenceVolume();
         for (std::size_t r = 0; r < left.size(); ++r) {
           if (byHematocrit) toPlace_[s][r] -= fixed[r];
           left[r] = std::max(0.0, left[r] - cell * double(toPlace_[s][r] + fixed[r]));
@@ -162,36 +166,37 @@ class Parting {
   /// A part with cells that can move.
   void free(int s, int region, std::int64_t count, std::vector<Pose> start) {
     if (count == 0 && region >= 0) return;
-    const CellSpecies& species = scene_.species[s];
-    ScenePart part{s, region, freeCells(scene_, species, count)};
+    const CellSpecies& species = problem_.species[s];
+    Part part{s, region, freeCells(problem_, packed_, s, count)};
     if (region >= 0) {
       part.cells.name +=
           region + 1 < int(regions_.size()) ? fmt::format(", region {}", region + 1) : ", rest";
       part.cells.freedom.region = regions_[region].region;
     }
-    part.cells.start = drawn(std::move(start), count, scene_.seed, parts_.size());
-    if (const auto& cone = part.cells.freedom.cone; scene_.rotate && cone)
+    part.cells.start = drawn(std::move(start), count, problem_.request.seed, parts_.size());
+    if (const auto& cone = part.cells.freedom.cone; problem_.request.rotate && cone)
       for (Pose& pose : part.cells.start) pose.orientation = cone->nearest(pose.orientation);
     parts_.push_back(std::move(part));
   }
 
-  const Scene& scene_;
+  const Problem& problem_;
+  const PackedParts& packed_;  ///< with its walls
   const std::vector<LumenRegion>& regions_;
-  std::vector<ScenePart> parts_;
+  std::vector<Part> parts_;
   std::vector<std::vector<std::int64_t>> toPlace_;  ///< movable red cells, by species and region
 };
 
 }  // namespace
 
-std::vector<LumenRegion> makeRegions(const Job& job, const Lumen& lumen) {
+std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen) {
   std::vector<LumenRegion> regions;
-  if (job.regions.empty()) return regions;
+  if (asked.regions.empty()) return regions;
   const Box bounds = lumen.container->bounds();
   const Vec3 period = lumen.container->period();
   std::vector<std::shared_ptr<const Container>> earlier;
   std::vector<std::string> notices;
   double rest = 1.0;
-  for (const RegionRequest& request : job.regions) {
+  for (const RegionRequest& request : asked.regions) {
     std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, notices);
     const auto region = std::make_shared<Region>(body, earlier, bounds, period);
     const double share = volumeInLumen(*region, *lumen.container) / lumen.container->volume();
@@ -203,7 +208,7 @@ std::vector<LumenRegion> makeRegions(const Job& job, const Lumen& lumen) {
     earlier.push_back(std::move(body));
   }
   regions.push_back({"the rest", std::make_shared<Region>(nullptr, earlier, bounds, period), rest,
-                     job.hematocrit.value_or(0.0)});
+                     asked.hematocrit.value_or(0.0)});
   return regions;
 }
 
@@ -213,40 +218,60 @@ int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point) {
   return int(regions.size()) - 1;
 }
 
-Species freeCells(const Scene& scene, const CellSpecies& species, std::int64_t count) {
-  Species cells{species.name, species.shape, count, species.wall, species.redCell};
-  cells.freedom.cone = species.cone;
-  cells.freedom.extraWallClearance = species.extraWallClearance(scene.clearances.wall);
+Species freeCells(const Problem& problem, const PackedParts& packed, int species, std::int64_t count) {
+  const CellSpecies& one = problem.species[species];
+  Species cells{one.name, one.shape, count, packed.walls[species], one.redCell};
+  cells.freedom.cone = one.cone;
+  cells.freedom.extraWallClearance = one.extraWallClearance(packed.clearances.wall);
   return cells;
 }
 
-std::vector<ScenePart> makeParts(const Scene& scene) {
-  return Parting(scene)();
+PackedParts partsAt(const Problem& problem, const Clearances& clearances) {
+  PackedParts packed;
+  packed.clearances = clearances;
+  double reach = 0.0;
+  for (const CellSpecies& species : problem.species) reach = std::max(reach, 2 * species.shape->radius());
+  std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
+      walls;  // by distance from solid and clearance
+  for (const CellSpecies& species : problem.species) {
+    packed.walls.emplace_back();
+    if (species.mostCells() == 0) continue;
+    const int distance = species.minimumDistanceFromSolid;
+    const double clearance = species.wallClearance(clearances.wall);
+    auto [wall, isNew] = walls.try_emplace({distance, clearance});
+    // Relaxation aims at the clearance plus a margin and stops within its tolerance of that; for the voxel
+    // faces it then suffices that no vertex is beyond them.
+    constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
+    if (isNew) wall->second = speciesWall(problem.lumen, distance, reach, clearance + margin);
+    packed.walls.back() = wall->second;
+  }
+  packed.parts = Parting(problem, packed)();
+  return packed;
 }
 
-std::vector<std::string> examineRegions(const Scene& scene) {
+std::vector<std::string> examineRegions(const Problem& problem) {
   std::vector<std::string> warnings;
-  for (std::size_t r = 0; r < scene.lumen.regions.size(); ++r) {
-    const LumenRegion& region = scene.lumen.regions[r];
+  for (std::size_t r = 0; r < problem.lumen.regions.size(); ++r) {
+    const LumenRegion& region = problem.lumen.regions[r];
     double volume = 0.0;
     std::int64_t cells = 0;
-    for (const ScenePart& part : scene.parts) {
-      const CellSpecies& species = scene.species[part.species];
+    for (const Part& part : problem.atDemanded.parts) {
+      const CellSpecies& species = problem.species[part.species];
       if (!species.redCell) continue;
-      const std::int64_t here = part.cells.freedom.fixed ? fixedInRegions(scene, species)[r]
+      const std::int64_t here = part.cells.freedom.fixed ? fixedInRegions(problem, species)[r]
                                 : part.region == int(r)  ? part.cells.count
                                                          : 0;
       cells += here;
       volume += double(here) * species.countedVolume;
     }
-    const double size = region.share * scene.referenceVolume(), asked = region.hematocrit * size;
-    const bool listed = r < scene.regions.size();
+    const double size = region.share * problem.referenceVolume(), asked = region.hematocrit * size;
+    const bool listed = r < problem.request.regions.size();
     if (cells == 0 && asked > 0.0) {
       const std::string what = fmt::format(
           "a hematocrit of {:.15g} in {:.4g} µm³ is too little for a red cell", region.hematocrit, size);
       if (listed)
-        throw InputError(
-            fmt::format("{}: {}; enlarge the region or remove it", scene.regions[r].body.where, what));
+        throw InputError(fmt::format("{}: {}; enlarge the region or remove it",
+                                     problem.request.regions[r].body.where, what));
       warnings.push_back(fmt::format("outside the regions there will be no red cell: {}", what));
     } else if (std::abs(volume - asked) > noticeable * asked) {
       warnings.push_back(

@@ -6,27 +6,27 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
 
-/// The regions of the job and, as the last one, the rest; empty if the job has none.
+/// The regions of a request and, as the last one, the rest; empty if it has none.
 /// @throws InputError if one lies outside the lumen
-std::vector<LumenRegion> makeRegions(const Job& job, const Lumen& lumen);
+std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen);
 
 /// Index of the region that contains a point.
 int regionAt(const std::vector<LumenRegion>& regions, const Vec3& point);
 
-/// Movable cells of a species, anywhere in the lumen. Pre: the species has its wall.
-Species freeCells(const Scene& scene, const CellSpecies& species, std::int64_t count);
+/// Movable cells of a species, anywhere in the lumen. @param packed with its walls
+Species freeCells(const Problem& problem, const PackedParts& packed, int species, std::int64_t count);
 
-/// All species in order, each in parts: fixed cells first, red cells by region. If there are more initial
-/// cells than requested, a random subset is used.
+/// What is packed with these clearances: all species in order, each in parts: fixed cells first, red cells by
+/// region. If there are more initial cells than requested, a random subset is used.
 /// @throws InputError if there are more fixed cells than requested
-std::vector<ScenePart> makeParts(const Scene& scene);
+PackedParts partsAt(const Problem& problem, const Clearances& clearances);
 
-/// Warnings about the red cells of the regions. Pre: the scene has its parts.
+/// Warnings about the red cells of the regions. Pre: the problem has its parts.
 /// @throws InputError if a region requests red cells and is too small for one
-std::vector<std::string> examineRegions(const Scene& scene);
+std::vector<std::string> examineRegions(const Problem& problem);
 
 }  // namespace packmesh::hemocell

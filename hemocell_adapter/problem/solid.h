@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/problem/job.h"
+#include "hemocell_adapter/settings/request.h"
 #include "packMesh/container/container.h"
 #include "packMesh/mesh/flat_openings.h"
 

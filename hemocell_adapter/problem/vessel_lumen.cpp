@@ -32,8 +32,9 @@ Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string>
 
 }  // namespace
 
-Lumen vesselLumen(const Job& job) {
-  const Domain& domain = job.config->domain;
+Lumen vesselLumen(const Request& request, const Case& simulation,
+                  const std::optional<PreInletChoice>& preInlet) {
+  const Domain& domain = simulation.domain;
   if (!isThere(*domain.geometry)) {
     throw InputError(fmt::format(
         "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and refer to a missing STL; "
@@ -53,7 +54,7 @@ Lumen vesselLumen(const Job& job) {
           fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
     }
   };
-  VesselMesh stl = readVessel(*domain.geometry, domain.geometryWhere, job.capOpenings, lumen.notices);
+  VesselMesh stl = readVessel(*domain.geometry, domain.geometryWhere, request.capOpenings, lumen.notices);
   const bool repaired = !lumen.notices.empty() && isFilledByParity(stl.asRead);
   const double extent = boundingBox(stl.closed).size()[std::clamp(domain.refDir, 0, 2)];
   VesselOnLattice vessel = located([&] {
@@ -71,24 +72,24 @@ Lumen vesselLumen(const Job& job) {
   std::string note =
       fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
                   boundingBox(vessel.surface).size().x());
-  if (job.preInlet) {
-    ends.axis = job.preInlet->axis;
+  if (preInlet) {
+    ends.axis = preInlet->place.axis;
     PreInlet inlet =
-        located([&] { return makePreInlet(vessel, *job.preInlet, *job.config->preInletLength); });
+        located([&] { return makePreInlet(vessel, preInlet->place, *simulation.preInletLength); });
     note = fmt::format(
         "the pre-inlet: plane {} of nodes along {} ({}), repeated with the fluid nodes of plane "
         "{}; frame of its own",
-        inlet.slice, "xyz"[ends.axis], job.preInlet->origin, inlet.flags);
-    if (job.preInletInCode && !job.preInlet->isSame(*job.preInletInCode, vessel.lattice.nodes()))
+        inlet.slice, "xyz"[ends.axis], preInlet -> place.origin, inlet.flags);
+    if (preInlet->inCode && !preInlet->place.isSame(*preInlet->inCode, vessel.lattice.nodes()))
       lumen.notices.push_back(
           fmt::format("the pre-inlet is stated to be {}, but {} says {}: the stated one is taken",
-                      toString(*job.preInlet), job.preInletInCode->origin, toString(*job.preInletInCode)));
+                      toString(preInlet->place), preInlet->inCode->origin, toString(*preInlet->inCode)));
     if (inlet.severalOutlines)
       lumen.notices.push_back(fmt::format(
           "{}. All of them are used, since {} does not narrow the slice. To use only the first, narrow it "
           "there "
           "(slice.y1 = 42); if code that packMesh does not read does so, specify it by --pre-inlet-range {}",
-          inlet.severalOutlines->text, job.preInlet->origin, toString(inlet.severalOutlines->first)));
+          inlet.severalOutlines->text, preInlet->place.origin, toString(inlet.severalOutlines->first)));
     if (inlet.reachesBorder)
       lumen.notices.push_back(fmt::format(
           "the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "
@@ -97,11 +98,11 @@ Lumen vesselLumen(const Job& job) {
     vessel.surface = std::move(inlet.surface);
     vessel.lattice = std::move(inlet.lattice);
   }
-  if (!job.preInlet && !hasFlatEnds(vessel.surface, ends.axis))
-    return voxelLumen(std::move(vessel), job.periodicEnds.value_or(false), std::move(lumen.notices));
+  if (!preInlet && !hasFlatEnds(vessel.surface, ends.axis))
+    return voxelLumen(std::move(vessel), request.periodicEnds.value_or(false), std::move(lumen.notices));
   ends.lo = vessel.lattice.keptRegion().lo[ends.axis];
   ends.hi = vessel.lattice.keptRegion().hi[ends.axis];
-  ends.periodic = job.periodicEnds.value_or(false);
+  ends.periodic = request.periodicEnds.value_or(false);
   lumen.lattice = std::make_shared<Lattice>(std::move(vessel.lattice));
   lumen.note = note;
   lumen.container = located([&] { return makeVessel(std::move(vessel.surface), ends, vesselDetail); });

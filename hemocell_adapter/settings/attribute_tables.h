@@ -10,7 +10,7 @@
 
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/settings/member_value.h"
-#include "hemocell_adapter/settings/settings.h"
+#include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
 

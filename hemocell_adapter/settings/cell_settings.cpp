@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Settings of the cells.
+// Request of the cells.
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
@@ -10,7 +10,7 @@ namespace {
 using namespace specs;
 
 /// The request for the species that the file is named after.
-SpeciesRequest& cellsInFile(Settings& settings, const std::string& file) {
+SpeciesRequest& cellsInFile(Request& settings, const std::string& file) {
   try {
     return speciesNamed(settings, text(parseValue(name(), std::filesystem::path(file).stem().string())));
   } catch (const InputError& error) {
@@ -20,14 +20,14 @@ SpeciesRequest& cellsInFile(Settings& settings, const std::string& file) {
 
 /// The option for the number of cells of one of packCells' types.
 Setting countOption(const char* option, const char* cellName, const char* help) {
-  Setting made = setting(option, {count()}, help, [cellName](Settings& s, const Values& v) {
+  Setting made = setting(option, {count()}, help, [cellName](Request& s, const Values& v) {
     speciesNamed(s, cellName).count = whole(v[0]);
   });
   made.countOf = cellName;
   return made.byDefault("0").alsoOfPackCells();
 }
 
-void setEllipsoid(Settings& s, const Values& v) {
+void setEllipsoid(Request& s, const Values& v) {
   SpeciesRequest& species = speciesNamed(s, text(v[0]));
   species.count = whole(v[1]);
   if (species.meshFile) {  // that of config.xml, with its scale
@@ -38,14 +38,14 @@ void setEllipsoid(Settings& s, const Values& v) {
   species.ellipsoidAxes = Vec3(real(v[2]), real(v[3]), real(v[4]));
 }
 
-void setMesh(Settings& s, const Values& v) {
+void setMesh(Request& s, const Values& v) {
   SpeciesRequest& species = speciesNamed(s, text(v[0]));
   species.count = whole(v[1]);
   species.ellipsoidAxes.reset();
   species.meshFile = text(v[2]);
 }
 
-void setOrientation(Settings& s, const Values& v) {
+void setOrientation(Request& s, const Values& v) {
   SpeciesRequest& species = speciesNamed(s, text(v[0]));
   species.axis = Vec3(real(v[1]), real(v[2]), real(v[3]));
   species.spread = real(v[4]);
@@ -54,7 +54,7 @@ void setOrientation(Settings& s, const Values& v) {
 }  // namespace
 
 std::vector<Setting> cellSettings() {
-  using R = RunSettings;
+  using R = Request;
   const auto component = [](const char* name) { return number(name, "", -1e6, false, 1e6); };
   return {
       setting("hematocrit", &R::hematocrit, hematocrit(),
@@ -62,7 +62,7 @@ std::vector<Setting> cellSettings() {
           .withLetter('h')
           .alsoOfPackCells(),
       setting("plt_ratio", {ratio()}, "number of platelets per red cell of any species; with a hematocrit",
-              [](Settings& s, const Values& v) { s.plateletRatio = real(v[0]); })
+              [](Request& s, const Values& v) { s.plateletRatio = real(v[0]); })
           .byDefault(toText(packCellsPlateletRatio))
           .alsoOfPackCells(),
       countOption("rbc", "RBC", "red blood cells"),
@@ -79,13 +79,13 @@ std::vector<Setting> cellSettings() {
       setting("cell-mesh", {name(), count(), file()},
               "n custom cells, from any closed mesh (STL, OFF, PLY, OBJ)", setMesh),
       setting("mesh-scale", {name(), meshScale()}, "length of a unit of the mesh file of that cell in µm",
-              [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); })
+              [](Request& s, const Values& v) { speciesNamed(s, text(v[0])).meshScale = real(v[1]); })
           .byDefault("1"),
       setting(
           "mesh-frame", {name(), meshFrames()},
           "axes of the mesh of that cell; hemocell: rotated and inflated as HemoCell's MESH_FROM_STL does; "
           "file: as in the file",
-          [](Settings& s, const Values& v) {
+          [](Request& s, const Values& v) {
             speciesNamed(s, text(v[0])).meshFrame = meshFrameFromString(text(v[1]));
           })
           .byDefault("hemocell"),
@@ -102,7 +102,7 @@ std::vector<Setting> cellSettings() {
       setting(
           "fixed", {file()},
           "keep the cells of this .pos file (named after the cell) or state (.h5) fixed; counts include them",
-          [](Settings& s, const Values& v) {
+          [](Request& s, const Values& v) {
             if (isState(text(v[0])))
               s.fixedStates.emplace_back(text(v[0]));
             else
@@ -115,7 +115,7 @@ std::vector<Setting> cellSettings() {
               "positions; "
               "if the file has more, a random subset is kept. With check: examine the cells of this state, "
               "not those of .pos files",
-              [](Settings& s, const Values& v) {
+              [](Request& s, const Values& v) {
                 if (isState(text(v[0])))
                   s.startStates.emplace_back(text(v[0]));
                 else
@@ -129,7 +129,7 @@ std::vector<Setting> cellSettings() {
       setting("minimum-distance-from-solid", {name(), distanceFromSolid()},
               "value that the case passes to setInitialMinimumDistanceFromSolid for that cell; HemoCell "
               "truncates it to whole µm",
-              [](Settings& s, const Values& v) {
+              [](Request& s, const Values& v) {
                 speciesNamed(s, text(v[0])).minimumDistanceFromSolid = real(v[1]);
               })
           .byDefault("that in the C++ code beside config.xml, or 0"),

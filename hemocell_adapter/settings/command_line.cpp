@@ -184,8 +184,8 @@ class Parser {
       result_.section = *section;
       positionals_.erase(section);
     }
-    const bool checkBox = result_.settings().checkBox;
-    const bool ownLumen = result_.settings().container.has_value();
+    const bool checkBox = result_.options().checkBox;
+    const bool ownLumen = result_.options().container.has_value();
     if (positionals_.empty()) {
       if (ownLumen) return;
       result_.restartAlone = !restart_.empty() && !checkBox && result_.command == Command::pack;
@@ -318,11 +318,11 @@ void checkCombination(const CommandLine& c) {
 
 }  // namespace
 
-Settings CommandLine::settings() const {
+Request CommandLine::options() const {
   return withOptions({}, *this);
 }
 
-Settings withOptions(Settings base, const CommandLine& commandLine) {
+Request withOptions(Request base, const CommandLine& commandLine) {
   for (const Assignment& assignment : commandLine.assignments)
     assignment.setting->apply(base, assignment.values);
   return base;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/settings/settings.h"
+#include "hemocell_adapter/settings/request.h"
 #include "hemocell_adapter/settings/settings_table.h"
 
 namespace packmesh::hemocell {
@@ -37,11 +37,11 @@ struct CommandLine {
   std::string section;
 
   /// The options only.
-  Settings settings() const;
+  Request options() const;
 };
 
 /// `base`, overridden by the options.
-Settings withOptions(Settings base, const CommandLine& commandLine);
+Request withOptions(Request base, const CommandLine& commandLine);
 
 /// Parses `arguments` (without the program name).
 ///

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Settings of the lumen.
+// Request of the lumen.
 #include <algorithm>
 
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -10,7 +10,7 @@ namespace {
 
 using namespace specs;
 
-SolidRequest& commandLineSolid(Settings& s, SolidRequest::Kind kind, const char* option) {
+SolidRequest& commandLineSolid(Request& s, SolidRequest::Kind kind, const char* option) {
   if (!s.container) s.container.emplace();
   SolidRequest& solid = s.container->lumen.emplace();
   solid.kind = kind;
@@ -18,26 +18,26 @@ SolidRequest& commandLineSolid(Settings& s, SolidRequest::Kind kind, const char*
   return solid;
 }
 
-void setCylinder(Settings& s, const Values& v) {
+void setCylinder(Request& s, const Values& v) {
   SolidRequest& solid = commandLineSolid(s, SolidRequest::Kind::cylinder, "cylinder");
   solid.axis = int(whole(v[0]));
   solid.radius = real(v[1]);
   solid.length = real(v[2]);
 }
 
-void setVessel(Settings& s, const Values& v) {
+void setVessel(Request& s, const Values& v) {
   SolidRequest& solid = commandLineSolid(s, SolidRequest::Kind::mesh, "vessel");
   solid.file = text(v[0]);
   solid.scale = real(v[1]);
 }
 
-void setOpenAxis(Settings& s, const Values& v) {
+void setOpenAxis(Request& s, const Values& v) {
   if (!s.container) s.container.emplace();
   if (!s.container->lumen) commandLineSolid(s, SolidRequest::Kind::mesh, "open-axis");
   s.container->lumen->openAxis = int(whole(v[0]));
 }
 
-void setPreInletRange(Settings& s, const Values& v) {
+void setPreInletRange(Request& s, const Values& v) {
   const NodeRange range{int(whole(v[0])), whole(v[1]), whole(v[2])};
   auto& all = s.preInletRanges;
   all.erase(std::remove_if(all.begin(), all.end(), [&](const NodeRange& r) { return r.axis == range.axis; }),
@@ -48,13 +48,13 @@ void setPreInletRange(Settings& s, const Values& v) {
 }  // namespace
 
 std::vector<Setting> lumenSettings() {
-  using R = RunSettings;
+  using R = Request;
   const ValueSpec axis = plain(Kind::axis, "axis");
   return {
       setting("cylinder", {axis, length("radius"), length("length")},
               "a cylinder instead of a box or the geometry of a case, low corner at the origin", setCylinder),
       setting("sphere", {length("radius")}, "a sphere, low corner at the origin",
-              [](Settings& s, const Values& v) {
+              [](Request& s, const Values& v) {
                 commandLineSolid(s, SolidRequest::Kind::sphere, "sphere").radius = real(v[0]);
               }),
       setting("vessel", {file(), meshScale()}, "any watertight mesh; coordinates times factor are in µm",
@@ -71,17 +71,17 @@ std::vector<Setting> lumenSettings() {
           "ends", {choice("kind", {"closed", "periodic"})},
           "open ends of a vessel and faces of a box; closed: cells stay inside, where HemoCell keeps them; "
           "periodic: cells wrap around",
-          [](Settings& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
+          [](Request& s, const Values& v) { s.periodicEnds = text(v[0]) == "periodic"; })
           .byDefault("closed; periodic for a box under the name packCells")
           .withTag("ends"),
       setting("pre-inlet", {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
               "direction of the pre-inlet to pack, as in the C++ code of the case (Direction::Xpos)",
-              [](Settings& s, const Values& v) { s.preInlet = text(v[0]); })
+              [](Request& s, const Values& v) { s.preInlet = text(v[0]); })
           .byDefault("that in the C++ code beside config.xml")
           .withTag("preInlet"),
       setting("pre-inlet-slice", {plain(Kind::plane, "n")},
               "plane of nodes that the case passes to preInletFromSlice: 101, last, last-5",
-              [](Settings& s, const Values& v) { s.preInletSlice = whole(v[0]); })
+              [](Request& s, const Values& v) { s.preInletSlice = whole(v[0]); })
           .byDefault("that in the C++ code, or the outermost with fluid")
           .withTag("preInletSlice"),
       setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
@@ -100,7 +100,7 @@ std::vector<Setting> lumenSettings() {
           .withoutTag(),
       [] {
         Setting box = setting("box", {flag()}, "with check: check the .pos files of a box, not of a case",
-                              [](Settings& s, const Values& v) { s.checkBox = yes(v[0]); });
+                              [](Request& s, const Values& v) { s.checkBox = yes(v[0]); });
         box.flag = true;
         return box;
       }(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Settings of the output, and ignored options of packCells.
+// Request of the output, and ignored options of packCells.
 #include <algorithm>
 
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -10,10 +10,11 @@ namespace packmesh::hemocell {
 using namespace specs;
 
 std::vector<Setting> outputSettings() {
-  using R = RunSettings;
+  using R = Request;
+  using O = OutputRequest;
   const auto times = [](const char* axis) { return integer(axis, "", 1, 1e4); };
   return {
-      setting("output-dir", &R::outputDirectory, plain(Kind::text, "folder"),
+      setting("output-dir", &O::folder, plain(Kind::text, "folder"),
               "folder of the .pos files (with check: to read them from)")
           .byDefault("that of config.xml; without one the working directory")
           .withTag("outputDirectory"),
@@ -23,24 +24,25 @@ std::vector<Setting> outputSettings() {
           .notForCheck(),
       setting("tile", {times("nx"), times("ny"), times("nz")},
               "numbers of copies of the periodic box along each axis, in a larger box",
-              [](Settings& s, const Values& v) {
+              [](Request& s, const Values& v) {
                 s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
               })
           .notForCheck(),
       setting("export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
               "also write the cells, with the meshes they need, for other programs: csv, espresso, lammps, "
               "lammps-molecular, mirheo, npfem, stl",
-              [](Settings& s, const Values& v) {
-                if (std::find(s.exports.begin(), s.exports.end(), text(v[0])) == s.exports.end())
-                  s.exports.push_back(text(v[0]));
+              [](Request& s, const Values& v) {
+                if (std::find(s.output.exports.begin(), s.output.exports.end(), text(v[0])) ==
+                    s.output.exports.end())
+                  s.output.exports.push_back(text(v[0]));
               })
           .withTag("export")
           .mayRepeat(),
-      setting("checkpoint-every", &R::checkpointEvery, number("s", "s", 0, true, 1e9),
+      setting("checkpoint-every", &O::checkpointEvery, number("s", "s", 0, true, 1e9),
               "interval at which the state of the run is saved, to continue after an interruption")
           .byDefault("only at signals and at the end, with --state")
           .notForCheck(),
-      setting("state", &R::stateFile, file(),
+      setting("state", &O::stateFile, file(),
               "file of the state; also saved at SIGUSR1, when interrupted, and at the end")
           .byDefault("state.h5 beside the .pos files, with --checkpoint-every")
           .withTag("stateFile")
@@ -49,19 +51,19 @@ std::vector<Setting> outputSettings() {
               "continue from a saved state; alone: with the command that started the run")
           .withoutTag()
           .notForCheck(),
-      flagSetting("pov", &R::povScene, "same as --vtp").withTag("povScene"),
-      flagSetting("vtp", &R::vtp,
+      flagSetting("pov", &O::povScene, "same as --vtp").withTag("povScene"),
+      flagSetting("vtp", &O::vtp,
                   "write <Cell>.vtp for ParaView: the cells as points with their measurements, their meshes, "
                   "and lumen.vtp"),
-      flagSetting("vtp-meshes", &R::vtpMeshes,
+      flagSetting("vtp-meshes", &O::vtpMeshes,
                   "write <Cell>_cells.vtp: all membranes (about 65 kB per red cell)"),
-      setting("growth-frames", &R::growthFrames, integer("n", "states", 1, 1e9),
+      setting("growth-frames", &O::growthFrames, integer("n", "states", 1, 1e9),
               "with --method cat: write every n-th state of growth to the folder growth_frames, as series of "
               "membranes and CAT cells for ParaView (about 65 kB per red cell and state)")
           .byDefault("none")
           .onlyFor(Method::cat)
           .notForCheck(),
-      setting("report", &R::reportFile, file(),
+      setting("report", &O::reportFile, file(),
               "write a report: file.json, or file.html with an interactive view (and file.json beside it)"),
       flagSetting("quiet", &R::quiet, "print only warnings and errors").withoutTag(),
       flagSetting("verbose", &R::verbose, "print progress, and every violation that a check finds")
@@ -71,13 +73,13 @@ std::vector<Setting> outputSettings() {
 
 std::vector<Setting> ignoredSettings() {
   Setting rotate =
-      setting("allowRotate", {flag()}, "orientations are random by default", [](Settings&, const Values&) {})
+      setting("allowRotate", {flag()}, "orientations are random by default", [](Request&, const Values&) {})
           .withLetter('r')
           .alsoOfPackCells();
   rotate.flag = true;
   return {rotate,
           setting("scale", {number("s", "", 0, false, 1e9)}, "neighbour grid of packCells; packMesh has none",
-                  [](Settings& s, const Values& v) { s.ignoredScale = real(v[0]); })
+                  [](Request& s, const Values& v) { s.ignoredScale = real(v[0]); })
               .withLetter('s')
               .alsoOfPackCells()};
 }

@@ -91,7 +91,7 @@ void refuseText(const XMLElement& element, const fs::path& file) {
 }
 
 /// @param known what is known of species before
-SpeciesRequest readSpecies(const XMLElement& element, const Settings& known, const fs::path& file) {
+SpeciesRequest readSpecies(const XMLElement& element, const Request& known, const fs::path& file) {
   require(element, "name", speciesAttributes().front().value, file);
   refuseContent(element, file);
   SpeciesRequest species;
@@ -204,7 +204,7 @@ RegionRequest readRegion(const XMLElement& element, const fs::path& file) {
 }
 
 /// @param settings to which those of the section are added
-Settings withSection(Settings settings, const XMLElement& packing, const fs::path& file) {
+Request withSection(Request settings, const XMLElement& packing, const fs::path& file) {
   std::unordered_set<std::string> named;  // species
   std::vector<std::string> known = {"species", "container", "growth", "region"};
   for (const Setting& setting : settingsTable()) {
@@ -259,19 +259,18 @@ Settings withSection(Settings settings, const XMLElement& packing, const fs::pat
     if ((name == "fixed" || name == "start") && !isState(std::get<std::string>(values[0])))
       named.insert(settings.species.back().name);
   }
-  if (settings.stateFile) *settings.stateFile = file.parent_path() / *settings.stateFile;
-  if (!settings.outputDirectory.empty())
-    settings.outputDirectory = file.parent_path() / settings.outputDirectory;
+  if (settings.output.stateFile) *settings.output.stateFile = file.parent_path() / *settings.output.stateFile;
+  if (!settings.output.folder.empty()) settings.output.folder = file.parent_path() / settings.output.folder;
   return settings;
 }
 
 }  // namespace
 
-Settings readPackingSection(const XMLElement& packing, const fs::path& file) {
+Request readPackingSection(const XMLElement& packing, const fs::path& file) {
   return withSection({}, packing, file);
 }
 
-Settings withPackingSection(Settings base, const std::string& text, const std::string& where) {
+Request withPackingSection(Request base, const std::string& text, const std::string& where) {
   tinyxml2::XMLDocument document;
   parseXml(document, text, where);
   const XMLElement* packing = document.RootElement();

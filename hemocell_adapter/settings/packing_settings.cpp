@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-// Settings of the method and its limits.
+// Request of the method and its limits.
 #include <fmt/format.h>
 
 #include "hemocell_adapter/base/exit_codes.h"
@@ -19,7 +19,7 @@ std::vector<std::string> growthNames() {
   return names;
 }
 
-void setGrowth(Settings& settings, const std::string& name, const std::string& value) {
+void setGrowth(Request& settings, const std::string& name, const std::string& value) {
   for (const Attribute<GrowthSettings>& parameter : growthParameters()) {
     if (parameter.name != name) continue;
     try {
@@ -33,7 +33,7 @@ void setGrowth(Settings& settings, const std::string& name, const std::string& v
 }  // namespace
 
 std::vector<Setting> methodSettings() {
-  using R = RunSettings;
+  using R = Request;
   return {
       choiceSetting("method", &R::method, "name", {{"relaxation", Method::relaxation}, {"cat", Method::cat}},
                     "relaxation: separate overlapping cells of full size; cat: grow small cells in the cells "
@@ -47,17 +47,17 @@ std::vector<Setting> methodSettings() {
           .onlyFor(Method::cat),
       setting("stock", {name(), count()},
               "with --escape: number of cells of that kind in reserve that can fill gaps",
-              [](Settings& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
+              [](Request& s, const Values& v) { speciesNamed(s, text(v[0])).stock = whole(v[1]); })
           .byDefault("0"),
       setting("growth", {choice("parameter", growthNames()), plain(Kind::text, "value")},
               "with --method cat: set an attribute of <growth> (--reference lists them)",
-              [](Settings& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); })
+              [](Request& s, const Values& v) { setGrowth(s, text(v[0]), text(v[1])); })
           .onlyFor(Method::cat),
       setting(
           "clearance", {clearance({"auto", "max"})},
           "minimum gap between membranes; auto: a tenth of dx, or as much of it as the hematocrit allows; "
           "max: the largest found within --max-time, or 60 s",
-          [](Settings& s, const Values& v) {
+          [](Request& s, const Values& v) {
             s.clearance = numberIn(v[0]);
             s.largestClearance = isWord(v[0], "max");
           })
@@ -65,7 +65,7 @@ std::vector<Setting> methodSettings() {
           .withTag("clearance"),
       setting("wall-clearance", {clearance({"auto"})},
               "minimum gap between membrane and wall; auto: dx, or as much of it as the hematocrit allows",
-              [](Settings& s, const Values& v) { s.wallClearance = numberIn(v[0]); })
+              [](Request& s, const Values& v) { s.wallClearance = numberIn(v[0]); })
           .byDefault("auto")
           .withTag("wallClearance"),
       setting("cell-free-layer", &R::cellFreeLayer, clearance(),
@@ -74,7 +74,7 @@ std::vector<Setting> methodSettings() {
       setting("seed", &R::seed, seed(), "seed of the random numbers; the same seed gives the same bytes"),
       [] {
         Setting no = setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (symmetry axis along y)",
-                             [](Settings& s, const Values& v) { s.rotate = !yes(v[0]); })
+                             [](Request& s, const Values& v) { s.rotate = !yes(v[0]); })
                          .byDefault("false")
                          .alsoOfPackCells();
         no.flag = true;
@@ -90,7 +90,7 @@ std::vector<Setting> methodSettings() {
 }
 
 std::vector<Setting> limitSettings() {
-  using R = RunSettings;
+  using R = Request;
   const ValueSpec sweeps = integer("n", "sweeps", 1, 1e15);
   return {
       setting(

@@ -16,12 +16,4 @@ std::string tagOf(const std::string& option) {
   return tag;
 }
 
-Setting flagSetting(const std::string& option, bool RunSettings::*member, std::string help) {
-  ValueSpec yesOrNo;
-  yesOrNo.kind = Kind::boolean;
-  Setting made = setting(option, member, yesOrNo, std::move(help));
-  made.flag = true;
-  return made;
-}
-
 }  // namespace packmesh::hemocell

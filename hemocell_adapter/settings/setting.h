@@ -7,12 +7,13 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/settings/member_value.h"
-#include "hemocell_adapter/settings/settings.h"
+#include "hemocell_adapter/settings/request.h"
 
 namespace packmesh::hemocell {
 
@@ -27,9 +28,9 @@ struct Setting {
   std::string tag;     ///< child of `<packing>`
   std::vector<ValueSpec> values;
   std::string help;
-  std::function<void(Settings&, const std::vector<Value>&)> store;
+  std::function<void(Request&, const std::vector<Value>&)> store;
   /// Current value of the setting; empty function if it is not a single value.
-  std::function<std::optional<Value>(const RunSettings&)> get = {};
+  std::function<std::optional<Value>(const Request&)> get = {};
   std::string fallback = {};  ///< the default as text
   std::string countOf = {};   ///< the cell whose number it is
   Topic topic = Topic::cells;
@@ -41,7 +42,7 @@ struct Setting {
   std::optional<Method> method = {};  ///< the only method it applies to; empty: all
 
   const std::string& name() const { return option.empty() ? tag : option; }
-  void apply(Settings& settings, const std::vector<Value>& given) const {
+  void apply(Request& settings, const std::vector<Value>& given) const {
     store(settings, given);
     settings.stated.insert(name());
   }
@@ -84,38 +85,55 @@ std::string tagOf(const std::string& option);
 
 /// A setting without tag, with one or more values that `store` saves.
 inline Setting setting(std::string option, std::vector<ValueSpec> values, std::string help,
-                       std::function<void(Settings&, const std::vector<Value>&)> store) {
+                       std::function<void(Request&, const std::vector<Value>&)> store) {
   return {std::move(option), "", std::move(values), std::move(help), std::move(store)};
 }
 
+/// The part of a request that has the members of class Part.
+template <class Part, class Whole>
+auto& partOf(Whole& request) {
+  if constexpr (std::is_same_v<Part, OutputRequest>)
+    return request.output;
+  else
+    return request;
+}
+
 /// A setting stored in a member, with an option and a tag; its default is that of the member.
-template <class T>
-Setting setting(const std::string& option, T RunSettings::*member, ValueSpec value, std::string help) {
-  Setting made = setting(option, {std::move(value)}, std::move(help),
-                         [member](Settings& s, const auto& v) { s.*member = fromValue<T>(v[0]); });
+template <class Part, class T>
+Setting setting(const std::string& option, T Part::*member, ValueSpec value, std::string help) {
+  Setting made = setting(option, {std::move(value)}, std::move(help), [member](Request& r, const auto& v) {
+    partOf<Part>(r).*member = fromValue<T>(v[0]);
+  });
   made.tag = tagOf(option);
-  made.get = [member](const RunSettings& s) { return toValue(s.*member); };
+  made.get = [member](const Request& r) { return toValue(partOf<Part>(r).*member); };
   if (const auto byDefault = made.get({})) made.fallback = toText(*byDefault);
   return made;
 }
 
 /// A boolean member that the option sets.
-Setting flagSetting(const std::string& option, bool RunSettings::*member, std::string help);
+template <class Part>
+Setting flagSetting(const std::string& option, bool Part::*member, std::string help) {
+  ValueSpec yesOrNo;
+  yesOrNo.kind = Kind::boolean;
+  Setting made = setting(option, member, yesOrNo, std::move(help));
+  made.flag = true;
+  return made;
+}
 
 /// A member with one of several named values.
 template <class T>
-Setting choiceSetting(const std::string& option, T RunSettings::*member, const char* placeholder,
+Setting choiceSetting(const std::string& option, T Request::*member, const char* placeholder,
                       std::vector<std::pair<const char*, T>> choices, std::string help) {
   ValueSpec spec;
   spec.kind = Kind::choice;
   spec.placeholder = placeholder;
   for (const auto& [name, value] : choices) spec.choices.emplace_back(name);
-  Setting made = setting(option, {spec}, std::move(help), [member, choices](Settings& s, const auto& v) {
+  Setting made = setting(option, {spec}, std::move(help), [member, choices](Request& s, const auto& v) {
     for (const auto& [name, value] : choices)
       if (std::get<std::string>(v[0]) == name) s.*member = value;
   });
   made.tag = tagOf(option);
-  made.get = [member, choices](const RunSettings& s) -> std::optional<Value> {
+  made.get = [member, choices](const Request& s) -> std::optional<Value> {
     for (const auto& [name, value] : choices)
       if (s.*member == value) return std::string(name);
     return {};

@@ -65,14 +65,14 @@ std::vector<PosLine> linesOf(const std::string& name, const Rows& rows) {
 }
 
 py::array positionsOf(const PythonPacking& packing) {
-  const std::vector<Pose>& poses = packing.held->result.poses;
+  const std::vector<Pose>& poses = packing.held->packing.result.poses;
   return readOnly(
       py::array_t<double>({py::ssize_t(poses.size()), py::ssize_t(3)}, {sizeof(Pose), sizeof(double)},
                           poses.empty() ? nullptr : poses[0].position.data(), keeperOf(packing.held)));
 }
 
 py::array rotationsOf(const PythonPacking& packing) {
-  const std::vector<Pose>& poses = packing.held->result.poses;
+  const std::vector<Pose>& poses = packing.held->packing.result.poses;
   return readOnly(py::array_t<double>(
       {py::ssize_t(poses.size()), py::ssize_t(4)}, {sizeof(Pose), sizeof(double)},
       poses.empty() ? nullptr : poses[0].orientation.coeffs().data(), keeperOf(packing.held)));
@@ -80,9 +80,9 @@ py::array rotationsOf(const PythonPacking& packing) {
 
 py::array_t<std::int32_t> speciesOf(const PythonPacking& packing) {
   const Held held = packing.held;
-  py::array_t<std::int32_t> array(py::ssize_t(held->result.cells.size()));
+  py::array_t<std::int32_t> array(py::ssize_t(held->packing.result.cells.size()));
   std::int32_t* out = array.mutable_data();
-  for (const PlacedCell& cell : held->result.cells) *out++ = held->kindOf[cell.species];
+  for (const PlacedCell& cell : held->packing.result.cells) *out++ = held->kindOf[cell.species];
   return array;
 }
 
@@ -90,10 +90,10 @@ py::array_t<double> verticesOf(const PythonPacking& packing, int species) {
   const Held held = packing.held;
   const std::vector<Vec3>& body = held->kinds.at(species).mesh.vertices;
   py::ssize_t count = 0;
-  for (const PlacedCell& cell : held->result.cells) count += held->kindOf[cell.species] == species;
+  for (const PlacedCell& cell : held->packing.result.cells) count += held->kindOf[cell.species] == species;
   py::array_t<double> array({count, py::ssize_t(body.size()), py::ssize_t(3)});
   double* out = array.mutable_data();
-  for (const PlacedCell& cell : held->result.cells) {
+  for (const PlacedCell& cell : held->packing.result.cells) {
     if (held->kindOf[cell.species] != species) continue;
     for (const Vec3& vertex : body)
       for (const double x : Vec3(cell.placement(vertex))) *out++ = x;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "hemocell_adapter/app/held_packing.h"
+#include "hemocell_adapter/session/held_packing.h"
 
 using Held = std::shared_ptr<const packmesh::hemocell::HeldPacking>;
 

@@ -143,8 +143,8 @@ void Caller::listenTo(const Communicator& ranks) {
   log::setLevel(ranks.rank() > 0 ? log::Level::silent : log::Level::verbose);
 }
 
-RunHooks Caller::hooks() {
-  RunHooks hooks;
+Hooks Caller::hooks() {
+  Hooks hooks;
   hooks.interrupted = [this] { return interrupted(); };
   hooks.progress = [this](const Progress& progress) { tell(progress); };
   return hooks;

@@ -12,8 +12,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "hemocell_adapter/app/packing_attempts.h"
 #include "hemocell_adapter/base/agreed_failure.h"
+#include "hemocell_adapter/session/attempts.h"
 #include "packMesh/parallel/communicator.h"
 
 /// Messages of the library go to the logger "packmesh", which prints nothing unless Python tells it to.
@@ -33,7 +33,7 @@ class Caller {
   void listenTo(const packmesh::Communicator& ranks);
 
   /// Python's signals (KeyboardInterrupt) and what `progress` raises interrupt the packing.
-  packmesh::hemocell::RunHooks hooks();
+  packmesh::hemocell::Hooks hooks();
 
   /// All ranks execute `work`, which interruptions end on all ranks. Afterwards, if Python raised something
   /// on some ranks alone, it is raised on the others that this is so, and what it was. All ranks call.

@@ -14,23 +14,23 @@
 
 #include "arrays.h"
 #include "caller.h"
-#include "hemocell_adapter/app/examined_outputs.h"
-#include "hemocell_adapter/app/held_packing.h"
 #include "hemocell_adapter/base/agreed_failure.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/base/value.h"
-#include "hemocell_adapter/hemocell/case_config.h"
+#include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/problem/build_scene.h"
 #include "hemocell_adapter/problem/forecast.h"
-#include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/session/examined_outputs.h"
+#include "hemocell_adapter/session/held_packing.h"
 #include "hemocell_adapter/settings/settings_table.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_record.h"
+#include "packMesh/core/poll_scope.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
 #include "packMesh/packing/gathered_cells.h"
@@ -82,10 +82,10 @@ py::dict certificateOf(const Certificate& certificate) {
 }
 
 /// @param counts of the cells examined, per species
-py::dict examinationOf(const Scene& scene, const std::vector<std::int64_t>& counts,
+py::dict examinationOf(const Problem& problem, const std::vector<std::int64_t>& counts,
                        const Examination& found) {
   py::list names, dropped;
-  for (const CellSpecies& species : scene.species) names.append(species.name);
+  for (const CellSpecies& species : problem.species) names.append(species.name);
   for (const Examination::Dropped& one : found.dropped)
     dropped.append(py::make_tuple(one.cell, found.reasons[one.reason]));
   py::dict all;
@@ -93,10 +93,10 @@ py::dict examinationOf(const Scene& scene, const std::vector<std::int64_t>& coun
   all["names"] = names;
   all["counts"] = counts;
   all["certificate"] = certificateOf(found.certificate);
-  all["knows_acceptance"] = knowsAcceptance(scene);
+  all["knows_acceptance"] = knowsAcceptance(problem);
   all["dropped"] = dropped;
-  all["hematocrit"] = tallyOf(scene, counts).redMesh / scene.referenceVolume();
-  all["unchecked"] = scene.unchecked;
+  all["hematocrit"] = tallyOf(problem, counts).redMesh / problem.referenceVolume();
+  all["unchecked"] = problem.unchecked;
   return all;
 }
 
@@ -135,7 +135,7 @@ auto withScene(PythonPacking& packing, Use&& use) {
     };
     Held held = locked([&] { return packing.held; });
     caller.listenTo(held->ranks);
-    if (!held->scene) {
+    if (!held->packing.problem) {
       held = std::make_shared<const HeldPacking>(completed(*held));
       const Held before = locked([&] { return std::exchange(packing.held, held); });
     }
@@ -145,68 +145,71 @@ auto withScene(PythonPacking& packing, Use&& use) {
 
 double hematocritOf(PythonPacking& packing) {
   return withScene(packing, [](const HeldPacking& held) {
-    return held.verified.cells.tally.redMesh / held.scene->referenceVolume();
+    return held.packing.cells.tally.redMesh / held.packing.problem->referenceVolume();
   });
 }
 
 py::dict examined(PythonPacking& packing) {
-  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Problem> problem;
   std::vector<std::int64_t> counts;
   const Examination found = withScene(packing, [&](const HeldPacking& held) {
-    scene = held.scene;
-    counts = held.verified.cells.tally.counts;
-    return examine(*held.scene, held.result.cells, held.ranks);
+    problem = held.packing.problem;
+    counts = held.packing.cells.tally.counts;
+    return examine(*held.packing.problem, held.packing.result.cells);
   });
-  return examinationOf(*scene, counts, found);
+  return examinationOf(*problem, counts, found);
 }
 
 /// @param vtpFolder for VTK files of the cells
 py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
   Caller caller;
-  std::shared_ptr<const Scene> scene;
+  Problem problem;
   FoundCells cells;
   const Examination found = caller.run([&] {
     const InputRecord inputs;
     const Timer timer;
-    const Job job = makeJob(parseCommandLine("packMesh", words));
-    for (const std::string& warning : job.warnings) log::warning(warning);
-    if (!job.foldersToCheck.empty())
-      throw InputError(job.outputDirectory.string() + ": has realisations; check the folder of each");
-    scene = std::make_shared<const Scene>(builtScene(
-        job, Communicator(), endOfPreparation(job, timer, returnedToPython, caller.hooks().interrupted)));
-    const Communicator alone;
-    cells = readCells(*scene, alone);
-    const Examination examined = examine(*scene, cells.cells, alone);
-    Scene written = *scene;
-    if (vtpFolder) {
-      SharedFiles(alone).makeFolder(*vtpFolder);
-      written.outputDirectory = *vtpFolder;
-      written.vtp = true;
+    const CompletedRequest completed = requestToCheck(parseCommandLine("packMesh", words));
+    if (!foldersToCheck(completed.request).empty())
+      throw InputError(completed.request.output.folder.string() +
+                       ": has realisations; check the folder of each");
+    {
+      const PollScope scope(
+          endOfPreparation(completed.request, timer, returnedToPython, caller.hooks().interrupted));
+      together(problem.ranks, [&] { problem = problemToCheck(completed); });
     }
-    writeOutputsOf(written, cells, examined, {timer.cpu(), timer.wall()}, alone);
+    for (const std::string& notice : problem.notices) log::warning(notice);
+    cells = readCells(problem);
+    const Examination examined = examine(problem, cells.cells);
+    OutputRequest output = completed.request.output;
+    if (vtpFolder) {
+      SharedFiles(problem.ranks).makeFolder(*vtpFolder);
+      output.folder = *vtpFolder;
+      output.vtp = true;
+    }
+    writeOutputsOf(problem, output, cells, examined, {timer.cpu(), timer.wall()});
     return examined;
   });
-  return examinationOf(*scene, cells.counts, found);
+  return examinationOf(problem, cells.counts, found);
 }
 
 py::dict forecast(const Words& words) {
   Caller caller;
-  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Problem> problem;
   const Forecast found = caller.run([&] {
-    scene = std::make_shared<const Scene>(
-        sceneToPack(parseCommandLine("packMesh", words), Communicator(), caller.hooks().interrupted));
-    return forecastOf(*scene);
+    problem =
+        problemInMemory(parseCommandLine("packMesh", words), Communicator(), caller.hooks().interrupted);
+    return forecastOf(*problem);
   });
   py::dict counts;
-  for (const CellSpecies& species : scene->species) counts[py::str(species.name)] = species.count;
+  for (const CellSpecies& species : problem->species) counts[py::str(species.name)] = species.count;
   py::dict all;
   all["counts"] = counts;
   all["volume_fraction"] = found.fraction;
   all["effective_fraction"] = found.effectiveFraction;
   all["seconds"] = found.seconds ? py::cast(*found.seconds) : py::object(py::none());
   all["megabytes"] = found.megabytes;
-  all["lumen_volume"] = scene->lumen.container->volume();
-  all["text"] = forecastLines(*scene, 1);
+  all["lumen_volume"] = problem->lumen.container->volume();
+  all["text"] = forecastLines(*problem, 1);
   return all;
 }
 
@@ -231,7 +234,7 @@ void writePos(const fs::path& folder, const std::vector<std::pair<std::string, R
 }
 
 py::dict caseOf(const fs::path& file) {
-  const CaseConfig config = readCaseConfig(file);
+  const Case config = readCase(file);
   py::list species;
   for (const SpeciesRequest& request : config.packing.species) species.append(request.name);
   py::dict all;
@@ -240,7 +243,7 @@ py::dict caseOf(const fs::path& file) {
       config.packing.hematocrit ? py::cast(*config.packing.hematocrit) : py::object(py::none());
   all["seed"] = config.packing.seed;
   all["species"] = species;
-  const fs::path& output = config.packing.outputDirectory;
+  const fs::path& output = config.packing.output.folder;
   all["output_directory"] = output.empty() ? fs::absolute(file).parent_path() : output;
   return all;
 }
@@ -271,7 +274,8 @@ void addPacking(py::module_& module) {
       .def_property_readonly("counts", &countsByName)
       .def_property_readonly("words", &wordsOf)
       .def_property_readonly(
-          "complete", [](const PythonPacking& p) { return p.held->result.outcome == Outcome::certified; })
+          "complete",
+          [](const PythonPacking& p) { return p.held->packing.result.outcome == Outcome::certified; })
       .def_property_readonly("positions", &positionsOf)
       .def_property_readonly("rotations", &rotationsOf)
       .def_property_readonly("species", &speciesOf)
@@ -282,14 +286,14 @@ void addPacking(py::module_& module) {
       .def("certificate",
            [](PythonPacking& p) {
              return certificateOf(
-                 withScene(p, [](const HeldPacking& held) { return held.result.certificate; }));
+                 withScene(p, [](const HeldPacking& held) { return held.packing.result.certificate; }));
            })
       .def("check", &examined)
       .def("report", [](PythonPacking& p) { return withScene(p, reportOf); })
       .def("lumen",
            [](PythonPacking& p) {
-             const Box bounds =
-                 withScene(p, [](const HeldPacking& held) { return held.scene->lumen.container->bounds(); });
+             const Box bounds = withScene(
+                 p, [](const HeldPacking& held) { return held.packing.problem->lumen.container->bounds(); });
              return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi));
            })
       .def("write",

@@ -6,12 +6,12 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "hemocell_adapter/hemocell/case_config.h"
+#include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
-#include "hemocell_adapter/problem/job.h"
-#include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/problem/choose_species.h"
+#include "hemocell_adapter/problem/completed_request.h"
 #include "packMesh/core/error.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
@@ -47,8 +47,12 @@ void refusable(Reading&& reading) {
 
 void readConfig(const std::string& bytes) {
   const fs::path file = fileOf("config.xml", bytes);
-  refusable([&] { readCaseConfig(file); });
-  refusable([&] { makeJob(parseCommandLine("packMesh", {file.string(), "--rbc", "1", "--validate"})); });
+  refusable([&] { readCase(file); });
+  refusable([&] {
+    CompletedRequest completed =
+        requestToPack(parseCommandLine("packMesh", {file.string(), "--rbc", "1", "--validate"}));
+    plansToPack(completed.request, completed.simulation.get(), completed.warnings);
+  });
 }
 
 void readCell(const std::string& bytes) {
@@ -98,8 +102,9 @@ void readCommand(const std::string& bytes) {
   for (const char* program : {"packMesh", "packCells"})
     refusable([&] {
       const CommandLine commandLine = parseCommandLine(program, words);
-      commandLine.settings();
-      if (commandLine.command == Command::pack || commandLine.command == Command::check) makeJob(commandLine);
+      commandLine.options();
+      if (commandLine.command == Command::pack) requestToPack(commandLine);
+      if (commandLine.command == Command::check) requestToCheck(commandLine);
     });
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "hemocell_adapter/output/exports/exported_file.h"
-#include "hemocell_adapter/problem/scene.h"
+#include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
 

@@ -13,17 +13,17 @@ namespace packmesh::hemocell {
 namespace {
 
 /// The first line, which LAMMPS skips.
-std::string title(const Scene& scene) {
-  const Vec3 period = scene.lumen.container->period();
+std::string title(const Problem& problem) {
+  const Vec3 period = problem.lumen.container->period();
   std::string types;
-  for (const CellSpecies& species : scene.species) types += (types.empty() ? "" : ", ") + species.name;
+  for (const CellSpecies& species : problem.species) types += (types.empty() ? "" : ", ") + species.name;
   std::string text = fmt::format("packMesh: types {}; lengths in micrometres; boundary", types);
   for (int k = 0; k < 3; ++k) text += period[k] > 0.0 ? " p" : " f";
   return text + "\n\n";
 }
 
-std::string boxLines(const Scene& scene) {
-  const Box bounds = scene.lumen.container->bounds();
+std::string boxLines(const Problem& problem) {
+  const Box bounds = problem.lumen.container->bounds();
   std::string text;
   for (int k = 0; k < 3; ++k)
     text += fmt::format("{0} {1} {2}lo {2}hi\n", bounds.lo[k], bounds.hi[k], "xyz"[k]);
@@ -61,9 +61,9 @@ struct Network {
   std::vector<std::int64_t> atomsPerCell, edgesPerCell, trianglesPerCell;
 };
 
-Network networkOf(const Scene& scene) {
+Network networkOf(const Problem& problem) {
   Network network;
-  for (const CellSpecies& species : scene.species) {
+  for (const CellSpecies& species : problem.species) {
     const TriangleMesh& mesh = species.shape->mesh();
     network.edges.push_back(edgesOf(mesh));
     network.atomsPerCell.push_back(std::int64_t(mesh.vertices.size()));
@@ -96,16 +96,16 @@ std::string topologyLines(const ExportedCell& cell, const Network& network, cons
 
 }  // namespace
 
-std::vector<ExportedFile> lammpsExport(const Scene& scene, const CellCounts& counts) {
+std::vector<ExportedFile> lammpsExport(const Problem& problem, const CellCounts& counts) {
   std::int64_t cells = 0;
   std::vector<Vec3> sizes;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
     cells += counts[s];
-    sizes.push_back(boundingBox(scene.species[s].shape->mesh()).size());
+    sizes.push_back(boundingBox(problem.species[s].shape->mesh()).size());
   }
   const std::string head =
-      fmt::format("{}{} atoms\n{} ellipsoids\n{} atom types\n\n{}\nAtoms # ellipsoid\n\n", title(scene),
-                  cells, cells, scene.species.size(), boxLines(scene));
+      fmt::format("{}{} atoms\n{} ellipsoids\n{} atom types\n\n{}\nAtoms # ellipsoid\n\n", title(problem),
+                  cells, cells, problem.species.size(), boxLines(problem));
   const auto atomLine = [](const ExportedCell& cell) {  // number, type, is an ellipsoid, density, position
     return fmt::format("{} {} 1 1 {}\n", cell.number(), cell.species + 1, numbers(cell.pose.position));
   };
@@ -116,24 +116,24 @@ std::vector<ExportedFile> lammpsExport(const Scene& scene, const CellCounts& cou
   return {{"cells.lammps", {{head, atomLine}, {"\nEllipsoids\n\n", ellipsoidLine}}}};
 }
 
-std::vector<ExportedFile> lammpsMolecularExport(const Scene& scene, const CellCounts& counts) {
-  Network network = networkOf(scene);
+std::vector<ExportedFile> lammpsMolecularExport(const Problem& problem, const CellCounts& counts) {
+  Network network = networkOf(problem);
   const std::int64_t atoms = total(counts, network.atomsPerCell), edges = total(counts, network.edgesPerCell),
                      triangles = total(counts, network.trianglesPerCell);
   if (std::max(atoms, edges) > std::numeric_limits<std::int32_t>::max())
     throw InputError(
         fmt::format("export to LAMMPS: {} atoms and {} bonds are more than it numbers", atoms, edges));
-  const std::size_t types = scene.species.size();
+  const std::size_t types = problem.species.size();
   std::string head = fmt::format(
       "{0}{1} atoms\n{2} bonds\n{3} angles\n{2} dihedrals\n{4} atom types\n{4} bond types\n{4} angle "
       "types\n{4} "
       "dihedral types\n\n{5}\nMasses\n\n",
-      title(scene), atoms, edges, triangles, types, boxLines(scene));
+      title(problem), atoms, edges, triangles, types, boxLines(problem));
   for (std::size_t type = 1; type <= types; ++type) head += fmt::format("{} 1\n", type);
-  const auto atomLines = [&scene, perCell = network.atomsPerCell](const ExportedCell& cell) {
+  const auto atomLines = [&problem, perCell = network.atomsPerCell](const ExportedCell& cell) {
     std::int64_t atom = cell.partsBefore(perCell);
     std::string text;  // number, molecule, type, position
-    for (const Vec3& v : placedVertices(scene.species[cell.species].shape->mesh(), cell.placement))
+    for (const Vec3& v : placedVertices(problem.species[cell.species].shape->mesh(), cell.placement))
       text += fmt::format("{} {} {} {}\n", ++atom, cell.number(), cell.species + 1, numbers(v));
     return text;
   };
@@ -141,8 +141,8 @@ std::vector<ExportedFile> lammpsMolecularExport(const Scene& scene, const CellCo
   const auto bonds = [shared](const ExportedCell& cell) {
     return topologyLines(cell, *shared, shared->edges[cell.species].bonds, shared->edgesPerCell);
   };
-  const auto angles = [shared, &scene](const ExportedCell& cell) {
-    return topologyLines(cell, *shared, scene.species[cell.species].shape->mesh().triangles,
+  const auto angles = [shared, &problem](const ExportedCell& cell) {
+    return topologyLines(cell, *shared, problem.species[cell.species].shape->mesh().triangles,
                          shared->trianglesPerCell);
   };
   const auto dihedrals = [shared](const ExportedCell& cell) {

@@ -99,45 +99,45 @@ ExportedSection npfemSection(const CellSpecies& species, int s, int kind) {
 
 }  // namespace
 
-std::vector<ExportedFile> mirheoExport(const Scene& scene, const CellCounts& counts) {
-  const auto line = [period = continuedPeriod(*scene.lumen.container)](const ExportedCell& cell) {
+std::vector<ExportedFile> mirheoExport(const Problem& problem, const CellCounts& counts) {
+  const auto line = [period = continuedPeriod(*problem.lumen.container)](const ExportedCell& cell) {
     return numbers(inMirheosDomain(cell.pose.position, period)) + " " + numbers(cell.pose.orientation) + "\n";
   };
   std::vector<ExportedFile> files;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
     if (counts[s] == 0) continue;
-    files.push_back({scene.species[s].name + ".com_q.txt", {{"", line, int(s)}}});
-    files.push_back(templateFile(scene.species[s]));
+    files.push_back({problem.species[s].name + ".com_q.txt", {{"", line, int(s)}}});
+    files.push_back(templateFile(problem.species[s]));
   }
   return files;
 }
 
-std::vector<ExportedFile> espressoExport(const Scene& scene, const CellCounts& counts) {
+std::vector<ExportedFile> espressoExport(const Problem& problem, const CellCounts& counts) {
   const auto line = [](const ExportedCell& cell) {
     const PosLine pos = posLineOf(cell.pose);  // the same order of the same rotations, in radians
     return numbers(pos.position) + " " + numbers(Vec3(pos.angles * degree)) + "\n";
   };
   std::vector<ExportedFile> files;
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
     if (counts[s] == 0) continue;
-    files.push_back({scene.species[s].name + "_origin_rotate.dat", {{"", line, int(s)}}});
-    addEspressoTemplate(scene.species[s], files);
+    files.push_back({problem.species[s].name + "_origin_rotate.dat", {{"", line, int(s)}}});
+    addEspressoTemplate(problem.species[s], files);
   }
   return files;
 }
 
-std::vector<ExportedFile> npfemExport(const Scene& scene, const CellCounts& counts) {
+std::vector<ExportedFile> npfemExport(const Problem& problem, const CellCounts& counts) {
   std::vector<ExportedSection> kinds(npfemKinds);  // in this order
-  for (std::size_t s = 0; s < scene.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
     if (counts[s] == 0) continue;
-    const int kind = npfemKind(scene.species[s]);
+    const int kind = npfemKind(problem.species[s]);
     if (kinds[kind].text)
       throw InputError(fmt::format(
           "export to npFEM: it has one kind of red cells and one of platelets, but {} is a second",
-          scene.species[s].name));
-    kinds[kind] = npfemSection(scene.species[s], int(s), kind);
+          problem.species[s].name));
+    kinds[kind] = npfemSection(problem.species[s], int(s), kind);
   }
-  requireInNpfemsDomain(*scene.lumen.container);
+  requireInNpfemsDomain(*problem.lumen.container);
   return {{"npfem_placing.csv", kinds}};
 }
 

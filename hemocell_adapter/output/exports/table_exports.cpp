@@ -39,35 +39,35 @@ std::string stlTriangles(const TriangleMesh& mesh, const Placement& placement) {
 
 }  // namespace
 
-std::vector<ExportedFile> csvExport(const Scene& scene, const CellCounts& counts) {
-  const Container& container = *scene.lumen.container;
+std::vector<ExportedFile> csvExport(const Problem& problem, const CellCounts& counts) {
+  const Container& container = *problem.lumen.container;
   const Box bounds = container.bounds();
   const std::string head = fmt::format(
       "# lengths: µm\n# box: {} {}\n# period: {}\n# vertex: the quaternion rotates a vertex of "
       "<species>_template.off, then x, y, z is added\nid,species,x,y,z,qw,qx,qy,qz\n",
       numbers(bounds.lo), numbers(bounds.hi), numbers(container.period()));
-  const auto line = [&scene](const ExportedCell& cell) {
-    return fmt::format("{},{},{},{}\n", cell.number(), scene.species[cell.species].name,
+  const auto line = [&problem](const ExportedCell& cell) {
+    return fmt::format("{},{},{},{}\n", cell.number(), problem.species[cell.species].name,
                        numbers(cell.pose.position, ","), numbers(cell.pose.orientation, ","));
   };
   std::vector<ExportedFile> files = {{"cells.csv", {{head, line}}}};
-  for (std::size_t s = 0; s < scene.species.size(); ++s)
-    if (counts[s] > 0) files.push_back(templateFile(scene.species[s]));
+  for (std::size_t s = 0; s < problem.species.size(); ++s)
+    if (counts[s] > 0) files.push_back(templateFile(problem.species[s]));
   return files;
 }
 
-std::vector<ExportedFile> stlExport(const Scene& scene, const CellCounts& counts) {
+std::vector<ExportedFile> stlExport(const Problem& problem, const CellCounts& counts) {
   std::int64_t triangles = 0;
-  for (std::size_t s = 0; s < scene.species.size(); ++s)
-    triangles += counts[s] * std::int64_t(scene.species[s].shape->mesh().triangles.size());
+  for (std::size_t s = 0; s < problem.species.size(); ++s)
+    triangles += counts[s] * std::int64_t(problem.species[s].shape->mesh().triangles.size());
   if (triangles > std::numeric_limits<std::uint32_t>::max())
     throw InputError(
         fmt::format("export to STL: {} triangles are more than such a file can have", triangles));
   std::string head = "packMesh: all membranes, lengths in micrometres";
   head.resize(80, ' ');  // as the format wants it
   appendBytes(head, std::uint32_t(triangles));
-  const auto facets = [&scene](const ExportedCell& cell) {
-    return stlTriangles(scene.species[cell.species].shape->mesh(), cell.placement);
+  const auto facets = [&problem](const ExportedCell& cell) {
+    return stlTriangles(problem.species[cell.species].shape->mesh(), cell.placement);
   };
   return {{"cells.stl", {{head, facets}}}};
 }

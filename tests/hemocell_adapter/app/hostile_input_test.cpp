@@ -277,9 +277,7 @@ TEST_CASE("check is recognised at any position of the command line", "[executabl
 
 TEST_CASE("Options given twice with different values are rejected") {
   const auto parse = [](const std::vector<std::string>& words, const char* name = "packMesh",
-                        std::size_t earlier = 0) {
-    return parseCommandLine(name, words, earlier).settings();
-  };
+                        std::size_t earlier = 0) { return parseCommandLine(name, words, earlier).options(); };
   const std::vector<std::string> seeds = {"9", "9", "9", "--rbc", "1", "--seed", "1", "--seed", "2"};
   CHECK_THROWS_WITH(parse(seeds), Contains("'--seed' is given twice, with different values"));
   CHECK(parse(seeds, "packCells").seed == 2u);  // as packCells, where the last one counts

@@ -90,9 +90,9 @@ TEST_CASE("A report describes the run in consistent numbers", "[executable]") {
 }
 
 TEST_CASE("The configuration in a report has every tag", "[report]") {
-  Scene scene{Job()};
-  scene.boxSize = Vec3(20, 20, 20);
-  const Report all = configurationOf(scene);
+  Problem problem;
+  problem.request.boxSize = Vec3(20, 20, 20);
+  const Report all = configurationOf(problem, problem.request.output, {});
   for (const Setting& setting : settingsTable())
     if (!setting.tag.empty()) {
       INFO(setting.tag);
@@ -101,9 +101,9 @@ TEST_CASE("The configuration in a report has every tag", "[report]") {
   CHECK(all["walls"] == "none");
   CHECK(all["ends"] == "closed");
   for (const auto& parameter : growthParameters()) {
-    scene.method = Method::cat;
+    problem.request.method = Method::cat;
     INFO(parameter.name);
-    CHECK(configurationOf(scene)["growth"].contains(parameter.name));
+    CHECK(configurationOf(problem, problem.request.output, {})["growth"].contains(parameter.name));
   }
 }
 
@@ -164,17 +164,16 @@ TEST_CASE("Text that looks like the end of a script stays data", "[executable]")
 }
 
 TEST_CASE("Of many cells the view has a slice", "[report]") {
-  Scene scene{Job()};
-  scene.lumen.container = makeBox({Vec3::Zero(), Vec3(10, 40, 10)}, {false, false, false});
+  Problem problem;
+  problem.lumen.container = makeBox({Vec3::Zero(), Vec3(10, 40, 10)}, {false, false, false});
   CellSpecies species;
   species.shape = sphereShape();
-  scene.species = {species};
+  problem.species = {species};
   std::vector<PicturedCell> cells;
   for (const double y : {1.0, 25.0, 12.0, 21.0, 39.0})
     cells.push_back({{0, {Mat3::Identity(), Vec3(5, y, 5)}}, 0.5, 0.1});
   const PackingResult result;
-  const Communicator alone;
-  const Report view = viewOf({scene, result, Tally(), Kept(), alone}, cells, 2);
+  const Report view = viewOf({problem, {}, {}, result, Tally(), Kept()}, cells, 2);
   CHECK(view["cells"] == 5);
   CHECK(view["slice"] == "y");
   CHECK(view["species"][0]["cells"] == 2);

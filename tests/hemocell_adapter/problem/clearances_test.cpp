@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Room between membranes and to the wall that nobody asked for, and the largest there is.
 #include "hemocell_adapter/problem/clearances.h"
-#include "hemocell_adapter/problem/build_scene.h"
-#include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/problem/make_problem.h"
 
 #include <catch2/catch.hpp>
 
@@ -17,7 +16,7 @@ namespace {
 
 std::vector<Clearances> levelsOf(const std::vector<std::string>& words,
                                  const std::string& program = "packMesh") {
-  return clearanceLevels(buildScene(makeJob(parseCommandLine(program, words))));
+  return clearanceLevels(problemToPack(requestToPack(parseCommandLine(program, words))));
 }
 
 /// Packs what a rule allows, and remembers what it was asked.
@@ -27,9 +26,9 @@ struct Packer {
   std::vector<AttemptLimits> limits = {};
   double seconds = 0.0;
 
-  RoomyPacking pack(const Job& job, const std::vector<Clearances>& levels, std::size_t first = 0) {
+  RoomyPacking pack(const Request& request, const std::vector<Clearances>& levels, std::size_t first = 0) {
     return packWithRoom(
-        job, levels, first, 1000, [this] { return seconds; },
+        request, levels, first, 1000, [this] { return seconds; },
         [this](const Clearances& c, const AttemptLimits& l) {
           tried.push_back(c);
           limits.push_back(l);
@@ -98,10 +97,10 @@ TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[
   escaping.push_back("--escape");
   CHECK(levelsOf(escaping).size() == 1);
 
-  Job job;
-  job.method = Method::cat;
+  Request request;
+  request.method = Method::cat;
   Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  CHECK(packer.pack(job, threeLevels).clearances.wall == 0.25);
+  CHECK(packer.pack(request, threeLevels).clearances.wall == 0.25);
   CHECK(packer.limits[0].maxSweeps == 100);
 
   const TemporaryFolder folder;
@@ -115,17 +114,17 @@ TEST_CASE("Growth keeps the same automatic clearances, but not with escapes", "[
 
 TEST_CASE("Clearance levels are tried until one is certified, the last one without its own limits",
           "[clearances]") {
-  Job job;
+  Request request;
   Packer packer{[](const Clearances& c) { return c.wall < 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  const RoomyPacking packing = packer.pack(job, threeLevels);
+  const RoomyPacking packing = packer.pack(request, threeLevels);
   CHECK(packing.clearances.wall == 0.25);
   REQUIRE(packer.tried.size() == 2);
   CHECK_FALSE(packer.limits[0].fewerCells);
   CHECK(packer.limits[0].maxSweeps > 0);
 
   Packer hard{[](const Clearances&) { return Outcome::outOfReach; }};
-  job.maxSeconds = 10.0;
-  const RoomyPacking fewer = hard.pack(job, threeLevels);
+  request.maxSeconds = 10.0;
+  const RoomyPacking fewer = hard.pack(request, threeLevels);
   CHECK(fewer.result.outcome == Outcome::outOfReach);
   REQUIRE(hard.tried.size() == 3);
   CHECK(hard.limits[0].maxSeconds < 3.0);
@@ -134,20 +133,20 @@ TEST_CASE("Clearance levels are tried until one is certified, the last one witho
   CHECK(hard.limits[2].fewerCells);
 
   Packer stopped{[](const Clearances&) { return Outcome::interrupted; }};
-  CHECK(stopped.pack(job, threeLevels).result.outcome == Outcome::interrupted);
+  CHECK(stopped.pack(request, threeLevels).result.outcome == Outcome::interrupted);
   CHECK(stopped.tried.size() == 1);
 
   Packer continued{[](const Clearances&) { return Outcome::certified; }};
-  CHECK(continued.pack(job, threeLevels, 1).clearances.wall == 0.25);
+  CHECK(continued.pack(request, threeLevels, 1).clearances.wall == 0.25);
 }
 
 TEST_CASE("The largest clearance is found to two per cent, or to what the time limit permits",
           "[clearances]") {
-  Job job;
-  job.largestClearance = true;
+  Request request;
+  request.largestClearance = true;
   Packer packer{
       [](const Clearances& c) { return c.membranes <= 0.3 ? Outcome::certified : Outcome::outOfReach; }};
-  const RoomyPacking packing = packer.pack(job, threeLevels);
+  const RoomyPacking packing = packer.pack(request, threeLevels);
   CHECK(packing.result.outcome == Outcome::certified);
   CHECK(packing.clearances.membranes <= 0.3);
   CHECK(packing.clearances.membranes >= 0.98 * 0.3 - 0.001);
@@ -156,13 +155,13 @@ TEST_CASE("The largest clearance is found to two per cent, or to what the time l
   CHECK(packer.limits.back().maxSweeps == 600);
 
   Packer patient{packer.rule};
-  job.maxIterations = 14000;
-  patient.pack(job, threeLevels);
+  request.maxIterations = 14000;
+  patient.pack(request, threeLevels);
   CHECK(patient.limits.back().maxSweeps == 14000);
 
   Packer hurried{packer.rule};
-  job.maxSeconds = 3.0;
-  const RoomyPacking some = hurried.pack(job, threeLevels);
+  request.maxSeconds = 3.0;
+  const RoomyPacking some = hurried.pack(request, threeLevels);
   CHECK(some.result.outcome == Outcome::certified);
   CHECK(hurried.tried.size() == 3);
 }

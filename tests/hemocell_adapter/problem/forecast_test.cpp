@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // What is said before packing, and on the way.
 #include "hemocell_adapter/problem/forecast.h"
-#include "hemocell_adapter/problem/build_scene.h"
-#include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/problem/make_problem.h"
 
 #include <catch2/catch.hpp>
 
-#include "hemocell_adapter/app/progress_log.h"
+#include "hemocell_adapter/session/progress_log.h"
 #include "tests/hemocell_adapter/sample_case.h"
 
 using namespace packmesh;
@@ -17,8 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Scene planned(const std::vector<std::string>& words) {
-  return buildScene(makeJob(parseCommandLine("packMesh", words)));
+Problem planned(const std::vector<std::string>& words) {
+  return problemToPack(requestToPack(parseCommandLine("packMesh", words)));
 }
 
 Forecast forecast(const std::vector<std::string>& words) {
@@ -98,12 +97,12 @@ TEST_CASE("A forecast accounts for the volume lost to clearances, layers and Hem
     words.insert(words.end(), more.begin(), more.end());
     return planned(words);
   };
-  const auto said = [](const Scene& scene) {
+  const auto said = [](const Problem& problem) {
     std::string all;
-    for (const std::string& line : forecastLines(scene, 1)) all += line + "\n";
+    for (const std::string& line : forecastLines(problem, 1)) all += line + "\n";
     return all;
   };
-  const Scene layered = inPipe("0.3", {"--cell-free-layer", "2"});
+  const Problem layered = inPipe("0.3", {"--cell-free-layer", "2"});
   const Forecast f = forecastOf(layered);
   REQUIRE(f.roomShares.size() == 2);
   CHECK(f.roomShares[0] == Approx(10.5 * 10.5 / (12.5 * 12.5)).margin(0.01));
@@ -134,11 +133,11 @@ TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[
   const SampleCase folder;
   // The lattice is longer than the STL by three nodes of 0.5 µm, in which there are cells as well.
   constexpr double length = 24.0, continuation = 1.5;
-  const Scene scene = planned({(folder.path() / "config.xml").string(), "--hematocrit", "0.3", "--plt_ratio",
-                               "0", "--wall-clearance", "0", "--clearance", "0"});
-  const double stl = scene.lumen.container->volume();
-  REQUIRE(scene.lumen.container->bounds().size().x() == Approx(length + continuation));
-  const Forecast f = forecastOf(scene);
+  const Problem problem = planned({(folder.path() / "config.xml").string(), "--hematocrit", "0.3",
+                                   "--plt_ratio", "0", "--wall-clearance", "0", "--clearance", "0"});
+  const double stl = problem.lumen.container->volume();
+  REQUIRE(problem.lumen.container->bounds().size().x() == Approx(length + continuation));
+  const Forecast f = forecastOf(problem);
   const double share = f.roomShares.at(0);
   CHECK(f.roomVolumes.at(0) == Approx(share * stl * (length + continuation) / length).epsilon(0.005));
   CHECK(f.fraction * stl < f.effectiveFraction * f.roomVolumes[0]);
@@ -146,9 +145,9 @@ TEST_CASE("A forecast accounts for the continuation of the ends of a vessel", "[
 
 TEST_CASE("A forecast gives no time for infeasible requests and rejects those beyond any known packing",
           "[forecast]") {
-  const Scene scene = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95",
-                               "--best-effort", "--max-time", "5400"});
-  ProgressLog log(scene, 1);
+  const Problem problem = planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.95",
+                                   "--best-effort", "--max-time", "5400"});
+  ProgressLog log(problem);
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
              Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.75"}),
@@ -162,17 +161,17 @@ TEST_CASE("A forecast gives no time for infeasible requests and rejects those be
 }
 
 TEST_CASE("The progress line shows stage, hematocrit, overlap and remaining time", "[forecast]") {
-  Scene scene =
+  Problem problem =
       planned({"200", "200", "200", "--ends", "periodic", "--hematocrit", "0.55", "--max-time", "90"});
-  ProgressLog log(scene, 1);
+  ProgressLog log(problem);
   const std::string relaxing = log.text({"relaxation", 12, 1.0, 0.25, 345}, 2.0);
   CHECK_THAT(relaxing,
              Contains("relaxation: sweep 12, hematocrit 0.550, 345 contacts, deepest by 0.2500 µm; 2 s of "
                       "90 s at most, about "));
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 1e6), !Contains("left"));
-  scene.method = Method::cat;
+  problem.request.method = Method::cat;
   CHECK_THAT(
-      ProgressLog(scene, 1).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
+      ProgressLog(problem).text({"growth", 3, 0.5, 0.0, 7}, 2.0),
       Contains("growth: iteration 3, hematocrit 0.069 at scale 0.50, 7 cells below it; 2 s of 90 s at most"));
 }
 

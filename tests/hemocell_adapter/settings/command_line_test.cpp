@@ -20,7 +20,7 @@ CommandLine parse(const std::string& line, const std::string& program = "packMes
 }
 
 std::int64_t countOf(const CommandLine& c, const std::string& name) {
-  const Settings settings = c.settings();
+  const Request settings = c.options();
   const SpeciesRequest* species = findSpecies(settings, name);
   return species && species->count ? *species->count : -1;
 }
@@ -35,7 +35,7 @@ TEST_CASE("Every form of an option that getopt_long_only accepts is accepted", "
         "-r -s 5 50 50 50 -h 0.3", "--hematocrit 0.3 -- 50 50 50", "50 50 50 --hematocrit 0.3 -h 0.3"}) {
     CAPTURE(line);
     const CommandLine c = parse(line);
-    CHECK(c.settings().hematocrit == 0.3);
+    CHECK(c.options().hematocrit == 0.3);
     REQUIRE(c.sizes);
     CHECK((*c.sizes)[2] == "50");
   }
@@ -48,31 +48,31 @@ TEST_CASE("Every option of packCells is accepted", "[command_line]") {
       "--allowRotate --scale 0.3 --maxiter 1000");
   const char* names[] = {"RBC", "PLT", "WBC", "vRBC", "RBC_m", "PLT_m", "PLT_mko", "egg"};
   for (int i = 0; i < 8; ++i) CHECK(countOf(c, names[i]) == i + 1);
-  const Settings s = c.settings();
+  const Request s = c.options();
   CHECK(findSpecies(s, "egg")->ellipsoidAxes == packmesh::Vec3(3, 4, 5));
   CHECK(s.rotate == false);
   CHECK(s.maxIterations == 1000);
   CHECK(s.ignoredScale == 0.3);
-  CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").settings().plateletRatio == 0.1);
+  CHECK(parse("1 2 3 --plt_ratio 0.1 -h .3").options().plateletRatio == 0.1);
 }
 
 TEST_CASE("Methods and sources of planes are selected by name", "[command_line]") {
-  CHECK(!parse("9 9 9 --rbc 1").settings().states("method"));
-  CHECK(parse("9 9 9 --rbc 1 --method cat").settings().method == packmesh::Method::cat);
-  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").settings().method == packmesh::Method::relaxation);
-  CHECK(parse("9 9 9 --rbc 1 --builder chords").settings().planeSource == packmesh::PlaneSource::chords);
-  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").settings().planeSource == packmesh::PlaneSource::catFaces);
-  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --builder tetgen").settings(),
+  CHECK(!parse("9 9 9 --rbc 1").options().states("method"));
+  CHECK(parse("9 9 9 --rbc 1 --method cat").options().method == packmesh::Method::cat);
+  CHECK(parse("9 9 9 --rbc 1 --method=relaxation").options().method == packmesh::Method::relaxation);
+  CHECK(parse("9 9 9 --rbc 1 --builder chords").options().planeSource == packmesh::PlaneSource::chords);
+  CHECK(parse("9 9 9 --rbc 1 --builder cat-faces").options().planeSource == packmesh::PlaneSource::catFaces);
+  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --builder tetgen").options(),
                     Contains("--builder") && Contains("chords") && Contains("cat-faces"));
-  CHECK(parse("9 9 9 --rbc 1 --escape").settings().escape == true);
-  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").settings(), Contains("cat"));
+  CHECK(parse("9 9 9 --rbc 1 --escape").options().escape == true);
+  CHECK_THROWS_WITH(parse("9 9 9 --rbc 1 --method growth").options(), Contains("cat"));
 }
 
 TEST_CASE("Unique prefixes of packCells' options remain unique", "[command_line]") {
-  CHECK(parse("9 9 9 --max 7 --rbc 1").settings().maxIterations == 7);
+  CHECK(parse("9 9 9 --max 7 --rbc 1").options().maxIterations == 7);
   CHECK(countOf(parse("9 9 9 --v 7"), "vRBC") == 7);
-  CHECK(parse("9 9 9 --noR --rbc 1").settings().rotate == false);
-  CHECK(parse("9 9 9 --sc 7 --rbc 1").settings().ignoredScale == 7.0);
+  CHECK(parse("9 9 9 --noR --rbc 1").options().rotate == false);
+  CHECK(parse("9 9 9 --sc 7 --rbc 1").options().ignoredScale == 7.0);
   CHECK_THROWS_WITH(parse("9 9 9 --he 0.3"), Contains("ambiguous: --hematocrit or --help"));
   CHECK_THROWS_WITH(parse("9 9 9 --rb 3"), Contains("ambiguous"));
 }
@@ -83,7 +83,7 @@ TEST_CASE("Every form of the command is accepted", "[command_line]") {
   const CommandLine box = parse("check --box 1 2 3");
   CHECK(box.command == Command::check);
   REQUIRE(box.sizes);
-  CHECK(parse("--cylinder x 12.5 50 --rbc 3").settings().container->lumen->radius == 12.5);
+  CHECK(parse("--cylinder x 12.5 50 --rbc 3").options().container->lumen->radius == 12.5);
   CHECK(parse("--help").command == Command::help);
   CHECK(parse("50 50 --help").command == Command::help);
   CHECK(parse("--version").command == Command::version);

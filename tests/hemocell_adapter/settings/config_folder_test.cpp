@@ -29,7 +29,7 @@ TEST_CASE("config/packing.xml is a <packing> section with the defaults it states
   tinyxml2::XMLDocument document;
   REQUIRE(document.LoadFile(file.c_str()) == tinyxml2::XML_SUCCESS);
   REQUIRE(document.RootElement()->Name() == std::string("packing"));
-  const Settings settings = readPackingSection(*document.RootElement(), file);
+  const Request settings = readPackingSection(*document.RootElement(), file);
   CHECK(settings.hematocrit == 0.40);
   REQUIRE(settings.species.size() == 2);
   CHECK(settings.species[0].name == "RBC");

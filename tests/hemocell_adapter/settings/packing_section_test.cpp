@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "hemocell_adapter/base/exit_codes.h"
-#include "hemocell_adapter/problem/make_job.h"
+#include "hemocell_adapter/problem/completed_request.h"
 #include "packMesh/core/error.h"
 
 using namespace packmesh;
@@ -12,13 +12,13 @@ using namespace packmesh::hemocell;
 using Catch::Matchers::Contains;
 
 TEST_CASE("A packing section adds to settings that are known, or changes them", "[settings]") {
-  const Settings known =
+  const Request known =
       withPackingSection({},
                          "<packing><seed>7</seed><species name=\"RBC\" file=\"a.stl\"/>"
                          "<species name=\"PLT\" ratio=\"0.1\" wallClearance=\"0.3\"/>"
                          "<region hematocrit=\"0.4\"><sphere radius=\"3\"/></region></packing>",
                          "first");
-  const Settings changed =
+  const Request changed =
       withPackingSection(known,
                          "<packing><species name=\"PLT\" count=\"5\"/><species name=\"WBC\" count=\"1\"/>"
                          "<region hematocrit=\"0.2\"><box size=\"1 2 3\"/></region></packing>",
@@ -45,18 +45,18 @@ TEST_CASE("Errors in a packing section state where it comes from", "[settings]")
 }
 
 TEST_CASE("A packing section can be a word of the command line", "[settings]") {
-  const auto job = [](const std::string& section) {
-    return makeJob(parseCommandLine("packMesh", {"20", "20", "20", section, "--seed", "3"}));
+  const auto request = [](const std::string& section) {
+    return requestToPack(parseCommandLine("packMesh", {"20", "20", "20", section, "--seed", "3"})).request;
   };
-  const Job regions =
-      job("<packing><hematocrit>0.1</hematocrit><seed>9</seed>"
-          "<region hematocrit=\"0.2\"><sphere radius=\"3\"/></region></packing>");
+  const Request regions = request(
+      "<packing><hematocrit>0.1</hematocrit><seed>9</seed>"
+      "<region hematocrit=\"0.2\"><sphere radius=\"3\"/></region></packing>");
   CHECK(regions.regions.size() == 1);
   CHECK(regions.hematocrit == 0.1);
   CHECK(regions.seed == 3);
   CHECK(regions.boxSize == Vec3(20, 20, 20));
-  CHECK_THROWS_WITH(job("<packing><hematocrit>0.1</hematocrit><escape>true</escape></packing>"),
+  CHECK_THROWS_WITH(request("<packing><hematocrit>0.1</hematocrit><escape>true</escape></packing>"),
                     Contains("argument: <escape>: it is for <method> cat"));
-  CHECK_THROWS_WITH(job("<packing><sed>1</sed></packing>"), Contains("argument:1: <sed>: unknown tag"));
+  CHECK_THROWS_WITH(request("<packing><sed>1</sed></packing>"), Contains("argument:1: <sed>: unknown tag"));
   CHECK_THROWS_AS(parseCommandLine("packMesh", {"<packing/>", "<packing/>", "20", "20", "20"}), UsageError);
 }

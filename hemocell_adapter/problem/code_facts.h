@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Data that a problem takes from the C++ code of its case.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/hemocell/case.h"
+#include "hemocell_adapter/hemocell/pre_inlet.h"
+#include "hemocell_adapter/problem/cell_species.h"
+#include "hemocell_adapter/settings/request.h"
+
+namespace packmesh::hemocell {
+
+/// The place of the pre-inlet: as requested, otherwise from the code; empty if none is packed. Contradictions
+/// and code that is not understood cause a warning.
+/// @throws UsageError, InputError if it cannot be determined
+std::optional<PreInletChoice> choosePreInlet(const Request& request, const Case* simulation,
+                                             std::vector<std::string>& warnings);
+
+/// The minimum distance from solid of each species: as specified, otherwise from the code (or of the running
+/// system), otherwise 0; warnings as above, and if there is no code.
+void settleDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan>& all,
+                              std::vector<std::string>& warnings);
+
+}  // namespace packmesh::hemocell

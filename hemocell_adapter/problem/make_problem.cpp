@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/make_problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/hemocell_limits.h"
+#include "hemocell_adapter/problem/choose_species.h"
+#include "hemocell_adapter/problem/code_facts.h"
+#include "hemocell_adapter/problem/counts.h"
+#include "hemocell_adapter/problem/densest_known.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/make_lumen.h"
+#include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/input_record.h"
+#include "packMesh/core/tolerances.h"
+#include "packMesh/packing/single_cell.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+std::shared_ptr<const Shape> shapeOf(const SpeciesPlan& species, double dx, const Threads& threads,
+                                     std::vector<std::string>& warnings) {
+  try {
+    switch (species.kind) {
+      case SpeciesPlan::Template::model:
+        return makeShape(species.model, dx, &warnings, threads);
+      case SpeciesPlan::Template::mesh:
+        return makeShapeFromFile(species.meshFile, species.meshScale, species.meshFrame, dx, warnings,
+                                 threads);
+      case SpeciesPlan::Template::built:
+        return makeShapeOfBuilt(species.builtMesh, species.name, dx, threads);
+      case SpeciesPlan::Template::ellipsoid:
+        return makeEllipsoid(species.ellipsoidAxes.x(), species.ellipsoidAxes.y(), species.ellipsoidAxes.z());
+    }
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("cell '{}': {}", species.name, error.what()));
+  }
+  return nullptr;
+}
+
+/// Everything that determines a shape, except dx.
+std::string keyOf(const SpeciesPlan& s) {
+  const CellModel& m = s.model;
+  if (s.kind == SpeciesPlan::Template::built) return s.name;
+  return fmt::format("{} {} {} {} {} {} {} '{}' {} '{}'", int(s.meshFrame), int(s.kind), int(m.construction),
+                     m.radius, m.minNumTriangles, m.aspectRatio, fmt::join(s.ellipsoidAxes, " "),
+                     m.stlFile.string(), s.meshScale, s.meshFile.string());
+}
+
+/// Refuses a cell that cannot be in the lumen in any orientation: a ball inside it is wider than the lumen
+/// along an axis, or it is longer than the diagonal. Cases that take longer to detect are refused by pack().
+void refuseTooLarge(const Problem& problem, const CellSpecies& species) {
+  const Container& container = *problem.lumen.container;
+  const Vec3 cell = boundingBox(species.shape->mesh()).size();
+  const Vec3 room = container.bounds().size();
+  constexpr double surely = 0.98;  // depths inside meshes are interpolated
+  const double ball = 2.0 * surely * species.shape->halfThickness();
+  bool fits = true, endless = false;
+  for (int k = 0; k < 3; ++k) {
+    const bool periodic = container.period()[k] > 0.0;
+    endless = endless || periodic;
+    fits = fits && (periodic || ball < room[k]);
+  }
+  if (fits && (endless || cell.maxCoeff() < room.norm())) {
+    if (problem.request.validate)  // pack() tests it, too
+      requireFitsAlone(species.name, *species.shape, container, species.wallClearance(problem.demanded.wall),
+                       problem.demanded.membranes);
+    return;
+  }
+  throw InputError(fmt::format(
+      "cell '{}' is {:.4g} x {:.4g} x {:.4g} µm, larger than the lumen ({:.4g} x {:.4g} x {:.4g} µm)",
+      species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));
+}
+
+/// Cells that start at the same position cannot be separated, and have a quadratic number of pairs: probably
+/// positions that are not in µm.
+void refuseHeapedStart(const CellSpecies& species) {
+  constexpr std::int64_t leastPairs = 1000, pairsPerCell = 4;
+  const double edge =
+      0.5 * boundingBox(species.shape->mesh()).size().minCoeff();  // of cubes with one cell or few
+  std::map<std::array<double, 3>, std::int64_t> cells;
+  std::int64_t pairs = 0;
+  for (const PosLine& line : species.start) {
+    const Vec3 cube = (line.position / edge).array().floor();
+    pairs += cells[{cube.x(), cube.y(), cube.z()}]++;
+  }
+  const auto count = static_cast<std::int64_t>(species.start.size());
+  if (pairs > std::max(leastPairs, pairsPerCell * count))
+    throw InputError(
+        fmt::format("{}: too many of its {} cells coincide (at least {} pairs nearer than {:.2g} µm) "
+                    "to start from; are positions in µm?",
+                    species.startFrom, count, pairs, std::sqrt(3.0) * edge));
+}
+
+/// Refuses a kind of cell of which HemoCell would delete every one, wherever it is.
+void refuseWithoutNode(const CellSpecies& species) {
+  if (!species.acceptance || species.acceptance->allowedNodes().hasFluidNodes()) return;
+  throw InputError(
+      fmt::format("cell '{}': no node of the lattice is further than {} µm from all solid nodes, "
+                  "so HemoCell would delete every such cell",
+                  species.name, species.minimumDistanceFromSolid));
+}
+
+void resolveCounts(Problem& problem) {
+  double reference = problem.referenceVolume();
+  if (problem.request.packCellsConventions && problem.request.boxSize)
+    reference = problem.request.boxSize->prod();
+  std::optional<double> hematocrit = problem.request.hematocrit;
+  if (!problem.lumen.regions.empty()) {
+    *hematocrit = 0.0;
+    for (const LumenRegion& region : problem.lumen.regions) *hematocrit += region.share * region.hematocrit;
+  }
+  const std::vector<std::int64_t> counts = countCells(problem.species, hematocrit, reference);
+  double volume = 0.0;
+  std::set<const Acceptance*> examined;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    CellSpecies& species = problem.species[i];
+    species.count = counts[i];
+    volume += double(counts[i]) * species.shape->volume();
+    if (species.mostCells() == 0) continue;
+    refuseTooLarge(problem, species);
+    if (examined.insert(species.acceptance.get()).second) refuseWithoutNode(species);
+  }
+  const double lumen = problem.lumen.container->volume();
+  if (volume >= lumen) {
+    throw InputError(fmt::format("the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
+                                 volume, lumen));
+  }
+  if (!problem.request.bestEffort) refuseBeyondKnown(problem);
+  if (volume > Forecast::possible * lumen && !problem.request.inColumns) {
+    problem.notices.push_back(
+        fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "
+                    "cells is known; --max-time and --best-effort limit the run time{}",
+                    volume / lumen, Forecast::possible, columnsInstead(problem)));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> limitWarnings(const Problem& problem, const std::vector<std::int64_t>& counts) {
+  std::vector<std::string> warnings;
+  std::int64_t cells = 0;
+  std::string longestCell;
+  double longest = 0.0;
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    cells += counts[s];
+    if (counts[s] == 0 || !problem.simulation) continue;
+    const double length = longestExtent(problem.species[s].shape->mesh());
+    if (length <= longest) continue;
+    longest = length;
+    longestCell = problem.species[s].name;
+  }
+  std::optional<std::array<int, 3>> nodes;
+  if (problem.lumen.lattice) nodes = problem.lumen.lattice->nodes();
+  if (longest > 0.0)
+    if (auto warning = envelopeWarning(longestCell, longest, problem.simulation->domain, nodes))
+      warnings.push_back(std::move(*warning));
+  const CaseSource noCode;
+  const CaseSource& code = problem.simulation ? problem.simulation->source : noCode;
+  if (auto warning = cellNumberWarning(cells, code.periodicity)) warnings.push_back(std::move(*warning));
+  return warnings;
+}
+
+namespace {
+
+/// Species of a problem that has its lumen, with their shapes and HemoCell's acceptance of them.
+void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
+  // Species with equal shapes share their data.
+  std::map<std::string, std::shared_ptr<const Shape>> shapes;
+  std::map<int, std::shared_ptr<const Acceptance>> acceptances;  // by distance from solid
+  for (SpeciesPlan& plan : plans) {
+    std::shared_ptr<const Shape>& shape = shapes[keyOf(plan)];
+    if (!shape) shape = shapeOf(plan, problem.request.dx, problem.team, problem.notices);
+    CellSpecies& species = problem.species.emplace_back(std::move(plan));
+    species.shape = shape;
+    species.countedVolume = shape->volume();
+    if (species.redCell && problem.request.redCellVolume)
+      species.countedVolume = *problem.request.redCellVolume;
+    refuseHeapedStart(species);
+    if (problem.lumen.lattice) {
+      const int distance = species.minimumDistanceFromSolid;
+      std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];
+      if (!acceptance) acceptance = std::make_shared<Acceptance>(problem.lumen.lattice, distance);
+      species.acceptance = acceptance;
+    }
+  }
+}
+
+/// Clearances and layers for which this lumen has no wall.
+void examineWall(Problem& problem) {
+  const Request& request = problem.request;
+  const bool wall = problem.lumen.container->wall();
+  if (!request.choosesWallClearance() && problem.demanded.wall > 0.0 && !wall)
+    problem.notices.emplace_back(
+        "the clearance to the wall has no effect: the lumen is periodic and has no wall");
+  if (request.cellFreeLayer > 0.0 && !(wall && problem.lumen.solidWalls))
+    throw InputError("a cell-free layer requires walls, and this lumen has none (see --walls)");
+}
+
+/// Regions, counts, parts and walls of a problem that has its lumen and its shapes.
+void preparePacking(Problem& problem) {
+  const Request& request = problem.request;
+  if (!request.regions.empty() && !request.hematocrit)
+    throw InputError(request.regions.front().body.where +
+                     ": regions require a hematocrit of the rest of the lumen, for example 0.001");
+  examineWall(problem);
+  problem.lumen.regions = makeRegions(request, problem.lumen);
+  resolveCounts(problem);
+  std::vector<std::int64_t> counts;
+  std::int64_t tiles = 1;
+  if (request.dryRun)
+    for (const int n : request.tiles) tiles *= n;
+  for (const CellSpecies& species : problem.species)
+    // The larger box of --tile is a separate problem; a dry run makes none.
+    counts.push_back(species.mostCells() * tiles);
+  for (std::string& warning : limitWarnings(problem, counts)) problem.notices.push_back(std::move(warning));
+  for (const CellSpecies& species : problem.species)
+    for (const auto* lines : {&species.fixed, &species.start})
+      for (const PosLine& line : *lines) problem.read.add(line);
+  problem.atDemanded = partsAt(problem, problem.demanded);
+  for (std::string& warning : examineRegions(problem)) problem.notices.push_back(std::move(warning));
+}
+
+/// A problem with the lumen of its request.
+/// @param complete adds species, and what else there is
+Problem builtWith(const CompletedRequest& completed, const Communicator& ranks,
+                  const std::function<void(Problem&)>& complete) {
+  Problem problem;
+  problem.request = completed.request;
+  problem.demanded = completed.request.demanded();
+  problem.simulation = completed.simulation;
+  if (completed.preInlet) problem.preInlet = completed.preInlet->place;
+  problem.ranks = ranks;
+  problem.team = teamOf(problem.request.threads, ranks);
+  problem.notices = completed.warnings;
+  try {
+    complete(problem);
+  } catch (...) {
+    for (const auto* notices : {&problem.notices, &problem.lumen.notices})
+      for (const std::string& notice : *notices) log::warning(notice);  // may explain the failure
+    throw;
+  }
+  for (std::string& notice : problem.lumen.notices) problem.notices.push_back(std::move(notice));
+  return problem;
+}
+
+void settleDistances(const Problem& problem, std::vector<SpeciesPlan>& plans,
+                     std::vector<std::string>& warnings) {
+  if (problem.simulation) settleDistancesFromSolid(*problem.simulation, plans, warnings);
+}
+
+/// Lumen and species. @param inlet that is packed
+void addLumenAndSpecies(Problem& problem, const std::optional<PreInletChoice>& inlet,
+                        std::vector<SpeciesPlan> plans) {
+  problem.inputs = recordedInputs();
+  problem.lumen = makeLumen(problem.request, problem.simulation.get(), inlet);
+  addSpecies(problem, std::move(plans));
+}
+
+}  // namespace
+
+Problem problemToPack(const CompletedRequest& completed, const Communicator& ranks) {
+  return builtWith(completed, ranks, [&](Problem& problem) {
+    std::vector<SpeciesPlan> plans = plansToPack(problem.request, problem.simulation.get(), problem.notices);
+    settleDistances(problem, plans, problem.notices);
+    addLumenAndSpecies(problem, completed.preInlet, std::move(plans));
+    preparePacking(problem);
+  });
+}
+
+Problem problemToCheck(const CompletedRequest& completed, const Communicator& ranks) {
+  return builtWith(completed, ranks, [&](Problem& problem) {
+    CheckedSpecies found = plansToCheck(problem.request, problem.simulation.get(), problem.notices);
+    problem.unchecked = std::move(found.unchecked);
+    settleDistances(problem, found.plans, problem.notices);
+    addLumenAndSpecies(problem, completed.preInlet, std::move(found.plans));
+  });
+}
+
+void requireTileable(const Problem& problem) {
+  double cells = 0.0, tiles = 1.0;
+  const std::array<int, 3>& times = problem.request.tiles;
+  for (const CellSpecies& species : problem.species) cells += double(species.count);
+  for (int k = 0; k < 3; ++k) {
+    tiles *= times[k];
+    if (times[k] > 1 && !(problem.lumen.container->period()[k] > 0.0))
+      throw InputError(
+          fmt::format("--tile: the box is not periodic along {}, so it cannot be repeated", "xyz"[k]));
+    if (times[k] * problem.lumen.container->bounds().size()[k] > specs::largestLength)
+      throw InputError(fmt::format("--tile: the box would be more than {:.0f} µm long along {}",
+                                   specs::largestLength, "xyz"[k]));
+  }
+  if (cells * tiles > specs::largestCount)
+    throw InputError(fmt::format("--tile: {:.3g} cells are too many; at most {:.0f} can be packed",
+                                 cells * tiles, specs::largestCount));
+}
+
+namespace {
+
+/// The species of a larger box with their cells, which are all there.
+std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const PackingResult& result) {
+  struct Line {
+    double number[6];
+    int species;
+  };
+  std::vector<Line> own;
+  for (std::size_t i = 0; i < result.cells.size(); ++i) {
+    const PosLine line = problem.read.lineOf(result.poses[i]);
+    Line plain{};
+    for (int k = 0; k < 6; ++k) plain.number[k] = k < 3 ? line.position[k] : line.angles[k - 3];
+    plain.species = result.cells[i].species;
+    own.push_back(plain);
+  }
+  std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
+  for (SpeciesPlan& species : plans) {
+    species.fixed.clear();
+    species.start.clear();
+    species.fixedFrom.clear();
+    species.startFrom = "the box that is repeated";
+    species.ratio.reset();
+  }
+  const std::array<int, 3>& times = problem.request.tiles;
+  const Vec3& box = *problem.request.boxSize;
+  for (const Line& line : problem.ranks.gatherAll(own))
+    for (int x = 0; x < times[0]; ++x)
+      for (int y = 0; y < times[1]; ++y)
+        for (int z = 0; z < times[2]; ++z)
+          plans[line.species].start.push_back(
+              {Vec3(line.number[0] + x * box[0], line.number[1] + y * box[1], line.number[2] + z * box[2]),
+               Vec3(line.number[3], line.number[4], line.number[5])});
+  for (SpeciesPlan& species : plans) species.statedCount = std::int64_t(species.start.size());
+  return plans;
+}
+
+}  // namespace
+
+Problem tiledProblem(const Problem& problem, const Clearances& clearances, const PackingResult& result) {
+  CompletedRequest big{problem.request, problem.simulation, {}, {}};
+  big.request.tiles = {1, 1, 1};
+  big.request.regions.clear();
+  big.request.hematocrit.reset();
+  for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
+  return builtWith(big, problem.ranks, [&](Problem& made) {
+    made.demanded = clearances;
+    addLumenAndSpecies(made, {}, tiledPlans(problem, result));
+    preparePacking(made);
+  });
+}
+
+PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packed,
+                                std::function<bool()> interrupted,
+                                std::function<void(const Progress&)> progress) {
+  const Request& request = problem.request;
+  PackingProblem packing;
+  double redCells = 0.0;
+  for (const CellSpecies& species : problem.species)
+    if (species.redCell) redCells += double(species.count);
+  for (const Part& part : packed.parts) {
+    const CellSpecies& species = problem.species[part.species];
+    packing.species.push_back(part.cells);
+    if (species.ratio && part.cells.count == species.count)
+      packing.species.back().asked = *species.ratio * redCells;
+  }
+  packing.container = problem.lumen.container;
+  packing.communicator = problem.ranks;
+  packing.threads = problem.team;
+  packing.method = request.method;
+  packing.planeSource = request.planeSource;
+  packing.growth = request.growth;
+  if (request.escape) {
+    packing.escape.emplace();
+    for (const Part& part : packed.parts)
+      packing.escape->reserve.push_back(problem.species[part.species].stock);
+  }
+  packing.clearance = packed.clearances.membranes;
+  packing.wallClearance = packed.clearances.wall;
+  packing.seed = request.seed;
+  packing.rotate = request.rotate;
+  if (request.inColumns) {
+    const auto volume = [](const Species& s) { return double(s.count) * s.shape->volume(); };
+    const auto most =
+        std::max_element(packing.species.begin(), packing.species.end(),
+                         [&](const Species& a, const Species& b) { return volume(a) < volume(b); });
+    if (most != packing.species.end() && most->count > 0) most->inColumns = true;
+  }
+  packing.limits.maxSeconds = request.maxSeconds;
+  if (request.maxIterations) packing.limits.maxSweeps = *request.maxIterations;
+  packing.written = [&problem](const Pose& pose) { return placementOf(problem.read.lineOf(pose)); };
+  packing.interrupted = std::move(interrupted);
+  packing.progress = std::move(progress);
+  return packing;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "packMesh/core/tolerances.h"
+
+namespace packmesh::hemocell {
+
+std::string columnsInstead(const Problem& problem) {
+  const bool bound = std::any_of(problem.species.begin(), problem.species.end(), [](const CellSpecies& s) {
+    return s.cone || !s.fixed.empty() || !s.start.empty();
+  });
+  const bool possible = !problem.request.inColumns && problem.request.regions.empty() &&
+                        problem.request.method == Method::relaxation && problem.request.rotate && !bound &&
+                        problem.lumen.container->period().minCoeff() > 0.0;
+  return possible ? "; --order columns packs red cells up to 0.65, not at random" : "";
+}
+
+std::vector<std::int64_t> namedBySpecies(const std::vector<Part>& parts, PackingResult& result) {
+  std::vector<std::int64_t> counts(parts.size(), 0);
+  for (PlacedCell& cell : result.cells) {
+    ++counts[cell.species];
+    cell.species = parts[cell.species].species;
+  }
+  return counts;
+}
+
+bool knowsAcceptance(const Problem& problem) {
+  return problem.lumen.lattice || problem.lumen.keptBox;
+}
+
+std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell) {
+  const CellSpecies& species = problem.species[cell.species];
+  const auto vertices = [&] { return placedVertices(species.shape->mesh(), cell.placement); };
+  if (species.acceptance) return species.acceptance->violation(vertices());
+  if (problem.lumen.keptBox) {
+    const Sphere sphere = boundingSphere(species.shape->hierarchy(), cell.placement);
+    if (problem.lumen.keptBox->grownBy(-sphere.radius).contains(sphere.center)) return {};
+    for (const Vec3& p : vertices()) {
+      const bool kept = (p.array() > problem.lumen.keptBox->lo.array()).all() &&
+                        (p.array() <= problem.lumen.keptBox->hi.array()).all();
+      if (!kept) return "a vertex lies outside the lattice";
+    }
+  }
+  return {};
+}
+
+void forEachVerdict(const Problem& problem, const std::vector<PlacedCell>& cells,
+                    const std::function<void(std::size_t, const std::optional<std::string>&)>& visit) {
+  constexpr std::size_t atATime = 8192;
+  std::vector<std::optional<std::string>> violations(std::min(cells.size(), atATime));
+  for (std::size_t begin = 0; begin < cells.size(); begin += atATime) {
+    const std::size_t count = std::min(cells.size() - begin, atATime);
+    problem.team.forEachPart(
+        static_cast<std::int64_t>(count),
+        [&](std::int64_t first, std::int64_t end, int) {
+          for (std::int64_t i = first; i < end; ++i)
+            violations[i] = hemocellViolation(problem, cells[begin + i]);
+        },
+        64);
+    for (std::size_t i = 0; i < count; ++i) visit(begin + i, violations[i]);
+  }
+}
+
+std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells,
+                                   const std::vector<std::int64_t>* chosen) {
+  std::vector<std::int64_t> counts(problem.species.size(), 0);
+  if (chosen) {
+    for (const std::int64_t i : *chosen) ++counts[cells[i].species];
+  } else {
+    for (const PlacedCell& cell : cells) ++counts[cell.species];
+  }
+  return counts;
+}
+
+Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts) {
+  Tally tally;
+  tally.counts = std::move(counts);
+  tally.meshVolume.assign(problem.species.size(), 0.0);
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const CellSpecies& species = problem.species[s];
+    const double n = double(tally.counts[s]);
+    tally.meshVolume[s] = n * species.shape->volume();
+    if (!species.redCell || n == 0) continue;
+    tally.redCells += tally.counts[s];
+    tally.redMesh += tally.meshVolume[s];
+    if (species.model.hemocellVolume) {
+      tally.redHemocell += n * *species.model.hemocellVolume;
+    } else {
+      tally.hemocellKnown = false;
+    }
+  }
+  return tally;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A problem with its lumen and species, and queries about it.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hemocell_adapter/hemocell/case.h"
+#include "hemocell_adapter/hemocell/pre_inlet.h"
+#include "hemocell_adapter/hemocell/read_lines.h"
+#include "hemocell_adapter/problem/cell_species.h"
+#include "hemocell_adapter/problem/lumen.h"
+#include "hemocell_adapter/problem/packed_parts.h"
+#include "hemocell_adapter/settings/request.h"
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/core/input_record.h"
+#include "packMesh/packing/packing_problem.h"
+#include "packMesh/packing/packing_result.h"
+
+namespace packmesh::hemocell {
+
+/// What is to be packed or examined: everything that follows from a request, and from the case it is for.
+/// Immutable once made (make_problem.h).
+struct Problem {
+  Request request;                           ///< complete: nothing is left open
+  Clearances demanded;                       ///< least gaps [µm]
+  std::shared_ptr<const Case> simulation;    ///< nullptr: there is no case
+  Communicator ranks;                        ///< that work on it
+  Threads team;                              ///< of this rank
+  std::shared_ptr<const InputFiles> inputs;  ///< that were read for it
+  std::optional<PreInletPlace> preInlet;     ///< of a case whose pre-inlet is packed
+  Lumen lumen;
+  std::vector<CellSpecies> species;
+  PackedParts atDemanded;              ///< what is packed with the clearances demanded; empty for a check
+  ReadLines read;                      ///< existing cells
+  std::vector<std::string> notices;    ///< how it was built, for the user
+  std::vector<std::string> unchecked;  ///< .pos files that a check cannot examine
+
+  /// The running system of the case; nullptr outside of HemoCell.
+  const RunningSystem* running() const {
+    return simulation && simulation->running ? &*simulation->running : nullptr;
+  }
+
+  /// Cells of a packing, at most.
+  std::int64_t mostCells() const {
+    std::int64_t cells = 0;
+    for (const CellSpecies& one : species) cells += one.mostCells();
+    return cells;
+  }
+
+  /// The volume to which the hematocrit refers [µm³].
+  double referenceVolume() const {
+    return request.fluidVolume ? lumen.fluidVolume() : lumen.container->volume();
+  }
+};
+
+/// Hint for requests beyond random packing: "; --order columns ...", or empty if columns (see Columns) are
+/// not possible for that problem.
+std::string columnsInstead(const Problem& problem);
+
+/// Replaces the species of a result, which are parts, by those of the problem.
+/// @return number of cells of each part on this rank
+std::vector<std::int64_t> namedBySpecies(const std::vector<Part>& parts, PackingResult& result);
+
+/// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
+std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell);
+/// Calls visit(cell, violation) for each cell, in order, in the calling thread.
+void forEachVerdict(
+    const Problem& problem, const std::vector<PlacedCell>& cells,
+    const std::function<void(std::size_t cell, const std::optional<std::string>& violation)>& visit);
+
+/// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
+bool knowsAcceptance(const Problem& problem);
+
+/// Volumes and numbers of a set of cells.
+struct Tally {
+  std::vector<std::int64_t> counts;  ///< per species
+  std::vector<double> meshVolume;    ///< per species [µm³]
+  double redMesh = 0.0;              ///< volume of the red cells' meshes [µm³]
+  double redHemocell = 0.0;          ///< the same by `<Volume>`, where given [µm³]
+  bool hemocellKnown = true;         ///< every red species present has a `<Volume>`
+  std::int64_t redCells = 0;
+};
+
+/// The number of each species among `chosen` (indices into `cells`; nullptr: all).
+std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells,
+                                   const std::vector<std::int64_t>* chosen = nullptr);
+
+/// @param counts of the species
+Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/session/attempts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/output/growth_frames.h"
+#include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/problem/parts.h"
+#include "packMesh/core/error.h"
+#include "packMesh/packing/pack.h"
+#include "packMesh/packing/problem_digest.h"
+#include "packMesh/packing/state_file.h"
+#include "packMesh/packing/validate_problem.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Ranks on other nodes may find different files under the same names.
+void requireSameOnAllRanks(const PackingProblem& problem) {
+  const Communicator& ranks = problem.communicator;
+  if (ranks.alone()) return;
+  const std::string own = digestOf(problem), first = ranks.broadcast(own, 0);
+  together(ranks, [&] {
+    if (own != first)
+      throw InputError(
+          fmt::format("rank {} has a different problem than rank 0 (lumen, cells, counts, clearances "
+                      "or seed): do all nodes see the same files?",
+                      ranks.rank()));
+  });
+}
+
+/// False if the clearances alone make it impossible: lumen too small, fixed cells closer to each other. The
+/// same on all ranks.
+bool isPossible(const PackingProblem& problem) {
+  try {
+    validate(problem);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+/// Prints statistics of packing, in detail.
+void tellEffort(const Statistics& statistics, const Communicator& ranks) {
+  for (const std::string& line : effortLines(statistics)) log::detail(line);
+  if (!ranks.alone()) {
+    const double each = 1.0 / double(std::max<std::int64_t>(1, statistics.effort()));
+    log::detail(fmt::format(
+        "Rank 0 sent {:.1f} messages and {:.1f} kB per {}", each * double(ranks.traffic().messages),
+        1e-3 * each * double(ranks.traffic().bytes), statistics.growth ? "iteration" : "sweep"));
+  }
+  if (!statistics.growth && statistics.blocks < ranks.size())
+    log::info(fmt::format("Note: {} block{} of cells for {} ranks: the remaining ranks were idle",
+                          statistics.blocks, statistics.blocks == 1 ? "" : "s", ranks.size()));
+}
+
+/// Warns of cells at the wall, which are soon lost.
+void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& packing,
+                  const Problem& problem) {
+  const bool room = levels.size() == 1 || packing.clearances.wall > levels.back().wall ||
+                    packing.clearances.membranes > levels.back().membranes;
+  if (room || packing.result.outcome != Outcome::certified || !problem.lumen.solidWalls ||
+      !problem.lumen.container->wall())
+    return;
+  log::warning(fmt::format(
+      "at this hematocrit no gap between the cells and the wall could be kept ({:.6g} µm were tried): "
+      "HemoCell silently deletes a cell as soon as it moves onto a wall node. Fewer cells are lost at a "
+      "lower hematocrit",
+      levels.front().wall));
+}
+
+}  // namespace
+
+Attempts::Attempts(const Problem& problem, const Hooks& hooks)
+    : problem_(problem), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {
+  if (!hooks_.progress) hooks_.progress = [this](const Progress& p) { progress_(p); };
+}
+
+const PackedParts& Attempts::partsWith(const Clearances& clearances) {
+  const auto have = [&](const PackedParts& parts) {
+    return parts.clearances.membranes == clearances.membranes && parts.clearances.wall == clearances.wall;
+  };
+  if (!have(last_)) last_ = have(problem_.atDemanded) ? problem_.atDemanded : partsAt(problem_, clearances);
+  return last_;
+}
+
+std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, const AttemptLimits& limits) {
+  const Request& request = problem_.request;
+  PackingProblem packing =
+      packingProblemOf(problem_, partsWith(clearances), hooks_.interrupted, hooks_.progress);
+  if (!begun_) requireSameOnAllRanks(packing);
+  if (!limits.fewerCells && !isPossible(packing)) return {};
+  packing.limits.maxSeconds = limits.maxSeconds;
+  if (limits.maxSweeps > 0) packing.limits.maxSweeps = std::min(limits.maxSweeps, packing.limits.maxSweeps);
+  packing.limits.sweepsForFew = limits.sweepsForFew;
+  packing.limits.fewerCells = limits.fewerCells;
+  std::optional<GrowthFrames> frames;
+  if (request.output.growthFrames > 0) {
+    frames.emplace(packing, request.output.folder / "growth_frames", request.output.growthFrames);
+    packing.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
+  }
+  StateFiles states(request, packing);
+  if (request.output.stateFile) packing.checkpoints = states.checkpoints();
+  if (request.restart && !begun_) packing.resume = stateToContinue(*request.restart, packing);
+  begun_ = true;
+  PackingResult result = packmesh::pack(packing);
+  saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves the state of the last one
+  if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
+    log::detail(fmt::format(
+        "Clearances of {:.6g} µm between membranes and {:.6g} µm to the wall: no packing in {} {}",
+        clearances.membranes, clearances.wall, result.statistics.effort(), result.statistics.unit()));
+  return result;
+}
+
+Attempts::Found Attempts::withRoom(const Timer& timer) {
+  const Communicator& ranks = problem_.ranks;
+  const std::vector<Clearances> levels = clearanceLevels(problem_);
+  RoomyPacking packing = packWithRoom(
+      problem_.request, levels, firstLevel(levels), problem_.mostCells(),
+      [&] { return ranks.max(timer.wall()); },
+      [&](const Clearances& clearances, const AttemptLimits& limits) { return (*this)(clearances, limits); });
+  const bool ended = packing.result.outcome == Outcome::interrupted || ranks.any(isInterrupted());
+  if (!ended) {
+    tellEffort(packing.result.statistics, ranks);
+    warnOfNoRoom(levels, packing, problem_);
+  }
+  return {std::move(packing.result), partsWith(packing.clearances)};  // the last attempt may have failed
+}
+
+std::size_t Attempts::firstLevel(const std::vector<Clearances>& levels) {
+  const auto& restart = problem_.request.restart;
+  if (!restart || levels.size() == 1) return 0;
+  std::string digest;
+  together(problem_.ranks, [&] { digest = readStateHead(*restart).digest; });
+  const auto belongs = [&](const Clearances& level) {
+    return digestOf(packingProblemOf(problem_, partsWith(level))) == digest;
+  };
+  std::size_t level = 0;
+  while (level + 1 < levels.size() && !belongs(levels[level])) ++level;
+  return level;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packing of one problem with a sequence of clearances, with progress, states and interruptions.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "hemocell_adapter/problem/clearances.h"
+#include "hemocell_adapter/problem/packed_parts.h"
+#include "hemocell_adapter/session/progress_log.h"
+#include "packMesh/core/timer.h"
+
+namespace packmesh::hemocell {
+
+/// What a packing asks and tells while it runs; empty: never interrupted, a ProgressLog.
+struct Hooks {
+  std::function<bool()> interrupted;
+  std::function<void(const Progress&)> progress;
+};
+
+/// References its arguments. All ranks call everything together.
+class Attempts {
+ public:
+  explicit Attempts(const Problem& problem, const Hooks& hooks = {});
+
+  /// The first attempt continues from the state of `restart`.
+  /// @return nothing if the clearances are impossible and fewer cells are not requested
+  /// @throws InputError, AgreedFailure
+  std::optional<PackingResult> operator()(const Clearances& clearances, const AttemptLimits& limits);
+
+  struct Found {
+    PackingResult result;  ///< whose species are the parts
+    PackedParts packed;
+  };
+  /// Packs with the widest clearances that are found quickly, as packWithRoom() does, and reports effort and
+  /// clearances unless interrupted. @param timer since packing began
+  Found withRoom(const Timer& timer);
+
+  /// The level to which the state of `restart` belongs; 0 without one, the last if it belongs to none.
+  std::size_t firstLevel(const std::vector<Clearances>& levels);
+
+  /// Whether the state of the last attempt has been written.
+  bool saved() const { return saved_; }
+
+ private:
+  const PackedParts& partsWith(const Clearances& clearances);
+  bool isInterrupted() const { return hooks_.interrupted && hooks_.interrupted(); }
+
+  const Problem& problem_;
+  ProgressLog progress_;
+  Hooks hooks_;
+  PackedParts last_;  ///< of the last attempt
+  bool begun_ = false, saved_ = false;
+};
+
+}  // namespace packmesh::hemocell

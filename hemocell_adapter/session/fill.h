@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packing for a running HemoCell, which receives the cells itself.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/hemocell/case.h"
+#include "packMesh/core/pose.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// A cell to be added.
+struct AddedCell {
+  std::int32_t type = 0;  ///< index into RunningSystem::cells
+  /// As HemoCell numbers the cells of .pos files: by type, then in the order of the file, from 0.
+  std::int64_t id = 0;
+  Placement placement;  ///< of the template, node (0, 0, 0) of the lattice at the origin [µm]
+};
+
+/// A cell of a running simulation.
+struct MovedCell {
+  std::int32_t type = 0;  ///< index into RunningSystem::cells
+  std::int64_t id = 0;    ///< that of HemoCell
+  Pose pose;              ///< that fits best, of a rigid template
+  double residual = 0.0;  ///< of the fit, root mean square over the vertices [µm]
+};
+
+struct Filling {
+  std::vector<std::int64_t> counts;  ///< of each type, on all ranks
+  std::vector<AddedCell> cells;      ///< this rank's share
+};
+
+/// Packs cells into the fluid nodes of a running HemoCell, as the program packs a case: reports, states and
+/// other files that `words` or `<packing>` ask for are written. .pos files are not, except to a stated output
+/// folder.
+/// @param words options of the command line
+/// @throws AgreedFailure, InputError, OutputError. Nothing is interrupted by signals. All ranks call
+Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::string>& words,
+             const Communicator& ranks);
+
+/// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against
+/// the fluid nodes; others are the start of a packing of the same cells.
+/// @throws AgreedFailure, InputError. All ranks call
+Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
+                      const Communicator& ranks);
+
+/// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in
+/// HemoCell.
+/// @throws OutputError, AgreedFailure, InputError. All ranks call
+void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCell>& cells,
+               std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks);
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/session/held_packing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/hemocell/pos_file.h"
+#include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/outputs.h"
+#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/state_files.h"
+#include "hemocell_adapter/output/state_words.h"
+#include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/session/examination.h"
+#include "packMesh/analysis/share_measures.h"
+#include "packMesh/core/input_record.h"
+#include "packMesh/core/timer.h"
+#include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/state_cells.h"
+#include "packMesh/packing/state_file.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The request, with no output but the state and the states of growth that the command asks for. What a
+/// `<packing>` section of config.xml asks for is left to the program.
+CompletedRequest requestInMemory(const CommandLine& commandLine) {
+  CompletedRequest completed = requestToPack(commandLine);
+  const Request options = commandLine.options();
+  OutputRequest output;
+  output.folder = completed.request.output.folder;
+  output.checkpointEvery = completed.request.output.checkpointEvery;
+  if (options.output.stateFile || options.restart || options.states("checkpoint-every"))
+    output.stateFile = completed.request.output.stateFile;
+  if (options.states("growth-frames")) output.growthFrames = completed.request.output.growthFrames;
+  completed.request.output = output;
+  return completed;
+}
+
+/// Tests in advance that the state can be written.
+void requireWritableState(const Request& request, const Communicator& ranks) {
+  if (!request.output.stateFile) return;
+  onFirstRank(ranks, [&] {
+    requireWritable(request.output.stateFile->parent_path());
+    requireReplaceableState(request);
+  });
+}
+
+/// A measured cell in a message between ranks.
+struct MeasuredCell {
+  std::int64_t id;
+  double gap, localHematocrit;
+};
+
+bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
+  return a.vertices == b.vertices && a.triangles == b.triangles;
+}
+
+std::shared_ptr<const Problem> problemFor(const CommandLine& commandLine, Session& session,
+                                          const Communicator& ranks) {
+  CompletedRequest completed;
+  together(ranks, [&] { completed = requestInMemory(commandLine); });
+  return session.problemOf(completed);
+}
+
+/// The problem of the command with which the cells were packed.
+std::shared_ptr<const Problem> problemOf(const HeldPacking& held) {
+  const std::vector<std::string>& words = held.words;
+  if (words.size() < 2) throw InputError(held.file.string() + ": does not contain the command of the run");
+  return problemInMemory(parseCommandLine(words.front(), {words.begin() + 1, words.end()}), held.ranks);
+}
+
+}  // namespace
+
+std::shared_ptr<const Problem> problemInMemory(const CommandLine& commandLine, const Communicator& ranks,
+                                               const std::function<bool()>& interrupted) {
+  const InputRecord inputs;
+  Session session(returnedToPython, {interrupted, {}}, ranks);
+  return problemFor(commandLine, session, ranks);
+}
+
+HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const Hooks& hooks) {
+  const InputRecord inputs;
+  Session session(returnedToPython, hooks, ranks);
+  const std::shared_ptr<const Problem> problem = problemFor(commandLine, session, ranks);
+  requireWritableState(problem->request, ranks);
+  for (const std::string& line : headLines(*problem)) log::info(line);
+  HeldPacking held;
+  held.ranks = ranks;
+  held.words = problem->request.words;
+  held.packing = session.pack(problem);
+  for (std::size_t s = 0; s < held.packing.problem->species.size(); ++s) {
+    const CellSpecies& species = held.packing.problem->species[s];
+    held.kinds.push_back({species.name, species.shape->mesh(), held.packing.cells.tally.counts[s]});
+    held.kindOf.push_back(int(s));
+  }
+  logSummary(held.packing);
+  return held;
+}
+
+HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
+  const StateCells state = readStateCells(file, ranks);
+  if (!state.certified)
+    throw InputError(fmt::format(
+        "{}: is the state of a packing that is not finished; packing can continue from it (restart)",
+        file.string()));
+  HeldPacking held;
+  held.ranks = ranks;
+  held.file = file;
+  held.words = wordsNow(state.command, file);
+  for (const StateCells::Kind& kind : state.species) held.kinds.push_back({kind.name, kind.mesh, kind.count});
+  held.kindOf.resize(held.kinds.size());
+  std::iota(held.kindOf.begin(), held.kindOf.end(), 0);
+  for (const StateCell& cell : state.cells) {
+    held.packing.result.poses.push_back(cell.pose);
+    held.packing.result.cells.push_back({cell.species, placementOf(posLineOf(cell.pose))});
+  }
+  held.packing.result.cellCount = ranks.sum(std::int64_t(state.cells.size()));
+  return held;
+}
+
+HeldPacking completed(HeldPacking held) {
+  const std::shared_ptr<const Problem> problem = problemOf(held);
+  if (problem->request.isTiled())
+    throw InputError(fmt::format("{}: the box of a packing that was repeated in it (--tile) is not rebuilt",
+                                 held.file.string()));
+  std::vector<int> speciesOf;
+  for (const HeldPacking::Kind& kind : held.kinds) {
+    const auto& all = problem->species;
+    const auto species = std::find_if(all.begin(), all.end(), [&](const CellSpecies& s) {
+      return s.name == kind.name && sameVertices(s.shape->mesh(), kind.mesh);
+    });
+    if (species == all.end())
+      throw InputError(fmt::format("{}: its template of '{}' is not that of the command {}",
+                                   held.file.string(), kind.name, fmt::join(held.words, " ")));
+    speciesOf.push_back(int(species - all.begin()));
+  }
+  Packing& packing = held.packing;
+  PackingResult& result = packing.result;
+  for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
+  held.kindOf.assign(problem->species.size(), -1);
+  for (std::size_t kind = 0; kind < speciesOf.size(); ++kind) held.kindOf[speciesOf[kind]] = int(kind);
+  for (std::size_t i = 0; i < result.cells.size(); ++i)
+    result.cells[i].placement = placementOf(problem->read.lineOf(result.poses[i]));
+  result.certificate = examine(*problem, result.cells).certificate;
+  std::vector<std::int64_t> counts = countsOf(*problem, result.cells);
+  held.ranks.sum(counts);
+  packing.cells.tally = tallyOf(*problem, std::move(counts));
+  packing.kept = keptOf(*problem, result.cells);
+  packing.packed = problem->atDemanded;
+  packing.problem = problem;
+  return held;
+}
+
+std::vector<PosLine> posLinesOf(const HeldPacking& held) {
+  const Packing& packing = held.packing;
+  std::vector<PosLine> lines;
+  for (const Pose& pose : packing.result.poses)
+    lines.push_back(packing.problem ? packing.problem->read.lineOf(pose) : posLineOf(pose));
+  return lines;
+}
+
+std::vector<fs::path> writeCells(const HeldPacking& held, const fs::path& folder,
+                                 const std::vector<std::string>& formats) {
+  const Packing& packing = held.packing;
+  OutputRequest output;
+  output.folder = folder;
+  output.exports = formats;
+  onFirstRank(held.ranks, [&] { requireWritableOutputs(*packing.problem, output, true); });
+  return writeCellFiles(*packing.problem, output, packing.result, packing.cells.tally.counts);
+}
+
+void writePosFiles(const fs::path& folder,
+                   const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells) {
+  const Communicator alone;
+  SharedFiles files(alone);
+  files.makeFolder(folder);
+  for (const auto& cell : cells) {
+    files.begin(folder / (cell.first + ".pos"));
+    files.append([&] { return formatPosHead(std::int64_t(cell.second.size())); });
+    files.append([&] { return formatPosLines(cell.second); });
+    files.end();
+  }
+  files.commit();
+}
+
+void savePacking(const HeldPacking& held, const std::vector<std::string>& words, const fs::path& file) {
+  const Packing& packing = held.packing;
+  const Communicator& ranks = held.ranks;
+  if (packing.ownParts.empty())
+    throw InputError(fmt::format("the packing was loaded from {}: copy that file", held.file.string()));
+  const PackingResult& result = packing.result;
+  PackingState state;
+  state.position.stage = Stage::certificate;
+  state.position.fewer = result.outcome == Outcome::outOfReach;
+  state.cellCount = result.cellCount;
+  const CellMeasures own = asFinished(
+      packing, {}, [&](const Finished& done) { return measureShare(analysisInputOf(done), result.cells); });
+  std::vector<BodyState> bodies;
+  std::vector<MeasuredCell> measured;
+  std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
+  for (std::size_t part = 0, i = 0; part < packing.ownParts.size(); ++part)
+    for (std::int64_t n = 0; n < packing.ownParts[part]; ++n, ++i, ++id) {
+      BodyState body{};
+      Eigen::Map<Vec3>(body.pose.position) = result.poses[i].position;
+      Eigen::Map<Eigen::Vector4d>(body.pose.orientation) = result.poses[i].orientation.coeffs();
+      body.scale = body.stepTaken = 1.0;
+      body.species = std::int32_t(part);
+      body.id = id;
+      bodies.push_back(body);
+      measured.push_back({id, own.gap[i], own.localHematocrit[i]});
+    }
+  const IdShares shares(result.cellCount, ranks);
+  state.cells = shares.collect(std::move(bodies));
+  for (const MeasuredCell& cell : shares.collect(measured)) {
+    state.measures.gap.push_back(cell.gap);
+    state.measures.localHematocrit.push_back(cell.localHematocrit);
+  }
+  writeState(file, packingProblemOf(*packing.problem, packing.packed), storedWords(words, file), state);
+}
+
+std::string reportOf(const HeldPacking& held) {
+  return asFinished(held.packing, held.packing.problem->request.output,
+                    [&](const Finished& done) { return reportText(done, held.packing.times); });
+}
+
+std::vector<fs::path> writeViewFiles(const HeldPacking& held, const fs::path& folder, const Views& views) {
+  const Problem& problem = *held.packing.problem;
+  OutputRequest output;
+  output.folder = folder;
+  output.vtp = views.vtp;
+  output.vtpMeshes = views.vtpMeshes;
+  output.reportFile = views.reportFile;
+  onFirstRank(held.ranks, [&] { requireWritableOutputs(problem, output, false); });
+  SharedFiles(held.ranks).makeFolder(folder);
+  asFinished(held.packing, output, [&](const Finished& done) { writeViews(done, held.packing.times); });
+  return viewFiles(problem, output);
+}
+
+}  // namespace packmesh::hemocell

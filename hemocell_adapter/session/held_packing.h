@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Packings that are kept in memory instead of being written, for callers in other languages.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hemocell_adapter/session/session.h"
+#include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/parallel/communicator.h"
+
+namespace packmesh::hemocell {
+
+/// A certified packing. Each rank has its share of the cells.
+struct HeldPacking {
+  struct Kind {
+    std::string name;
+    TriangleMesh mesh;       ///< the template [µm]
+    std::int64_t count = 0;  ///< on all ranks
+  };
+  std::vector<Kind> kinds;  ///< of the species
+  /// Without a problem after loading; see completed(). The species of its result are those of the problem or,
+  /// without one, the kinds.
+  Packing packing;
+  std::vector<int> kindOf;  ///< by species of the result: index into `kinds`
+  Communicator ranks;
+  std::vector<std::string> words;  ///< the command
+  std::filesystem::path file;      ///< from which it was loaded; empty if it was packed
+};
+
+/// Packs as the program does, and writes nothing but the state and the states of growth that the command asks
+/// for.
+/// @throws AgreedFailure (code `interrupted` if a hook asked for it), InputError. All ranks call
+HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ranks, const Hooks& hooks);
+
+/// The problem that packInMemory() would pack. All ranks call.
+/// @param interrupted polled meanwhile
+/// @throws AgreedFailure, InputError
+std::shared_ptr<const Problem> problemInMemory(const CommandLine& commandLine, const Communicator& ranks,
+                                               const std::function<bool()>& interrupted = {});
+
+/// The cells of a state file of a finished packing. All ranks call. @throws InputError
+HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& ranks);
+
+/// A loaded packing with its problem, which is built from its command, and with the certificate of its cells
+/// in it. All ranks call. Pre: no problem
+/// @throws AgreedFailure, InputError if the files that the command names are missing, or are others
+HeldPacking completed(HeldPacking held);
+
+/// The numbers that are written to .pos files for this rank's cells, in their order.
+std::vector<PosLine> posLinesOf(const HeldPacking& held);
+
+/// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: with a problem
+std::vector<std::filesystem::path> writeCells(const HeldPacking& held, const std::filesystem::path& folder,
+                                              const std::vector<std::string>& formats);
+
+/// Which files are written for looking at a packing.
+struct Views {
+  bool vtp = false, vtpMeshes = false;                   ///< see writeVtp()
+  std::optional<std::filesystem::path> reportFile = {};  ///< .json, or .html together with a .json file
+};
+
+/// Writes these files, VTK files to a folder. All ranks call. Pre: with a problem
+/// @return their names
+std::vector<std::filesystem::path> writeViewFiles(const HeldPacking& held,
+                                                  const std::filesystem::path& folder, const Views& views);
+
+/// Writes .pos files of any cells, all or none. @throws OutputError
+void writePosFiles(const std::filesystem::path& folder,
+                   const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells);
+
+/// Writes a state file, from which the program continues and loadPacking() reads. All ranks call. Pre: packed
+/// @param words the command that it contains
+void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
+                 const std::filesystem::path& file);
+
+/// The report as JSON. All ranks call. Pre: with a problem
+std::string reportOf(const HeldPacking& held);
+
+}  // namespace packmesh::hemocell

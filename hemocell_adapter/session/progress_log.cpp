@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/session/progress_log.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/log.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Interval between two lines [s]: on a terminal; otherwise if verbose; otherwise.
+constexpr double terminalPause = 0.2, verbosePause = 1.0, plainPause = 10.0;
+
+double pauseNow() {
+  if (log::isTerminal()) return terminalPause;
+  return log::level() == log::Level::verbose ? verbosePause : plainPause;
+}
+
+}  // namespace
+
+ProgressLog::ProgressLog(const Problem& problem) : problem_(problem), hematocrit_(0.0) {
+  for (const CellSpecies& species : problem.species)
+    if (species.redCell) hematocrit_ += double(species.count) * species.shape->volume();
+  hematocrit_ /= problem.referenceVolume();
+}
+
+void ProgressLog::operator()(const Progress& progress) {
+  const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  if (now - last_ < pauseNow()) return;
+  last_ = now;
+  if (log::isTerminal())
+    log::status(text(progress, now));
+  else
+    log::info(text(progress, now));
+}
+
+std::optional<double> ProgressLog::expectedSeconds() {
+  if (problem_.request.method != Method::relaxation) return {};
+  if (!forecast_) forecast_ = forecastOf(problem_);
+  if (!forecast_->seconds) return {};
+  return *forecast_->seconds / (problem_.ranks.size() * problem_.team.count());
+}
+
+std::string ProgressLog::text(const Progress& progress, double seconds) {
+  const bool grows = progress.stage == "growth";
+  std::string line =
+      fmt::format("{}: {} {}, hematocrit {:.3f}", progress.stage, grows ? "iteration" : "sweep",
+                  progress.sweep, hematocrit_ * std::pow(progress.scale, 3.0));
+  if (grows)
+    line += fmt::format(" at scale {:.2f}, {} cells below it", progress.scale, progress.unresolved);
+  else
+    line += fmt::format(", {} contacts, deepest by {:.4f} µm", progress.unresolved, progress.worstOverlap);
+  line += "; " + durationText(std::floor(seconds));
+  // The search for fewer cells may take the same time again (Limits::maxSeconds).
+  if (const double limit = problem_.request.maxSeconds; limit > 0.0)
+    line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
+  if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)
+    line += fmt::format(", about {} left", durationText(std::ceil(*expected - seconds)));
+  return line;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/session/session.h"
+
+#include <fmt/format.h>
+
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "hemocell_adapter/base/duration.h"
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/base/stopped.h"
+#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/session/attempts.h"
+#include "hemocell_adapter/session/memory.h"
+#include "packMesh/core/poll_scope.h"
+#include "packMesh/packing/pack.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+std::string outOfTimeText(const Request& request, const Delivery& delivery) {
+  return fmt::format("the time limit of {} was reached before packing began; {}",
+                     durationText(request.maxSeconds), delivery.nothing);
+}
+
+/// Why there is nothing to hand out if not all cells could be packed.
+std::string failureText(const Problem& problem, const PackingResult& result, const Tally& tally,
+                        const Delivery& delivery) {
+  const Statistics& done = result.statistics;
+  const bool begun = done.effort() > 0;
+  if (result.cellCount == 0 && !begun && problem.request.maxSeconds > 0.0)
+    return outOfTimeText(problem.request, delivery);
+  const Forecast forecast = forecastOf(problem);
+  return reachedText(problem, result, tally) +
+         (result.cellCount == 0 ? fmt::format("; not even one cell could be packed; {}", delivery.nothing)
+                                : fmt::format("; {} ({})", delivery.nothing, delivery.bestEffort)) +
+         (forecast.effectiveFraction > Forecast::easy ? columnsInstead(problem) : "") + ". " +
+         roomText(problem, forecast);
+}
+
+/// Names the cells of a result by the user's species and counts them.
+Counted counted(const Problem& problem, std::vector<std::int64_t> ofParts, const PackingResult& result) {
+  Counted counted;
+  counted.parts = std::move(ofParts);
+  problem.ranks.sum(counted.parts);
+  std::vector<std::int64_t> counts = countsOf(problem, result.cells);
+  problem.ranks.sum(counts);
+  counted.tally = tallyOf(problem, std::move(counts));
+  return counted;
+}
+
+/// @throws AgreedFailure unless all cells are packed, or those that are suffice
+void requireEnough(const Problem& problem, const PackingResult& result, const Tally& tally,
+                   const Delivery& delivery) {
+  if (result.outcome != Outcome::outOfReach) return;
+  if (!problem.request.bestEffort || result.cellCount == 0)
+    throw AgreedFailure({ExitCode::outOfReach, failureText(problem, result, tally, delivery)});
+  log::warning(fmt::format("{}; {}", reachedText(problem, result, tally), delivery.fewer));
+}
+
+/// @throws AgreedFailure if the certificate is not clean and complete, or if HemoCell would delete cells of a
+/// packing of which it keeps all
+void requireVerified(const Problem& problem, const PackingResult& result, const Kept& kept,
+                     const Delivery& delivery) {
+  const bool allKept = kept.reasons.empty();
+  const bool promised = problem.lumen.acceptedOnly && !problem.lumen.periodic;
+  const bool complete = result.certificate.cells == result.cellCount;
+  if (result.certificate.clean() && complete && (allKept || !promised)) return;
+  throw AgreedFailure(
+      {ExitCode::internal,
+       fmt::format(
+           "the packing failed verification ({} of {} cells examined, {} overlapping pairs, {} "
+           "cells misplaced, HemoCell would delete some: {}); {}. This is an internal error; please report "
+           "it with the command",
+           result.certificate.cells, result.cellCount, result.certificate.overlapping.size(),
+           result.certificate.misplaced.size(), allKept ? "no" : kept.reasons.front().first,
+           delivery.nothing)});
+}
+
+/// Whether a result will be handed out.
+bool isEnough(const Problem& problem, const PackingResult& result) {
+  return result.outcome != Outcome::outOfReach || (problem.request.bestEffort && result.cellCount > 0);
+}
+
+}  // namespace
+
+std::function<void()> endOfPreparation(const Request& request, const Timer& timer, const Delivery& delivery,
+                                       std::function<bool()> interrupted) {
+  return [&request, &timer, &delivery, asked = std::move(interrupted)] {
+    if (asked && asked())
+      throw Stopped({ExitCode::interrupted, fmt::format("interrupted: {}", delivery.nothing)});
+    if (request.maxSeconds > 0.0 && timer.wall() > request.maxSeconds)
+      throw Stopped({ExitCode::outOfReach, outOfTimeText(request, delivery)});
+  };
+}
+
+std::shared_ptr<const Problem> Session::problemOf(const CompletedRequest& completed) {
+  std::shared_ptr<const Problem> problem;
+  together(ranks_, [&] {
+    const PollScope scope(endOfPreparation(completed.request, timer_, delivery_, hooks_.interrupted));
+    problem = std::make_shared<const Problem>(problemToPack(completed, ranks_));
+  });
+  for (const std::string& notice : problem->notices) log::warning(notice);
+  if (completed.request.isTiled()) together(ranks_, [&] { requireTileable(*problem); });
+  return problem;
+}
+
+Packing Session::pack(const std::shared_ptr<const Problem>& problem) {
+  together(ranks_, [&] { requireMemory(problem->mostCells(), ranks_); });
+  if (const auto& state = problem->request.output.stateFile)
+    SharedFiles(ranks_).makeFolder(state->parent_path());
+  Attempts attempts(*problem, hooks_);
+  Attempts::Found packing = attempts.withRoom(timer_);
+  stateSaved_ = attempts.saved();
+  if (packing.result.outcome == Outcome::interrupted ||
+      ranks_.any(hooks_.interrupted && hooks_.interrupted()))
+    throwInterrupted(*problem);
+  const bool repeats = problem->request.isTiled() && isEnough(*problem, packing.result);
+  Packing done;
+  if (repeats) {
+    done.problem = problem;
+    done.packed = std::move(packing.packed);
+    done.result = std::move(packing.result);
+    done = repeatedInTiles(std::move(done));
+  } else {
+    done = verified(problem, std::move(packing.packed), std::move(packing.result));
+  }
+  done.times = {timer_.cpu(), timer_.wall()};
+  done.stateSaved = stateSaved_;
+  return done;
+}
+
+void Session::throwInterrupted(const Problem& problem) const {
+  throw AgreedFailure({ExitCode::interrupted, stateSaved_
+                                                  ? fmt::format("interrupted: {}{}", delivery_.continueFrom,
+                                                                problem.request.output.stateFile->string())
+                                                  : fmt::format("interrupted: {}", delivery_.interrupted)});
+}
+
+Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts packed,
+                          PackingResult result) const {
+  Packing done;
+  done.problem = std::move(problem);
+  done.packed = std::move(packed);
+  done.result = std::move(result);
+  done.ownParts = namedBySpecies(done.packed.parts, done.result);
+  done.cells = counted(*done.problem, done.ownParts, done.result);
+  const Tally& tally = done.cells.tally;
+  requireEnough(*done.problem, done.result, tally, delivery_);
+  done.kept = delivery_.countedLater ? Kept{tally.counts, {}} : keptOf(*done.problem, done.result.cells);
+  requireVerified(*done.problem, done.result, done.kept, delivery_);
+  return done;
+}
+
+Packing Session::repeatedInTiles(Packing before) const {
+  const Problem& problem = *before.problem;
+  before.ownParts = namedBySpecies(before.packed.parts, before.result);
+  std::shared_ptr<const Problem> big;
+  together(ranks_, [&] {
+    big = std::make_shared<const Problem>(tiledProblem(problem, before.packed.clearances, before.result));
+  });
+  for (const std::string& notice : big->notices) log::warning(notice);
+  const auto& times = problem.request.tiles;
+  log::info(
+      fmt::format("Repeated {} x {} x {} times: {}", times[0], times[1], times[2], lumenLines(*big).front()));
+  PackingResult result = packmesh::pack(packingProblemOf(*big, big->atDemanded, hooks_.interrupted));
+  if (result.outcome == Outcome::interrupted)
+    throw AgreedFailure({ExitCode::interrupted, fmt::format("interrupted: {}", delivery_.interrupted)});
+  Packing done = verified(big, big->atDemanded, std::move(result));
+  done.before = std::make_shared<const Packing>(std::move(before));
+  return done;
+}
+
+Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
+  Kept own;
+  own.kept.assign(problem.species.size(), 0);
+  if (!knowsAcceptance(problem)) return own;
+  forEachVerdict(problem, cells, [&](std::size_t i, const std::optional<std::string>& violation) {
+    if (violation) {
+      countReason(own, *violation, 1);
+    } else {
+      ++own.kept[cells[i].species];
+    }
+  });
+  std::string text;
+  for (const auto& [reason, count] : own.reasons) text += fmt::format("{} {}\n", count, reason);
+  const std::vector<char> all = problem.ranks.gatherAll(std::vector<char>(text.begin(), text.end()));
+  Kept kept;
+  kept.kept = std::move(own.kept);
+  problem.ranks.sum(kept.kept);
+  std::istringstream reasons(std::string(all.begin(), all.end()));
+  std::int64_t count = 0;
+  std::string reason;
+  while (reasons >> count && reasons.ignore() && std::getline(reasons, reason))
+    countReason(kept, reason, count);
+  return kept;
+}
+
+void logSummary(const Packing& packing) {
+  for (const std::string& line : footLines(*packing.problem, packing.packed.clearances, packing.cells.tally,
+                                           packing.result.certificate, packing.kept, packing.times))
+    log::info(line);
+  for (const std::string& line : regionLines(*packing.problem, packing.packed.parts, packing.cells.parts))
+    log::info(line);
+}
+
+}  // namespace packmesh::hemocell

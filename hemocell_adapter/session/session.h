@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file One session: a request becomes a problem, the problem a packing that may be handed out. Program,
+/// plug-in and Python are front ends of it, and say only what becomes of the packing.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "hemocell_adapter/output/finished.h"
+#include "hemocell_adapter/output/summary.h"
+#include "hemocell_adapter/problem/make_problem.h"
+#include "hemocell_adapter/problem/problem.h"
+#include "hemocell_adapter/session/attempts.h"
+#include "packMesh/core/timer.h"
+#include "packMesh/packing/packing_result.h"
+
+namespace packmesh::hemocell {
+
+/// What becomes of a packing, in the words of messages.
+struct Delivery {
+  const char* nothing;       ///< of one that failed
+  const char* bestEffort;    ///< what could be done with one of fewer cells
+  const char* fewer;         ///< what is done with it
+  const char* interrupted;   ///< of one that was interrupted
+  const char* continueFrom;  ///< the same, if its state was saved: text before the name of the file
+  bool countedLater;         ///< HemoCell itself is asked which cells it keeps
+};
+inline constexpr Delivery writtenToFiles = {"nothing was written",
+                                            "--best-effort writes that one",
+                                            "writing that one (--best-effort)",
+                                            "nothing was written",
+                                            "no .pos was written; to continue: packMesh --restart ",
+                                            false};
+inline constexpr Delivery returnedToPython = {"no cells are returned",
+                                              "best_effort returns that one",
+                                              "returning that one (best_effort)",
+                                              "nothing was written",
+                                              "no cells are returned; to continue: restart from ",
+                                              false};
+inline constexpr Delivery addedToHemocell = {"no cells were added",
+                                             "--best-effort adds those",
+                                             "adding those (--best-effort)",
+                                             "no cells were added",
+                                             "no cells were added; the state is in ",
+                                             true};
+
+/// The cells of a result, on all ranks.
+struct Counted {
+  std::vector<std::int64_t> parts;  ///< by part
+  Tally tally;                      ///< by species
+};
+
+/// A packing that may be handed out: certified, counted, and kept by HemoCell as far as that is promised.
+/// Each rank has its share of the cells.
+struct Packing {
+  std::shared_ptr<const Problem> problem;
+  PackedParts packed;                  ///< with the clearances that were kept
+  PackingResult result;                ///< with the species of the problem
+  std::vector<std::int64_t> ownParts;  ///< number of this rank's cells in each part
+  Counted cells;
+  Kept kept;
+  RunTimes times;
+  /// Of a packing that was repeated in a larger box: the one before.
+  std::shared_ptr<const Packing> before;
+  bool stateSaved = false;  ///< the state of the last attempt
+};
+
+/// A function that throws Stopped when the time limit of a request is reached, measured by `timer`, and when
+/// the caller asks for an end. References request, timer and delivery.
+std::function<void()> endOfPreparation(const Request& request, const Timer& timer, const Delivery& delivery,
+                                       std::function<bool()> interrupted = {});
+
+/// A session of one front end. All ranks call everything together. References its arguments.
+class Session {
+ public:
+  Session(const Delivery& delivery, Hooks hooks, const Communicator& ranks)
+      : delivery_(delivery), hooks_(std::move(hooks)), ranks_(ranks) {}
+
+  /// The problem of a request, with its notices logged; the time limit and interruptions end its making.
+  /// @throws AgreedFailure
+  std::shared_ptr<const Problem> problemOf(const CompletedRequest& completed);
+
+  /// Packs, with the widest clearances that are found quickly, and verifies; repeats the packing in a larger
+  /// box if that is requested. The summary is logged.
+  /// @throws AgreedFailure if not all cells could be packed (unless the request is content with those that
+  ///   were, --best-effort), if the packing failed verification, or if it was interrupted; InputError
+  Packing pack(const std::shared_ptr<const Problem>& problem);
+
+  /// Whether the state of the last attempt has been written; also after a failure.
+  bool stateSaved() const { return stateSaved_; }
+  const Timer& timer() const { return timer_; }
+
+ private:
+  [[noreturn]] void throwInterrupted(const Problem& problem) const;
+  Packing verified(std::shared_ptr<const Problem> problem, PackedParts packed, PackingResult result) const;
+  Packing repeatedInTiles(Packing before) const;
+
+  const Delivery& delivery_;
+  Hooks hooks_;
+  const Communicator& ranks_;
+  Timer timer_;
+  bool stateSaved_ = false;
+};
+
+/// What HemoCell keeps of the cells of all ranks. All ranks call.
+Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells);
+
+/// The summary of a packing, and of its regions.
+void logSummary(const Packing& packing);
+
+/// Calls use(finished) for a packing and what is written of it.
+template <class Use>
+auto asFinished(const Packing& packing, const OutputRequest& output, Use&& use) {
+  std::optional<Repeated> repeated;
+  if (packing.before) repeated.emplace(Repeated{*packing.before->problem, packing.before->result});
+  return use(Finished{*packing.problem, output, packing.packed.clearances, packing.result,
+                      packing.cells.tally, packing.kept, repeated ? &*repeated : nullptr});
+}
+
+}  // namespace packmesh::hemocell

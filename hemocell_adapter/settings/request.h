@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The request of a user, from the command line, the `<packing>` section, or Python.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "hemocell_adapter/base/node_plane.h"
+#include "hemocell_adapter/settings/construction.h"
+#include "packMesh/core/vector.h"
+#include "packMesh/packing/packing_problem.h"
+
+namespace packmesh::hemocell {
+
+/// Least gaps [µm].
+struct Clearances {
+  double membranes = 0.0, wall = 0.0;
+};
+
+/// One requested species. Empty members have defaults that depend on the name (see choose_species.h).
+struct SpeciesRequest {
+  std::string name;
+  std::optional<std::int64_t> count;
+  std::optional<double> ratio;  ///< cells of this species per red cell of any species
+  std::optional<Construction> construction;
+  /// Argument of setInitialMinimumDistanceFromSolid, which truncates it to an integer [µm].
+  std::optional<double> minimumDistanceFromSolid;
+  std::optional<std::filesystem::path> meshFile;
+  std::optional<double> meshScale;  ///< µm per unit of the mesh file
+  std::optional<MeshFrame> meshFrame;
+  std::optional<Vec3> ellipsoidAxes;           ///< full lengths [µm]
+  std::optional<bool> redCell;                 ///< true if its volume counts in the hematocrit
+  std::optional<std::int64_t> stock;           ///< with escape: number of cells in reserve that can fill gaps
+  std::optional<std::filesystem::path> fixed;  ///< .pos file of fixed cells
+  std::optional<std::filesystem::path> start;  ///< .pos file of existing cells that can move
+  std::optional<double> wallClearance;         ///< [µm]
+  std::optional<Vec3> axis;                    ///< direction of the cells' symmetry axis, any length
+  std::optional<double> spread;                ///< largest angle to `axis` [degrees]
+};
+
+/// A body with a closed surface, in the coordinate system of .pos files [µm].
+struct SolidRequest {
+  enum class Kind { box, cylinder, sphere, mesh };
+  Kind kind = Kind::box;
+  Vec3 size = Vec3::Zero();           ///< box [µm]
+  Vec3 origin = Vec3::Zero();         ///< box: low corner; mesh: added after scaling [µm]
+  std::optional<Vec3> center;         ///< cylinder, sphere [µm]; default: touching the planes x, y, z = 0
+  int axis = 0;                       ///< cylinder: direction, 0, 1, 2 = x, y, z
+  double radius = 0.0, length = 0.0;  ///< [µm]
+  std::filesystem::path file;         ///< mesh
+  double scale = 1.0;                 ///< mesh: µm per unit of the file
+  std::optional<int> openAxis;        ///< mesh: axis along which the lumen is open
+  std::string where;                  ///< for messages: "config.xml:12: <cylinder>" or "option '--cylinder'"
+};
+
+/// A user-defined lumen: a body from which obstacles are subtracted.
+struct ContainerRequest {
+  std::optional<SolidRequest> lumen;  ///< empty: the box given by `<domain>` or the command line
+  std::vector<SolidRequest> obstacles;
+  std::optional<Vec3> nodes;  ///< lattice nodes of the case, if not in its XML
+};
+
+/// A part of the lumen with its own hematocrit.
+struct RegionRequest {
+  double hematocrit = 0.0;
+  SolidRequest body;
+};
+
+/// What is written beside the cells, and where. Only writers and the session look at it.
+struct OutputRequest {
+  std::filesystem::path folder;  ///< of the .pos files; empty: folder of the case, or the working directory
+  std::vector<std::string> exports;
+  std::optional<std::filesystem::path> stateFile;
+  double checkpointEvery = 0.0;  ///< [s]; 0: only at signals and at the end
+  bool povScene = false, vtp = false, vtpMeshes = false;
+  bool writesVtp() const { return vtp || povScene; }  ///< pictures are made of these files
+  std::int64_t growthFrames = 0;                      ///< interval in states of growth; 0: none are written
+  std::optional<std::filesystem::path> reportFile;    ///< .json, or .html together with a .json file
+  /// Of one of several realisations, its number and theirs; 0: there is only one.
+  std::int64_t realisation = 0, realisationsOfAll = 0;
+
+  bool asksForViews() const { return !exports.empty() || writesVtp() || vtpMeshes || reportFile; }
+};
+
+/// What the user states, nothing resolved; the initial values of members are the defaults. Made by the
+/// readers of one table of settings: command line, `<packing>`, Python.
+struct Request {
+  // Cells
+  std::optional<double> hematocrit;
+  std::optional<double> plateletRatio;  ///< empty: packCellsPlateletRatio, where there may be platelets
+  std::vector<SpeciesRequest> species;
+  std::vector<std::filesystem::path> fixedStates, startStates;  ///< states with cells of any species
+  std::optional<double> redCellVolume;  ///< of one red cell in the hematocrit [µm³]; empty: of its mesh
+  bool fluidVolume = false;  ///< hematocrit refers to the volume of the fluid nodes, not of the true lumen
+  bool packCellsConventions = false;  ///< started as packCells: its volumes, ends and rounding
+  std::vector<std::string> words;     ///< the command, for states and reports (CommandLine::words)
+
+  // Lumen
+  std::optional<Vec3> boxSize;  ///< a box from the command line [µm]
+  std::optional<ContainerRequest> container;
+  std::vector<RegionRequest> regions;  ///< a point belongs to the first region that contains it
+  double cellFreeLayer = 0.0;          ///< minimum distance between red cells and the wall [µm]
+  bool capOpenings = true;             ///< close flat openings of the mesh of a vessel
+  std::optional<bool> periodicEnds;
+  std::optional<std::string> walls;     ///< axes that end in walls, as sorted letters
+  std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
+  std::optional<NodePlane> preInletSlice;
+  std::vector<NodeRange> preInletRanges;  ///< part of that plane that is the inlet; one per axis
+  bool keepAll = false;
+  bool checkBox = false;  ///< `check --box`
+  double dx = 0.5;        ///< lattice spacing [µm]; a case has it in its XML
+  std::array<int, 3> tiles = {1, 1, 1};
+  bool isTiled() const { return tiles != std::array<int, 3>{1, 1, 1}; }
+
+  // Method
+  Method method = Method::relaxation;
+  PlaneSource planeSource = PlaneSource::chords;   ///< of Method::cat
+  bool escape = false;                             ///< of Method::cat
+  GrowthSettings growth;                           ///< of Method::cat
+  std::optional<double> clearance, wallClearance;  ///< [µm]; empty: as large as possible at little cost
+  bool largestClearance = false;                   ///< maximise the gap between membranes
+  std::uint64_t seed = 1;
+  bool rotate = true;
+  bool inColumns = false;              ///< the species with the largest volume starts in columns
+  std::optional<double> ignoredScale;  ///< value of packCells' --scale
+
+  // Limits, and what is done
+  double maxSeconds = 0.0;                    ///< 0: no limit
+  std::optional<std::int64_t> maxIterations;  ///< empty: default of the method
+  std::optional<std::int64_t> threads;        ///< of each rank; empty: teamOf() decides
+  bool bestEffort = false;
+  bool dryRun = false, validate = false;  ///< print what would be done; only check the input
+  std::int64_t realisations = 1;
+  std::optional<std::filesystem::path> restart;
+  bool quiet = false, verbose = false;
+  OutputRequest output;
+
+  std::set<std::string> stated;  ///< names (Setting::name()) of the settings given by the user
+  bool states(const std::string& name) const { return stated.count(name) > 0; }
+
+  /// Least gaps, 0 where none is stated.
+  Clearances demanded() const { return {clearance.value_or(0.0), wallClearance.value_or(0.0)}; }
+  /// Not specified, so that packing may keep more than demanded (clearances.h).
+  bool choosesClearance() const { return !clearance && !largestClearance; }
+  bool choosesWallClearance() const { return !wallClearance; }
+};
+
+/// Platelets per red cell that packCells adds to a hematocrit.
+constexpr double packCellsPlateletRatio = 0.07;
+
+/// packCells' convention: a red cell has 97 µm³.
+constexpr double packCellsRedCellVolume = 97.0;
+
+/// Whether a file of existing cells is a state, by its name; otherwise it is a .pos file.
+inline bool isState(const std::filesystem::path& file) {
+  return file.extension() == ".h5";
+}
+
+/// Names of the export formats.
+inline constexpr const char* exportFormats[] = {"csv",    "espresso", "lammps", "lammps-molecular",
+                                                "mirheo", "npfem",    "stl"};
+
+/// A larger number of species is probably an error.
+constexpr std::size_t mostSpecies = 10'000;
+
+/// @throws InputError if there are already `mostSpecies` species
+void requireRoomForSpecies(const Request& request);
+
+/// The request for the species `name`, added if there is none yet. @throws InputError if there are too many
+SpeciesRequest& speciesNamed(Request& request, const std::string& name);
+
+/// The request for the species `name`, nullptr if there is none.
+const SpeciesRequest* findSpecies(const Request& request, const std::string& name);
+
+}  // namespace packmesh::hemocell

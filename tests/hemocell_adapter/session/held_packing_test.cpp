@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Packings in memory against what the executable writes. Python's side of it: tests/python.
+#include "hemocell_adapter/session/held_packing.h"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "hemocell_adapter/base/agreed_failure.h"
+#include "hemocell_adapter/base/log.h"
+#include "packMesh/core/error.h"
+#include "tests/hemocell_adapter/sample_case.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+using namespace packmesh::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+HeldPacking packed(const std::string& words, const Hooks& hooks = {}) {
+  std::istringstream in(words);
+  std::vector<std::string> all;
+  for (std::string word; in >> word;) all.push_back(word);
+  log::setLevel(log::Level::silent);
+  const auto restore = [] { log::setLevel(log::Level::normal); };
+  try {
+    HeldPacking packing = packInMemory(parseCommandLine("packMesh", all), Communicator(), hooks);
+    restore();
+    return packing;
+  } catch (...) {
+    restore();
+    throw;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("A packing in memory is that of the program", "[held]") {
+  const TemporaryFolder folder;
+  const std::string words = GENERATE(as<std::string>(), "16 16 16 --rbc 6 --plt 2 --seed 3",
+                                     "12 12 12 --rbc 6 --ends periodic --tile 2 1 1");
+  ok(folder, words + " --report report.json");
+  const HeldPacking packing = packed(words);
+  REQUIRE(folder.files() == (packing.kinds.size() == 2 ? 3 : 2));
+  writeCells(packing, folder.path() / "held", {});
+  for (const HeldPacking::Kind& kind : packing.kinds)
+    CHECK(readText(folder.path() / "held" / (kind.name + ".pos")) ==
+          readText(folder.path() / (kind.name + ".pos")));
+  auto expected = nlohmann::json::parse(readText(folder.path() / "report.json"));
+  auto report = nlohmann::json::parse(reportOf(packing));
+  for (const char* run : {"times", "command", "configuration", "program"})
+    for (nlohmann::json* one : {&expected, &report}) one->erase(run);
+  CHECK(report == expected);
+}
+
+TEST_CASE("A packing that was saved is loaded with the same cells, and completed by its command", "[held]") {
+  const TemporaryFolder folder;
+  const HeldPacking packing = packed("16 16 16 --rbc 6 --plt 2");
+  savePacking(packing, packing.words, folder.path() / "cells.h5");
+  HeldPacking loaded = loadPacking(folder.path() / "cells.h5", Communicator());
+  const auto sameLines = [&] {
+    const std::vector<PosLine> a = posLinesOf(packing), b = posLinesOf(loaded);
+    return formatPosLines(a) == formatPosLines(b);
+  };
+  CHECK(sameLines());
+  loaded = completed(std::move(loaded));
+  CHECK(sameLines());
+  CHECK(loaded.packing.result.certificate.clean());
+  CHECK(loaded.packing.cells.tally.redMesh == packing.packing.cells.tally.redMesh);
+  CHECK_THROWS_WITH(savePacking(loaded, loaded.words, folder.path() / "again.h5"),
+                    Contains("copy that file"));
+}
+
+TEST_CASE("Hooks interrupt a packing in memory, and nothing is written", "[held]") {
+  const TemporaryFolder folder;
+  int told = 0;
+  Hooks hooks;
+  hooks.progress = [&](const Progress&) { ++told; };
+  hooks.interrupted = [&] { return told >= 3; };
+  try {
+    packed("25 25 25 --hematocrit 0.64 --ends periodic", hooks);
+    FAIL("not interrupted");
+  } catch (const AgreedFailure& failure) {
+    CHECK(failure.code() == ExitCode::interrupted);
+    CHECK(failure.what() == std::string("interrupted: nothing was written"));
+  }
+  CHECK(told >= 3);
+  CHECK_THROWS_AS(packed("20 20 20 --hematocrit 2"), InputError);
+}
