@@ -28,7 +28,7 @@ struct MeasuredStretch {
   int iterations;    ///< of 0.1 µs
   double allowance;  ///< what is recommended: as `stretch`, for longer runs
 };
-constexpr MeasuredStretch weakShear = {2, 1.2, 25000, 1.5}, strongShear = {10, 2.2, 40000, 2.5};
+constexpr MeasuredStretch weakShear = {2, 1.2, 25000, 1.5}, strongShear = {10, 2.5, 100000, 2.75};
 
 /// `<particleEnvelope>` [nodes] for cells of this length [µm] at rest: HemoCell knows the vertices of a cell
 /// only within it of each block that has a part of the cell, and deletes a cell of which one is missing.

@@ -39,7 +39,8 @@ cp -r "$examples/cluster" "$scratch/killed"
 cp "$scratch/whole/tube.stl" "$scratch/killed"
 cd "$scratch/killed"
 export SLURM_STAND_IN=$PWD SLURM_JOB_ID=1
-srun --mpi=pmix packMesh config.xml --state state.h5 > out.txt 2>&1 &
+# (A packing that takes a minute at least: it still runs when it is killed, however slowly this script proceeds.)
+srun --mpi=pmix packMesh 70 70 70 --ends periodic --hematocrit 0.62 --state state.h5 > out.txt 2>&1 &
 step=$!
 until grep -q "Requested clearance:" out.txt; do kill -0 "$step"; sleep 0.02; done
 kill -TERM "$step"

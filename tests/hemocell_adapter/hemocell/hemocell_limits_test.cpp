@@ -54,11 +54,11 @@ TEST_CASE("A particleEnvelope that stretched cells exceed gives a warning with t
   CHECK_THAT(warning(16), Contains("1.02 times the longest extent of RBC at rest") && Contains(tag(weak)));
   // HemoCell's own examples: enough for weak shear.
   CHECK_THAT(warning(25), Contains("25 is 1.60 times the longest extent of RBC at rest, 15.6 nodes") &&
-                              Contains("to 2.2 times at 10 Pa (40000 iterations)") &&
+                              Contains("to 2.5 times at 10 Pa (100000 iterations)") &&
                               Contains("Above 2 Pa set") && !Contains(tag(weak)) && Contains(tag(strong)));
   CHECK_THAT(
       warning(25),
-      Contains("with 40 nodes, a lattice of 103 x 53 x 53 has room for 2 x 1 x 1 blocks, so for 2 ranks"));
+      Contains("with 44 nodes, a lattice of 103 x 53 x 53 has room for 2 x 1 x 1 blocks, so for 2 ranks"));
   domain.smallestBlock = {26, 53, 27};
   CHECK_THAT(warning(25), Contains("the smallest block is now 26 x 53 x 27"));
   CHECK_FALSE(Contains("blocks").match(*envelopeWarning("RBC", longest, domain, {})));
@@ -74,7 +74,7 @@ TEST_CASE("Packing, dry run and check report HemoCell's limits", "[executable]")
       INFO(arguments << "\n" << ran.all());
       CHECK(ran.exitCode == 0);
       CHECK_THAT(ran.err, Contains(fmt::format("<particleEnvelope>: {} is ", envelope)) &&
-                              Contains("<particleEnvelope> 40 </particleEnvelope>") &&
+                              Contains("<particleEnvelope> 44 </particleEnvelope>") &&
                               Contains("for 1 rank"));
     }
   }

@@ -137,7 +137,7 @@ case $test in
     done
     test -s one.before
     grep -qE 'iteration [0-9]+: RBC [0-9]+ is 19\.[0-9] nodes \(9\.[0-9]+ µm\) long along x, <particleEnvelope> is 20' one.first
-    grep -q '<particleEnvelope> 40 </particleEnvelope>' one.err
+    grep -q '<particleEnvelope> 44 </particleEnvelope>' one.err
     grep -q 'the smallest block is now 15 x 44 x 44' more.err  # of 4 ranks
     # Afterwards some are lost, and this is said, too.
     warned=$(sed -nE 's/.*iteration ([0-9]+): RBC.*/\1/p' more.err | head -n 1)
