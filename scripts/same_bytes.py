@@ -6,7 +6,7 @@
   scripts/same_bytes.py compare hashes.json    after it: runs them again; fails and names the differences
 
 The hashes cover all files that a problem writes, its output and its exit codes, without times and versions. They are valid for
-one machine: record with the program before the change, on the same machine. All 69 problems take less than a minute. Only one
+one machine: record with the program before the change, on the same machine. All problems take less than a minute. Only one
 run of this script at a time on a machine: programs are called by one path.
 """
 import argparse
@@ -23,7 +23,8 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PIPE = "examples/migration"
-# Name of a problem: folder of the case (or nothing), then command lines. {n} before a line: on n ranks.
+# Name of a problem: folder of the case (or nothing), then command lines of packMesh, or of the program that is named first. {n} before
+# a line: on n ranks.
 BOX = "--ends periodic"
 PROBLEMS = {
     # Containers
@@ -102,7 +103,19 @@ PROBLEMS = {
                            "--restart s.h5 --max-iterations 4000"]),
     "best effort": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --best-effort --max-iterations 300 --ends periodic"]),
     "not feasible": ("", ["14 14 14 --hematocrit 0.68 --plt_ratio 0 --max-iterations 100 --ends periodic"]),
+    "restarted on other ranks": ("", ["{3}26 26 26 --hematocrit 0.56 --ends periodic --max-iterations 40 --state s.h5",
+                                      "{2}--restart s.h5 --max-iterations 4000"]),
+    "cat restarted on other ranks": ("", ["12 12 12 --rbc 6 --method cat --max-iterations 8 --state s.h5 --ends periodic",
+                                          "{3}--restart s.h5 --max-iterations 4000"]),
     "realisations": ("", ["16 16 16 --hematocrit 0.3 --realisations 3 --export csv"]),
+    "check of realisations": ("", ["16 16 16 --hematocrit 0.3 --realisations 3",
+                                   "check --box 16 16 16", "{2}check --box 16 16 16"]),
+    # Front ends
+    "plug-in, box": ("running", ["write_templates 0.5 RBC PLT", "{2}stand_in_case box 2 1 1 --hematocrit 0.25"]),
+    "plug-in, pipe": ("running", ["write_templates 0.5 RBC PLT", "{3}stand_in_case pipe 3 1 1 --hematocrit 0.3 --state s.h5",
+                                  "stand_in_case pipe 1 1 1 load s.h5"]),
+    "plug-in, cat": ("running", ["write_templates 0.5 RBC PLT", "stand_in_case planes 1 1 1 --method cat --ends closed"]),
+    "Python": ("", ["python3 arrays.py"]),
     "validated": (PIPE, ["config.xml --validate", "config.xml --hematocrit 0.3 --seed 0x --validate"]),
     "dry run": (PIPE, ["config.xml --dry-run"]),
     # Outputs
@@ -112,17 +125,28 @@ PROBLEMS = {
                            "--export lammps-molecular --export mirheo --export espresso --export stl --state s.h5"]),
     "texts": ("", ["--print-config-reference", "--help", "--man", "--completion"]),
 }
+ARRAYS = """import numpy, packmesh
+packing = packmesh.pack(box=(20, 20, 20), hematocrit=0.4, ends="periodic", platelets=0.1)
+arrays = {what: getattr(packing, what) for what in ("species", "positions", "rotations")}
+arrays |= {f"vertices of {name}": packing.vertices(name) for name in packing.species_names}
+arrays["mean gaps"] = [gaps["mean"] for gaps in packing.report()["measures"]["gaps"]]
+for name, values in arrays.items():
+    numpy.savetxt(f"{name}.txt", numpy.ravel(values), "%.17g")
+"""
 CASES = {  # <domain> and <packing> of cases that no example has
     "obstacles": """<domain> <dx> 5e-7 </dx> <nx> 80 </nx> <ny> 42 </ny> <nz> 42 </nz> </domain>
 <packing> <walls> yz </walls> <container> <obstacles> <cylinder axis="z" radius="4" length="30" center="20 10 10"/>
 <sphere radius="3" center="30 8 8"/> </obstacles> </container> <hematocrit> 0.2 </hematocrit>
 <species name="RBC"/> <species name="PLT" ratio="0.1"/> </packing>""",
+    "running": """<domain> <dx> 5e-7 </dx> <nx> 60 </nx> <ny> 44 </ny> <nz> 44 </nz> <particleEnvelope> 20 </particleEnvelope> </domain>
+<packing> <hematocrit> 0.25 </hematocrit> </packing>""",
     "container": """<domain> <dx> 5e-7 </dx> <nx> 60 </nx> <ny> 50 </ny> <nz> 50 </nz> </domain>
 <packing> <container> <cylinder axis="x" radius="11" length="29.5"/> </container> <hematocrit> 0.25 </hematocrit>
 <species name="RBC"/> <species name="PLT" count="5"/> </packing>""",
     "voxels": """<domain> <geometry> ball.stl </geometry> <dx> 5e-7 </dx> <refDir> 1 </refDir> <refDirN> 44 </refDirN> </domain>
 <packing> <hematocrit> 0.15 </hematocrit> <species name="RBC"/> <species name="PLT" ratio="0.1"/> </packing>""",
 }
+PROGRAMS = ("packCells", "stand_in_case", "write_templates")
 # Parts of texts that depend on the clock or on the build.
 MEASURED = [(re.compile(pattern), to) for pattern, to in [
     (r"packMesh \d+\.\d+\.\d+( \(\w+\))?", "packMesh VERSION"), (r"(Time:|CPU time) .*", "TIME"),
@@ -173,6 +197,7 @@ def make_fixtures(folder):
     packmesh("make-cell", "sickle", "sickle.stl", "--length", "12", "--volume", "75")
     packmesh("make-cell", "sickle", "sickle_large.stl", "--length", "60", "--volume", "9000")
     packmesh("make-cell", "spherocyte", "ball.stl", "--length", "22")
+    (folder / "arrays.py").write_text(ARRAYS)
     # An octahedron in every format.
     v = [(3, 0, 0), (-3, 0, 0), (0, 2, 0), (0, -2, 0), (0, 0, 1), (0, 0, -1)]
     t = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
@@ -213,11 +238,14 @@ def hashes_of(name, program, fixtures):
             ranks, words = re.fullmatch(r"(?:\{(\d)\})?(.*)", line).groups()
             words = words.split()
             executable = program
-            if words[0] == "packCells":
+            if words[0] in PROGRAMS:
                 executable = program.parent / words.pop(0)
+            elif words[0] == "python3":
+                executable = sys.executable
+                words.pop(0)
             command = [*(["mpirun", "--oversubscribe", "-n", ranks] if ranks else []), executable, *words]
             run = subprocess.run(command, cwd=folder, capture_output=True, check=False,
-                                 env={**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
+                                 env={**os.environ, "PYTHONPATH": str(program.parent / "python"), "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
             found[f"exit code {number}"] = str(run.returncode)
             text = masked((run.stdout + run.stderr).decode(errors="replace"))
             found[f"text {number}"] = hashlib.sha256(text.encode()).hexdigest()
@@ -231,9 +259,10 @@ def linked(program):
     """The program by a path that is the same for all builds, because states and reports name it."""
     folder = pathlib.Path(tempfile.gettempdir()) / "same_bytes_programs"
     folder.mkdir(exist_ok=True)
-    for name in ("packMesh", "packCells"):
+    for name, target in {**{name: program.parent / name for name in PROGRAMS}, "packMesh": program,
+                         "python": program.parent.parent / "python"}.items():
         (folder / name).unlink(missing_ok=True)
-        (folder / name).symlink_to(program)
+        (folder / name).symlink_to(target)
     return folder / "packMesh"
 
 
