@@ -3,9 +3,9 @@
 from skbuild import setup
 
 setup(
-    packages=["packmesh"],
+    packages=["packmesh", "packmesh.formats"],
     package_dir={"": "python"},
-    package_data={"packmesh": ["py.typed", "_packmesh.pyi"]},
+    package_data={"packmesh": ["py.typed", "_packmesh.pyi", "page/*"]},
     cmake_args=["-DBUILD_TESTING=OFF", "-DPACKMESH_PYTHON=ON", "-DPACKMESH_PYTHON_DIR=python"],
     cmake_install_target="install_python",
 )

@@ -94,7 +94,7 @@ ExitCode runRealisations(const CompletedRequest& series, const Communicator& ran
   log::info(fmt::format("Wrote {}", file.string()));
   if (all.output.reportFile) {
     const fs::path report = all.output.folder / "realisation_*" / all.output.reportFile->filename();
-    log::info(fmt::format("To compare them: python3 -m packmesh compare {} --page compare.html",
+    log::info(fmt::format("To compare them: packmesh compare {} --page compare.html",
                           fs::path(report).replace_extension(".json").string()));
   }
   tellWritten();

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/output/cell_files.h"
 
-#include <functional>
 #include <string>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/exports.h"
 #include "hemocell_adapter/output/shared_files.h"
 
 namespace packmesh::hemocell {
@@ -13,15 +11,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Part of a file: a header, then this rank's lines, in any number of pieces.
-struct Section {
-  std::string head;
-  std::function<std::vector<std::string>()> lines;
-};
-
 struct File {
   fs::path path;
-  std::vector<Section> sections;
+  std::string head;
+  int species;
 };
 
 class CellFiles {
@@ -30,11 +23,9 @@ class CellFiles {
             const std::vector<std::int64_t>& counts)
       : problem_(problem), output_(output), result_(result), counts_(counts), shared_(problem.ranks) {}
 
-  std::vector<fs::path> operator()(bool withPos) {
+  std::vector<fs::path> operator()() {
     shared_.makeFolder(output_.folder);
-    if (withPos) addPosFiles();
-    for (const ExportedFile& exported : exportedFiles(problem_, output_.exports, counts_))
-      addExport(exported);
+    addPosFiles();
     for (const File& file : files_) write(file);
     shared_.commit();
     std::vector<fs::path> paths;
@@ -46,11 +37,12 @@ class CellFiles {
   void addPosFiles() {
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       if (problem_.species[s].mostCells() == 0) continue;
-      files_.push_back({output_.folder / (problem_.species[s].name + ".pos"),
-                        {{formatPosHead(counts_[s]), [this, s] { return posLines(static_cast<int>(s)); }}}});
+      files_.push_back({output_.folder / (problem_.species[s].name + ".pos"), formatPosHead(counts_[s]),
+                        static_cast<int>(s)});
     }
   }
 
+  /// This rank's lines, in any number of pieces.
   std::vector<std::string> posLines(int species) const {
     std::vector<std::size_t> own;
     for (std::size_t i = 0; i < result_.cells.size(); ++i)
@@ -70,35 +62,10 @@ class CellFiles {
     return pieces;
   }
 
-  void addExport(const ExportedFile& exported) {
-    File file{output_.folder / exported.name, {}};
-    for (const ExportedSection& section : exported.sections)
-      file.sections.push_back(
-          {section.head, [this, section] { return std::vector<std::string>{textOf(section)}; }});
-    files_.push_back(std::move(file));
-  }
-
-  std::string textOf(const ExportedSection& section) const {
-    std::string text;
-    if (!section.text) return text;
-    ExportedCell cell;
-    cell.before = problem_.ranks.sumBefore(countsOf(problem_, result_.cells));
-    for (std::size_t i = 0; i < result_.cells.size(); ++i) {
-      cell.species = result_.cells[i].species;
-      cell.pose = result_.poses[i];
-      cell.placement = result_.cells[i].placement;
-      if (section.species < 0 || section.species == cell.species) text += section.text(cell);
-      ++cell.before[cell.species];
-    }
-    return text;
-  }
-
   void write(const File& file) {
     shared_.begin(file.path);
-    for (const Section& section : file.sections) {
-      shared_.append([&] { return section.head; });
-      shared_.appendParts(section.lines());
-    }
+    shared_.append([&] { return file.head; });
+    shared_.appendParts(posLines(file.species));
     shared_.end();
   }
 
@@ -114,12 +81,7 @@ class CellFiles {
 
 std::vector<fs::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
                                      const PackingResult& result, const std::vector<std::int64_t>& counts) {
-  return CellFiles(problem, output, result, counts)(true);
-}
-
-std::vector<fs::path> writeExports(const Problem& problem, const OutputRequest& output,
-                                   const PackingResult& result, const std::vector<std::int64_t>& counts) {
-  return CellFiles(problem, output, result, counts)(false);
+  return CellFiles(problem, output, result, counts)();
 }
 
 }  // namespace packmesh::hemocell

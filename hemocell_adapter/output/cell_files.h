@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The files that contain the cells: .pos, and exports.
+/// @file The files that contain the cells for HemoCell.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,5 @@ namespace packmesh::hemocell {
 std::vector<std::filesystem::path> writeCellFiles(const Problem& problem, const OutputRequest& output,
                                                   const PackingResult& result,
                                                   const std::vector<std::int64_t>& counts);
-
-/// Writes the exports only.
-std::vector<std::filesystem::path> writeExports(const Problem& problem, const OutputRequest& output,
-                                                const PackingResult& result,
-                                                const std::vector<std::int64_t>& counts);
 
 }  // namespace packmesh::hemocell

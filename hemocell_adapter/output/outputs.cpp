@@ -15,13 +15,11 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "hemocell_adapter/output/exports.h"
-#include "hemocell_adapter/output/pictured_cell.h"
+#include "hemocell_adapter/output/conversions.h"
+#include "hemocell_adapter/output/packing_tables.h"
 #include "hemocell_adapter/output/report.h"
-#include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/output/state_files.h"
-#include "hemocell_adapter/output/vtp_output.h"
 #include "packMesh/analysis/share_measures.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/input_record.h"
@@ -34,41 +32,6 @@ namespace fs = std::filesystem;
 
 fs::path positionsOf(const OutputRequest& output, const CellSpecies& species) {
   return output.folder / (species.name + ".pos");
-}
-
-/// The cells of all ranks in the form needed for pictures; on the first rank.
-std::vector<PicturedCell> allCells(const Finished& done, const CellMeasures& measures) {
-  struct Cell {
-    double linear[9], translation[3], gap, localHematocrit;
-    int species;
-  };
-  std::vector<Cell> own;
-  for (std::size_t i = 0; i < done.result.cells.size(); ++i) {
-    const PlacedCell& cell = done.result.cells[i];
-    Cell plain{};
-    Eigen::Map<Mat3>(plain.linear) = cell.placement.linear;
-    Eigen::Map<Vec3>(plain.translation) = cell.placement.translation;
-    plain.species = cell.species;
-    plain.gap = measures.gap[i];
-    plain.localHematocrit = measures.localHematocrit[i];
-    own.push_back(plain);
-  }
-  std::vector<PicturedCell> cells;
-  done.ranks().visitInOrder(own, [&](const std::vector<Cell>& part) {
-    for (const Cell& c : part)
-      cells.push_back({{c.species, {Eigen::Map<const Mat3>(c.linear), Eigen::Map<const Vec3>(c.translation)}},
-                       c.gap,
-                       c.localHematocrit});
-  });
-  return cells;
-}
-
-void writeReports(const Finished& done, const Report& report, const std::vector<PicturedCell>& cells) {
-  AtomicFiles files;
-  const fs::path json = fs::path(*done.output.reportFile).replace_extension(".json");
-  files.add(json, jsonText(report));
-  if (json != *done.output.reportFile) files.add(*done.output.reportFile, pageText(report, done, cells));
-  files.commit();
 }
 
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
@@ -115,6 +78,10 @@ std::string reportText(const Finished& done, const RunTimes& times) {
       done, measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.problem)), times));
 }
 
+void saveTables(const Finished& done, const fs::path& file) {
+  writePacking(file, tablesOf(done, measureShare(analysisInputOf(done), done.result.cells)), done.ranks());
+}
+
 void requireWritable(const fs::path& folder) {
   std::error_code ignored;
   fs::path existing = folder.empty() ? fs::path(".") : fs::absolute(folder, ignored);
@@ -139,16 +106,17 @@ void requireWritable(const fs::path& folder) {
   unlink(probe.c_str());
 }
 
-void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells) {
-  std::vector<fs::path> files = viewFiles(problem, output);
+void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells,
+                            const std::vector<fs::path>& others) {
+  std::vector<fs::path> files = others;
+  if (output.reportFile) files.push_back(reportJson(output));
   if (withCells)
     for (const CellSpecies& species : problem.species)
       if (species.mostCells() > 0) files.push_back(positionsOf(output, species));
-  for (const fs::path& file : files) requireReplaceable(file);
   std::vector<std::int64_t> counts;
   for (const CellSpecies& species : problem.species) counts.push_back(species.mostCells());
-  for (const ExportedFile& exported : exportedFiles(problem, output.exports, counts))
-    files.push_back(output.folder / exported.name);
+  for (const fs::path& converted : convertedFiles(problem, output, counts)) files.push_back(converted);
+  for (const fs::path& file : files) requireReplaceable(file);
   if (output.stateFile) files.push_back(*output.stateFile);
   if (output.stateFile && companionOf(*output.stateFile) != *output.stateFile)
     files.push_back(companionOf(*output.stateFile));
@@ -184,35 +152,24 @@ void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
   }
 }
 
-std::vector<fs::path> viewFiles(const Problem& problem, const OutputRequest& output) {
-  std::vector<fs::path> files = vtpFiles(problem, output);
-  if (output.reportFile) {
-    files.push_back(*output.reportFile);
-    const fs::path json = fs::path(*output.reportFile).replace_extension(".json");
-    if (json != *output.reportFile) files.push_back(json);
-  }
-  return files;
-}
-
 void writeViews(const Finished& done, const RunTimes& times) {
-  const Problem& problem = done.problem;
   const OutputRequest& output = done.output;
-  const Communicator& ranks = done.ranks();
-  const std::vector<fs::path> views = viewFiles(problem, output);
-  if (views.empty()) return;
+  if (!output.reportFile && !needsConversion(output)) return;
   const AnalysisInput analysis = analysisInputOf(done);
   const CellMeasures measures = measureShare(analysis, done.result.cells);
-  if (!vtpFiles(problem, output).empty()) writeVtp(done, measures);
   if (output.reportFile) {
-    SharedFiles(ranks).makeFolder(output.reportFile->parent_path());
-    std::vector<PicturedCell> cells;
-    if (output.reportFile->extension() == ".html") cells = allCells(done, measures);
-    const PackingMeasures all = measurePacking(analysis, done.result.cells, measures.gap, endAxes(problem));
-    onFirstRank(ranks, [&] { writeReports(done, makeReport(done, all, times), cells); });
+    SharedFiles(done.ranks()).makeFolder(output.reportFile->parent_path());
+    const PackingMeasures all =
+        measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.problem));
+    onFirstRank(done.ranks(), [&] {
+      AtomicFiles files;
+      files.add(reportJson(output), jsonText(makeReport(done, all, times)));
+      files.commit();
+    });
+    log::info(fmt::format("Wrote {}", reportJson(output).string()));
   }
-  for (const fs::path& file : views) log::info(fmt::format("Wrote {}", file.string()));
-  if (output.povScene)
-    log::info(fmt::format("For a picture: python3 -m packmesh render {}", output.folder.string()));
+  convert(done, measures);
+  if (output.povScene) log::info(fmt::format("For a picture: packmesh render {}", output.folder.string()));
 }
 
 }  // namespace packmesh::hemocell

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Output of a run besides the cells: scenes, VTK files, reports.
+/// @file Output of a run besides the cells.
 #pragma once
 
 #include <filesystem>
@@ -17,21 +17,25 @@ AnalysisInput analysisInputOf(const Finished& done);
 /// The report (report.h) as JSON, which is not written. All ranks call.
 std::string reportText(const Finished& done, const RunTimes& times);
 
+/// Writes what the Python package needs to show and to convert the packing (packing_tables.h). All ranks
+/// call.
+/// @throws AgreedFailure, OutputError on all ranks
+void saveTables(const Finished& done, const std::filesystem::path& file);
+
 /// Fails before hours of packing rather than after them. One rank calls it.
 /// @param withCells whether .pos files are written
+/// @param others that will be written, too
 /// @throws OutputError if a file or folder that will be written cannot be written, or was read
 /// (InputRecord)
-void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells);
+void requireWritableOutputs(const Problem& problem, const OutputRequest& output, bool withCells,
+                            const std::vector<std::filesystem::path>& others = {});
 void requireWritable(const std::filesystem::path& folder);
-
-/// What writeViews() writes, in the order of writing.
-std::vector<std::filesystem::path> viewFiles(const Problem& problem, const OutputRequest& output);
 
 /// Warns of .pos files that HemoCell would load together with the new ones.
 void warnOfStaleFiles(const Problem& problem, const OutputRequest& output);
 
-/// Writes the additional output that is requested: VTK files, reports; prints their
-/// names. All ranks call. @throws AgreedFailure
+/// Writes the additional output that is requested: reports, and what the Python package makes
+/// (conversions.h); prints their names. All ranks call. @throws AgreedFailure
 void writeViews(const Finished& done, const RunTimes& times);
 
 }  // namespace packmesh::hemocell

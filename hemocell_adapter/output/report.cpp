@@ -249,6 +249,10 @@ Report makeReport(const Finished& done, const PackingMeasures& measures, const R
   return all;
 }
 
+std::filesystem::path reportJson(const OutputRequest& output) {
+  return std::filesystem::path(*output.reportFile).replace_extension(".json");
+}
+
 std::string jsonText(const Report& report) {
   // File names need not be UTF-8: invalid bytes are replaced.
   return report.dump(1, ' ', false, Report::error_handler_t::replace) + "\n";

@@ -26,6 +26,9 @@ std::string jsonText(const Report& report);
 /// Every setting with its resolved value, by its tag or, if there is none, its option.
 Report configurationOf(const Problem& problem, const OutputRequest& output, const Clearances& clearances);
 
+/// The file of the document, if a report is requested. Pre: it is
+std::filesystem::path reportJson(const OutputRequest& output);
+
 /// Axes along which the lumen of a problem ends other than at a wall.
 std::array<bool, 3> endAxes(const Problem& problem);
 

@@ -154,6 +154,7 @@ FoundCells readCells(Problem& problem) {
     const PosLine line = cell.line();
     found.cells.push_back({cell.species, placementOf(line)});
     found.poses.push_back(poseOf(line));
+    found.lines.push_back(line);
   }
   return found;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/problem/problem.h"
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/parallel/communicator.h"
@@ -17,6 +18,7 @@ namespace packmesh::hemocell {
 struct FoundCells {
   std::vector<PlacedCell> cells;
   std::vector<Pose> poses;
+  std::vector<PosLine> lines;        ///< as read
   std::int64_t all = 0;              ///< of all ranks
   std::vector<std::int64_t> counts;  ///< of all ranks, per species
 

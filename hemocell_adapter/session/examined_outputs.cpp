@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/session/examined_outputs.h"
 
-#include <fmt/format.h>
-
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/cell_files.h"
+#include "hemocell_adapter/output/conversions.h"
 #include "hemocell_adapter/output/outputs.h"
 
 namespace packmesh::hemocell {
@@ -20,27 +18,32 @@ Kept keptOf(const FoundCells& found, const Examination& examination) {
   return all;
 }
 
-void writeOutputsOf(const Problem& problem, const OutputRequest& output, const FoundCells& found,
-                    const Examination& examination, const RunTimes& times) {
-  if (output.exports.empty() && viewFiles(problem, output).empty()) return;
+void withExamined(Problem problem, const OutputRequest& output, const FoundCells& found,
+                  const Examination& examination, const std::function<void(const Finished&)>& use) {
   if (examination.certificate.moreOverlaps) {
     log::warning("so many cells overlap that nothing else is written");
     return;
   }
-  onFirstRank(problem.ranks, [&] { requireWritableOutputs(problem, output, false); });
+  for (const PosLine& line : found.lines) problem.read.add(line);
   PackingResult result;
   result.cells = found.cells;
   result.poses = found.poses;
   result.cellCount = found.all;
   result.certificate = examination.certificate;
   const Tally tally = tallyOf(problem, found.counts);
-  if (!output.exports.empty())
-    for (const auto& file : writeExports(problem, output, result, tally.counts))
-      log::info(fmt::format("Wrote {}", file.string()));
   const Kept kept = keptOf(found, examination);
   Finished done{problem, output, problem.demanded, result, tally, kept};
   done.checked = true;
-  writeViews(done, times);
+  use(done);
+}
+
+void writeOutputsOf(const Problem& problem, const OutputRequest& output, const FoundCells& found,
+                    const Examination& examination, const RunTimes& times) {
+  if (!output.reportFile && !needsConversion(output)) return;
+  withExamined(problem, output, found, examination, [&](const Finished& done) {
+    onFirstRank(done.ranks(), [&] { requireWritableOutputs(done.problem, output, false); });
+    writeViews(done, times);
+  });
 }
 
 }  // namespace packmesh::hemocell

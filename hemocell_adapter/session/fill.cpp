@@ -11,7 +11,6 @@
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/cell_files.h"
 #include "hemocell_adapter/output/outputs.h"
-#include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/problem/make_problem.h"
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
@@ -30,12 +29,7 @@ CompletedRequest requestFor(SharedCase simulation, const std::vector<std::string
   std::vector<std::string> all = {simulation->file.string()};
   all.insert(all.end(), words.begin(), words.end());
   CompletedRequest completed = requestToPack(parseCommandLine("packMesh", all), std::move(simulation));
-  const auto& report = completed.request.output.reportFile;
-  if (report && report->extension() == ".html" && !hasReportPage())
-    throw UsageError(
-        "--report: this build of the plug-in has no page of reports (PACKMESH_PLUGIN_ONLY); expected a file "
-        "that ends "
-        "in .json");
+  if (!completed.request.states("output-dir")) completed.request.output.exports.clear();
   return completed;
 }
 

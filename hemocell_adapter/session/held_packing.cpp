@@ -170,12 +170,11 @@ std::vector<PosLine> posLinesOf(const HeldPacking& held) {
 }
 
 std::vector<fs::path> writeCells(const HeldPacking& held, const fs::path& folder,
-                                 const std::vector<std::string>& formats) {
+                                 const std::vector<fs::path>& others) {
   const Packing& packing = held.packing;
   OutputRequest output;
   output.folder = folder;
-  output.exports = formats;
-  onFirstRank(held.ranks, [&] { requireWritableOutputs(*packing.problem, output, true); });
+  onFirstRank(held.ranks, [&] { requireWritableOutputs(*packing.problem, output, true, others); });
   return writeCellFiles(*packing.problem, output, packing.result, packing.cells.tally.counts);
 }
 
@@ -233,17 +232,13 @@ std::string reportOf(const HeldPacking& held) {
                     [&](const Finished& done) { return reportText(done, held.packing.times); });
 }
 
-std::vector<fs::path> writeViewFiles(const HeldPacking& held, const fs::path& folder, const Views& views) {
-  const Problem& problem = *held.packing.problem;
-  OutputRequest output;
-  output.folder = folder;
-  output.vtp = views.vtp;
-  output.vtpMeshes = views.vtpMeshes;
-  output.reportFile = views.reportFile;
-  onFirstRank(held.ranks, [&] { requireWritableOutputs(problem, output, false); });
-  SharedFiles(held.ranks).makeFolder(folder);
-  asFinished(held.packing, output, [&](const Finished& done) { writeViews(done, held.packing.times); });
-  return viewFiles(problem, output);
+void saveTables(const HeldPacking& held, const fs::path& file) {
+  SharedFiles(held.ranks).makeFolder(file.parent_path());
+  asFinished(held.packing, {}, [&](const Finished& done) { saveTables(done, file); });
+}
+
+void requireWritableFiles(const HeldPacking& held, const std::vector<fs::path>& files) {
+  onFirstRank(held.ranks, [&] { requireWritableOutputs(*held.packing.problem, {}, false, files); });
 }
 
 }  // namespace packmesh::hemocell

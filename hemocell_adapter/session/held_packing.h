@@ -54,20 +54,18 @@ HeldPacking completed(HeldPacking held);
 /// The numbers that are written to .pos files for this rank's cells, in their order.
 std::vector<PosLine> posLinesOf(const HeldPacking& held);
 
-/// Writes .pos files and exports in these formats, all or none. All ranks call. Pre: with a problem
+/// Writes .pos files, all or none. All ranks call. Pre: with a problem
+/// @param others that the caller will write, too
 std::vector<std::filesystem::path> writeCells(const HeldPacking& held, const std::filesystem::path& folder,
-                                              const std::vector<std::string>& formats);
+                                              const std::vector<std::filesystem::path>& others);
 
-/// Which files are written for looking at a packing.
-struct Views {
-  bool vtp = false, vtpMeshes = false;                   ///< see writeVtp()
-  std::optional<std::filesystem::path> reportFile = {};  ///< .json, or .html together with a .json file
-};
+/// Writes what the Python package needs to show and to convert the packing. All ranks call. Pre: with a
+/// problem
+void saveTables(const HeldPacking& held, const std::filesystem::path& file);
 
-/// Writes these files, VTK files to a folder. All ranks call. Pre: with a problem
-/// @return their names
-std::vector<std::filesystem::path> writeViewFiles(const HeldPacking& held,
-                                                  const std::filesystem::path& folder, const Views& views);
+/// @throws AgreedFailure if these outputs cannot be written, or were read. All ranks call. Pre: with a
+/// problem
+void requireWritableFiles(const HeldPacking& held, const std::vector<std::filesystem::path>& files);
 
 /// Writes .pos files of any cells, all or none. @throws OutputError
 void writePosFiles(const std::filesystem::path& folder,

@@ -30,7 +30,7 @@ std::vector<Setting> outputSettings() {
           .notForCheck(),
       setting("export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
               "also write the cells, with the meshes they need, for other programs: csv, espresso, lammps, "
-              "lammps-molecular, mirheo, npfem, stl",
+              "lammps-molecular, mirheo, npfem, stl, vtk (same as --vtp), vtk-meshes (--vtp-meshes)",
               [](Request& s, const Values& v) {
                 if (std::find(s.output.exports.begin(), s.output.exports.end(), text(v[0])) ==
                     s.output.exports.end())

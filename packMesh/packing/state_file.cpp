@@ -2,8 +2,7 @@
 #include "packMesh/packing/state_file.h"
 
 #include <filesystem>
-#include <functional>
-#include <limits>
+#include <memory>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/version.h"
@@ -12,8 +11,10 @@
 #include "packMesh/io/hdf5_writer.h"
 #include "packMesh/io/seal.h"
 #include "packMesh/packing/id_shares.h"
+#include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/problem_digest.h"
 #include "packMesh/packing/read_together.h"
+#include "packMesh/packing/write_together.h"
 
 namespace packmesh {
 namespace {
@@ -118,13 +119,6 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
     cell.deepInWall = tables.deepInWall[i] != 0;
   }
   return cells;
-}
-
-/// Calls visit(name, table) for both tables of measures.
-template <class Measures, class Visit>
-void forEachMeasure(Measures& measures, Visit&& visit) {
-  visit("gap", measures.gap);
-  visit("local_hematocrit", measures.localHematocrit);
 }
 
 /// All values that do not belong to a cell, as named arrays.
@@ -290,6 +284,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
     out.attribute(path, "count", problem.species[s].count);
     writeMesh(out, path, problem.species[s].shape->mesh());
   }
+  writeLumen(out, *problem.container);
   out.group("/run");
   out.group("/relaxation");
   out.group("/growth");
@@ -302,11 +297,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   forEachTable(cells, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/cells/") + name, columns, table);
   });
-  forEachMeasure(state.measures, [&](const char* name, const std::vector<double>& known) {
-    std::vector<double> table = known;
-    table.resize(state.cells.size(), std::numeric_limits<double>::quiet_NaN());
-    out.table(std::string("/cells/") + name, 1, table);
-  });
+  writeColumns(out, columnsOf(state.measures, state.cells.size()));
   // Data of growth only: the fractions of their last steps that cells took, and the best state of earlier
   // attempts.
   const bool growing = state.position.stage == Stage::growth;
@@ -320,41 +311,19 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   });
 }
 
-/// Every rank does `work`, which may communicate. Collective.
-/// @throws OutputError on all ranks if it does on one
-void writeTogether(const Communicator& ranks, const std::function<void()>& work) {
-  std::string error;
-  try {
-    work();
-  } catch (const OutputError& failure) {
-    error = failure.what();
-  }
-  const auto failed = ranks.min(std::int64_t(error.empty() ? ranks.size() : ranks.rank()));
-  if (failed < ranks.size()) throw OutputError(ranks.broadcast(error, static_cast<int>(failed)));
-}
-
 }  // namespace
 
 void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
                 const PackingState& state) {
   const Communicator& ranks = problem.communicator;
-  const bool first = ranks.rank() == 0;
-  AtomicFiles files;  // of the first rank
+  const std::unique_ptr<AtomicFiles> files =
+      writtenHdf5(file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, command, state); });
   writeTogether(ranks, [&] {
-    if (first) files.begin(file);
-  });
-  writeTogether(ranks, [&] {
-    Hdf5Writer out(first ? files.temporary() : fs::path(), file, ranks, sealSize);
-    writeAll(out, problem, command, state);
-    const std::int64_t size = out.close();
-    if (first) files.skipTo(size);
-  });
-  writeTogether(ranks, [&] {
-    if (!first) return;
-    const std::string error = seal(files.temporary(), {kind, schemaVersion, writer()});
+    if (ranks.rank() != 0) return;
+    const std::string error = seal(files->temporary(), {kind, schemaVersion, writer()});
     if (!error.empty()) throw OutputError(file.string() + ": " + error);
-    files.end();
-    files.commit();
+    files->end();
+    files->commit();
   });
 }
 
@@ -395,9 +364,8 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
   });
-  forEachMeasure(state.measures, [&, from = first, count = end - first](const char* name, auto& table) {
-    table = in.table<double>(std::string("/cells/") + name, 1, from, count);
-  });
+  state.measures.gap = in.table<double>("/cells/gap", 1, first, end - first);
+  state.measures.localHematocrit = in.table<double>("/cells/local_hematocrit", 1, first, end - first);
   state.cells = cellsOf(cells);
   if (state.position.stage == Stage::growth) {
     if (in.size("/growth/taken")[0] != state.cellCount) in.fail(misfit);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Commands of the package: python3 -m packmesh <command> ...
+"""Commands of the package: packmesh <command> ...   (or python3 -m packmesh)
 
-They need neither the module of C++ nor, but for plots, other packages: PYTHONPATH=python is enough in the source tree.
+None needs the module of C++: PYTHONPATH=python is enough in the source tree.
 """
 import importlib
 import os
@@ -9,6 +9,8 @@ import shutil
 import sys
 
 COMMANDS = {
+    "view": "cells and report on a page for the browser; needs h5py and Jinja2",
+    "export": "the cells of a state for other programs, and for ParaView; needs h5py",
     "plot": "plots of a report (packMesh --report report.json), or its numbers as tables; needs matplotlib",
     "compare": "mean and spread of realisations by their reports, as tables and as a page",
     "render": "a picture of a packing (packMesh --vtp), a case or a state; needs POV-Ray",
@@ -17,6 +19,10 @@ COMMANDS = {
     "paraview-cells": "a picture of a state (packMesh --state) by ParaView; needs pvpython",
     "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
 }
+
+#: Packages that commands need, as Debian calls them.
+PACKAGES = {"numpy": "python3-numpy", "h5py": "python3-h5py", "jinja2": "python3-jinja2"}
+UNUSABLE = 69  # exit code if one is missing, which the program knows
 
 
 def run_in_paraview(name, arguments):
@@ -47,8 +53,14 @@ def main():
     name = command.replace("-", "_")
     if command.startswith("paraview"):
         return run_in_paraview(name, arguments)
-    sys.argv = [f"python3 -m packmesh {command}", *arguments]
-    return importlib.import_module("packmesh." + name).main()
+    sys.argv = [f"packmesh {command}", *arguments]
+    try:
+        return importlib.import_module("packmesh." + name).main()
+    except ModuleNotFoundError as error:
+        if error.name not in PACKAGES:
+            raise
+        print(f"(packMesh) (Error) needs the Python package {error.name} (Debian: {PACKAGES[error.name]})", file=sys.stderr)
+        return UNUSABLE
 
 
 if __name__ == "__main__":

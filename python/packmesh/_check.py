@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from typing import Mapping, Optional, Sequence, Tuple, Union
+import os
+import tempfile
+from typing import Any, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _packmesh
 from ._settings import Body, Box, Cylinder, MeshSource, Path, Species, Sphere, Vector, encoded, file_name, words
 from .errors import InputError
-from .packing import Check, Packing, load
+from .export import exported, names_of, write
+from .packing import Check, Packing, load, report_files, write_report
+from .packing_file import PackingFile
 
 
 def check(
@@ -59,8 +63,25 @@ def check(
         asked.flag("box", box is not None)
         if case is not None:
             asked.words.insert(0, file_name("case", case))
-        if report is not None:
-            asked.option("report", report)
         asked.option("start" if what.endswith(".h5") else "output-dir", what)
         folder = None if vtp is None else file_name("vtp", vtp, "a folder")
-        return Check._of(_packmesh.check(encoded(["check", *asked.all()]), folder))
+        name = None if report is None else file_name("report", report)
+        return checked(encoded(["check", *asked.all()]), folder, name)
+
+
+def checked(command: Sequence[Any], folder: Optional[str], report: Optional[str]) -> Check:
+    """Of the program's words. folder: for VTK files; report: a file."""
+    if report is not None and not report.endswith((".json", ".html")):
+        raise InputError(f"check: report: expected a file that ends in .json or .html, found '{report}'")
+    with tempfile.TemporaryDirectory() as work:
+        tables = os.path.join(work, "packing.h5") if folder is not None or report is not None else None
+        found = _packmesh.check(command, tables, report is not None)
+        if found["written"]:
+            exports = exported(PackingFile(str(tables)), ["vtk"]) if folder is not None else []
+            reports = report_files(report) if report is not None else []
+            found["require_writable"](names_of(exports, folder or "") + reports)
+            if folder is not None:
+                write(exports, folder)
+            if reports:
+                write_report(reports, found["report"], str(tables))
+    return Check._of(found)

@@ -12,7 +12,6 @@ import argparse
 import json
 import math
 import os
-import re
 import statistics
 import sys
 import urllib.parse
@@ -259,33 +258,12 @@ def page_data(names, reports, found, curves, page):
             "measures": mean_measures(reports, curves)}
 
 
-def page_files():
-    """Folder of the files of the report page, and Chart.js: beside this file as installed, or of the source tree."""
-    installed = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
-    if os.path.isdir(installed):
-        return installed, os.path.join(installed, "chart.min.js")
-    source = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../hemocell_adapter/output/page")
-    return source, "/usr/share/javascript/chart.js/chart.min.js"
-
-
-def embedded(data):
-    """JSON that may stand in an element `script`."""
-    return json.dumps(data, ensure_ascii=False).replace("<", "\\u003c")
-
-
 def write_page(path, data):
     """The page of a report without cells, with other tables."""
-    folder, chart = page_files()
-
-    def read(file):
-        with open(os.path.join(folder, file), encoding="utf-8") as stream:
-            return stream.read()
+    from packmesh import view  # only pages need it
 
     no_cells = {"cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": ""}
-    parts = {"STYLE": read("page.css"), "REPORT": embedded(data), "VIEW": embedded(no_cells),
-             "LIBRARIES": f"<script>/* chart.min.js */\n{read(chart)}\n</script>",
-             "SCRIPTS": "\n".join(read(name + ".js") for name in ("data", "tables", "plots", "comparison"))}
-    page = re.sub(f"@({'|'.join(parts)})@", lambda found: parts[found[1]], read("page.html"))
+    page = view.page_of(data, no_cells, ("data", "tables", "plots", "comparison"), ("chart.min.js",))
     with open(path, "w", encoding="utf-8") as file:
         file.write(page)
     print(f"(packMesh) Wrote {path}")

@@ -2,17 +2,22 @@
 """Packings: what pack() and load() return."""
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
+import os
 import pathlib
-import tempfile
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+import socket
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from . import _packmesh, convert, scene
+from . import _packmesh, convert, files, scene
 from ._settings import Path, address, encoded, file_name, keep_inputs, listed, plain
 from .errors import InputError, OutputError
+from .export import exported, names_of
+from .export import write as write_exports
+from .packing_file import PackingFile
 
 
 @dataclasses.dataclass(frozen=True)
@@ -231,41 +236,87 @@ class Packing:
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
 
-        export: formats to write beside them: "csv", "espresso", "lammps", "lammps-molecular", "mirheo", "npfem", "stl".
+        export: formats to write beside them: "csv", "espresso", "lammps", "lammps-molecular", "mirheo", "npfem", "stl", "vtk",
+        "vtk-meshes".
         """
         formats = [plain("export", str(one)) for one in listed("export", export, str)]
-        return self._held.write(file_name("folder", folder, "a folder"), formats)
+        name = file_name("folder", folder, "a folder")
+        if not formats:
+            return self._held.write(name, [])
+        with self._exports(name, formats) as (names, write):
+            written = self._held.write(name, names)
+            return written + write()
 
     def write_vtp(self, folder: Path = ".", meshes: bool = False) -> List[pathlib.Path]:
-        """Writes ``<species>.vtp``, ``<species>_mesh.vtp`` and ``lumen.vtp`` for ParaView and for ``python3 -m packmesh render``
+        """Writes ``<species>.vtp``, ``<species>_mesh.vtp`` and ``lumen.vtp`` for ParaView and for ``packmesh render``
         (collective).
 
         meshes: also ``<species>_cells.vtp``, all membranes.
         """
-        return self._held.write_views(file_name("folder", folder, "a folder"), True, meshes, None)
+        with self._exports(file_name("folder", folder, "a folder"), ["vtk", "vtk-meshes"] if meshes else ["vtk"]) as (names, write):
+            self._held.require_writable(names)
+            return write()
 
     def write_report(self, file: Path) -> List[pathlib.Path]:
         """Writes report.json, or report.html with an interactive view and report.json beside it (collective)."""
         name = file_name("file", file)
         if not name.endswith((".json", ".html")):
             raise InputError(f"write_report: expected a file that ends in .json or .html, found '{name}'")
-        return self._held.write_views(".", False, False, name)
+        names = report_files(name)
+        self._held.require_writable(names)
+        report = self._held.report()
+        with self._tables(os.path.dirname(name)) as tables:
+            self._on_first_rank(lambda: write_report(names, report, tables))
+        return [pathlib.Path(one) for one in reversed(names)]
 
     def write_scene(self, file: Path) -> None:
-        """Writes a scene for POV-Ray (.pov), which ``python3 -m packmesh render`` renders (collective)."""
+        """Writes a scene for POV-Ray (.pov), which ``packmesh render`` renders (collective)."""
         file = file_name("file", file)
-        with tempfile.TemporaryDirectory() as folder:
-            self.write_vtp(folder)
-            failure = None
-            if self._comm is None or self._comm.rank == 0:
-                try:
-                    scene.write(file, scene.packing_scene(*scene.read_packing(folder)))
-                except OSError as error:
-                    failure = f"{file}: cannot be written: {error.strerror}"
+        with self._tables(os.path.dirname(file)) as tables:
+            self._on_first_rank(lambda: scene.write_of(file, tables))
+
+    @contextlib.contextmanager
+    def _tables(self, folder: str) -> Iterator[str]:
+        """A file of the cells for converters, beside what they write: all ranks write it."""
+        name = os.path.join(folder, f".packing~{socket.gethostname()}.{os.getpid()}.h5")
         if self._comm is not None:
-            failure = self._comm.bcast(failure)
-        if failure:
-            raise OutputError(failure)
+            name = self._comm.bcast(name)
+        try:
+            self._held.save_tables(name)
+            yield name
+        finally:
+            if self._comm is None or self._comm.rank == 0:
+                with contextlib.suppress(OSError):
+                    os.remove(name)
+
+    @contextlib.contextmanager
+    def _exports(self, folder: str, formats: Sequence[str]) -> Iterator[Tuple[List[str], Callable[[], List[pathlib.Path]]]]:
+        """The names of the files of these formats, and what writes them and returns their paths."""
+        with self._tables(folder) as tables:
+            exports = self._on_first_rank(lambda: exported(PackingFile(tables), formats), keeps=True)
+            names = self._on_first_rank(lambda: names_of(exports, folder))
+
+            def write() -> List[pathlib.Path]:
+                self._on_first_rank(lambda: write_exports(exports, folder), keeps=True)
+                return [pathlib.Path(one) for one in names]
+
+            yield names, write
+
+    def _on_first_rank(self, work: Callable[[], Any], keeps: bool = False) -> Any:
+        """What work() returns or raises there, on all ranks. keeps: only the first rank gets what it returns."""
+        result, failure = None, None
+        if self._comm is None or self._comm.rank == 0:
+            try:
+                result = work()
+            except (InputError, OutputError) as error:
+                failure = error
+        if self._comm is not None:
+            own = result
+            result, failure = self._comm.bcast((None if keeps else result, failure))
+            result = own if keeps else result
+        if failure is not None:
+            raise failure
+        return result
 
     def to_meshio(self) -> Any:
         """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
@@ -278,6 +329,21 @@ class Packing:
     def to_pyvista(self) -> Any:
         """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
         return convert.to_pyvista(self)
+
+
+def report_files(name: str) -> List[str]:
+    """report.json, or that and report.html."""
+    return [name] if name.endswith(".json") else [name[:-len(".html")] + ".json", name]
+
+
+def write_report(names: Sequence[str], report: str, tables: str) -> None:
+    """The files that report_files() names. @raises OutputError"""
+    with files.Outputs() as outputs:
+        outputs.write(names[0], [report.encode()])
+        if len(names) > 1:
+            from . import view  # needs Jinja2
+            outputs.write(names[1], [view.page_text(PackingFile(tables), json.loads(report)).encode("utf-8", "replace")])
+        outputs.commit()
 
 
 def load(file: Path, *, comm: Any = None) -> Packing:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Pictures of packings by POV-Ray; needs no display.
 
-    python3 -m packmesh render [what] [picture.png] [width height] [options]
+    packmesh render [what] [picture.png] [width height] [options]
 
 what is one of
   a folder      with the files of packMesh --vtp (default: the current one)
@@ -9,7 +9,7 @@ what is one of
   cells.h5      a state file (packMesh --state)
   cells.vtp     what catCells --vtp wrote
   cells.pov     a scene that was kept
-For a case and a state file, the package must be installed.
+A state file needs h5py; for a case, the package must be installed with its module of C++.
 
   --scene cells.pov                 keep the scene, for POV-Ray itself
   --color species|gap|orientation   quantity shown by colour (orientation: symmetry axis along x red, y green, z blue)
@@ -31,6 +31,7 @@ import sys
 import tempfile
 
 from packmesh import scene, vtp
+from packmesh.errors import InputError, OutputError
 
 OPTIONS = ("scene", "show", "color", "max-gap", "clip", "azimuth", "elevation", "turntable", "quality", "size")
 QUALITIES = {"draft": ["-A"], "normal": ["+A0.2", "+AM2", "+R2"], "fine": ["+A0.05", "+AM2", "+R4", "Declare=Fine=1"]}
@@ -123,17 +124,14 @@ def largest_gap(told, file):
                      if found), "?")
 
 
-def write_packing_files(what, folder):
-    """The files of packMesh --vtp, of a case or a state file, by the module of C++."""
+def write_case_files(what, folder):
+    """The files of packMesh --vtp of a case, by the module of C++."""
     try:
         import packmesh
-        if what.endswith(".h5"):
-            packmesh.load(what).write_vtp(folder)
-        else:
-            packmesh.Case(what).check(vtp=folder)
+        packmesh.Case(what).check(vtp=folder)
     except ImportError:
         fail(f"{what}: the Python package packmesh is not installed with its module of C++; write the files for the picture by "
-             "packMesh --vtp (packMesh check config.xml --vtp for .pos files), and render their folder", 1)
+             "packMesh check config.xml --vtp, and render their folder", 1)
     except packmesh.Error as error:
         fail(error)
 
@@ -143,16 +141,20 @@ def write_scene(what, shown, target):
     try:
         if what.endswith(".vtp"):
             scene.write(target, scene.cat_scene(vtp.read(what), shown))
+        elif what.endswith(".h5"):
+            scene.write_of(target, what)
         elif os.path.isdir(what):
             scene.write(target, scene.packing_scene(*scene.read_packing(what)))
         else:
             with tempfile.TemporaryDirectory() as folder:
-                write_packing_files(what, folder)
+                write_case_files(what, folder)
                 scene.write(target, scene.packing_scene(*scene.read_packing(folder)))
     except scene.Unusable as error:
         fail(error if os.path.isdir(what) else f"{what}: {error}")
-    except vtp.Unreadable as error:
+    except (vtp.Unreadable, InputError) as error:
         fail(error)
+    except OutputError as error:
+        fail(error, 1)
     except OSError as error:
         fail(f"{error.filename}: {error.strerror}", 1)
 

@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import os
+import tempfile
 
 from packmesh import pov, vtp
 from packmesh.pov_camera import camera
@@ -199,6 +200,19 @@ def cat_scene(surface, shown=()):
                    + pov.bars(pov.sharp_edges(*cell, SAME_PLANE), dark, EDGE_RADIUS * size, size))
     yield pov.glass(*container)
     yield pov.RIM + pov.bars(pov.sharp_edges(*container, pov.CREASE), "Rim", RIM_RADIUS * size, size)
+
+
+def write_of(path, tables):
+    """Of a packing in a file (packing_file.py). @raises packmesh.errors.InputError, packmesh.errors.OutputError"""
+    from packmesh import export, packing_file  # render reads .vtp files without NumPy
+    from packmesh.errors import OutputError
+
+    with tempfile.TemporaryDirectory() as folder:
+        export.write(export.exported(packing_file.PackingFile(tables), ["vtk"]), folder)
+        try:
+            write(path, packing_scene(*read_packing(folder)))
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def write(path, pieces):

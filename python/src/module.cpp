@@ -21,7 +21,7 @@
 #include "hemocell_adapter/hemocell/case.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/hemocell/read_pos.h"
-#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/outputs.h"
 #include "hemocell_adapter/output/state_files.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_problem.h"
@@ -160,11 +160,13 @@ py::dict examined(PythonPacking& packing) {
   return examinationOf(*problem, counts, found);
 }
 
-/// @param vtpFolder for VTK files of the cells
-py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
+/// @param tables file that the package converts; empty: none
+py::dict check(const Words& words, const std::optional<fs::path>& tables, bool withReport) {
   Caller caller;
-  Problem problem;
+  const auto problem = std::make_shared<Problem>();
   FoundCells cells;
+  std::optional<std::string> report;
+  bool written = false;
   const Examination found = caller.run([&] {
     const InputRecord inputs;
     const Timer timer;
@@ -175,21 +177,26 @@ py::dict check(const Words& words, const std::optional<fs::path>& vtpFolder) {
     {
       const PollScope scope(
           endOfPreparation(completed.request, timer, returnedToPython, caller.hooks().interrupted));
-      together(problem.ranks, [&] { problem = problemToCheck(completed); });
+      together(problem->ranks, [&] { *problem = problemToCheck(completed); });
     }
-    for (const std::string& notice : problem.notices) log::warning(notice);
-    cells = readCells(problem);
-    const Examination examined = examine(problem, cells.cells);
-    OutputRequest output = completed.request.output;
-    if (vtpFolder) {
-      SharedFiles(problem.ranks).makeFolder(*vtpFolder);
-      output.folder = *vtpFolder;
-      output.vtp = true;
-    }
-    writeOutputsOf(problem, output, cells, examined, {timer.cpu(), timer.wall()});
+    for (const std::string& notice : problem->notices) log::warning(notice);
+    cells = readCells(*problem);
+    const Examination examined = examine(*problem, cells.cells);
+    if (tables || withReport)
+      withExamined(*problem, completed.request.output, cells, examined, [&](const Finished& done) {
+        if (tables) saveTables(done, *tables);
+        if (withReport) report = reportText(done, {timer.cpu(), timer.wall()});
+        written = true;
+      });
     return examined;
   });
-  return examinationOf(problem, cells.counts, found);
+  py::dict all = examinationOf(*problem, cells.counts, found);
+  all["report"] = report;
+  all["written"] = written;
+  all["require_writable"] = py::cpp_function([problem](const std::vector<fs::path>& files) {
+    Caller().run([&] { requireWritableOutputs(*problem, {}, false, files); });
+  });
+  return all;
 }
 
 py::dict forecast(const Words& words) {
@@ -297,15 +304,16 @@ void addPacking(py::module_& module) {
              return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi));
            })
       .def("write",
-           [](PythonPacking& p, const fs::path& folder, const Words& formats) {
-             return withScene(p, [&](const HeldPacking& held) { return writeCells(held, folder, formats); });
+           [](PythonPacking& p, const fs::path& folder, const std::vector<fs::path>& others) {
+             return withScene(p, [&](const HeldPacking& held) { return writeCells(held, folder, others); });
            })
-      .def("write_views",
-           [](PythonPacking& p, const fs::path& folder, bool vtp, bool meshes,
-              const std::optional<fs::path>& report) {
-             return withScene(p, [&](const HeldPacking& held) {
-               return writeViewFiles(held, folder, {vtp, meshes, report});
-             });
+      .def("save_tables",
+           [](PythonPacking& p, const fs::path& file) {
+             withScene(p, [&](const HeldPacking& held) { saveTables(held, file); });
+           })
+      .def("require_writable",
+           [](PythonPacking& p, const std::vector<fs::path>& files) {
+             withScene(p, [&](const HeldPacking& held) { requireWritableFiles(held, files); });
            })
       .def("save", &save);
 }

@@ -26,7 +26,7 @@ borrow() { # build folder
   if [[ ${PACKMESH_COMPILE_ALL:-0} == 1 ]]; then return; fi
   sleep 1  # later than the Makefiles, on any file system
   (cd "$built" && find packMesh/CMakeFiles hemocell_adapter/CMakeFiles -name '*.o') |
-    grep -v '/version\.cpp\.o$\|/report_page_template\.cpp\.o$' | while IFS= read -r object; do
+    grep -v '/version\.cpp\.o$' | while IFS= read -r object; do
       mkdir -p "$(dirname "$1/tools/packMesh/$object")"
       cp "$built/$object" "$1/tools/packMesh/$object"
     done

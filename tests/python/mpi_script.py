@@ -17,9 +17,9 @@ packing.save(folder / "cells.h5")
 packing.write_vtp(folder / "together")
 packing.write_scene(folder / "together/cells.pov")
 try:
-    packing.write_scene(folder / "none/cells.pov")
+    packing.write_scene(folder / "together")
 except packmesh.OutputError as error:
-    assert "cells.pov: cannot be written" in str(error)
+    assert "together: cannot be written" in str(error)
 else:
     raise AssertionError("no error")
 loaded = packmesh.load(folder / "cells.h5", comm=comm)

@@ -131,7 +131,7 @@ def test_a_scene_that_cannot_be_written_leaves_no_file(tmp_path):
 
 def test_files_of_the_program_of_python_and_of_a_state_give_the_same_scene(program, tmp_path):
     folder, text = program(30, 30, 30, "--hematocrit", 0.3, "--ends", "periodic", "--pov", "--vtp-meshes", "--state", "s.h5")
-    assert "For a picture: python3 -m packmesh render ." in text
+    assert "For a picture: packmesh render ." in text
     packing = packmesh.pack(box=(30, 30, 30), hematocrit=0.3, ends="periodic")
     names = {file.name for file in packing.write_vtp(tmp_path / "python", meshes=True)}
     assert names == {file.name for file in folder.glob("*.vtp")} and len(names) == 7
@@ -140,7 +140,8 @@ def test_files_of_the_program_of_python_and_of_a_state_give_the_same_scene(progr
     packing.write_scene(tmp_path / "python.pov")
     packmesh.load(folder / "s.h5").write_scene(tmp_path / "state.pov")
     render.write_scene(str(folder), [], tmp_path / "folder.pov")
-    assert len({(tmp_path / f"{name}.pov").read_bytes() for name in ("python", "state", "folder")}) == 1
+    render.write_scene(str(folder / "s.h5"), [], tmp_path / "file.pov")
+    assert len({(tmp_path / f"{name}.pov").read_bytes() for name in ("python", "state", "folder", "file")}) == 1
     species, box = scene.read_packing(folder)
     assert [one.name for one in species] == ["RBC", "PLT"] and len(box.lines) == 12 and not box.triangles
     np.testing.assert_array_equal(np.concatenate([one.centres for one in species]), packing.positions)

@@ -52,7 +52,7 @@ def check_spack():
     placed = [options["placement"] for name, _, options in called if name == "resource"]
     for name, path in given.items():
         check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
-    found = set(re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/report_page_source.cmake").read_text(), re.M))
+    found = set(re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M))
     check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
     check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
     variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
@@ -73,7 +73,7 @@ def check_spack():
         "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libspdlog-dev": "spdlog", "libtet1.5-dev": "tetgen",
         "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk", "libgmp-dev": "gmp",
         "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig",
-        "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy"}
+        "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy", "python3-h5py": "py-h5py", "python3-jinja2": "py-jinja2"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for debian, spack in spack_name.items():
         check(debian in listed, f"scripts/apt-packages.txt does not list {debian} any more, the Spack recipe does ({spack})")
@@ -105,9 +105,9 @@ def check_conda():
     check(not re.search(r"[ \t]+$", text, re.M) and text.endswith("\n") and not text.endswith("\n\n"), "conda: blanks at ends of lines, or the last line")
     needed = dict(re.findall(r"^    - ([a-z0-9_-]+)(?: (.*))?$", re.search(r"^requirements:\n(.*?)^test:", plain, re.M | re.S)[1], re.M))
     for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt", "spdlog",
-                    "nlohmann_json", "xxhash"):
+                    "nlohmann_json", "xxhash", "numpy", "h5py", "jinja2"):
         check(package in needed, f"conda: {package} is missing")
-    for name in re.findall(r"^find_file\((\w+)", (root / "hemocell_adapter/report_page_source.cmake").read_text(), re.M):
+    for name in re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M):
         check(f"-D{name}=" in plain, f"conda: CMake looks for {name}, the recipe does not give it")
     least = re.search(r"cmake_minimum_required\(VERSION ([\d.]+)\)", (root / "CMakeLists.txt").read_text()).group(1)
     check(needed.get("cmake") == f">={least}", f"conda: CMake {least} is needed, not {needed.get('cmake')}")

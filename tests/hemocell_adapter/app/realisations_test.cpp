@@ -31,9 +31,8 @@ TEST_CASE("The reports of realisations name their neighbours", "[executable]") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "15 15 15 --rbc 2 --realisations 10 --report r.html");
   REQUIRE(ran.exitCode == 0);
-  CHECK_THAT(
-      ran.out,
-      Contains("To compare them: python3 -m packmesh compare ./realisation_*/r.json --page compare.html"));
+  CHECK_THAT(ran.out,
+             Contains("To compare them: packmesh compare ./realisation_*/r.json --page compare.html"));
   const auto realisation = [&](const char* path) {
     return nlohmann::json::parse(readText(folder.path() / path))["realisation"];
   };

@@ -7,11 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "hemocell_adapter/output/report_page.h"
 #include "hemocell_adapter/settings/settings_table.h"
-#include "packMesh/container/primitives.h"
 #include "tests/hemocell_adapter/sample_case.h"
-#include "tests/support/shapes.h"
 
 using namespace packmesh;
 using namespace packmesh::hemocell;
@@ -148,12 +145,12 @@ TEST_CASE("An HTML report is one file that holds the data as JSON", "[executable
   CHECK(view["orientations"].get<std::string>().size() == (16 * cells + 2) / 3 * 4);
   CHECK(view["gaps"].get<std::string>().size() == (4 * cells + 2) / 3 * 4);
   CHECK(view["lumen"].contains("triangles"));
-  CHECK_THAT(html, !Contains("src=\"http") && !Contains("@import") && !Contains("@LIBRARIES@"));
+  CHECK_THAT(html, !Contains("src=\"http") && !Contains("@import") && !Contains("{{ ") && !Contains("{% "));
 }
 
 TEST_CASE("Text that looks like the end of a script stays data", "[executable]") {
   const SampleCase folder;
-  const std::string name = "</script><!--<script>@VIEW@";
+  const std::string name = "</script><!--<script>{{ cells }}";
   fs::create_directories(folder.path() / name);
   const Ran ran = run(folder.path(), "config.xml --rbc 1 --report report.html --output-dir '" + name + "'");
   INFO(ran.all());
@@ -161,33 +158,6 @@ TEST_CASE("Text that looks like the end of a script stays data", "[executable]")
   const std::string html = readText(folder.path() / "report.html");
   CHECK(html.find(name) == html.npos);
   CHECK(embedded(html, "report")["command"].back() == name);
-}
-
-TEST_CASE("Of many cells the view has a slice", "[report]") {
-  Problem problem;
-  problem.lumen.container = makeBox({Vec3::Zero(), Vec3(10, 40, 10)}, {false, false, false});
-  CellSpecies species;
-  species.shape = sphereShape();
-  problem.species = {species};
-  std::vector<PicturedCell> cells;
-  for (const double y : {1.0, 25.0, 12.0, 21.0, 39.0})
-    cells.push_back({{0, {Mat3::Identity(), Vec3(5, y, 5)}}, 0.5, 0.1});
-  const PackingResult result;
-  const Report view = viewOf({problem, {}, {}, result, Tally(), Kept()}, cells, 2);
-  CHECK(view["cells"] == 5);
-  CHECK(view["slice"] == "y");
-  CHECK(view["species"][0]["cells"] == 2);
-  CHECK(view["numbers"] == "AQAAAAMAAAA=");  // 1 and 3
-}
-
-TEST_CASE("A coarsened surface has few triangles and the same extent", "[report]") {
-  const TriangleMesh fine = icosphere(5, 10.0);
-  REQUIRE(fine.triangles.size() > 5000);
-  const TriangleMesh coarse = coarsened(fine, 2000);
-  CHECK(coarse.triangles.size() <= 2000);
-  CHECK(coarse.triangles.size() > 500);
-  CHECK((boundingBox(coarse).size() - boundingBox(fine).size()).norm() < 1.0);
-  CHECK(coarsened(fine, fine.triangles.size()).vertices.size() == fine.vertices.size());
 }
 
 TEST_CASE("Reports of one cell, and of species without cells, are complete", "[executable]") {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/packing_file.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "packMesh/core/version.h"
+#include "packMesh/io/hdf5_writer.h"
+#include "packMesh/packing/write_together.h"
+
+namespace packmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t schemaVersion = 1;
+
+/// Of faults, nobody looks at more.
+constexpr std::size_t mostFaults = 1000;
+
+void append(std::vector<double>& to, const Vec3& v) {
+  to.insert(to.end(), v.data(), v.data() + 3);
+}
+
+void writeKinds(Hdf5Writer& out, const std::vector<PackingTables::Kind>& kinds) {
+  out.group("/species");
+  for (std::size_t k = 0; k < kinds.size(); ++k) {
+    const std::string path = "/species/" + std::to_string(k);
+    out.group(path);
+    out.attribute(path, "name", kinds[k].name);
+    out.attribute(path, "count", kinds[k].count);
+    out.attribute(path, "red", std::int64_t(kinds[k].red));
+    out.attribute(path, "unlike_file", kinds[k].unlikeFile);
+    std::vector<double> origin;
+    if (kinds[k].originInFile) append(origin, *kinds[k].originInFile);
+    out.commonTable(path + "/origin_in_file", 3, origin);
+    writeMesh(out, path, *kinds[k].mesh);
+  }
+}
+
+void writeFaults(Hdf5Writer& out, const Certificate& certificate) {
+  out.group("/faults");
+  std::vector<std::int64_t> pairs, misplaced;
+  for (std::size_t i = 0; i < std::min(mostFaults, certificate.overlapping.size()); ++i)
+    pairs.insert(pairs.end(), {certificate.overlapping[i].first, certificate.overlapping[i].second});
+  out.group("/faults/reasons");
+  for (std::size_t i = 0; i < std::min(mostFaults, certificate.misplaced.size()); ++i) {
+    misplaced.push_back(certificate.misplaced[i].cell);
+    out.attribute("/faults/reasons", std::to_string(i).c_str(), certificate.misplaced[i].reason);
+  }
+  out.commonTable("/faults/overlapping", 2, pairs);
+  out.commonTable("/faults/misplaced", 1, misplaced);
+}
+
+void writeCells(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {
+  out.group("/cells");
+  std::vector<double> positions, orientations;
+  for (const Pose& pose : tables.poses) {
+    append(positions, pose.position);
+    const Quaternion& q = pose.orientation;
+    orientations.insert(orientations.end(), {q.w(), q.x(), q.y(), q.z()});
+  }
+  std::vector<std::int64_t> ids(tables.poses.size());
+  std::int64_t next = ranks.sumBefore({std::int64_t(ids.size())}).front();
+  for (std::int64_t& id : ids) id = next++;
+  out.table("/cells/id", 1, ids);
+  out.table("/cells/species", 1, tables.kind);
+  out.table("/cells/position", 3, positions);
+  out.table("/cells/orientation", 4, orientations);
+  writeColumns(out, tables.columns);
+}
+
+void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {
+  out.attribute("/", "kind", std::string("packMesh packing"));
+  out.attribute("/", "version", schemaVersion);
+  out.attribute("/", "writer", std::string("packMesh ") + version() + " (" + gitHash() + ")");
+  out.attribute("/", "unit", std::string("µm"));
+  writeKinds(out, tables.kinds);
+  writeLumen(out, *tables.lumen);
+  writeCells(out, tables, ranks);
+  if (tables.certificate) writeFaults(out, *tables.certificate);
+}
+
+}  // namespace
+
+std::vector<CellColumn> columnsOf(const CellMeasures& measures, std::size_t cells) {
+  std::vector<CellColumn> columns = {{"gap", 1, measures.gap},
+                                     {"local_hematocrit", 1, measures.localHematocrit}};
+  for (CellColumn& column : columns)
+    column.values.resize(cells * column.width, std::numeric_limits<double>::quiet_NaN());
+  return columns;
+}
+
+void writeLumen(Hdf5Writer& out, const Container& lumen) {
+  out.group("/lumen");
+  out.attribute("/lumen", "description", lumen.describe());
+  std::vector<double> box;
+  for (const Vec3& row : {lumen.bounds().lo, lumen.bounds().hi, lumen.period()}) append(box, row);
+  out.commonTable("/lumen/box", 3, box);
+  if (lumen.wall()) writeMesh(out, "/lumen", lumen.surface());
+}
+
+void writeColumns(Hdf5Writer& out, const std::vector<CellColumn>& columns) {
+  for (const CellColumn& column : columns) out.table("/cells/" + column.name, column.width, column.values);
+}
+
+std::unique_ptr<AtomicFiles> writtenPacking(const fs::path& file, const PackingTables& tables,
+                                            const Communicator& ranks) {
+  return writtenHdf5(file, ranks, 0, [&](Hdf5Writer& out) { writeAll(out, tables, ranks); });
+}
+
+void writePacking(const fs::path& file, const PackingTables& tables, const Communicator& ranks) {
+  const std::unique_ptr<AtomicFiles> files = writtenPacking(file, tables, ranks);
+  writeTogether(ranks, [&] {
+    if (ranks.rank() != 0) return;
+    files->end();
+    files->commit();
+  });
+}
+
+}  // namespace packmesh

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Writes the cells of a packing for other programs:
+
+    packmesh export cells.h5 --format csv --format stl [--folder FOLDER]
+
+cells.h5 is a state (packMesh --state), or the packing.h5 that packMesh leaves where it could not use this package.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+from typing import List, Sequence
+
+from packmesh import files
+from packmesh.errors import InputError
+from packmesh.formats import File, Format, lammps, membranes, plain, vtk
+from packmesh.packing_file import PackingFile
+
+FORMATS: "dict[str, Format]" = {
+    "csv": plain.csv, "espresso": membranes.espresso, "lammps": lammps.ellipsoids, "lammps-molecular": lammps.molecules,
+    "mirheo": membranes.mirheo, "npfem": membranes.npfem, "stl": plain.stl, "vtk": vtk.points, "vtk-meshes": vtk.membranes}
+
+#: May hold names that others would misread.
+FOR_LOOKING = ("vtk", "vtk-meshes")
+
+
+def exported(packing: PackingFile, formats: Sequence[str]) -> List[File]:
+    """The files of these formats, each once. @raises InputError if the other program cannot have these cells, or not there"""
+    packing.require_full_size()
+    for kind in packing.kinds:
+        if any(name not in FOR_LOOKING for name in formats) and not is_cell_name(kind.name):
+            raise InputError(f"export: other programs may misread the name '{kind.name}'; expected a cell name without blanks, "
+                             "invisible characters, slashes, commas, semicolons, quotes and #, not beginning with one of . = + - @")
+    found = {}
+    for name in formats:
+        if name not in FORMATS:
+            raise InputError(f"'{name}' is not an export format; expected one of {', '.join(FORMATS)}")
+        for file in FORMATS[name](packing):
+            found.setdefault(file.name, file)  # formats share templates
+    return list(found.values())
+
+
+def is_cell_name(name: str) -> bool:
+    """Whether packMesh gives it: no formula to a spreadsheet, no separators (isCellName() of the program)."""
+    return bool(name) and name.isprintable() and name[0] not in ".=+-@＝＋－＠" and not any(c in " ,;#\"'/\\" for c in name)
+
+
+def write(exports: Sequence[File], folder: str) -> List[str]:
+    """All or none. @return the names @raises OutputError"""
+    with files.Outputs() as outputs:
+        for file in exports:
+            outputs.write(os.path.join(folder, file.name), file.pieces())
+        outputs.commit()
+    return names_of(exports, folder)
+
+
+def names_of(exports: Sequence[File], folder: str) -> List[str]:
+    return [os.path.join(folder, file.name) for file in exports]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", help="cells.h5")
+    parser.add_argument("--format", action="append", required=True, choices=FORMATS, help="can be repeated")
+    parser.add_argument("--folder", default=".", help="where to write (default: the current one)")
+    parser.add_argument("--plan", action="store_true", help="only print the names of the files")
+    words = parser.parse_args()
+
+    def work() -> None:
+        packing = PackingFile(words.file)
+        exports = exported(packing, words.format)
+        if words.plan:
+            print("\n".join(names_of(exports, words.folder)))
+            return
+        if not packing.finished:
+            files.warn(f"{words.file}: its cells are not those of a finished packing: they may overlap")
+        for name in write(exports, words.folder):
+            files.say(f"Wrote {name}")
+
+    return files.run_command(work)

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Files that appear completely or not at all, and what the commands print."""
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import sys
+from typing import Any, BinaryIO, Iterable, Iterator, List, Tuple
+
+from packmesh.errors import Error, InputError, OutputError
+
+#: Exit codes of the commands, and UNUSABLE of __main__.py; the program knows them (hemocell_adapter/output/python_command.cpp).
+REFUSED, CANNOT_WRITE = 2, 5
+
+
+def say(text: object) -> None:
+    print(f"(packMesh) {text}", flush=True)
+
+
+def warn(text: object) -> None:
+    print(f"(packMesh) (Warning) {text}", file=sys.stderr, flush=True)
+
+
+def error(text: object) -> None:
+    print(f"(packMesh) (Error) {text}", file=sys.stderr, flush=True)
+
+
+class Outputs:
+    """Writes files under temporary names beside them; commit() renames all, leaving the block removes those left.
+
+    A file that exists keeps its permissions; if it is a symbolic link, what it points to is replaced.
+    """
+
+    def __init__(self) -> None:
+        self._files: List[Tuple[str, str]] = []  # temporary and final name
+
+    def __enter__(self) -> "Outputs":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        for temporary, _target in self._files:
+            with contextlib.suppress(OSError):
+                os.remove(temporary)
+
+    @contextlib.contextmanager
+    def begin(self, path: str) -> Iterator[BinaryIO]:
+        """@raises OutputError"""
+        target = os.path.realpath(path)
+        folder, name = os.path.split(target)
+        temporary = os.path.join(folder, f".{name}~{socket.gethostname()}.{os.getpid()}-{len(self._files)}.new")
+        with _written(path):
+            if os.path.exists(target) and not (os.path.isfile(target) and os.access(target, os.W_OK)):
+                raise OutputError(f"{path}: exists and cannot be replaced by a file")
+            if folder:
+                os.makedirs(folder, exist_ok=True)
+            self._files.append((temporary, target))
+            with open(temporary, "xb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            if os.path.exists(target):
+                os.chmod(temporary, os.stat(target).st_mode & 0o7777)
+
+    def write(self, path: str, pieces: Iterable[bytes]) -> None:
+        """@raises OutputError"""
+        with self.begin(path) as file:
+            for piece in pieces:
+                file.write(piece)
+
+    def commit(self) -> None:
+        """@raises OutputError"""
+        for temporary, target in self._files:
+            with _written(target):
+                os.replace(temporary, target)
+        self._files.clear()
+
+
+@contextlib.contextmanager
+def _written(path: str) -> Iterator[None]:
+    try:
+        yield
+    except OutputError:  # it is an OSError, too
+        raise
+    except OSError as failure:
+        raise OutputError(f"{path}: cannot be written: {failure.strerror}") from None
+
+
+def _end(_signal: int, _frame: Any) -> None:
+    sys.exit(128 + _signal)  # removes what is not complete
+
+
+def run_command(work: Any) -> int:
+    """Calls work(), prints its error. @return exit code"""
+    signal.signal(signal.SIGTERM, _end)
+    try:
+        work()
+        return 0
+    except InputError as failure:
+        error(failure)
+        return REFUSED
+    except OutputError as failure:
+        error(failure)
+        return CANNOT_WRITE
+    except Error as failure:
+        error(failure)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        return 1

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""The cells of a packing in an HDF5 file: a state (packMesh --state), or the tables that packMesh gives to the commands.
+
+The documentation (State file) describes both. Needs h5py, and not the module of C++.
+"""
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from packmesh.errors import InputError
+
+_ROUNDING = 1e-6  # of unit quaternions and scales
+
+
+@dataclasses.dataclass(frozen=True)
+class Kind:
+    """A species: the mesh of its template [µm], and where in the mesh file its origin is; if nowhere, why not."""
+
+    name: str
+    count: int
+    red: bool
+    vertices: np.ndarray
+    triangles: np.ndarray
+    origin_in_file: Optional[np.ndarray]
+    unlike_file: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Lumen:
+    """Corners of its box and periods [µm], shape (3,); its surface, None without a wall."""
+
+    low: np.ndarray
+    high: np.ndarray
+    period: np.ndarray
+    vertices: Optional[np.ndarray]
+    triangles: Optional[np.ndarray]
+
+
+@dataclasses.dataclass(frozen=True)
+class Faults:
+    """Numbers of cells: pairs that overlap, and those that are not inside the lumen, with the reasons."""
+
+    overlapping: List[Tuple[int, int]]
+    misplaced: List[Tuple[int, str]]
+
+
+class PackingFile:
+    """All cells of a file, in the order of the .pos files: by species, then by number.
+
+    positions: centres [µm], shape (N, 3); orientations: unit quaternions w, x, y, z, shape (N, 4)
+    species: index of each cell's species into `kinds`, shape (N,)
+    columns: other numbers of each cell by name ("gap", "local_hematocrit", ...), shape (N,) or (N, k)
+    finished: whether they are cells of a certified packing
+    """
+
+    def __init__(self, path: str) -> None:
+        """@raises InputError"""
+        import h5py  # only reading needs it
+
+        self.path = path
+        try:
+            with h5py.File(path, "r") as file:
+                self._read(file)
+        except FileNotFoundError:
+            raise InputError(f"{path}: there is no such file") from None
+        except (OSError, KeyError, ValueError, IndexError, TypeError, RuntimeError) as error:
+            raise InputError(f"{path}: is no state or packing of packMesh, or is damaged ({_line(error)})") from None
+
+    def _read(self, file: Any) -> None:
+        cells = file["cells"]
+        parts = [file[f"species/{i}"] for i in range(len(file["species"]))]
+        names: List[str] = []  # "RBC, region 1" is a part of "RBC"
+        of_part = []
+        for part in parts:
+            name = _text(part.attrs["name"]).split(",")[0]
+            if name not in names:
+                names.append(name)
+            of_part.append(names.index(name))
+        part_of_cell = cells["species"][()]
+        if len(part_of_cell) and not 0 <= part_of_cell.min() <= part_of_cell.max() < len(parts):
+            raise ValueError("a cell of no species")
+        species = np.array(of_part, int)[part_of_cell]
+        order = np.argsort(species, kind="stable")
+        in_order = order if np.any(np.diff(species) < 0) else slice(None)
+        self.species = species[in_order]
+        stored = {name: table[()][in_order] for name, table in cells.items() if name not in ("id", "species")}
+        if len({len(table) for table in (*stored.values(), species)}) != 1:
+            raise ValueError("tables of different sizes")
+        self.positions, self.orientations = stored.pop("position"), stored.pop("orientation")
+        self.columns: Dict[str, np.ndarray] = stored
+        if not (np.isfinite(self.positions).all() and
+                np.all(np.abs(np.linalg.norm(self.orientations, axis=1) - 1) < _ROUNDING)):
+            raise ValueError("values out of range")
+        is_packing = "kind" in file.attrs
+        if is_packing and (_text(file.attrs["kind"]), int(file.attrs["version"])) != ("packMesh packing", 1):
+            raise ValueError("of another version")
+        self.finished = is_packing or not np.isnan(self.columns.get("gap", np.array([np.nan]))).any()
+        counts = np.bincount(self.species, minlength=len(names))
+        self.kinds = []
+        for number, name in enumerate(names):
+            part = parts[of_part.index(number)]
+            origin = part["origin_in_file"][()] if "origin_in_file" in part else []
+            self.kinds.append(Kind(name, int(part.attrs["count"]) if is_packing else int(counts[number]),
+                                   bool(part.attrs.get("red", True)), part["vertices"][()], part["triangles"][()],
+                                   origin[0] if len(origin) else None, _text(part.attrs.get("unlike_file", ""))))
+        self.lumen = _lumen_of(file)
+        self.faults = _faults_of(file)
+
+    def __len__(self) -> int:
+        return len(self.species)
+
+    def require_lumen(self) -> Lumen:
+        """@raises InputError"""
+        if self.lumen is None:
+            raise InputError(f"{self.path}: has no lumen, as an earlier version of packMesh wrote it")
+        return self.lumen
+
+    def require_full_size(self) -> None:
+        """@raises InputError"""
+        scale = self.columns.get("scale")
+        if scale is not None and np.any(np.abs(scale - 1) > _ROUNDING):
+            raise InputError(f"{self.path}: has cells that still grow: continue that run first (packMesh --restart)")
+
+    def of(self, kind: int) -> np.ndarray:
+        """Indices of the cells of a species."""
+        return np.flatnonzero(self.species == kind)
+
+    def column(self, name: str) -> np.ndarray:
+        """Numbers of each cell; NaN where the file has none."""
+        return self.columns.get(name, np.full(len(self), np.nan))
+
+    def angles(self, cells: Sequence[int]) -> np.ndarray:
+        """Of cells by their indices, as in .pos files: a, b, c [degrees], shape (n, 3)."""
+        if "angles" in self.columns:
+            return self.columns["angles"][cells]
+        return np.array([angles_of(q) for q in self.orientations[cells].tolist()]).reshape(-1, 3)
+
+    def matrices(self, cells: Sequence[int]) -> np.ndarray:
+        """The rotations that HemoCell applies to these cells, shape (n, 3, 3)."""
+        return np.array([rotation_of(line) for line in self.angles(cells).tolist()]).reshape(-1, 3, 3)
+
+    def membranes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
+        """Vertices of cells of a species as certified [µm], shape (n, V, 3)."""
+        return placed(self.kinds[kind].vertices, self.matrices(cells), self.positions[cells])
+
+
+def placed(vertices: np.ndarray, matrices: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Rotated, then moved: the program's numbers to the last bit. It sums the last row in another order than the
+    others."""
+    x, y, z = vertices.T
+    m = matrices[:, :, :, None]
+    rows = [m[:, k, 0] * x + m[:, k, 1] * y + m[:, k, 2] * z for k in (0, 1)]
+    rows.append(m[:, 2, 0] * x + (m[:, 2, 1] * y + m[:, 2, 2] * z))
+    return np.stack(rows, axis=2) + positions[:, None, :]
+
+
+def rotation_of(angles: Sequence[float]) -> List[List[float]]:
+    """Rz(c) Ry(b) Rx(a) of angles [degrees]: placementOf() of the program, with the functions of the same C library."""
+    degree = math.pi / 180
+    a, b, c = (degree * angle for angle in angles)
+    sa, ca, sb, cb, sc, cc = math.sin(a), math.cos(a), math.sin(b), math.cos(b), math.sin(c), math.cos(c)
+    return [[cc * cb, cc * sb * sa - sc * ca, cc * sb * ca + sc * sa],
+            [sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa], [-sb, cb * sa, cb * ca]]
+
+
+def angles_of(q: Sequence[float]) -> List[float]:
+    """Of a unit quaternion w, x, y, z, as .pos files have them [degrees]: posLineOf() of the program."""
+    norm = math.sqrt(sum(part * part for part in q))
+    w, x, y, z = (part / norm for part in q)
+    r00, r01, r02 = 1 - (2 * y * y + 2 * z * z), 2 * y * x - 2 * z * w, 2 * z * x + 2 * y * w
+    r10, r11, r12 = 2 * y * x + 2 * z * w, 1 - (2 * x * x + 2 * z * z), 2 * z * y - 2 * x * w
+    r20 = 2 * z * x - 2 * y * w
+    c = math.atan2(r10, r00)
+    sc, cc = math.sin(c), math.cos(c)
+    b = math.atan2(-r20, cc * r00 + sc * r10)
+    a = math.atan2(sc * r02 - cc * r12, cc * r11 - sc * r01)
+    return [angle / (math.pi / 180) + 0.0 for angle in (a, b, c)]  # -0 becomes 0
+
+
+def _lumen_of(file: Any) -> Optional[Lumen]:
+    if "lumen" not in file:
+        return None
+    lumen = file["lumen"]
+    wall = "vertices" in lumen
+    return Lumen(*lumen["box"][()], lumen["vertices"][()] if wall else None, lumen["triangles"][()] if wall else None)
+
+
+def _faults_of(file: Any) -> Faults:
+    if "faults" not in file:
+        return Faults([], [])
+    faults = file["faults"]
+    reasons = faults["reasons"].attrs
+    return Faults([(int(a), int(b)) for a, b in faults["overlapping"][()].reshape(-1, 2)],
+                  [(int(cell), _text(reasons[str(i)])) for i, cell in enumerate(faults["misplaced"][()])])
+
+
+def _text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _line(error: BaseException) -> str:
+    return str(error.args[0] if error.args else error).splitlines()[0]

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Shows a packing in the browser, cells and report on one page that needs no network:
+
+    packmesh view cells.h5 [--report report.json] [--page page.html]
+
+cells.h5 is a state (packMesh --state), or the packing.h5 that packMesh leaves where it could not use this package. The report
+(packMesh --report) is report.json beside it, unless stated. With --page the page is written to this file, otherwise to a
+temporary one, and opened.
+"""
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import os
+import tempfile
+import webbrowser
+from typing import Any, Dict, List, Optional, Sequence
+
+import numpy as np
+
+from packmesh import files, plot
+from packmesh.errors import InputError
+from packmesh.packing_file import PackingFile
+
+MOST_DRAWN, MOST_OF_LUMEN = 20000, 20000  # cells; triangles
+SCRIPTS = ("data", "geometry", "colors", "tables", "plots", "meshes", "outlines", "view", "panel", "start")
+LIBRARIES = {"three.min.js": "three", "OrbitControls.js": "three/examples/js/controls", "chart.min.js": "chart.js"}
+#: As Debian installs them, for use from the source tree.
+JAVASCRIPT = "/usr/share/javascript"
+
+
+def packed(values: np.ndarray, type_: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, type_).tobytes()).decode()
+
+
+def mesh_of(vertices: np.ndarray, triangles: np.ndarray) -> Dict[str, str]:
+    return {"vertices": packed(vertices, "<f4"), "triangles": packed(triangles, "<u4")}
+
+
+def drawn_of(positions: np.ndarray, middle: float, axis: int, most: int) -> np.ndarray:
+    """Numbers of the cells that are drawn, ascending: the nearest to the middle of the lumen along an axis."""
+    if len(positions) <= most:
+        return np.arange(len(positions))
+    return np.sort(np.argsort(np.abs(positions[:, axis] - middle), kind="stable")[:most])
+
+
+def coarsened(vertices: np.ndarray, triangles: np.ndarray, most: int) -> "tuple[np.ndarray, np.ndarray]":
+    """A mesh with at most about `most` triangles: vertices in the same cube of a grid are merged."""
+    low = vertices.min(axis=0)
+    edge = (vertices.max(axis=0) - low).max() / 128
+    coarse, corners = vertices, triangles
+    while len(corners) > most:
+        cubes = np.floor((vertices - low) / edge + 0.5).astype(np.int64)
+        _, cube, counts = np.unique(cubes, axis=0, return_inverse=True, return_counts=True)
+        cube = cube.reshape(-1)
+        coarse = np.stack([np.bincount(cube, vertices[:, k]) for k in range(3)], axis=1) / counts[:, None]
+        corners = cube[triangles]
+        corners = corners[(corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])]
+        edge *= 1.25
+    return coarse, corners
+
+
+def view_of(packing: PackingFile, names: Sequence[str], most: int = MOST_DRAWN) -> Dict[str, Any]:
+    """What the page draws: see the page Reports of the documentation. names: species in the order of the report"""
+    lumen = packing.require_lumen()
+    axis = int(np.argmax(lumen.high - lumen.low))
+    drawn = drawn_of(packing.positions, 0.5 * (lumen.low[axis] + lumen.high[axis]), axis, most)
+    kinds = {kind.name: (kind, int(np.sum(packing.species[drawn] == index))) for index, kind in enumerate(packing.kinds)}
+    species: List[Dict[str, Any]] = []
+    for name in names:
+        kind, count = kinds.get(name, (None, 0))
+        species.append({"cells": count, **(mesh_of(kind.vertices, kind.triangles) if kind and count else {})})
+    sliced = len(drawn) < len(packing)
+    return {
+        "cells": len(packing), "slice": "xyz"[axis] if sliced else None, "species": species,
+        "numbers": packed(drawn, "<u4") if sliced else None, "positions": packed(packing.positions[drawn], "<f4"),
+        "orientations": packed(np.roll(packing.orientations[drawn], -1, axis=1), "<f4"),
+        "gaps": packed(np.nan_to_num(packing.column("gap")[drawn], nan=1.0), "<f4"),
+        "localHematocrits": packed(np.nan_to_num(packing.column("local_hematocrit")[drawn]), "<f4"),
+        "lumen": mesh_of(*coarsened(lumen.vertices, lumen.triangles, MOST_OF_LUMEN)) if lumen.vertices is not None else None,
+        "overlapping": packing.faults.overlapping,
+        "misplaced": [{"cell": cell, "reason": reason} for cell, reason in packing.faults.misplaced]}
+
+
+def embedded(data: Any) -> str:
+    """JSON that may stand in an element `script`: no text in it ends the element or begins a comment."""
+    return json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def page_of(report: Any, cells: Any, scripts: Sequence[str] = SCRIPTS, libraries: Sequence[str] = tuple(LIBRARIES)) -> str:
+    """The page with these data, scripts and libraries in it."""
+    import jinja2  # only pages need it
+
+    folder = os.path.join(os.path.dirname(os.path.realpath(__file__)), "page")
+    installed = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")  # the build tree has links
+
+    def read(file: str) -> str:
+        with open(file, encoding="utf-8") as stream:
+            return stream.read()
+
+    def library(name: str) -> str:
+        beside = os.path.join(installed, name)
+        return read(beside if os.path.isfile(beside) else os.path.join(JAVASCRIPT, LIBRARIES[name], name))
+
+    page = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False, keep_trailing_newline=True)
+    return page.from_string(read(os.path.join(folder, "page.html"))).render(
+        style=read(os.path.join(folder, "page.css")), report=embedded(report), cells=embedded(cells),
+        libraries=[(name, library(name)) for name in libraries],
+        scripts=[read(os.path.join(folder, name + ".js")) for name in scripts])
+
+
+def page_text(packing: PackingFile, report: Any) -> str:
+    """The page of a packing with its report. @raises InputError if they are of different packings"""
+    placed = {one["name"]: one["placed"] for one in report["species"]}
+    found = {kind.name: int(np.sum(packing.species == index)) for index, kind in enumerate(packing.kinds)}
+    if {name: n for name, n in placed.items() if n} != {name: n for name, n in found.items() if n}:
+        raise InputError(f"{packing.path}: the report is of another packing: it has {placed}, the file {found}")
+    return page_of(report, view_of(packing, list(placed)))
+
+
+def report_for(file: str, stated: Optional[str]) -> Any:
+    """@raises InputError"""
+    beside = os.path.join(os.path.dirname(file), "report.json")
+    if stated or os.path.isfile(beside):
+        return plot.read_report(stated or beside)
+    try:
+        import packmesh
+        return packmesh.load(file).report()
+    except ImportError:
+        raise InputError(f"{file}: there is no report.json beside it (packMesh --report); state one by --report") from None
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", help="cells.h5")
+    parser.add_argument("--report", help="report.json of the same packing")
+    parser.add_argument("--page", help="file to be written (HTML)")
+    parser.add_argument("--plan", action="store_true", help="only print the name of the file")
+    words = parser.parse_args()
+
+    def work() -> None:
+        if words.plan:
+            import jinja2  # noqa: F401  to know whether it is there
+            PackingFile(words.file)
+            print(words.page or "")
+            return
+        packing = PackingFile(words.file)
+        page = words.page or os.path.join(tempfile.mkdtemp(prefix="packmesh"), "packing.html")
+        text = page_text(packing, report_for(words.file, words.report))
+        with files.Outputs() as outputs:
+            outputs.write(page, [text.encode("utf-8", "replace")])
+            outputs.commit()
+        files.say(f"Wrote {page}")
+        if not words.page:
+            webbrowser.open("file://" + page)
+
+    return files.run_command(work)
