@@ -21,12 +21,14 @@ cd "$scratch"
 PATH="$scratch/root/usr/bin:$PATH" packCells 30 30 30 --hematocrit 0.3 > packed.txt
 test "$(head -n 1 RBC.pos)" = 84
 root/usr/bin/packMesh check --box 30 30 30 --ends periodic > /dev/null
-for file in bin/catCells share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
+for file in bin/catCells bin/packmesh share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
   share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
   share/packMesh/scripts/make_tube.sh include/packMesh/packing/pack.h \
-  lib/python3/dist-packages/packmesh/_packmesh.pyi; do
+  lib/python3/dist-packages/packmesh/_packmesh.pyi lib/python3/dist-packages/packmesh/page/three.min.js; do
   test -s "root/usr/$file" || { echo "the package lacks $file"; exit 1; }
 done
+root/usr/bin/packMesh 20 20 20 --rbc 5 --export csv --report report.html > /dev/null
+grep -q OrbitControls report.html && test -s cells.csv
 PYTHONPATH=root/usr/lib/python3/dist-packages /usr/bin/python3 -c '
 import packmesh
 assert packmesh.__file__.startswith("'"$scratch"'")
