@@ -70,7 +70,7 @@ def check_spack():
     # What Debian's list calls otherwise.
     spack_name = {
         "libeigen3-dev": "eigen", "libfmt-dev": "fmt", "libhdf5-openmpi-dev": "hdf5", "libopenmesh-dev": "openmesh",
-        "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libspdlog-dev": "spdlog", "libtet1.5-dev": "tetgen",
+        "libopenmpi-dev": "mpi", "librandom123-dev": "random123", "libtet1.5-dev": "tetgen",
         "libtinyxml2-dev": "tinyxml2", "nlohmann-json3-dev": "nlohmann-json", "libxxhash-dev": "xxhash", "catch2": "catch2", "libglpk-dev": "glpk", "libgmp-dev": "gmp",
         "libbenchmark-dev": "google-benchmark", "cmake": "cmake", "pkg-config": "pkgconfig",
         "pybind11-dev": "py-pybind11", "python3-dev": "python", "python3-numpy": "py-numpy", "python3-h5py": "py-h5py", "python3-jinja2": "py-jinja2"}
@@ -104,7 +104,7 @@ def check_conda():
         check(re.search(rf"^ +{key}:", plain, re.M), f"conda: no {key}")
     check(not re.search(r"[ \t]+$", text, re.M) and text.endswith("\n") and not text.endswith("\n\n"), "conda: blanks at ends of lines, or the last line")
     needed = dict(re.findall(r"^    - ([a-z0-9_-]+)(?: (.*))?$", re.search(r"^requirements:\n(.*?)^test:", plain, re.M | re.S)[1], re.M))
-    for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt", "spdlog",
+    for package in ("compiler_c", "compiler_cxx", "ninja", "pkg-config", "openmpi", "hdf5", "eigen", "openmesh", "tetgen", "tinyxml2", "fmt",
                     "nlohmann_json", "xxhash", "numpy", "h5py", "jinja2"):
         check(package in needed, f"conda: {package} is missing")
     for name in re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M):
@@ -116,7 +116,7 @@ def check_conda():
 def check_cmake():
     """What CMake finds is in the list of packages."""
     debian_name = {"Eigen3": "libeigen3-dev", "RANDOM123": "librandom123-dev", "XXHASH": "libxxhash-dev", "MPI": "libopenmpi-dev",
-                   "HDF5": "libhdf5-openmpi-dev", "OpenMesh": "libopenmesh-dev", "fmt": "libfmt-dev", "spdlog": "libspdlog-dev",
+                   "HDF5": "libhdf5-openmpi-dev", "OpenMesh": "libopenmesh-dev", "fmt": "libfmt-dev",
                    "nlohmann_json": "nlohmann-json3-dev", "TINYXML2": "libtinyxml2-dev", "TetGen": "libtet1.5-dev",
                    "PkgConfig": "pkg-config", "Threads": "build-essential", "Catch2": "catch2", "benchmark": "libbenchmark-dev", "Python": "python3-dev",
                    "pybind11": "pybind11-dev"}

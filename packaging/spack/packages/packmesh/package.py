@@ -29,7 +29,6 @@ class Packmesh(CMakePackage):
     depends_on("tetgen@1.5:1.5+pic")
     depends_on("tinyxml2@8:")
     depends_on("fmt@9:")
-    depends_on("spdlog@1.10:")
     depends_on("nlohmann-json@3.11:")
     depends_on("random123", type="build")
     depends_on("xxhash@0.8:", type="build")
