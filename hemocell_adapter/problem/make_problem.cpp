@@ -16,7 +16,6 @@
 #include "hemocell_adapter/problem/choose_species.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/counts.h"
-#include "hemocell_adapter/problem/densest_known.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/parts.h"
@@ -112,6 +111,27 @@ void refuseWithoutNode(const CellSpecies& species) {
                   species.name, species.minimumDistanceFromSolid));
 }
 
+/// Refuses more cells of a kind than any known packing has, ordered ones included. Ellipsoids fill at most
+/// this part of space (Donev, Stillinger, Chaikin, Torquato: Phys. Rev. Lett. 92, 255506, 2004), red cells
+/// less (docs/explanation/density.md, crystals); meshes of other shapes may fill more. A few cells may fit a
+/// lumen with walls exactly.
+void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
+  constexpr double densestKnown = 0.7707, rounding = 1e-9;
+  constexpr std::int64_t many = 100;
+  const double part = double(species.count) * species.shape->volume() / lumen.volume();
+  using Template = CellSpecies::Template;
+  const bool byFormula =
+      species.kind == Template::ellipsoid ||
+      (species.kind == Template::model && species.model.construction != Construction::meshFromStl);
+  const bool fillsSpace =
+      lumen.period().minCoeff() > 0.0 || lumen.volume() > (1.0 - rounding) * lumen.bounds().size().prod();
+  if (part > densestKnown && byFormula && (fillsSpace || species.count >= many))
+    throw InputError(fmt::format(
+        "the requested cells '{}' fill {:.4f} of the lumen; no packing of such cells beyond {:.4f} is "
+        "known. Reduce the number; --best-effort packs as many as possible",
+        species.name, part, densestKnown));
+}
+
 void resolveCounts(Problem& problem) {
   double reference = problem.referenceVolume();
   if (problem.request.packCellsConventions && problem.request.boxSize)
@@ -137,7 +157,9 @@ void resolveCounts(Problem& problem) {
     throw InputError(fmt::format("the requested cells have a volume of {:.6g} µm³, the lumen only {:.6g} µm³",
                                  volume, lumen));
   }
-  if (!problem.request.bestEffort) refuseBeyondKnown(problem);
+  if (!problem.request.bestEffort)
+    for (const CellSpecies& species : problem.species)
+      refuseBeyondKnown(species, *problem.lumen.container);
   if (volume > Forecast::possible * lumen && !problem.request.inColumns) {
     problem.notices.push_back(
         fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "

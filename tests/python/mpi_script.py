@@ -31,7 +31,7 @@ try:
     packmesh.pack(box=(45, 45, 45), hematocrit=0.9, comm=comm)
 except packmesh.InputError as error:
     texts = comm.allgather(str(error))
-    assert len(set(texts)) == 1 and "0.748" in texts[0]
+    assert len(set(texts)) == 1 and "0.7707" in texts[0]
 else:
     raise AssertionError("no error")
 

@@ -150,12 +150,12 @@ TEST_CASE("A forecast gives no time for infeasible requests and rejects those be
   ProgressLog log(problem);
   CHECK_THAT(log.text({"relaxation", 12, 1.0, 0.25, 345}, 125.0),
              Contains("; 2 min 5 s of 90 min at most") && !Contains("left"));
-  CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.75"}),
-                    Contains("requested red cells fill 0.75") && Contains("beyond 0.748 is known") &&
-                        Contains("crystal") && Contains("--best-effort"));
-  CHECK_NOTHROW(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.745"}));
+  CHECK_THROWS_WITH(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.78"}),
+                    Contains("requested cells 'RBC' fill 0.78") && Contains("beyond 0.7707 is known") &&
+                        Contains("--best-effort"));
+  CHECK_NOTHROW(planned({"30", "30", "30", "--ends", "periodic", "--hematocrit", "0.765"}));
   CHECK_THROWS_WITH(planned({"30", "30", "30", "--cell", "ball", "800", "4", "4", "4"}),
-                    Contains("requested ellipsoids fill 0.9") && Contains("Donev et al."));
+                    Contains("requested cells 'ball' fill 0.9"));
   // A few cells can fill a lumen that is made for them.
   CHECK_NOTHROW(planned({"9", "9", "3", "--walls", "xyz", "--cell", "plate", "1", "8.3", "8.3", "2.4"}));
 }
