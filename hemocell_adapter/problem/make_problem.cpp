@@ -23,7 +23,6 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_record.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/packing/single_cell.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -58,7 +57,7 @@ std::string keyOf(const SpeciesPlan& s) {
 }
 
 /// Refuses a cell that cannot be in the lumen in any orientation: a ball inside it is wider than the lumen
-/// along an axis, or it is longer than the diagonal. Cases that take longer to detect are refused by pack().
+/// along an axis, or it is longer than the diagonal.
 void refuseTooLarge(const Problem& problem, const CellSpecies& species) {
   const Container& container = *problem.lumen.container;
   const Vec3 cell = boundingBox(species.shape->mesh()).size();
@@ -71,12 +70,7 @@ void refuseTooLarge(const Problem& problem, const CellSpecies& species) {
     endless = endless || periodic;
     fits = fits && (periodic || ball < room[k]);
   }
-  if (fits && (endless || cell.maxCoeff() < room.norm())) {
-    if (problem.request.validate)  // pack() tests it, too
-      requireFitsAlone(species.name, *species.shape, container, species.wallClearance(problem.demanded.wall),
-                       problem.demanded.membranes);
-    return;
-  }
+  if (fits && (endless || cell.maxCoeff() < room.norm())) return;
   throw InputError(fmt::format(
       "cell '{}' is {:.4g} x {:.4g} x {:.4g} µm, larger than the lumen ({:.4g} x {:.4g} x {:.4g} µm)",
       species.name, cell[0], cell[1], cell[2], room[0], room[1], room[2]));

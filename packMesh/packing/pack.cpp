@@ -5,7 +5,6 @@
 
 #include "packMesh/packing/attempt.h"
 #include "packMesh/packing/densest.h"
-#include "packMesh/packing/single_cell.h"
 #include "packMesh/packing/validate_problem.h"
 #include "packMesh/relaxation/schedule.h"
 
@@ -48,14 +47,6 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   return densest;
 }
 
-/// Takes a while to prove, and is therefore only tested if packing does not succeed at once.
-void requireEachFitsAlone(const PackingProblem& problem) {
-  for (const Species& species : problem.species)
-    if (species.count > 0)
-      requireFitsAlone(species.name, *species.shape, *problem.container,
-                       problem.wallClearance + species.freedom.extraWallClearance, problem.clearance);
-}
-
 }  // namespace
 
 PackingResult pack(const PackingProblem& problem) {
@@ -66,7 +57,6 @@ PackingResult pack(const PackingProblem& problem) {
   const bool secures = control.limited() && problem.limits.fewerCells;
   const bool hopeless = cellVolume(problem) > hopelessFraction * problem.container->volume();
   bool packed = all.certifyAll(secures && hopeless ? 0 : sweepsOfRelax(1));
-  if (!packed && !control.interrupted() && problem.limits.fewerCells) requireEachFitsAlone(problem);
   if (!packed && !secures && !control.interrupted()) packed = all.certifyAll();
   Densest fewer;
   if (!packed && !control.interrupted() && problem.limits.fewerCells) {

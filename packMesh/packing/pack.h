@@ -12,7 +12,7 @@ namespace packmesh {
 ///
 /// The result is reproducible to the byte: it depends on the problem alone (seed included), never on timing,
 /// machine or processor features, unless the time limit stops it.
-/// @throws InputError if the problem is invalid (a cell that fits in no orientation, more cell volume than
+/// @throws InputError if the problem is invalid (a cell larger than the lumen, more cell volume than
 ///   lumen volume, negative clearance, ...)
 PackingResult pack(const PackingProblem& problem);
 

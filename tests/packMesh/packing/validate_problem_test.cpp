@@ -71,40 +71,6 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
   }
 }
 
-TEST_CASE("A cell that fits in no orientation is rejected", "[packing]") {
-  const std::string wall = "would intersect the wall", image = "would intersect its own periodic image";
-  const auto box = [](const Vec3& size, const std::array<bool, 3>& periodic) {
-    return std::shared_ptr<const Container>(makeBox({Vec3::Zero(), size}, periodic));
-  };
-  const std::array<bool, 3> all{true, true, true}, none{false, false, false}, x{true, false, false};
-  struct Row {
-    std::shared_ptr<const Container> lumen;
-    double wallClearance;
-    std::string refusal;  // empty: none
-  };
-  const auto row = GENERATE_COPY(
-      Row{box(Vec3(5.0, 5.0, 5.0), none), 0.0, wall}, Row{box(Vec3(5.0, 5.0, 30.0), none), 0.0, wall},
-      Row{box(Vec3(30.0, 5.0, 5.0), x), 0.0, wall}, Row{box(Vec3(5.0, 5.0, 5.0), all), 0.0, image},
-      Row{box(Vec3(4.0, 4.0, 30.0), all), 0.0, image},
-      Row{makeCylinder(Vec3::Zero(), 0, 3.5, 30.0, true), 0.0, wall},
-      Row{makeCylinder(Vec3::Zero(), 0, 4.2, 30.0, true), 0.0, ""},
-      Row{makeCylinder(Vec3::Zero(), 0, 4.2, 30.0, true), 0.7,
-          "would intersect the wall or violate the clearance"},
-      Row{box(Vec3(7.0, 7.0, 7.0), none), 0.0, ""}, Row{box(Vec3(2.4, 8.0, 8.0), none), 0.0, ""},
-      Row{box(Vec3(6.0, 6.0, 6.0), all), 0.0, ""}, Row{box(Vec3(5.0, 5.0, 30.0), all), 0.0, ""},
-      Row{makeSphere(Vec3::Zero(), 4.0), 0.0, ""});
-  PackingProblem problem;
-  problem.species = {{"RBC", test::redCellShape(), 1, nullptr}};
-  problem.container = row.lumen;
-  problem.wallClearance = row.wallClearance;
-  CAPTURE(row.lumen->describe());
-  if (row.refusal.empty())
-    REQUIRE_NOTHROW(pack(problem));
-  else
-    REQUIRE_THROWS_WITH(pack(problem),
-                        Contains("species 'RBC' (7.8") && Contains("in any orientation: it " + row.refusal));
-}
-
 TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   const auto sphere = test::sphereShape(1.0);
