@@ -78,8 +78,7 @@ void requireSealed(const fs::path& file, const std::string& kind, std::int64_t v
   in.clear();
 
   const std::string head = headOf(kind);
-  if (block.compare(0, 4, "\x89HDF") == 0)
-    fail("is an HDF5 file, but not a packMesh " + kind + " (or one of version 1)");
+  if (block.compare(0, 4, "\x89HDF") == 0) fail("is an HDF5 file, but not a packMesh " + kind);
   if (block.compare(0, head.size(), head) != 0) fail("is not a packMesh " + kind + ", or cannot be read");
   const std::string_view number = lineAt(block, head.size());
   std::int64_t found = 0;

@@ -21,7 +21,7 @@ enum class Stage : std::int32_t {
   relaxation = 0,   ///< continues relax()
   certificate = 1,  ///< certifies
   repair = 2,       ///< continues settle(), after cells failed the certificate
-  growth = 4,       ///< continues grow(); with Method::cat the only one besides `certificate`
+  growth = 3,       ///< continues grow(); with Method::cat the only one besides `certificate`
 };
 
 struct RunPosition {

@@ -31,9 +31,6 @@ constexpr double mostPossible = 1e17, farthest = 100.0;
 /// Growth begins far above this scale (GrowthSettings::smallestScale).
 constexpr double smallestScale = 1e-12;
 
-/// In files from before the search for the densest packing: cells were removed one by one.
-constexpr std::int64_t withdrawnStage = 3;
-
 /// No length except that of a path is as large [µm].
 double longestPossible(const PackingProblem& problem) {
   return problem.container->bounds().size().norm() + farthest;
@@ -220,8 +217,8 @@ bool ofTheRightSizes(const RunTables& t, std::size_t species) {
          (t.counts.empty() || t.counts.size() == species) &&
          t.clearedPairs.size() == 2 * t.clearances.size() && t.failedPairs.size() == 2 * t.failures.size() &&
          t.wallCells.size() == t.wallDemands.size() && t.position[0] >= 0 &&
-         t.position[0] != withdrawnStage && t.position[0] <= static_cast<std::int64_t>(Stage::growth) &&
-         t.growth.size() == 6 && t.growthNumbers.size() == 2;
+         t.position[0] <= static_cast<std::int64_t>(Stage::growth) && t.growth.size() == 6 &&
+         t.growthNumbers.size() == 2;
 }
 
 /// Whether the values are possible in a run: the following code does not check them.
