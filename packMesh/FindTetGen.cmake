@@ -1,4 +1,4 @@
-# TetGen as the target TetGen::TetGen; TetGen brings no CMake package of its own. Also installed, for packMesh's users.
+# TetGen as the target TetGen::TetGen; TetGen brings no CMake package of its own.
 find_path(TetGen_INCLUDE_DIR tetgen.h)
 find_library(TetGen_LIBRARY tet)
 mark_as_advanced(TetGen_INCLUDE_DIR TetGen_LIBRARY)

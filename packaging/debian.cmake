@@ -13,7 +13,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "openmpi-bin, python3-numpy, python3-h5py, python3-jinja2")  # mpirun; what the Python package needs
 # Pictures; what find_package(packMesh) looks for.
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, libeigen3-dev, libfmt-dev, libhdf5-openmpi-dev, libopenmesh-dev, libopenmpi-dev, libtet1.5-dev, libtinyxml2-dev")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "povray, libeigen3-dev, libfmt-dev, libhdf5-openmpi-dev, libopenmesh-dev, libopenmpi-dev, libtinyxml2-dev")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "Fills vessels with the surface meshes of blood cells that HemoCell will simulate,
 to the requested hematocrit, and verifies that no two of them overlap and that HemoCell
 keeps every one. Replaces HemoCell's packCells.")

@@ -20,6 +20,7 @@ inside sh -euc '
   packMesh config.xml | tail -n 5
   packMesh check config.xml | tail -n 1
   packCells 30 30 30 --hematocrit 0.3 --quiet && head -n 1 RBC.pos
+  packMesh 10 10 10 --rbc 2 --method cat --builder cat-faces --quiet  # by packmesh-tetgen
   test -s /usr/share/man/man1/packMesh.1*'
 # With the recommended openmpi-bin, on two ranks: the same bytes.
 inside apt-get -qq install -y --no-install-recommends openmpi-bin > "$system/root/install.log" 2>&1

@@ -10,4 +10,8 @@ const char* version();
 /// Abbreviated git commit the library was built from; "unknown" outside a git checkout.
 const char* gitHash();
 
+/// The folder where programs that others start are installed, unless another prefix is chosen at
+/// installation.
+const char* installedHelpers();
+
 }  // namespace packmesh

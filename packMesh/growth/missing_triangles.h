@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "packMesh/growth/tetgen_run.h"
+#include "packMesh/growth/tetgen_data.h"
 
 namespace packmesh {
 

@@ -1,56 +1,38 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file One run of the TetGen library (H. Si, "TetGen, a Delaunay-based quality tetrahedral mesh generator",
-/// ACM Trans. Math. Softw. 41(2), 2015). Internal to packMesh/growth.
-///
-/// TetGen keeps global state: one run at a time in a process.
+/// @file Runs of TetGen, each in a process of its own: TetGen 1.5 has global state, and on some input it
+/// crashes or never returns. Internal to packMesh/growth.
 #pragma once
 
-#include <array>
 #include <functional>
-#include <string>
-#include <vector>
 
-#include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/core/helper_process.h"
+#include "packMesh/growth/tetgen_data.h"
 
 namespace packmesh {
 
-using Tetrahedron = std::array<int, 4>;
+/// A run of packmesh-tetgen. Several can go on at once.
+class TetgenRun {
+ public:
+  /// Starts it. Pre: triangles intersect in common vertices and edges only; on other input TetGen may fail in
+  /// any way, which is a failure of the run alone
+  /// @throws InputError if there is no such program (see tetgenProgram())
+  explicit TetgenRun(const TetgenInput& input);
 
-struct TetgenInput {
-  std::vector<Vec3> points;         ///< [µm]
-  std::vector<Triangle> triangles;  ///< to be respected; empty: Delaunay tetrahedra of the points
-  std::vector<int> triangleLabels;  ///< per triangle, positive
-  bool keepHull = false;  ///< keep what lies outside all closed surfaces, too, up to the convex hull
-  bool regions = false;   ///< number the regions bounded by the triangles
-  bool subfaces = false;  ///< list the triangles as subdivided
+  /// Exchanges data for at most this long [ms]. @return whether the run has ended
+  bool wait(int milliseconds) { return process_.wait(milliseconds); }
+
+  /// @param failure set if TetGen gives up; the output is then empty. Pre: the run has ended; once
+  TetgenOutput take(TetgenFailure& failure) const;
+
+ private:
+  std::size_t points_;
+  HelperProcess process_;
 };
 
-struct TetgenOutput {
-  std::vector<Vec3> points;             ///< those given, unchanged, then Steiner points
-  std::vector<int> steinerLabels;       ///< of the triangle each Steiner point lies on, 0: on none
-  std::vector<Tetrahedron> tetrahedra;  ///< of positive volume: (b-a)x(c-a)·(d-a) > 0
-  std::vector<int> regions;             ///< per tetrahedron, if requested; 0: outside all surfaces
-  std::vector<Triangle> subfaces;       ///< if requested; in either orientation
-  std::vector<int> subfaceLabels;
-};
-
-/// Describes why TetGen gave up, if it did.
-struct TetgenFailure {
-  static constexpr int unknown = 2, badInput = 10, stopped = 12;
-  int code = 0;       ///< 0: no failure
-  std::string words;  ///< what TetGen printed
-  std::string text() const;
-};
-
-/// @param variant ways to process difficult input: 0 the fastest, up to tetgenVariants - 1
-/// @param failure set if TetGen gives up; the output is then empty
-/// @param stop polled while TetGen runs, which is then done in a child process that can be ended; true ends
-///   it. Empty: TetGen runs in this process
-/// Pre: triangles intersect in common vertices and edges only. On other input TetGen 1.5 may throw, abort or
-/// never return.
-TetgenOutput runTetgen(const TetgenInput& input, int variant, TetgenFailure& failure,
+/// Runs TetGen and waits for it.
+/// @param stop polled at least 20 times per second; true ends the run. Empty: never stop
+/// @throws InputError see TetgenRun
+TetgenOutput runTetgen(const TetgenInput& input, TetgenFailure& failure,
                        const std::function<bool()>& stop = {});
-
-inline constexpr int tetgenVariants = 3;
 
 }  // namespace packmesh

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "packMesh/growth/tetgen_run.h"
+#include "packMesh/growth/tetgen_data.h"
 #include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
@@ -68,11 +68,10 @@ struct TetrahedraInput {
   TetrahedraKept kept = TetrahedraKept::freeSpace;  ///< always `joining` for plain Delaunay tetrahedra
   /// The caller has established, by exact tests, what requireValid() would.
   bool valid = false;
-  /// Whether the message names the objects on which TetGen fails, which takes a run for each.
+  /// Whether the message names objects that TetGen finds to intersect, which takes another run.
   bool explain = true;
   std::function<bool()> stop = {};  ///< see runTetgen()
   int failingAttempts = 0;          ///< for tests: number of attempts that are treated as failed
-  int failingObject = -1;           ///< for tests: all attempts with this object are treated as failed
 };
 
 /// Label of the container's points.

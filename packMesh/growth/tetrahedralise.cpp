@@ -5,13 +5,14 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "packMesh/core/error.h"
 #include "packMesh/growth/bodies.h"
 #include "packMesh/growth/missing_triangles.h"
 #include "packMesh/growth/require_valid.h"
-#include "packMesh/growth/tetgen_offenders.h"
+#include "packMesh/growth/tetgen_run.h"
 #include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
@@ -82,7 +83,10 @@ Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surface
     addSurface(mesh, static_cast<int>(mesh.vertices.size()), Vec3::Zero(), label, nullptr, run);
   }
   run.result.labels.resize(run.tetgen.points.size(), wallLabel);
-  if (input.kind == TetrahedraKind::delaunay) run.tetgen.triangles.clear();
+  if (input.kind == TetrahedraKind::delaunay) {
+    run.tetgen.triangles.clear();
+    run.tetgen.triangleLabels.clear();
+  }
   run.tetgen.keepHull = !run.container;
   run.tetgen.regions = input.kind == TetrahedraKind::constrained && input.kept == TetrahedraKept::freeSpace;
   run.tetgen.subfaces = surfaces != nullptr;
@@ -112,7 +116,7 @@ bool constrainWhatIsMissing(const TetrahedraInput& input, Run& run, TetgenFailur
       some.triangles.push_back(corners);
       some.triangleLabels.push_back(all.triangleLabels[t]);
     }
-    run.output = runTetgen(some, 0, failure, input.stop);
+    run.output = runTetgen(some, failure, input.stop);
     if (failure.code != 0) return false;
     missing = missingTriangles(all.triangles, run.output.tetrahedra, all.points.size());
     // A constrained one is present, possibly subdivided by new points.
@@ -123,15 +127,31 @@ bool constrainWhatIsMissing(const TetrahedraInput& input, Run& run, TetgenFailur
   return false;
 }
 
+/// Names the surfaces that intersect according to TetGen: ": those of 'a', 'b'"; empty if it finds none.
+std::string intersectingText(const TetrahedraInput& input, Run& run) {
+  run.tetgen.crossings = true;
+  TetgenFailure failure;
+  std::set<std::string> names;
+  for (const int label : runTetgen(run.tetgen, failure, input.stop).subfaceLabels) {
+    const auto body = static_cast<std::size_t>(label) - 1;
+    names.insert(body < run.result.bodies.size() ? nameOf(input, run.result.bodies[body].object)
+                                                 : "the container");
+  }
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? ": those of " : ", ") + name;
+  return text;
+}
+
 void runUntilItWorks(const TetrahedraInput& input, Run& run) {
   const int variants = run.tetgen.triangles.empty() ? 1 : tetgenVariants;
   TetgenFailure failure;
   for (int variant = 0; variant < variants; ++variant) {
     ++run.result.attempts;
     failure.code = TetgenFailure::unknown;
-    if (variant < input.failingAttempts || input.failingObject >= 0) continue;
+    if (variant < input.failingAttempts) continue;
     if (variant == 0 && run.sparse && constrainWhatIsMissing(input, run, failure)) return;
-    run.output = runTetgen(run.tetgen, variant, failure, input.stop);
+    run.tetgen.variant = variant;
+    run.output = runTetgen(run.tetgen, failure, input.stop);
     if (failure.code == 0) return;
     if (failure.code == TetgenFailure::stopped) break;
   }
@@ -139,7 +159,7 @@ void runUntilItWorks(const TetrahedraInput& input, Run& run) {
       "TetGen gave up on the space between " + std::to_string(input.objects.size()) + " objects (" +
           std::to_string(run.tetgen.points.size()) + " vertices) after " +
           std::to_string(run.result.attempts) + " attempts: " + failure.text() +
-          (input.explain && failure.code != TetgenFailure::stopped ? "; " + offendersText(input) : ""),
+          (input.explain && failure.code == TetgenFailure::intersection ? intersectingText(input, run) : ""),
       run.result.attempts);
 }
 
@@ -277,7 +297,6 @@ double sufficientMargin(TetrahedraInput input) {
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
   input.failingAttempts = 0;
-  input.failingObject = -1;
   const double spacing = std::cbrt(input.bounds.volume() / static_cast<double>(input.objects.size()));
   double margin = largestRadius(input) + spacing;
   for (int trial = 0; trial < marginTrials; ++trial) {

@@ -14,8 +14,8 @@ namespace packmesh {
 /// (Steiner points on the container are not); with `joining` they are, except near a few Steiner points. The
 /// result does not depend on the order of the objects, apart from the numbering in it.
 /// @throws MeshError, InputError see requireValid()
-/// @throws TetrahedraError if TetGen fails in every mode; it names the object or the two objects on which
-///   TetGen fails
+/// @throws InputError if the program that runs TetGen is missing, see tetgenProgram()
+/// @throws TetrahedraError if TetGen fails in every mode
 Tetrahedra tetrahedralise(const TetrahedraInput& input);
 
 }  // namespace packmesh

@@ -8,6 +8,7 @@
 
 #include "packMesh/certificate/certificate.h"
 #include "packMesh/core/error.h"
+#include "packMesh/growth/tetgen_program.h"
 #include "packMesh/packing/fixed_cells.h"
 
 namespace packmesh {
@@ -144,6 +145,7 @@ void validate(const PackingProblem& problem) {
   if (problem.method == Method::cat) {
     validate(problem.growth);
     if (problem.escape) checkStock(*problem.escape, problem.species.size());
+    if (problem.escape || problem.planeSource == PlaneSource::catFaces) requireTetgen(problem.communicator);
   }
   const double cells = cellVolume(problem), lumen = problem.container->volume();
   if (cells >= lumen)

@@ -272,7 +272,68 @@ def names():
         failures.append("names: the locale changes what is written")
 
 
-checks = (disk_full, state_on_full_disk, read_only, file_size, memory, signals_at_every_call, input_output_errors, signals, killed_rank, states, names)
+# What packmesh-tetgen may do instead of its work, and what the run then says of it. Each begins to run at least once.
+TETGEN = pathlib.Path(PROGRAM).parents[1] / "libexec/packmesh/packmesh-tetgen"
+TETGEN_FAULTS = {
+    "killed": ("kill -9 $$", "was ended by signal 9"),
+    "killed with half an answer": ("cat <&3 > /dev/null; printf PMTETRAH >&3; kill -9 $$", "was ended by signal 9"),
+    "crashing": ("kill -SEGV $$", "was ended by signal 11"),
+    "starved": (f"ulimit -v 4000; exec '{TETGEN}'", "packmesh-tetgen"),
+    "talking nonsense": ("cat /dev/urandom | head -c 1000000 >&3", "sent no valid answer"),
+    "never silent": ("exec cat /dev/zero >&3", "sent more than"),
+    "given nonsense": (f"exec '{TETGEN}' 3< /dev/urandom", "packmesh-tetgen"),
+}
+
+
+def tetgen_stand_in(folder, script):
+    """A script in place of packmesh-tetgen, outside of the folder of results."""
+    file = pathlib.Path(folder) / "stand_in"
+    file.write_text(f"#!/bin/sh\n[ \"$1\" = --version ] && exec '{TETGEN}' --version\necho $$ >> '{folder}/runs'\n{script}\n")
+    file.chmod(0o755)
+    return dict(os.environ, PACKMESH_TETGEN=str(file))
+
+
+def tetgen():
+    """The run goes on with planes of the other kind; one that never answers ends with the run; a missing one is an error."""
+    words = ["10", "10", "10", "--rbc", "2", "--method", "cat", "--verbose", "--builder"]
+    with Folder() as folder:
+        assert run(folder, [*words, "chords"])[0] == 0
+        chords = (folder.path / "RBC.pos").read_text()
+    for ranks in (1, 2):
+        for name, (script, said) in TETGEN_FAULTS.items():
+            with Folder() as folder, tempfile.TemporaryDirectory() as other:
+                done = subprocess.run([*of_ranks(ranks), PROGRAM, *words, "cat-faces"], cwd=folder.path, capture_output=True, text=True,
+                                      env=tetgen_stand_in(other, script), timeout=HANGS)
+                expect(f"packmesh-tetgen {name}, {ranks} ranks", folder, (done.returncode, done.stderr), [0])
+                if said not in done.stdout or (folder.path / "RBC.pos").read_text() != chords:
+                    failures.append(f"packmesh-tetgen {name}, {ranks} ranks")
+                    print(done.stdout)
+        for name, more, codes, said in (("time limit", ["--max-time", "3"], [3], ""), ("signal", [], [130] if ranks == 1 else [130, 1], "interrupted")):
+            with Folder() as folder, tempfile.TemporaryDirectory() as other:
+                environment = tetgen_stand_in(other, "exec sleep 100000")
+                process = subprocess.Popen([*of_ranks(ranks), PROGRAM, *words, "cat-faces", *more], cwd=folder.path, env=environment,
+                                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                runs = pathlib.Path(other) / "runs"
+                if name == "signal":
+                    while not (runs.exists() and runs.read_text().endswith("\n")):
+                        assert process.poll() is None, process.communicate()
+                    process.send_signal(signal.SIGTERM)
+                _, err = process.communicate(timeout=HANGS)
+                expect(f"packmesh-tetgen that never answers, {name}, {ranks} ranks", folder, (process.returncode, err), codes, said,
+                       kept=False)
+                begun = runs.read_text().split() if runs.exists() else []  # on a slow machine, not before the time limit
+                stays = [number for number in begun if pathlib.Path("/proc", number).exists()]
+                if stays:
+                    failures.append(f"packmesh-tetgen still runs: {stays}")
+        for name, environment in (("missing", dict(os.environ, PACKMESH_TETGEN="/no/such/program")),
+                                  ("of another version", dict(os.environ, PACKMESH_TETGEN="/bin/cat"))):
+            with Folder() as folder:
+                expect(f"packmesh-tetgen {name}, {ranks} ranks", folder,
+                       run(folder, [*words, "cat-faces"], launch=of_ranks(ranks), env=environment), [2], "PACKMESH_TETGEN")
+
+
+checks = (disk_full, state_on_full_disk, read_only, file_size, memory, signals_at_every_call, input_output_errors, signals, killed_rank, states, names,
+          tetgen)
 if sys.argv[3:]:
     checks = [next(check for check in checks if check.__name__ == name) for name in sys.argv[3:]]
 for check in checks:

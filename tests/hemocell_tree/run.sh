@@ -46,6 +46,7 @@ mkdir "$scratch/packcells"
 # Under its old name it counts as packCells does: round(0.3 * 30^3 / 97) = 84 cells.
 cd "$scratch/packcells" && "$tree/build/tools/packMesh/bin/packCells" 30 30 30 --hematocrit 0.3 > /dev/null
 test "$(head -n 1 RBC.pos)" = 84
+"$tree/build/tools/packMesh/bin/packMesh" 10 10 10 --rbc 2 --method cat --builder cat-faces > /dev/null
 
 # Only the plug-in: nothing that it does not need is built or required.
 "$cmake" -S "$tree" -B "$tree/build_plugin" "${options[@]}" -DPACKMESH_PLUGIN_ONLY=ON
@@ -56,6 +57,7 @@ borrow "$tree/build_plugin"
 "$cmake" --build "$tree/build_plugin" --parallel "$jobs" --target packMesh_hemocell > "$scratch/build_plugin.log"
 library=$(find "$tree/build_plugin/tools/packMesh" -name 'libpackMesh_hemocell.so')
 nm -DC "$library" | grep ' T packmesh::plugin::fill(' > /dev/null
+test -x "$tree/build_plugin/tools/packMesh/libexec/packmesh/packmesh-tetgen"
 if readelf -S "$library" | grep '\.debug_info'; then fail "debug information"; fi
 
 # Neither wrote into HemoCell's folders.

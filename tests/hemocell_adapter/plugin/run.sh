@@ -93,6 +93,23 @@ case $test in
     mv particles.txt one.particles
     case_on 2 channel 2 2 1 --method cat --hematocrit 0.15 > /dev/null
     same one.particles particles.txt ;;
+  tetgen)  # packmesh-tetgen is found from the plug-in; whatever happens to it, the cells are packed
+    config 48 40 40 "<method> cat </method>"
+    case_on 2 planes 2 1 1 --rbc 15 --builder cat-faces > said.txt
+    mv particles.txt faces.particles
+    real=$(realpath "$(dirname "$program")/../libexec/packmesh/packmesh-tetgen")
+    for fault in 'kill -9 $$' "ulimit -v 4000; exec '$real'" 'head -c 100000 /dev/urandom >&3' "exec '$real' 3< /dev/urandom"; do
+      printf '#!/bin/sh\n[ "$1" = --version ] && exec "%s" --version\necho >> "%s"\n%s\n' "$real" "$PWD/runs" "$fault" > packmesh-tetgen
+      chmod +x packmesh-tetgen
+      PACKMESH_TETGEN=$PWD/packmesh-tetgen case_on 2 planes 2 1 1 --rbc 15 --builder cat-faces > said.txt
+      test -s runs && rm runs
+      grep -q 'Certificate: clean, no overlap (15 cells' said.txt
+      if cmp -s faces.particles particles.txt; then fail "planes of CAT faces without TetGen"; fi
+      test -e failing.particles || cp particles.txt failing.particles
+      same failing.particles particles.txt
+    done
+    if PACKMESH_TETGEN=/no/such/program case_on 2 planes 2 1 1 --rbc 15 --builder cat-faces > said.txt 2>&1; then fail "accepted"; fi
+    test "$(grep -c "(Error).*PACKMESH_TETGEN is '/no/such/program'" said.txt)" = 1 ;;
   counts)
     config 60 44 44 "<hematocrit> 0.4 </hematocrit>"
     case_on 1 pipe 1 1 1 --count PLT 30 > said.txt

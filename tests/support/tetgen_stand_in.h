@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file A script in place of packmesh-tetgen.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "packMesh/growth/tetgen_program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace packmesh::test {
+
+/// Sets an environment variable as long as it exists.
+class Variable {
+ public:
+  Variable(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    setenv(name, value.c_str(), 1);
+  }
+  ~Variable() {
+    if (before_)
+      setenv(name_, before_->c_str(), 1);
+    else
+      unsetenv(name_);
+  }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+class TetgenStandIn {
+ public:
+  /// @param run the shell script of a run
+  /// @param version that of `--version`; by default it is right
+  explicit TetgenStandIn(const std::string& run, const std::string& version = "exec " + real() + " --version")
+      : file_(folder_.path() / "packmesh-tetgen"),
+        variable_("PACKMESH_TETGEN",
+                  (std::ofstream(file_) << "#!/bin/sh\n[ \"$1\" = --version ] && { " << version << "; }\n"
+                                        << run << "\n",
+                   std::filesystem::permissions(file_, std::filesystem::perms::owner_all), file_.string())) {}
+
+  /// The path of the program, as a shell reads it.
+  static std::string real() { return "'" + tetgenProgram() + "'"; }
+
+ private:
+  TemporaryFolder folder_;
+  std::filesystem::path file_;
+  Variable variable_;
+};
+
+}  // namespace packmesh::test
