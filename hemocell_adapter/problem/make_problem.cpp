@@ -152,8 +152,7 @@ void resolveCounts(Problem& problem) {
                                  volume, lumen));
   }
   if (!problem.request.bestEffort)
-    for (const CellSpecies& species : problem.species)
-      refuseBeyondKnown(species, *problem.lumen.container);
+    for (const CellSpecies& species : problem.species) refuseBeyondKnown(species, *problem.lumen.container);
   if (volume > Forecast::possible * lumen && !problem.request.inColumns) {
     problem.notices.push_back(
         fmt::format("the requested cells fill {:.4f} of the lumen: above {:.2f} no random packing of red "
@@ -330,13 +329,11 @@ std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const PackingResult&
     double number[6];
     int species;
   };
-  std::vector<Line> own;
-  for (std::size_t i = 0; i < result.cells.size(); ++i) {
+  std::vector<Line> own(result.cells.size());
+  for (std::size_t i = 0; i < own.size(); ++i) {
     const PosLine line = problem.read.lineOf(result.poses[i]);
-    Line plain{};
-    for (int k = 0; k < 6; ++k) plain.number[k] = k < 3 ? line.position[k] : line.angles[k - 3];
-    plain.species = result.cells[i].species;
-    own.push_back(plain);
+    for (int k = 0; k < 6; ++k) own[i].number[k] = k < 3 ? line.position[k] : line.angles[k - 3];
+    own[i].species = result.cells[i].species;
   }
   std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
   for (SpeciesPlan& species : plans) {

@@ -166,7 +166,6 @@ class Parting {
   /// A part with cells that can move.
   void free(int s, int region, std::int64_t count, std::vector<Pose> start) {
     if (count == 0 && region >= 0) return;
-    const CellSpecies& species = problem_.species[s];
     Part part{s, region, freeCells(problem_, packed_, s, count)};
     if (region >= 0) {
       part.cells.name +=

@@ -22,21 +22,22 @@ TetgenRun::TetgenRun(const TetgenInput& input)
 
 TetgenOutput TetgenRun::take(TetgenFailure& failure) const {
   failure = {};
-  std::optional<TetgenAnswer> answer = tetgenAnswerOf(process_.answer());
+  std::optional<TetgenAnswer> message = tetgenAnswerOf(process_.answer());
+  const bool isAnswer = message.has_value();
+  TetgenAnswer answer = std::move(message).value_or(TetgenAnswer());
   // Also what a program of another origin could not know.
-  if (answer && answer->code == 0 &&
-      answer->output.points.size() != points_ + answer->output.steinerLabels.size())
-    answer.reset();
+  const bool hasAllPoints =
+      answer.code != 0 || answer.output.points.size() == points_ + answer.output.steinerLabels.size();
   const std::string& words = process_.words();
-  if (!answer) {
+  if (!isAnswer || !hasAllPoints) {
     failure.code = TetgenFailure::noAnswer;
     failure.words = "packmesh-tetgen " +
                     (process_.fault().empty() ? "sent no valid answer" : process_.fault()) +
                     (words.empty() ? "" : ": " + words);
     return {};
   }
-  failure.code = answer->code;
-  if (failure.code == 0) return std::move(answer->output);
+  failure.code = answer.code;
+  if (failure.code == 0) return std::move(answer.output);
   if (!words.empty()) failure.words = "TetGen's message: " + words;
   return {};
 }
