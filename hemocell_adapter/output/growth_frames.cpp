@@ -100,20 +100,20 @@ void writeSurfaces(const fs::path& file, const std::vector<Surface>& own, const 
 
 GrowthFrames::GrowthFrames(const PackingProblem& problem, fs::path folder, std::int64_t every)
     : problem_(problem), folder_(std::move(folder)), every_(every) {
-  SharedFiles(problem_.communicator).makeFolder(folder_);
+  SharedFiles(problem_.execution.communicator).makeFolder(folder_);
 }
 
 void GrowthFrames::add(const std::vector<PlacedCell>& own) {
   const std::int64_t state = states_++;
   if (state % every_ != 0) return;
-  const Communicator& ranks = problem_.communicator;
+  const Communicator& ranks = problem_.execution.communicator;
   Frame frame{std::int64_t(frames_.size()), state, false};
   const auto count = std::int64_t(own.size());
   const std::int64_t all = ranks.sum(count);
   std::int64_t id = ranks.sumBefore({count}).front();
   std::vector<Surface> membranes;
   for (const PlacedCell& cell : own) {
-    const auto& shape = problem_.species[cell.species].shape;
+    const auto& shape = problem_.physics.species[cell.species].shape;
     membranes.push_back({{shape, &shape->mesh()},
                          cell.placement,
                          std::int32_t(id++),
@@ -128,17 +128,17 @@ void GrowthFrames::add(const std::vector<PlacedCell>& own) {
 
 /// The first rank alone makes them; if TetGen fails, the frame has none.
 void GrowthFrames::writeCatCells(const std::vector<PlacedCell>& all, Frame& frame) {
-  const Communicator& ranks = problem_.communicator;
+  const Communicator& ranks = problem_.execution.communicator;
   std::vector<Surface> surfaces;
   if (ranks.rank() == 0) {
     TetrahedraInput input;
     for (const PlacedCell& cell : all)
-      input.objects.push_back({&problem_.species[cell.species].shape->hierarchy(), cell.placement});
+      input.objects.push_back({&problem_.physics.species[cell.species].shape->hierarchy(), cell.placement});
     std::optional<MeshHierarchy> lumen;
-    if (problem_.container->wall()) lumen.emplace(problem_.container->surface());
+    if (problem_.physics.container->wall()) lumen.emplace(problem_.physics.container->surface());
     input.container = lumen ? &*lumen : nullptr;
-    input.period = problem_.container->period();
-    input.bounds = problem_.container->bounds();
+    input.period = problem_.physics.container->period();
+    input.bounds = problem_.physics.container->bounds();
     input.explain = false;
     try {
       const CatCells cells = catCells(tetrahedralise(input), WallFaces::atWall);
@@ -155,7 +155,7 @@ void GrowthFrames::writeCatCells(const std::vector<PlacedCell>& all, Frame& fram
 }
 
 void GrowthFrames::writeSeries() const {
-  SharedFiles files(problem_.communicator);
+  SharedFiles files(problem_.execution.communicator);
   const auto write = [&](const char* name, const char* file, bool catCells) {
     files.begin(folder_ / name);
     files.append([&] {

@@ -34,6 +34,19 @@ fs::path positionsOf(const OutputRequest& output, const CellSpecies& species) {
   return output.folder / (species.name + ".pos");
 }
 
+/// The cells that are not wholly inside the lumen, by number.
+std::set<std::int64_t> outsideOf(const Certificate& certificate) {
+  std::set<std::int64_t> outside;
+  for (const MisplacedCell& cell : certificate.misplaced)
+    if (!(cell.gap > 0.0)) outside.insert(cell.cell);
+  return outside;
+}
+
+PackingMeasures packingMeasuresOf(const Finished& done, const CellMeasures& measures) {
+  return measurePacking(physicsOf(done.problem), {done.ranks(), done.problem.team}, done.result.cells,
+                        measures.gap, endAxes(done.problem), outsideOf(done.result.certificate));
+}
+
 /// Whether an output that was read keeps its content: the state that the run continues, or the file of a
 /// species whose cells are all fixed and are written as they stand there.
 bool replacesItself(const Problem& problem, const OutputRequest& output, const fs::path& file) {
@@ -56,30 +69,17 @@ bool replacesItself(const Problem& problem, const OutputRequest& output, const f
 
 }  // namespace
 
-AnalysisInput analysisInputOf(const Finished& done) {
-  const Problem& problem = done.problem;
-  AnalysisInput input;
-  for (const CellSpecies& species : problem.species) {
-    input.shapes.push_back(species.shape.get());
-    input.inHematocrit.push_back(species.redCell);
-  }
-  input.container = problem.lumen.container.get();
-  input.communicator = done.ranks();
-  input.threads = problem.team;
-  for (const MisplacedCell& cell : done.result.certificate.misplaced)
-    if (!(cell.gap > 0.0)) input.outside.insert(cell.cell);
-  return input;
+CellMeasures measuresOf(const Finished& done) {
+  return measureShare(physicsOf(done.problem), {done.ranks(), done.problem.team}, done.result.cells,
+                      outsideOf(done.result.certificate));
 }
 
 std::string reportText(const Finished& done, const RunTimes& times) {
-  const AnalysisInput analysis = analysisInputOf(done);
-  const CellMeasures measures = measureShare(analysis, done.result.cells);
-  return jsonText(makeReport(
-      done, measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.problem)), times));
+  return jsonText(makeReport(done, packingMeasuresOf(done, measuresOf(done)), times));
 }
 
 void saveTables(const Finished& done, const fs::path& file) {
-  writePacking(file, tablesOf(done, measureShare(analysisInputOf(done), done.result.cells)), done.ranks());
+  writePacking(file, tablesOf(done, measuresOf(done)), done.ranks());
 }
 
 void requireWritable(const fs::path& folder) {
@@ -155,12 +155,10 @@ void warnOfStaleFiles(const Problem& problem, const OutputRequest& output) {
 void writeViews(const Finished& done, const RunTimes& times) {
   const OutputRequest& output = done.output;
   if (!output.reportFile && !needsConversion(output)) return;
-  const AnalysisInput analysis = analysisInputOf(done);
-  const CellMeasures measures = measureShare(analysis, done.result.cells);
+  const CellMeasures measures = measuresOf(done);
   if (output.reportFile) {
     SharedFiles(done.ranks()).makeFolder(output.reportFile->parent_path());
-    const PackingMeasures all =
-        measurePacking(analysis, done.result.cells, measures.gap, endAxes(done.problem));
+    const PackingMeasures all = packingMeasuresOf(done, measures);
     onFirstRank(done.ranks(), [&] {
       AtomicFiles files;
       files.add(reportJson(output), jsonText(makeReport(done, all, times)));

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "hemocell_adapter/output/finished.h"
-#include "packMesh/analysis/analysis_input.h"
+#include "packMesh/analysis/cell_measures.h"
 
 namespace packmesh::hemocell {
 
-/// For measuring cells, by the user's species, each of which may have had several parts.
-AnalysisInput analysisInputOf(const Finished& done);
+/// The measurements of this rank's cells. All ranks call.
+CellMeasures measuresOf(const Finished& done);
 
 /// The report (report.h) as JSON, which is not written. All ranks call.
 std::string reportText(const Finished& done, const RunTimes& times);

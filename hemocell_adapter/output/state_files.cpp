@@ -112,8 +112,8 @@ void StateFiles::save(const PackingState& state) {
                state);
     saved_ = true;
     const std::filesystem::path companion = companionOf(*request_.output.stateFile);
-    if (problem_.communicator.rank() == 0 && companion != *request_.output.stateFile)
-      writeXdmf(companion, *request_.output.stateFile, state.cellCount, problem_.species);
+    if (problem_.execution.communicator.rank() == 0 && companion != *request_.output.stateFile)
+      writeXdmf(companion, *request_.output.stateFile, state.cellCount, problem_.physics.species);
   } catch (const OutputError& error) {
     log::warning(error.what());
   }
@@ -132,7 +132,7 @@ PackingState stateToContinue(const std::filesystem::path& file, const PackingPro
   } catch (const InputError&) {
     error = std::current_exception();
   }
-  together(problem.communicator, [&] {
+  together(problem.execution.communicator, [&] {
     if (error) std::rethrow_exception(error);
   });
   log::info(fmt::format("Continuing from {}: after {}", file.string(), effortOf(state)));

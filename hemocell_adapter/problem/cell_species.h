@@ -13,7 +13,7 @@
 #include "hemocell_adapter/hemocell/acceptance.h"
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
-#include "packMesh/relaxation/freedom.h"
+#include "packMesh/problem/freedom.h"
 
 namespace packmesh::hemocell {
 

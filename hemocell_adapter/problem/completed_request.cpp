@@ -63,7 +63,7 @@ void chooseEnds(Request& request, const Case* simulation) {
   if (simulation && simulation->running) request.periodicEnds = true;
 }
 
-const char* nameOf(Method method) {
+const char* nameOf(Method::Kind method) {
   return method == Method::cat ? "cat" : "relaxation";
 }
 

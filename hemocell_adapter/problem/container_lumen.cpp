@@ -11,6 +11,7 @@
 #include "hemocell_adapter/problem/solid.h"
 #include "packMesh/container/obstacles.h"
 #include "packMesh/core/error.h"
+#include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh::hemocell {
 namespace {

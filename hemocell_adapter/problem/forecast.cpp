@@ -143,15 +143,15 @@ bool findsPlace(const Problem& problem, int s, const RoomSample& room) {
   constexpr std::int64_t sweeps = 300;
   const CellSpecies& species = problem.species[s];
   PackingProblem packing;
-  packing.species.push_back(freeCells(problem, problem.atDemanded, s, 1));
-  packing.species.front().start = {Pose()};
-  packing.container = problem.lumen.container;
-  packing.wallClearance = problem.atDemanded.clearances.wall;
-  packing.rotate = problem.request.rotate;
-  packing.limits.maxSweeps = sweeps;
-  packing.limits.fewerCells = false;
+  packing.physics.species.push_back(freeCells(problem, problem.atDemanded, s, 1));
+  packing.physics.species.front().start = {Pose()};
+  packing.physics.container = problem.lumen.container;
+  packing.physics.wallClearance = problem.atDemanded.clearances.wall;
+  packing.physics.rotate = problem.request.rotate;
+  packing.execution.limits.maxSweeps = sweeps;
+  packing.execution.limits.fewerCells = false;
   for (std::size_t i = 0; i < room.deepest.size(); ++i) {
-    Pose& start = packing.species.front().start.front();
+    Pose& start = packing.physics.species.front().start.front();
     start.position = room.deepest[i];
     const auto u = uniform4(1, RandomStream::orientation, i, 0);
     if (problem.request.rotate) start.orientation = uniformRotation(u[0], u[1], u[2]);

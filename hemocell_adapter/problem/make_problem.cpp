@@ -376,42 +376,46 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
                                 std::function<void(const Progress&)> progress) {
   const Request& request = problem.request;
   PackingProblem packing;
+  Physics& physics = packing.physics;
+  Method& method = packing.method;
+  Execution& execution = packing.execution;
   double redCells = 0.0;
   for (const CellSpecies& species : problem.species)
     if (species.redCell) redCells += double(species.count);
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
-    packing.species.push_back(part.cells);
+    physics.species.push_back(part.cells);
+    physics.species.back().kind = part.species;
     if (species.ratio && part.cells.count == species.count)
-      packing.species.back().asked = *species.ratio * redCells;
+      physics.species.back().asked = *species.ratio * redCells;
   }
-  packing.container = problem.lumen.container;
-  packing.communicator = problem.ranks;
-  packing.threads = problem.team;
-  packing.method = request.method;
-  packing.planeSource = request.planeSource;
-  packing.growth = request.growth;
+  physics.container = problem.lumen.container;
+  execution.communicator = problem.ranks;
+  execution.threads = problem.team;
+  method.kind = request.method;
+  method.planeSource = request.planeSource;
+  method.growth = request.growth;
   if (request.escape) {
-    packing.escape.emplace();
+    method.escape.emplace();
     for (const Part& part : packed.parts)
-      packing.escape->reserve.push_back(problem.species[part.species].stock);
+      method.escape->reserve.push_back(problem.species[part.species].stock);
   }
-  packing.clearance = packed.clearances.membranes;
-  packing.wallClearance = packed.clearances.wall;
-  packing.seed = request.seed;
-  packing.rotate = request.rotate;
+  physics.clearance = packed.clearances.membranes;
+  physics.wallClearance = packed.clearances.wall;
+  physics.seed = request.seed;
+  physics.rotate = request.rotate;
   if (request.inColumns) {
     const auto volume = [](const Species& s) { return double(s.count) * s.shape->volume(); };
     const auto most =
-        std::max_element(packing.species.begin(), packing.species.end(),
+        std::max_element(physics.species.begin(), physics.species.end(),
                          [&](const Species& a, const Species& b) { return volume(a) < volume(b); });
-    if (most != packing.species.end() && most->count > 0) most->inColumns = true;
+    if (most != physics.species.end() && most->count > 0) most->inColumns = true;
   }
-  packing.limits.maxSeconds = request.maxSeconds;
-  if (request.maxIterations) packing.limits.maxSweeps = *request.maxIterations;
-  packing.written = [&problem](const Pose& pose) { return placementOf(problem.read.lineOf(pose)); };
-  packing.interrupted = std::move(interrupted);
-  packing.progress = std::move(progress);
+  execution.limits.maxSeconds = request.maxSeconds;
+  if (request.maxIterations) execution.limits.maxSweeps = *request.maxIterations;
+  physics.written = [&problem](const Pose& pose) { return placementOf(problem.read.lineOf(pose)); };
+  execution.interrupted = std::move(interrupted);
+  execution.progress = std::move(progress);
   return packing;
 }
 

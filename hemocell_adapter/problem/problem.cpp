@@ -27,6 +27,22 @@ std::vector<std::int64_t> namedBySpecies(const std::vector<Part>& parts, Packing
   return counts;
 }
 
+Physics physicsOf(const Problem& problem) {
+  Physics physics;
+  for (const CellSpecies& one : problem.species) {
+    Species species{one.name, one.shape, one.mostCells(), nullptr, one.redCell};
+    species.freedom.extraWallClearance = one.extraWallClearance(problem.demanded.wall);
+    species.kind = static_cast<std::int32_t>(physics.species.size());
+    physics.species.push_back(std::move(species));
+  }
+  physics.container = problem.lumen.container;
+  physics.clearance = problem.demanded.membranes;
+  physics.wallClearance = problem.demanded.wall;
+  physics.rotate = problem.request.rotate;
+  physics.seed = problem.request.seed;
+  return physics;
+}
+
 bool knowsAcceptance(const Problem& problem) {
   return problem.lumen.lattice || problem.lumen.keptBox;
 }

@@ -67,6 +67,10 @@ std::string columnsInstead(const Problem& problem);
 /// @return number of cells of each part on this rank
 std::vector<std::int64_t> namedBySpecies(const std::vector<Part>& parts, PackingResult& result);
 
+/// The species as the user states them, all their cells together, with the clearances demanded: to examine
+/// and measure cells, not to pack them.
+Physics physicsOf(const Problem& problem);
+
 /// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.
 std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell);
 /// Calls visit(cell, violation) for each cell, in order, in the calling thread.

@@ -23,7 +23,7 @@ namespace {
 
 /// Ranks on other nodes may find different files under the same names.
 void requireSameOnAllRanks(const PackingProblem& problem) {
-  const Communicator& ranks = problem.communicator;
+  const Communicator& ranks = problem.execution.communicator;
   if (ranks.alone()) return;
   const std::string own = digestOf(problem), first = ranks.broadcast(own, 0);
   together(ranks, [&] {
@@ -96,14 +96,15 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
       packingProblemOf(problem_, partsWith(clearances), hooks_.interrupted, hooks_.progress);
   if (!begun_) requireSameOnAllRanks(packing);
   if (!limits.fewerCells && !isPossible(packing)) return {};
-  packing.limits.maxSeconds = limits.maxSeconds;
-  if (limits.maxSweeps > 0) packing.limits.maxSweeps = std::min(limits.maxSweeps, packing.limits.maxSweeps);
-  packing.limits.sweepsForFew = limits.sweepsForFew;
-  packing.limits.fewerCells = limits.fewerCells;
+  packing.execution.limits.maxSeconds = limits.maxSeconds;
+  if (limits.maxSweeps > 0)
+    packing.execution.limits.maxSweeps = std::min(limits.maxSweeps, packing.execution.limits.maxSweeps);
+  packing.execution.limits.sweepsForFew = limits.sweepsForFew;
+  packing.execution.limits.fewerCells = limits.fewerCells;
   std::optional<GrowthFrames> frames;
   if (request.output.growthFrames > 0) {
     frames.emplace(packing, request.output.folder / "growth_frames", request.output.growthFrames);
-    packing.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
+    packing.execution.observe = [&frames](const std::vector<PlacedCell>& own) { frames->add(own); };
   }
   StateFiles states(request, packing);
   if (request.output.stateFile) packing.checkpoints = states.checkpoints();

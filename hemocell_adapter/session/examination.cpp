@@ -42,31 +42,14 @@ PosShare shareOf(const std::vector<PosLine>& all, const Communicator& ranks) {
   return {{all.begin() + first, all.begin() + end}, first, static_cast<std::int64_t>(all.size())};
 }
 
-CertificateInput inputOf(const Problem& problem) {
-  CertificateInput input;
-  input.container = problem.lumen.container.get();
-  for (const CellSpecies& species : problem.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem.lumen.container->wall());
-    input.extraWallGap.push_back(species.extraWallClearance(problem.demanded.wall));
-  }
-  input.requiredGap = problem.demanded.membranes;
-  input.threads = problem.team;
-  input.requiredWallGap = problem.demanded.wall;
-  return input;
-}
-
 Certificate certificateOf(const Problem& problem, const std::vector<PlacedCell>& own, std::int64_t all) {
   const Communicator& ranks = problem.ranks;
-  CertificateInput input = inputOf(problem);
+  const Physics physics = physicsOf(problem);
   LimitedSearch search{OverlapSearch(all, mostOverlaps(all))};
-  if (ranks.alone()) {
-    input.cells = &own;
-    return Certifier(input, gapOfInterest, &search).certificate();
-  }
-  const SharedCells here =
-      sharedInSpace(own, input.shapes, *input.container, std::max(gapOfInterest, input.requiredGap), ranks);
-  input.cells = &here.cells;
+  if (ranks.alone())
+    return Certifier(certificateInputOf(physics, own, problem.team), gapOfInterest, &search).certificate();
+  const SharedCells here = sharedInSpace(own, physics, std::max(gapOfInterest, physics.clearance), ranks);
+  CertificateInput input = certificateInputOf(physics, here.cells, problem.team);
   input.own = &here.own;
   search.numbers = &here.numbers;
   search.sum = [&](std::int64_t found) { return ranks.sum(found); };

@@ -202,8 +202,7 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
   state.position.stage = Stage::certificate;
   state.position.fewer = result.outcome == Outcome::outOfReach;
   state.cellCount = result.cellCount;
-  const CellMeasures own = asFinished(
-      packing, {}, [&](const Finished& done) { return measureShare(analysisInputOf(done), result.cells); });
+  const CellMeasures own = asFinished(packing, {}, [&](const Finished& done) { return measuresOf(done); });
   std::vector<BodyState> bodies;
   std::vector<MeasuredCell> measured;
   std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();

@@ -7,6 +7,7 @@
 #include "hemocell_adapter/settings/attribute_tables.h"
 #include "hemocell_adapter/settings/setting_groups.h"
 #include "hemocell_adapter/settings/value_specs.h"
+#include "packMesh/problem/execution.h"
 
 namespace packmesh::hemocell {
 namespace {

@@ -13,7 +13,7 @@
 #include "hemocell_adapter/base/node_plane.h"
 #include "hemocell_adapter/settings/construction.h"
 #include "packMesh/core/vector.h"
-#include "packMesh/packing/packing_problem.h"
+#include "packMesh/packing/method.h"
 
 namespace packmesh::hemocell {
 
@@ -118,7 +118,7 @@ struct Request {
   bool isTiled() const { return tiles != std::array<int, 3>{1, 1, 1}; }
 
   // Method
-  Method method = Method::relaxation;
+  Method::Kind method = Method::relaxation;
   PlaneSource planeSource = PlaneSource::chords;   ///< of Method::cat
   bool escape = false;                             ///< of Method::cat
   GrowthSettings growth;                           ///< of Method::cat

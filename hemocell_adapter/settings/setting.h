@@ -34,12 +34,12 @@ struct Setting {
   std::string fallback = {};  ///< the default as text
   std::string countOf = {};   ///< the cell whose number it is
   Topic topic = Topic::cells;
-  char letter = 0;                    ///< short option, 0: none
-  bool flag = false;                  ///< the option needs no value; `values` is one boolean
-  bool packCells = false;             ///< packCells has this option, too: its prefixes take precedence
-  bool repeats = false;               ///< the tag can occur several times
-  bool packingOnly = false;           ///< `check` rejects the option
-  std::optional<Method> method = {};  ///< the only method it applies to; empty: all
+  char letter = 0;                          ///< short option, 0: none
+  bool flag = false;                        ///< the option needs no value; `values` is one boolean
+  bool packCells = false;                   ///< packCells has this option, too: its prefixes take precedence
+  bool repeats = false;                     ///< the tag can occur several times
+  bool packingOnly = false;                 ///< `check` rejects the option
+  std::optional<Method::Kind> method = {};  ///< the only method it applies to; empty: all
 
   const std::string& name() const { return option.empty() ? tag : option; }
   void apply(Request& settings, const std::vector<Value>& given) const {
@@ -74,7 +74,7 @@ struct Setting {
     packingOnly = true;
     return *this;
   }
-  Setting& onlyFor(Method one) {
+  Setting& onlyFor(Method::Kind one) {
     method = one;
     return *this;
   }

@@ -77,8 +77,9 @@ double lumenIn(const Boxes& boxes, std::int64_t box, const Wall* wall) {
 
 class Measuring {
  public:
-  Measuring(const AnalysisInput& analysis, const CertificateInput& input, const std::vector<bool>& leftOut)
-      : analysis_(analysis), input_(input), leftOut_(leftOut), cells_(input_) {}
+  Measuring(const Physics& physics, const Execution& execution, const CertificateInput& input,
+            const std::vector<bool>& leftOut)
+      : physics_(physics), execution_(execution), input_(input), leftOut_(leftOut), cells_(input_) {}
 
   CellMeasures operator()() const {
     const std::vector<std::atomic<double>> gaps = gapsOfAll();
@@ -99,7 +100,7 @@ class Measuring {
   template <class Visit>
   void forEachCell(const Visit& visit) const {
     constexpr std::int64_t atATime = 64;
-    analysis_.threads.forEachPart(
+    execution_.threads.forEachPart(
         cells_.count(),
         [&](std::int64_t begin, std::int64_t end, int) {
           for (std::int64_t i = begin; i < end; ++i) visit(i);
@@ -143,18 +144,19 @@ class Measuring {
   /// Of own cells; 0 for the others.
   std::vector<double> localHematocrits() const {
     std::vector<std::vector<Vec3>> points;
-    for (const Shape* shape : analysis_.shapes) points.push_back(innerPoints(*shape, pointsOfCell));
-    const Boxes boxes(*analysis_.container);
+    for (const Species& species : physics_.species)
+      points.push_back(innerPoints(*species.shape, pointsOfCell));
+    const Boxes boxes(*physics_.container);
     std::vector<std::atomic<std::int64_t>> redHere(boxes.count());  // [steps]
     forEachCell([&](std::int64_t i) {
-      if (!cells_.isOwn(i) || !analysis_.inHematocrit[cell(i).species]) return;
+      if (!cells_.isOwn(i) || !physics_.species[cell(i).species].inHematocrit) return;
       if (!leftOut_.empty() && leftOut_[i]) return;
       const std::vector<Vec3>& inCell = points[cell(i).species];
       const auto each = std::llround(cells_.volume(i) / volumeStep / double(inCell.size()));
       for (const Vec3& p : inCell) redHere[boxes.of(cell(i).placement(p))] += each;
     });
     std::vector<std::int64_t> red(redHere.begin(), redHere.end());
-    analysis_.communicator.sum(red);
+    execution_.communicator.sum(red);
     std::vector<std::atomic<double>> hematocrit(red.size());  // computed when needed
     for (std::atomic<double>& h : hematocrit) h = -1.0;
     std::vector<double> local(cells_.count(), 0.0);
@@ -166,14 +168,15 @@ class Measuring {
         double h = hematocrit[box];
         if (h < 0.0)
           hematocrit[box] = h =
-              volumeStep * double(red[box]) / lumenIn(boxes, box, analysis_.container->wall());
+              volumeStep * double(red[box]) / lumenIn(boxes, box, physics_.container->wall());
         local[i] += h / double(inCell.size());
       }
     });
     return local;
   }
 
-  const AnalysisInput& analysis_;
+  const Physics& physics_;
+  const Execution& execution_;
   const CertificateInput& input_;
   const std::vector<bool>& leftOut_;
   const CertifiedCells cells_;
@@ -181,9 +184,9 @@ class Measuring {
 
 }  // namespace
 
-CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input,
+CellMeasures measureCells(const Physics& physics, const Execution& execution, const CertificateInput& input,
                           const std::vector<bool>& leftOut) {
-  return Measuring(analysis, input, leftOut)();
+  return Measuring(physics, execution, input, leftOut)();
 }
 
 }  // namespace packmesh

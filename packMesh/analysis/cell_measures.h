@@ -4,8 +4,9 @@
 
 #include <vector>
 
-#include "packMesh/analysis/analysis_input.h"
-#include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certificate_input.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
@@ -24,12 +25,12 @@ struct CellMeasures {
 /// The gap is the distance between the mesh of a cell and the nearest other mesh, periodic images included:
 /// the same number that the certificate measures, 0 for overlapping cells. Its bits do not depend on the
 /// rank, provided cells are in the same order everywhere. The local hematocrit is the volume fraction of red
-/// cells (AnalysisInput::inHematocrit) in the part of the lumen around the cell: in the boxes of about 10 µm
+/// cells (Species::inHematocrit) in the part of the lumen around the cell: in the boxes of about 10 µm
 /// that contain its volume.
+/// @param input of the same physics; full-size cells of this rank and copies of the cells around them, sorted
+/// by number
 /// @param leftOut per cell of `input`, or empty: cells whose volume does not count in local hematocrits
-/// @param input the same shapes and container; full-size cells of this rank and copies of the cells around
-/// them, sorted by number
-CellMeasures measureCells(const AnalysisInput& analysis, const CertificateInput& input,
+CellMeasures measureCells(const Physics& physics, const Execution& execution, const CertificateInput& input,
                           const std::vector<bool>& leftOut = {});
 
 }  // namespace packmesh

@@ -47,17 +47,19 @@ Profile layersOf(double begin, double length, bool exactly) {
 
 class Measuring {
  public:
-  Measuring(const AnalysisInput& analysis, const std::vector<PlacedCell>& cells,
-            const std::array<bool, 3>& ends)
-      : analysis_(analysis),
-        container_(*analysis.container),
+  Measuring(const Physics& physics, const Execution& execution, const std::vector<PlacedCell>& cells,
+            const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside)
+      : species_(physics.species),
+        ranks_(execution.communicator),
+        container_(*physics.container),
         cells_(cells),
         ends_(ends),
+        outside_(outside),
         bounds_(container_.bounds()),
         period_(container_.period()),
         wall_(container_.wall()) {
     if (wall_) depth_.emplace(*wall_, bounds_);
-    const std::int64_t all = analysis.communicator.sum(static_cast<std::int64_t>(cells.size()));
+    const std::int64_t all = ranks_.sum(static_cast<std::int64_t>(cells.size()));
     const std::int64_t points = wall_ && !wall_->closedForm() ? pointsAtMeshes : pointsOfAll;
     measures_.pointsPerCell =
         static_cast<int>(std::clamp(points / std::max<std::int64_t>(1, all), fewestPerCell, mostPerCell));
@@ -67,7 +69,7 @@ class Measuring {
     for (int k = 0; k < 3; ++k) measures_.axial[k] = layersOf(bounds_.lo[k], bounds_.size()[k], true);
     sampleLumen();
     profileCells();
-    for (std::size_t s = 0; s < analysis_.shapes.size(); ++s) {
+    for (std::size_t s = 0; s < species_.size(); ++s) {
       measures_.gaps.push_back(gapsOf(static_cast<int>(s), gaps));
       measures_.orientation.push_back(orderOf(static_cast<int>(s)));
     }
@@ -106,7 +108,6 @@ class Measuring {
     std::int64_t n[3];
     for (int k = 0; k < 3; ++k) n[k] = std::max<std::int64_t>(1, std::llround(size[k] / edge));
     measures_.lumenPoints = n[0] * n[1] * n[2];
-    const Communicator& ranks = analysis_.communicator;
     std::array<std::vector<std::int64_t>, 3> slices;
     for (int k = 0; k < 3; ++k) slices[k].assign(measures_.axial[k].lumen.size(), 0);
     std::vector<double> depths;
@@ -126,7 +127,7 @@ class Measuring {
     for (int k = 0; k < 3; ++k) blocks[k] = (n[k] + edgeOfBlock - 1) / edgeOfBlock;
     const std::int64_t all = blocks[0] * blocks[1] * blocks[2];
     const double reach = 0.5 * double(edgeOfBlock) * cube.norm();
-    for (std::int64_t b = all * ranks.rank() / ranks.size(); b < all * (ranks.rank() + 1) / ranks.size();
+    for (std::int64_t b = all * ranks_.rank() / ranks_.size(); b < all * (ranks_.rank() + 1) / ranks_.size();
          ++b) {
       const std::int64_t low[3] = {b % blocks[0] * edgeOfBlock, b / blocks[0] % blocks[1] * edgeOfBlock,
                                    b / (blocks[0] * blocks[1]) * edgeOfBlock};
@@ -140,10 +141,10 @@ class Measuring {
             look(bounds_.lo + cube.cwiseProduct(Vec3(double(x) + u[0], double(y) + u[1], double(z) + u[2])));
           }
     }
-    deepest = ranks.max(deepest);
+    deepest = ranks_.max(deepest);
     const double each = size.prod() / double(measures_.lumenPoints);
     for (int k = 0; k < 3; ++k) {
-      ranks.sum(slices[k]);
+      ranks_.sum(slices[k]);
       for (std::size_t i = 0; i < slices[k].size(); ++i)
         measures_.axial[k].lumen[i] = each * double(slices[k][i]);
     }
@@ -151,7 +152,7 @@ class Measuring {
     measures_.wall = layersOf(0.0, deepest, false);
     std::vector<std::int64_t> counts(measures_.wall->lumen.size(), 0);
     for (const double depth : depths) ++counts[layerOf(*measures_.wall, depth)];
-    ranks.sum(counts);
+    ranks_.sum(counts);
     for (std::size_t i = 0; i < counts.size(); ++i) measures_.wall->lumen[i] = each * double(counts[i]);
     volumeOfPoint_ = each;
   }
@@ -169,20 +170,19 @@ class Measuring {
   };
 
   void profileCells() {
-    const std::size_t species = analysis_.shapes.size();
+    const std::size_t species = species_.size();
     std::vector<std::vector<Vec3>> points;
-    for (const Shape* shape : analysis_.shapes)
-      points.push_back(innerPoints(*shape, measures_.pointsPerCell));
+    for (const Species& one : species_) points.push_back(innerPoints(*one.shape, measures_.pointsPerCell));
     std::vector<Sums> axial;
     for (const Profile& profile : measures_.axial) axial.emplace_back(profile, species);
     std::optional<Sums> wall;
     if (measures_.wall) wall.emplace(*measures_.wall, species);
-    measures_.leftOut = std::int64_t(analysis_.outside.size());
-    std::int64_t id = analysis_.communicator.sumBefore({std::int64_t(cells_.size())}).front();
+    measures_.leftOut = std::int64_t(outside_.size());
+    std::int64_t id = ranks_.sumBefore({std::int64_t(cells_.size())}).front();
     for (const PlacedCell& cell : cells_) {
-      if (analysis_.outside.count(id++) > 0) continue;
+      if (outside_.count(id++) > 0) continue;
       const std::vector<Vec3>& inCell = points[cell.species];
-      const double volume = analysis_.shapes[cell.species]->volume() / double(inCell.size());
+      const double volume = species_[cell.species].shape->volume() / double(inCell.size());
       const std::int64_t each = whole(volume, volumeStep);
       for (const Vec3& body : inCell) {
         const Vec3 p = wrapped(cell.placement(body), bounds_, period_);
@@ -197,10 +197,10 @@ class Measuring {
   }
 
   void finish(Profile& profile, Sums& sums) const {
-    analysis_.communicator.sum(sums.volume);
-    analysis_.communicator.sum(sums.points);
+    ranks_.sum(sums.volume);
+    ranks_.sum(sums.points);
     profile.red.assign(sums.layers, 0.0);
-    for (std::size_t s = 0; s < analysis_.shapes.size(); ++s) {
+    for (std::size_t s = 0; s < species_.size(); ++s) {
       std::vector<double>& fraction = profile.fraction.emplace_back(sums.layers, 0.0);
       std::vector<double>& error = profile.error.emplace_back(sums.layers, 0.0);
       for (std::size_t i = 0; i < sums.layers; ++i) {
@@ -209,7 +209,7 @@ class Measuring {
         fraction[i] = volume / profile.lumen[i];
         const double ofLumen = wall_ ? volumeOfPoint_ / profile.lumen[i] : 0.0;
         error[i] = fraction[i] * std::sqrt(1.0 / double(sums.points[s * sums.layers + i]) + ofLumen);
-        if (analysis_.inHematocrit[s]) profile.red[i] += fraction[i];
+        if (species_[s].inHematocrit) profile.red[i] += fraction[i];
       }
     }
   }
@@ -232,12 +232,11 @@ class Measuring {
       ++own;
       least = std::min(least, gaps[i]);
     }
-    const Communicator& ranks = analysis_.communicator;
-    ranks.sum(histogram.counts);
-    histogram.beyond = ranks.sum(histogram.beyond);
-    const std::int64_t near = ranks.sum(own);
-    sum = ranks.sum(sum);
-    least = ranks.min(least);
+    ranks_.sum(histogram.counts);
+    histogram.beyond = ranks_.sum(histogram.beyond);
+    const std::int64_t near = ranks_.sum(own);
+    sum = ranks_.sum(sum);
+    least = ranks_.min(least);
     if (near == 0) return histogram;
     histogram.minimum = least;
     histogram.mean = gapStep * double(sum) / double(near);
@@ -264,10 +263,10 @@ class Measuring {
       constexpr int pairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
       for (int k = 0; k < 6; ++k) sums[k] += whole(n[pairs[k][0]] * n[pairs[k][1]], cosineStep);
     }
-    analysis_.communicator.sum(sums);
-    analysis_.communicator.sum(tenths);
+    ranks_.sum(sums);
+    ranks_.sum(tenths);
     for (int k = 0; k < 30; ++k) order.cosines[k / 10][k % 10] = tenths[k];
-    order.cells = analysis_.communicator.sum(order.cells);
+    order.cells = ranks_.sum(order.cells);
     if (order.cells == 0) return order;
     const auto mean = [&](int k) { return cosineStep * double(sums[k]) / double(order.cells); };
     Mat3 moments;
@@ -282,10 +281,12 @@ class Measuring {
     return order;
   }
 
-  const AnalysisInput& analysis_;
+  const std::vector<Species>& species_;
+  const Communicator& ranks_;
   const Container& container_;
   const std::vector<PlacedCell>& cells_;
   const std::array<bool, 3> ends_;
+  const std::set<std::int64_t>& outside_;
   const Box bounds_;
   const Vec3 period_;
   const Wall* const wall_;
@@ -314,9 +315,10 @@ std::optional<double> layerBelow(const Profile& profile, double share) {
   return {};
 }
 
-PackingMeasures measurePacking(const AnalysisInput& analysis, const std::vector<PlacedCell>& cells,
-                               const std::vector<double>& gaps, const std::array<bool, 3>& ends) {
-  return Measuring(analysis, cells, ends)(gaps);
+PackingMeasures measurePacking(const Physics& physics, const Execution& execution,
+                               const std::vector<PlacedCell>& cells, const std::vector<double>& gaps,
+                               const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside) {
+  return Measuring(physics, execution, cells, ends, outside)(gaps);
 }
 
 }  // namespace packmesh

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "packMesh/analysis/cell_measures.h"
@@ -20,7 +22,7 @@ struct Profile {
   std::vector<double> lumen;                  ///< volume of each layer [µm³]
   std::vector<std::vector<double>> fraction;  ///< volume fraction, [species][layer]
   std::vector<std::vector<double>> error;     ///< standard error of `fraction`
-  std::vector<double> red;                    ///< of all species in AnalysisInput::inHematocrit, [layer]
+  std::vector<double> red;                    ///< of all species with Species::inHematocrit, [layer]
 
   int layers() const { return static_cast<int>(lumen.size()); }
   double middle(int layer) const { return begin + (layer + 0.5) * width; }
@@ -57,7 +59,7 @@ struct PackingMeasures {
   std::vector<GapHistogram> gaps;             ///< per species
   std::vector<OrientationOrder> orientation;  ///< per species
   int pointsPerCell = 0;
-  std::int64_t leftOut = 0;      ///< number of cells that profiles leave out, see AnalysisInput::outside
+  std::int64_t leftOut = 0;      ///< number of cells that profiles leave out
   std::int64_t lumenPoints = 0;  ///< sample points; 0: the lumen fills its bounding box
 };
 
@@ -66,7 +68,9 @@ struct PackingMeasures {
 /// @param gaps gaps of these cells, see measureCells() [µm]
 /// @param ends axes along which the lumen ends without a wall: points closer to such an end than to the wall
 /// are excluded from `wall`
-PackingMeasures measurePacking(const AnalysisInput& analysis, const std::vector<PlacedCell>& cells,
-                               const std::vector<double>& gaps, const std::array<bool, 3>& ends);
+/// @param outside as for measureShare(): profiles leave them out
+PackingMeasures measurePacking(const Physics& physics, const Execution& execution,
+                               const std::vector<PlacedCell>& cells, const std::vector<double>& gaps,
+                               const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside = {});
 
 }  // namespace packmesh

@@ -13,20 +13,17 @@ struct Measured {
 
 }  // namespace
 
-CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<PlacedCell>& own) {
-  const SharedCells here =
-      sharedInSpace(own, analysis.shapes, *analysis.container, farthestGap, analysis.communicator);
+CellMeasures measureShare(const Physics& physics, const Execution& execution,
+                          const std::vector<PlacedCell>& own, const std::set<std::int64_t>& outside) {
+  const Communicator& ranks = execution.communicator;
+  const SharedCells here = sharedInSpace(own, physics, farthestGap, ranks);
   std::vector<bool> leftOut;
-  for (const std::int64_t number : here.numbers) leftOut.push_back(analysis.outside.count(number) > 0);
-  CertificateInput input;
-  input.shapes = analysis.shapes;
-  input.container = analysis.container;
-  input.cells = &here.cells;
+  for (const std::int64_t number : here.numbers) leftOut.push_back(outside.count(number) > 0);
+  CertificateInput input = certificateInputOf(physics, here.cells, execution.threads);
   input.own = &here.own;
-  input.threads = analysis.threads;
-  const CellMeasures found = measureCells(analysis, input, leftOut);
+  const CellMeasures found = measureCells(physics, execution, input, leftOut);
 
-  std::vector<std::vector<Measured>> back(analysis.communicator.size());
+  std::vector<std::vector<Measured>> back(ranks.size());
   std::size_t n = 0;
   for (std::size_t i = 0; i < here.cells.size(); ++i) {
     if (!here.own[i]) continue;
@@ -36,7 +33,7 @@ CellMeasures measureShare(const AnalysisInput& analysis, const std::vector<Place
   CellMeasures measures;
   measures.gap.resize(own.size());
   measures.localHematocrit.resize(own.size());
-  for (const std::vector<Measured>& some : analysis.communicator.exchange(back))
+  for (const std::vector<Measured>& some : ranks.exchange(back))
     for (const Measured& one : some) {
       measures.gap[one.index] = one.gap;
       measures.localHematocrit[one.index] = one.localHematocrit;

@@ -4,24 +4,14 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "packMesh/container/container.h"
-#include "packMesh/core/pose.h"
+#include "packMesh/core/vector.h"
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/parallel/threads.h"
-#include "packMesh/shape/shape.h"
 
 namespace packmesh {
-
-/// One cell as written to files: species and placement.
-struct PlacedCell {
-  int species = 0;
-  Placement placement;
-};
 
 /// Two cells that overlap. `shift` [µm] is added to the second to give the periodic image that meets the
 /// first; a cell can meet its own image (first == second).
@@ -55,28 +45,6 @@ struct Certificate {
   bool moreOverlaps = false;
 
   bool clean() const { return complete && overlapping.empty() && misplaced.empty(); }
-};
-
-/// Input of the certificate. Holds references only.
-struct CertificateInput {
-  std::vector<const Shape*> shapes;  ///< per species
-  std::vector<const Wall*> walls;    ///< per species; nullptr: no wall
-  const Container* container = nullptr;
-  const std::vector<PlacedCell>* cells = nullptr;
-  double requiredGap = 0.0;               ///< pairs with a smaller gap count as overlapping [µm]
-  double requiredWallGap = 0.0;           ///< cells closer to their wall count as misplaced [µm]
-  std::vector<double> extraWallGap = {};  ///< per species, added to requiredWallGap [µm]; empty: 0
-
-  double wallGapOf(int species) const {
-    return requiredWallGap + (extraWallGap.empty() ? 0.0 : extraWallGap[species]);
-  }
-  /// True for the cells to certify; the others, copies of cells certified by other ranks, only occur as
-  /// second cell of pairs. nullptr: all.
-  const std::vector<bool>* own = nullptr;
-  /// Polled by the calling thread between cells; true stops. Empty: never.
-  std::function<bool()> stop = {};
-  bool upToFirstFault = false;  ///< stop at the first cell with a violation
-  Threads threads = {};         ///< that share the work of this rank
 };
 
 /// Larger gaps are not measured by default [µm].

@@ -6,7 +6,7 @@
 #include <optional>
 #include <tuple>
 
-#include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certificate_input.h"
 #include "packMesh/certificate/periodic_neighbors.h"
 #include "packMesh/mesh/mesh_intersection.h"
 

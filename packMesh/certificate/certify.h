@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certificate_input.h"
 
 namespace packmesh {
 

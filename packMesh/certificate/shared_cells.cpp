@@ -152,11 +152,11 @@ class Parts {
 
 }  // namespace
 
-SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const std::vector<const Shape*>& shapes,
-                          const Container& container, double largestGap, const Communicator& ranks) {
-  const Parts parts(container, own, ranks);
+SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const Physics& physics, double largestGap,
+                          const Communicator& ranks) {
+  const Parts parts(*physics.container, own, ranks);
   double radius = 0.0;
-  for (const Shape* shape : shapes) radius = std::max(radius, shape->radius());
+  for (const Species& species : physics.species) radius = std::max(radius, species.shape->radius());
   const double reach = 2.0 * radius + largestGap + tolerance::culling;
   const auto cells = static_cast<std::int64_t>(own.size());
   const std::int64_t first = ranks.sumBefore({cells}).front();

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "packMesh/certificate/certificate.h"
+#include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/cell.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
@@ -23,7 +25,7 @@ struct SharedCells {
 /// Divides the lumen into as many parts as there are ranks, with about as many cells in each. Collective.
 /// @param own cells of this rank, numbered globally in rank order
 /// @param largestGap copies of all cells that are less than this from those of the part are included [µm]
-SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const std::vector<const Shape*>& shapes,
-                          const Container& container, double largestGap, const Communicator& ranks);
+SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const Physics& physics, double largestGap,
+                          const Communicator& ranks);
 
 }  // namespace packmesh

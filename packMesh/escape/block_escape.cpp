@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "packMesh/escape/assignment.h"
+#include "packMesh/growth/is_fixed.h"
 
 namespace packmesh {
 namespace {
@@ -19,10 +20,10 @@ constexpr double holeFraction = 0.05;
 
 }  // namespace
 
-BlockEscape::BlockEscape(const GrowthScene& scene, const EscapeSettings& settings, Rooms& rooms,
+BlockEscape::BlockEscape(const Physics& physics, const EscapeSettings& settings, Rooms& rooms,
                          Rooms::Trials& trials, const Box& region, std::vector<Body> cells,
                          std::int64_t firstId)
-    : scene_(scene),
+    : physics_(physics),
       settings_(settings),
       rooms_(rooms),
       trials_(trials),
@@ -31,14 +32,14 @@ BlockEscape::BlockEscape(const GrowthScene& scene, const EscapeSettings& setting
       nextId_(firstId) {}
 
 double BlockEscape::volume(int species, double scale) const {
-  return scale * scale * scale * scene_.shapes[species]->volume();
+  return scale * scale * scale * physics_.shapeOf(species).volume();
 }
 
 /// Cells below full size, in descending order of missing volume.
 std::vector<std::int64_t> BlockEscape::lacking() const {
   std::vector<std::pair<double, std::int64_t>> order;
   for (std::size_t i = 0; i < state_.size(); ++i)
-    if (state_[i].scale < 1.0 && !scene_.isFixed(state_[i]))
+    if (state_[i].scale < 1.0 && !isFixed(physics_, state_[i]))
       order.emplace_back(volumeOf(static_cast<std::int64_t>(i)) - volume(state_[i].species, 1.0),
                          static_cast<std::int64_t>(i));
   std::sort(order.begin(), order.end());
@@ -51,7 +52,8 @@ std::vector<std::int64_t> BlockEscape::lacking() const {
 std::vector<std::int64_t> BlockEscape::group(const std::vector<std::int64_t>& wanted) const {
   std::vector<std::int64_t> order = wanted, members;
   for (std::size_t i = 0; i < state_.size(); ++i)
-    if (state_[i].scale == 1.0 && !scene_.isFixed(state_[i])) order.push_back(static_cast<std::int64_t>(i));
+    if (state_[i].scale == 1.0 && !isFixed(physics_, state_[i]))
+      order.push_back(static_cast<std::int64_t>(i));
   for (const std::int64_t cell : order) {
     if (static_cast<int>(members.size()) == settings_.groupSize) break;
     // At most half of them are below full size: full-size cells may have more room than they need.
@@ -80,8 +82,8 @@ void BlockEscape::swapWithin(const std::vector<std::int64_t>& members) {
   std::vector<std::vector<std::optional<Pose>>> reached(n);
   std::vector<std::vector<double>> score(n, std::vector<double>(n, 0.0));
   for (std::size_t room = 0; room < n; ++room) {
-    reached[room].resize(scene_.shapes.size());
-    std::vector<char> tried(scene_.shapes.size(), 0);
+    reached[room].resize(physics_.species.size());
+    std::vector<char> tried(physics_.species.size(), 0);
     for (const std::int64_t cell : members) {
       const int species = state_[cell].species;
       if (std::exchange(tried[species], 1)) continue;
@@ -98,7 +100,7 @@ void BlockEscape::swapWithin(const std::vector<std::int64_t>& members) {
     for (std::size_t room = 0; room < n; ++room) {
       const int species = state_[members[body]].species;
       const auto& pose = reached[room][species];
-      score[body][room] = pose ? volume(species, pose->scale) : -scene_.container->volume();
+      score[body][room] = pose ? volume(species, pose->scale) : -physics_.container->volume();
     }
   const std::vector<int> roomOf = bestAssignment(score);
   for (std::size_t body = 0; body < n; ++body) {

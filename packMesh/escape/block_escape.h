@@ -22,11 +22,11 @@ struct ReserveShare {
 /// the reserve and the number of trials before, not on the rank.
 class BlockEscape {
  public:
-  /// References the scene, settings, rooms and trials, which must outlive it.
+  /// References physics, settings, rooms and trials, which must outlive it.
   /// @param region the block
   /// @param cells of the block, sorted by id, then those within reach of it, marked as frozen
   /// @param firstId of cells that are added, with which their random numbers are made
-  BlockEscape(const GrowthScene& scene, const EscapeSettings& settings, Rooms& rooms, Rooms::Trials& trials,
+  BlockEscape(const Physics& physics, const EscapeSettings& settings, Rooms& rooms, Rooms::Trials& trials,
               const Box& region, std::vector<Body> cells, std::int64_t firstId);
 
   void swap();
@@ -53,7 +53,7 @@ class BlockEscape {
   bool usedUp(const ReserveShare& share);
   bool offered(int species, const ReserveShare& share);
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
   const EscapeSettings& settings_;
   Rooms& rooms_;
   Rooms::Trials& trials_;

@@ -21,23 +21,25 @@ constexpr std::int64_t workOfLacking = 16;
 
 class Escape {
  public:
-  Escape(const GrowthScene& scene, const GrowthSettings& growth, const EscapeSettings& settings,
-         const PlaneFunctionFactory& factory, const std::function<bool()>& stop,
-         const std::function<void(const std::vector<Body>&)>& observe, std::vector<Body> own)
-      : scene_(scene),
+  Escape(const Physics& physics, const Execution& execution, const GrowthSettings& growth,
+         const EscapeSettings& settings, const PlaneFunctionFactory& factory,
+         const std::function<bool()>& stop, const std::function<void(const std::vector<Body>&)>& observe,
+         std::vector<Body> own)
+      : physics_(physics),
+        execution_(execution),
         growth_(growth),
         settings_(settings),
         factory_(factory),
         stop_(stop),
         observe_(observe),
         reserve_(settings.reserve),
-        nextId_(1 - scene.communicator.min(-largestId(own))),
+        nextId_(1 - execution.communicator.min(-largestId(own))),
         // A cell that its block changes stays this near to the block: so do those of other blocks of the
         // colour, which therefore need not be known.
-        drift_(largestReach(scene.shapes)),
-        cells_(scene, std::move(own), range(), 0, range() + drift_),
-        rooms_(scene, growth, factory, settings.orientations) {
-    reserve_.resize(scene.shapes.size(), 0);
+        drift_(physics.largestReach()),
+        cells_(physics, execution, std::move(own), range(), 0, range() + drift_),
+        rooms_(physics, execution, growth, factory, settings.orientations) {
+    reserve_.resize(physics.species.size(), 0);
   }
 
   std::vector<EscapePhase> operator()() {
@@ -51,7 +53,7 @@ class Escape {
     phase("growth", [this](EscapePhase& p) { growAll(p); });
     phase("hole filling", [this](EscapePhase& p) {
       if (noReserve()) return;
-      const Holes holes(scene_);
+      const Holes holes(physics_, execution_);
       withReserve(p, [&](BlockEscape& block, ReserveShare& share) { block.fillHoles(holes, share); });
     });
     return std::move(phases_);
@@ -67,7 +69,7 @@ class Escape {
   }
 
   /// Distance from a block within which cells matter to it [µm].
-  double range() const { return drift_ + 2.0 * largestReach(scene_.shapes) + scene_.clearance; }
+  double range() const { return drift_ + 2.0 * physics_.largestReach() + physics_.clearance; }
 
   template <class Work>
   void phase(const char* name, Work&& work) {
@@ -81,11 +83,11 @@ class Escape {
     std::vector<std::int64_t> sums = {phase.tried, phase.changed, static_cast<std::int64_t>(own.size()), 0,
                                       0};
     for (const Body& cell : own) {
-      const double share = scene_.shapes[cell.species]->volume() / scene_.container->volume();
+      const double share = physics_.shapeOf(cell.species).volume() / physics_.container->volume();
       sums[3] += cell.scale == 1.0;
       sums[4] += std::llround(cell.scale * cell.scale * cell.scale * share * unitsOfVolume);
     }
-    scene_.communicator.sum(sums);
+    execution_.communicator.sum(sums);
     phase.tried = sums[0];
     phase.changed = sums[1];
     phase.cells = sums[2];
@@ -95,9 +97,9 @@ class Escape {
     if (observe_) observe_(own);
   }
 
-  bool stopped() { return scene_.communicator.any(left_) || (stop_ && stop_()); }
+  bool stopped() { return execution_.communicator.any(left_) || (stop_ && stop_()); }
   bool stoppedHere() {
-    left_ = left_ || (scene_.stop && scene_.stop());
+    left_ = left_ || (execution_.interrupted && execution_.interrupted());
     return left_;
   }
 
@@ -115,7 +117,7 @@ class Escape {
   /// Calls work(number, block) for this rank's blocks for which chosen(number).
   template <class Chosen, class Work>
   void inBlocks(EscapePhase& phase, Chosen&& chosen, Work&& work) {
-    const Communicator& ranks = scene_.communicator;
+    const Communicator& ranks = execution_.communicator;
     for (int colour = 0; colour < BlockGrid::colours; ++colour) {
       if (!cells_.grid().has(colour)) continue;
       if (stopped()) return;
@@ -125,7 +127,7 @@ class Escape {
       for (const GrowingCells::Block& block : cells_.blocksOf(colour)) {
         if (!chosen(block.number)) continue;
         Rooms::Trials trials{permittedIn(block.number), [this] { return stoppedHere(); }, counters_};
-        BlockEscape escape(scene_, settings_, rooms_, trials, cells_.grid().boxOf(block.number),
+        BlockEscape escape(physics_, settings_, rooms_, trials, cells_.grid().boxOf(block.number),
                            cellsOf(block),
                            nextId_ + static_cast<std::int64_t>(block.number) * settings_.holes);
         work(block.number, escape);
@@ -175,9 +177,9 @@ class Escape {
   /// Numbers the new cells, in the order of the blocks, and tells other ranks what has changed.
   void exchange(std::vector<Body> added) {
     const auto own = static_cast<std::int64_t>(added.size());
-    const std::int64_t first = nextId_ + scene_.communicator.sumBefore({own})[0];
+    const std::int64_t first = nextId_ + execution_.communicator.sumBefore({own})[0];
     for (std::size_t k = 0; k < added.size(); ++k) added[k].id = first + static_cast<std::int64_t>(k);
-    nextId_ += scene_.communicator.sum(own);
+    nextId_ += execution_.communicator.sum(own);
     cells_.add(added);
     cells_.distribute();
   }
@@ -203,9 +205,9 @@ class Escape {
     std::vector<int> waiting = cells_.ownBlocks();
     while (!noReserve() && !stopped()) {
       const auto own = static_cast<std::int64_t>(waiting.size());
-      const std::int64_t all = scene_.communicator.sum(own);
+      const std::int64_t all = execution_.communicator.sum(own);
       if (all == 0) return;
-      const std::int64_t first = scene_.communicator.sumBefore({own})[0];
+      const std::int64_t first = execution_.communicator.sumBefore({own})[0];
       std::map<int, ReserveShare> shares;
       for (std::size_t k = 0; k < waiting.size(); ++k) {
         ReserveShare share = shareAt(first + static_cast<std::int64_t>(k), all);
@@ -223,7 +225,7 @@ class Escape {
             for (std::size_t s = 0; s < used.size(); ++s) used[s] -= share.bodies[s];
             if (!block.missed()) waiting.erase(std::find(waiting.begin(), waiting.end(), number));
           });
-      scene_.communicator.sum(used);
+      execution_.communicator.sum(used);
       for (std::size_t s = 0; s < used.size(); ++s) reserve_[s] -= used[s];
     }
   }
@@ -233,7 +235,7 @@ class Escape {
     std::vector<IdScale> before;
     for (const Body& cell : own)
       if (cell.scale < 1.0) before.push_back({cell.id, cell.scale});
-    if (!scene_.communicator.any(!before.empty())) return;
+    if (!execution_.communicator.any(!before.empty())) return;
     phase.tried = static_cast<std::int64_t>(before.size());
     GrowthSettings last = growth_;
     last.barriers = {growth_.barriers.back()};
@@ -242,7 +244,7 @@ class Escape {
     GrowthCallbacks callbacks;
     callbacks.stop = stop_;
     GrowthStatistics statistics;
-    grow(scene_, last, *factory_(scene_), callbacks, own, statistics);
+    grow(physics_, execution_, last, *factory_(), callbacks, own, statistics);
     std::vector<IdScale> after;
     for (const Body& cell : own) after.push_back({cell.id, cell.scale});
     phase.changed = larger(before, after);
@@ -258,11 +260,11 @@ class Escape {
   /// cells can have changed ranks.
   std::int64_t larger(const std::vector<IdScale>& before, const std::vector<IdScale>& after) const {
     const auto countedHere = [&](const std::vector<IdScale>& own) {
-      const int ranks = scene_.communicator.size();
+      const int ranks = execution_.communicator.size();
       std::vector<std::vector<IdScale>> to(ranks);
       for (const IdScale& cell : own) to[cell.id % ranks].push_back(cell);
       std::map<std::int64_t, double> scales;
-      for (const std::vector<IdScale>& some : scene_.communicator.exchange(to))
+      for (const std::vector<IdScale>& some : execution_.communicator.exchange(to))
         for (const IdScale& cell : some) scales.emplace(cell.id, cell.scale);
       return scales;
     };
@@ -271,7 +273,8 @@ class Escape {
                          [&](const auto& cell) { return last.at(cell.first) > cell.second; });
   }
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
+  const Execution& execution_;
   const GrowthSettings& growth_;
   const EscapeSettings& settings_;
   const PlaneFunctionFactory& factory_;
@@ -289,12 +292,12 @@ class Escape {
 
 }  // namespace
 
-std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
-                                const EscapeSettings& settings, const PlaneFunctionFactory& factory,
-                                const std::function<bool()>& stop,
+std::vector<EscapePhase> escape(const Physics& physics, const Execution& execution,
+                                const GrowthSettings& growth, const EscapeSettings& settings,
+                                const PlaneFunctionFactory& factory, const std::function<bool()>& stop,
                                 const std::function<void(const std::vector<Body>&)>& observe,
                                 std::vector<Body>& own) {
-  Escape escape(scene, growth, settings, factory, stop, observe, std::move(own));
+  Escape escape(physics, execution, growth, settings, factory, stop, observe, std::move(own));
   std::vector<EscapePhase> phases = escape();
   own = escape.cells();
   return phases;

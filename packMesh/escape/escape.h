@@ -38,14 +38,14 @@ struct EscapePhase {
 /// owns it. No rank has all cells, and states do not depend on the number of ranks. The reserve is divided
 /// evenly among the blocks; what they leave is divided again among those that could use more.
 /// @param stop asked between the blocks of two colours by all ranks together; the same on all. Within blocks,
-///   GrowthScene::stop abandons the work of this rank; then `stop` must become true
+///   Execution::interrupted abandons the work of this rank; then `stop` must become true
 /// @param observe called after every phase with this rank's cells; can be empty
 /// @param own this rank's cells, in any distribution; all together free of overlap. On return sorted by id;
 ///   cells can have been added, with the next free ids, and can have another species
 /// @return the initial state and every phase
-std::vector<EscapePhase> escape(const GrowthScene& scene, const GrowthSettings& growth,
-                                const EscapeSettings& settings, const PlaneFunctionFactory& factory,
-                                const std::function<bool()>& stop,
+std::vector<EscapePhase> escape(const Physics& physics, const Execution& execution,
+                                const GrowthSettings& growth, const EscapeSettings& settings,
+                                const PlaneFunctionFactory& factory, const std::function<bool()>& stop,
                                 const std::function<void(const std::vector<Body>&)>& observe,
                                 std::vector<Body>& own);
 

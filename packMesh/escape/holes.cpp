@@ -30,28 +30,29 @@ struct Holes::Surroundings {
   double range = std::numeric_limits<double>::infinity();  ///< surfaces nearer than this are known [µm]
 };
 
-Holes::Holes(const GrowthScene& scene) : scene_(scene) {
-  for (const Shape* shape : scene.shapes) {
-    fields_.emplace_back(*shape);
-    coarse_.push_back(std::make_unique<MeshHierarchy>(LevelsOfDetail(shape->mesh()).level(0.0)));
+Holes::Holes(const Physics& physics, const Execution& execution) : physics_(physics), execution_(execution) {
+  for (const Species& species : physics.species) {
+    fields_.emplace_back(*species.shape);
+    coarse_.push_back(std::make_unique<MeshHierarchy>(LevelsOfDetail(species.shape->mesh()).level(0.0)));
   }
 }
 
 Holes::Surroundings Holes::surroundingsOf(const Box& region, const std::vector<Body>& state) const {
   Surroundings around;
-  const Vec3 whole = scene_.container->bounds().size();
+  const Vec3 whole = physics_.container->bounds().size();
   if (region.size() == whole) {
     around.cells = state;
-    around.period = scene_.container->period();
+    around.period = physics_.container->period();
     return around;
   }
   around.range = 0.0;
-  for (const Shape* shape : scene_.shapes) around.range = std::max(around.range, shape->radius());
-  Vec3 imaged = scene_.container->period();
+  for (const Species& species : physics_.species)
+    around.range = std::max(around.range, species.shape->radius());
+  Vec3 imaged = physics_.container->period();
   for (int k = 0; k < 3; ++k)
     if (region.size()[k] == whole[k]) around.period[k] = std::exchange(imaged[k], 0.0);
   for (const Body& cell : state) {
-    const double reach = cell.scale * scene_.shapes[cell.species]->radius() + around.range;
+    const double reach = cell.scale * physics_.shapeOf(cell.species).radius() + around.range;
     forEachImage(cell.position, reach, region, imaged, [&](const ImageShift& shift) {
       Body image = cell;
       image.position += displacement(shift, imaged);
@@ -64,8 +65,9 @@ Holes::Surroundings Holes::surroundingsOf(const Box& region, const std::vector<B
 /// Radius of a sphere around `p` that contains no surface, up to the errors of the distance fields [µm].
 double Holes::freeAround(const Vec3& p, const Surroundings& around) const {
   double free = around.range;
-  for (const Wall* wall : scene_.walls)
-    if (wall) free = std::min(free, wall->distance(p).distance - wall->slack());
+  for (const Species& species : physics_.species)
+    if (const Wall* wall = physics_.wallOf(species))
+      free = std::min(free, wall->distance(p).distance - wall->slack());
   for (const Body& cell : around.cells) {
     if (free <= 0.0) break;
     const SurfaceDistance& field = fields_[cell.species];
@@ -89,13 +91,13 @@ std::vector<Vec3> Holes::circumcentres(const Surroundings& around) const {
   for (const Body& cell : around.cells)
     input.objects.push_back({coarse_[cell.species].get(), cell.pose().placement()});
   input.period = around.period;
-  input.bounds = scene_.container->bounds();
+  input.bounds = physics_.container->bounds();
   if (std::isfinite(around.range)) input.margin = around.range;
   input.kind = TetrahedraKind::delaunay;
   input.kept = TetrahedraKept::joining;
   input.valid = true;  // only vertices are used
   input.explain = false;
-  input.stop = scene_.stop;
+  input.stop = execution_.interrupted;
   std::vector<Vec3> centres;
   try {
     const Tetrahedra tetrahedra = tetrahedralise(input);
@@ -120,7 +122,7 @@ std::vector<Sphere> Holes::in(const Box& region, const std::vector<Body>& state,
     return std::lexicographical_compare(a.center.data(), a.center.data() + 3, b.center.data(),
                                         b.center.data() + 3);
   });
-  const Vec3 period = scene_.container->period();
+  const Vec3 period = physics_.container->period();
   std::vector<Sphere> holes;
   for (const Sphere& sphere : found) {
     const bool apart = std::all_of(holes.begin(), holes.end(), [&](const Sphere& hole) {

@@ -5,9 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "packMesh/growth/growth_scene.h"
 #include "packMesh/mesh/mesh_hierarchy.h"
 #include "packMesh/mesh/sphere_grid.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
+#include "packMesh/relaxation/body.h"
 #include "packMesh/shape/surface_distance.h"
 
 namespace packmesh {
@@ -16,8 +18,8 @@ namespace packmesh {
 /// cells (thesis 3.1.3), shrunk until they touch neither cell nor wall.
 class Holes {
  public:
-  /// References the scene, which must outlive this.
-  explicit Holes(const GrowthScene& scene);
+  /// References its arguments, which must outlive this.
+  Holes(const Physics& physics, const Execution& execution);
 
   /// Holes with centres in a region, the largest first; none if TetGen fails.
   /// @param state the cells as far as they matter: if the region is only part of the container, those that
@@ -32,7 +34,8 @@ class Holes {
   double freeAround(const Vec3& p, const Surroundings& around) const;
   std::vector<Vec3> circumcentres(const Surroundings& around) const;
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
+  const Execution& execution_;
   std::vector<SurfaceDistance> fields_;                 ///< per species
   std::vector<std::unique_ptr<MeshHierarchy>> coarse_;  ///< per species: its coarsest mesh
 };

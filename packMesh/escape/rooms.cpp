@@ -22,9 +22,11 @@ GrowthSettings settingsOfTrials(GrowthSettings settings) {
 
 }  // namespace
 
-Rooms::Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
-             int orientations)
-    : scene_(scene), growth_(scene, settingsOfTrials(settings), factory), orientations_(orientations) {}
+Rooms::Rooms(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+             const PlaneFunctionFactory& factory, int orientations)
+    : physics_(physics),
+      growth_(physics, execution, settingsOfTrials(settings), factory),
+      orientations_(orientations) {}
 
 std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, int species, Trials& trials) {
   std::optional<Pose> best;
@@ -33,12 +35,12 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
   body.species = species;
   for (int k = 0; k < orientations_; ++k) {
     Pose pose = before.pose();
-    if (scene_.rotate) {
-      const auto u = uniform4(scene_.seed, RandomStream::orientation, static_cast<std::uint64_t>(body.id),
+    if (physics_.rotate) {
+      const auto u = uniform4(physics_.seed, RandomStream::orientation, static_cast<std::uint64_t>(body.id),
                               static_cast<std::uint32_t>(++trials.counters.trials));
       pose.orientation = uniformRotation(u[0], u[1], u[2]);
-      const Freedom* freedom = scene_.freedomOf(species);
-      if (freedom && freedom->cone) pose.orientation = freedom->cone->nearest(pose.orientation);
+      const std::optional<AxisCone>& cone = physics_.species[species].freedom.cone;
+      if (cone) pose.orientation = cone->nearest(pose.orientation);
     }
     pose.scale = firstScale;
     bool fits = false;
@@ -49,7 +51,7 @@ std::optional<Pose> Rooms::largest(std::vector<Body>& state, std::int64_t cell, 
     if (!fits) continue;
     const bool full = grow(state, cell, trials);
     if (!best || body.scale > best->scale) best = body.pose();
-    if (full || !scene_.rotate) break;
+    if (full || !physics_.rotate) break;
   }
   body = before;
   return best;

@@ -15,10 +15,10 @@ namespace packmesh {
 /// fixed.
 class Rooms {
  public:
-  /// References the scene, which must outlive this object.
+  /// References `physics`, which must outlive this object.
   /// @param orientations number of random initial orientations per trial
-  Rooms(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory,
-        int orientations);
+  Rooms(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+        const PlaneFunctionFactory& factory, int orientations);
 
   /// Numbers so far, which determine the random numbers of the next trial.
   struct Counters {
@@ -41,7 +41,7 @@ class Rooms {
   void enlarge(std::vector<Body>& state, std::int64_t cell, Trials& trials);
 
   /// True if two cells could meet.
-  bool neighbours(const Body& a, const Body& b) const { return growth_.near(a, b, scene_.clearance); }
+  bool neighbours(const Body& a, const Body& b) const { return growth_.near(a, b, physics_.clearance); }
 
   /// Whether these cells (indices, ascending) violate nothing.
   bool valid(const std::vector<std::int64_t>& cells, const std::vector<Body>& state) const {
@@ -51,7 +51,7 @@ class Rooms {
  private:
   bool grow(std::vector<Body>& state, std::int64_t cell, Trials& trials);
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
   LocalGrowth growth_;
   int orientations_;
 };

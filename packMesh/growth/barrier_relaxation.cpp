@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "packMesh/core/tolerances.h"
+#include "packMesh/growth/is_fixed.h"
 #include "packMesh/growth/step_halving.h"
 #include "packMesh/relaxation/schedule.h"
 
@@ -28,26 +29,12 @@ std::vector<Body> bare(std::vector<Body> bodies) {
 
 }  // namespace
 
-RelaxationInput relaxationInputOf(const GrowthScene& scene) {
-  RelaxationInput input;
-  input.shapes = scene.shapes;
-  input.walls = scene.walls;
-  input.freedoms = scene.freedoms;
-  input.bounds = scene.container->bounds();
-  input.period = scene.container->period();
-  input.clearance = scene.clearance + tolerance::relaxationMargin;
-  input.wallClearance = scene.wallClearance + tolerance::relaxationMargin;
-  input.rotate = scene.rotate;
-  input.threads = scene.threads;
-  return input;
-}
-
-bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std::function<bool()>& stop,
-                  GrowingCells& cells) {
+bool relaxAtScale(const Physics& physics, const Execution& execution, double scale, int sweeps,
+                  const std::function<bool()>& stop, GrowingCells& cells) {
   std::vector<Body> bodies = bare(cells.own());
   for (Body& body : bodies)
-    if (!scene.isFixed(body)) body.scale = std::max(body.scale, scale);
-  Relaxation relaxation(relaxationInputOf(scene), std::move(bodies), scene.communicator);
+    if (!isFixed(physics, body)) body.scale = std::max(body.scale, scale);
+  Relaxation relaxation(physics, execution, std::move(bodies));
   ScheduleLimits limits;
   limits.stop = stop;
   limits.maxSweeps = sweeps;
@@ -55,7 +42,7 @@ bool relaxAtScale(const GrowthScene& scene, double scale, int sweeps, const std:
   const std::vector<Body> before = cells.own();
   for (int round = 0; round < repairRounds; ++round) {
     cells.replace(bare(relaxation.cells()));
-    const Certificate faults = StepHalving(scene).examine(cells);
+    const Certificate faults = StepHalving(physics, execution).examine(cells);
     if (faults.clean()) return true;
     for (const OverlappingPair& pair : faults.overlapping)
       relaxation.demandClearance(pair.first, pair.second, tolerance::repairClearance);

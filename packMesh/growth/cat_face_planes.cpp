@@ -47,9 +47,10 @@ void addRing(const TriangleMesh& mesh, std::vector<char>& chosen) {
 
 }  // namespace
 
-CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts)
-    : scene_(scene), chords_(scene), sums_(sums) {
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
+CatFacePlanes::CatFacePlanes(const Physics& physics, const Execution& execution, TetrahedraSums& sums,
+                             int failingAttempts)
+    : physics_(physics), execution_(execution), chords_(physics), sums_(sums) {
+  for (std::size_t s = 0; s < physics.species.size(); ++s) {
     const LevelsOfDetail& levels = chords_.levels(static_cast<int>(s));
     levels_.emplace_back();
     outlines_.emplace_back();
@@ -58,8 +59,8 @@ CatFacePlanes::CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int
       outlines_.back().push_back(sharedVertices(levels.mesh(level), levels.mesh(levels.count() - 1)));
     }
   }
-  input_.period = scene.container->period();
-  input_.bounds = scene.container->bounds();
+  input_.period = physics.container->period();
+  input_.bounds = physics.container->bounds();
   input_.kept = TetrahedraKept::joining;
   input_.explain = false;
   input_.failingAttempts = failingAttempts;
@@ -175,12 +176,12 @@ void CatFacePlanes::tetrahedralise(const PlaneRequest& request, Around& around) 
     for (const std::int64_t member : around.members) {
       const Body& cell = cells[member];
       input_.objects.push_back({levels_[cell.species][levelOf(request, cell.species, level)].get(),
-                                scene_.placement(cell.pose())});
+                                physics_.placement(cell.pose())});
     }
     around.objects = input_.objects;
     choosePoints(request, around, level);
     try {
-      input_.stop = scene_.stop;
+      input_.stop = execution_.interrupted;
       around.tetrahedra = packmesh::tetrahedralise(input_);
       sums_.attempts += around.tetrahedra.attempts;
       return;
@@ -204,7 +205,7 @@ void CatFacePlanes::follow(const PlaneRequest& request, Around& around) const {
   for (std::size_t object = 0; object < around.members.size(); ++object) {
     Placement& placement = around.objects[object].placement;
     before.push_back(placement);
-    placement = scene_.placement(request.surroundings.cells()[around.members[object]].pose());
+    placement = physics_.placement(request.surroundings.cells()[around.members[object]].pose());
     Vec3 periods = Vec3::Zero();
     for (int k = 0; k < 3; ++k)
       if (input_.period[k] > 0.0)

@@ -10,6 +10,7 @@
 #include "packMesh/growth/chord_planes.h"
 #include "packMesh/growth/chordal_split.h"
 #include "packMesh/growth/tetrahedra.h"
+#include "packMesh/problem/execution.h"
 
 namespace packmesh {
 
@@ -30,10 +31,11 @@ struct TetrahedraSums {
 /// next run, independently of the rank. If TetGen fails, their planes are those of ChordPlanes.
 class CatFacePlanes : public PlaneFunction {
  public:
-  /// References the scene and the sums, which must outlive this.
+  /// References physics, execution and sums, which must outlive this.
   /// @param sums statistics are added to this
   /// @param failingAttempts for tests: the number of attempts of every run that are treated as failed
-  CatFacePlanes(const GrowthScene& scene, TetrahedraSums& sums, int failingAttempts = 0);
+  CatFacePlanes(const Physics& physics, const Execution& execution, TetrahedraSums& sums,
+                int failingAttempts = 0);
 
   PlaneConstraints operator()(const PlaneRequest& request) override;
   std::int64_t cellsAtOnce() const override;
@@ -56,7 +58,8 @@ class CatFacePlanes : public PlaneFunction {
   void chooseBodies(const PlaneRequest& request, Around& around);
   void follow(const PlaneRequest& request, Around& around) const;
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
+  const Execution& execution_;
   ChordPlanes chords_;
   std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
   /// Per species and level, which vertices are those of the coarsest level.

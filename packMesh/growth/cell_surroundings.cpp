@@ -7,24 +7,24 @@
 namespace packmesh {
 namespace {
 
-std::vector<Sphere> spheresAround(const GrowthScene& scene, const std::vector<Body>& cells,
+std::vector<Sphere> spheresAround(const Physics& physics, const std::vector<Body>& cells,
                                   const std::vector<double>& reach) {
   std::vector<Sphere> spheres;
   spheres.reserve(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i)
     spheres.push_back(
-        {cells[i].position, cells[i].scale * scene.shapes[cells[i].species]->radius() + reach[i]});
+        {cells[i].position, cells[i].scale * physics.shapeOf(cells[i].species).radius() + reach[i]});
   return spheres;
 }
 
 }  // namespace
 
-CellSurroundings::CellSurroundings(const GrowthScene& scene, const std::vector<Body>& cells,
+CellSurroundings::CellSurroundings(const Physics& physics, const std::vector<Body>& cells,
                                    std::vector<double> reach)
     : cells_(cells),
       reach_(std::move(reach)),
-      clearance_(scene.clearance),
-      neighbors_(spheresAround(scene, cells, reach_), scene.container->period()) {}
+      clearance_(physics.clearance),
+      neighbors_(spheresAround(physics, cells, reach_), physics.container->period()) {}
 
 std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted,
                                                 double further) const {

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "packMesh/certificate/periodic_neighbors.h"
-#include "packMesh/growth/growth_scene.h"
+#include "packMesh/problem/physics.h"
+#include "packMesh/relaxation/body.h"
 
 namespace packmesh {
 
@@ -16,7 +17,7 @@ class CellSurroundings {
  public:
   /// References `cells`, which must outlive it.
   /// @param reach upper bound of the displacement of any point of each cell [µm]
-  CellSurroundings(const GrowthScene& scene, const std::vector<Body>& cells, std::vector<double> reach);
+  CellSurroundings(const Physics& physics, const std::vector<Body>& cells, std::vector<double> reach);
 
   const std::vector<Body>& cells() const { return cells_; }
   double reach(std::int64_t cell) const { return reach_[cell]; }

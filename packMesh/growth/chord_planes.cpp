@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "packMesh/growth/is_fixed.h"
 #include "packMesh/growth/levels_of_detail.h"
 
 namespace packmesh {
@@ -36,14 +37,14 @@ Vec3 pointOf(const SamplePoints& points, int i) {
 
 }  // namespace
 
-ChordPlanes::ChordPlanes(const GrowthScene& scene) : scene_(scene) {
-  for (std::size_t s = 0; s < scene.shapes.size(); ++s) {
-    const Shape& shape = *scene.shapes[s];
-    Species species{&shape,  SurfaceDistance(shape),       scene.walls[s],
+ChordPlanes::ChordPlanes(const Physics& physics) : physics_(physics) {
+  for (std::size_t s = 0; s < physics.species.size(); ++s) {
+    const Shape& shape = physics.shapeOf(s);
+    Species species{&shape,  SurfaceDistance(shape),       physics.wallOf(s),
                     nullptr, LevelsOfDetail(shape.mesh()), {}};
     if (species.wall && !species.wall->closedForm())
       species.sampledWall = std::make_shared<const SampledDistance>(
-          *species.wall, scene.container->bounds().grownBy(beyondBounds), species.wall->samplingSpacing());
+          *species.wall, physics.container->bounds().grownBy(beyondBounds), species.wall->samplingSpacing());
     for (int level = 0; level < species.levels.count(); ++level) {
       const TriangleMesh& mesh = species.levels.mesh(level);
       const double coarseness = std::sqrt(static_cast<double>(shape.mesh().vertices.size()) /
@@ -58,7 +59,7 @@ ChordPlanes::ChordPlanes(const GrowthScene& scene) : scene_(scene) {
 ChordPlanes::Cell ChordPlanes::cellOf(std::int64_t index, const PlaneRequest& request) const {
   const Body& cell = request.surroundings.cells()[index];
   const Species& species = species_[cell.species];
-  const bool fixed = scene_.isFixed(cell);
+  const bool fixed = isFixed(physics_, cell);
   return {cell.species,
           cell.rotation,
           cell.position,
@@ -98,7 +99,7 @@ void ChordPlanes::markWithinReach(const PlaneRequest& request, const NearPair& p
                                   const std::array<const TriangleMesh*, 2>& meshes,
                                   const std::array<std::vector<char>*, 2>& marks) const {
   const Cell cells[] = {cellOf(pair.first, request), cellOf(pair.second, request)};
-  const double limit = cells[0].reach + cells[1].reach + scene_.clearance;
+  const double limit = cells[0].reach + cells[1].reach + physics_.clearance;
   for (int k = 0; k < 2; ++k) {
     const Cell &a = cells[k], &b = cells[1 - k];
     const SurfaceDistance& field = species_[b.species].field;
@@ -132,7 +133,7 @@ void ChordPlanes::joinPair(const NearPair& pair, const Cell& a, const Cell& b) c
     const double apart =
         distance - a.scale * species_[a.species].shape->bound().support(a.rotation.transpose() * direction) -
         b.scale * species_[b.species].shape->bound().support(b.rotation.transpose() * direction);
-    if (apart > a.reach + b.reach + scene_.clearance) return;
+    if (apart > a.reach + b.reach + physics_.clearance) return;
   }
   dropChords(a, b, pair.shift);
   dropChords(b, a, -pair.shift);
@@ -144,7 +145,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
   const Mat3 toBody = b.rotation.transpose() / b.scale;
   const Mat3 linear = a.scale * toBody * a.rotation;
   const Vec3 offset = toBody * (a.position - b.position - ontoShift);
-  const double ratio = a.scale / b.scale, limit = (a.reach + b.reach + scene_.clearance) / b.scale;
+  const double ratio = a.scale / b.scale, limit = (a.reach + b.reach + physics_.clearance) / b.scale;
   const SamplePoints& points = *a.points;
   for (int cluster = 0; cluster < points.clusters; ++cluster) {
     const Vec3 center(points.centerX[cluster], points.centerY[cluster], points.centerZ[cluster]);
@@ -163,7 +164,7 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
       const Vec3 normal = b.rotation * (longEnough ? Vec3(chord / length) : Vec3(-sample.gradient));
       const double share = a.fixed ? 0.0 : b.fixed ? 1.0 : 0.5;  // of the gap, for the first cell
       const Vec3 meeting = b.position + b.scale * (b.rotation * (p + share * chord)) +
-                           (0.5 - share) * scene_.clearance * normal;
+                           (0.5 - share) * physics_.clearance * normal;
       if (a.planes) a.planes->push_back({vertex, meeting + ontoShift, normal});
       if (b.planes) b.planes->push_back({foot, meeting, -normal});
     }
@@ -172,7 +173,8 @@ void ChordPlanes::dropChords(const Cell& a, const Cell& b, const Vec3& ontoShift
 
 void ChordPlanes::meetWall(const Cell& a) const {
   const Species& species = species_[a.species];
-  const double margin = scene_.wallClearanceOf(a.species);  // no slack: the distance is precise near the wall
+  const double margin =
+      physics_.wallClearanceOf(a.species);  // no slack: the distance is precise near the wall
   const double limit = a.reach + margin + species.wall->slack();
   const auto near = [&](const Vec3& p, double radius) {
     return species.toWall(p).distance <= limit + radius;
@@ -206,9 +208,9 @@ void ChordPlanes::meetWall(const Cell& a) const {
 
 /// Keeps the centre in the region of its species.
 void ChordPlanes::meetRegion(const Cell& cell) const {
-  const Freedom* freedom = scene_.freedomOf(cell.species);
-  if (!freedom || !freedom->region) return;
-  const WallDistance border = freedom->region->distance(cell.position);
+  const Region* region = physics_.species[cell.species].freedom.region.get();
+  if (!region) return;
+  const WallDistance border = region->distance(cell.position);
   if (border.distance > cell.reach || border.gradient.norm() < noDirection) return;
   const Vec3 inward = border.gradient.normalized();
   cell.planes->push_back({Vec3::Zero(), cell.position - border.distance * inward, -inward});

@@ -24,8 +24,8 @@ namespace packmesh {
 /// their own.
 class ChordPlanes : public PlaneFunction {
  public:
-  /// References the scene, which must outlive this.
-  explicit ChordPlanes(const GrowthScene& scene);
+  /// References `physics`, which must outlive this.
+  explicit ChordPlanes(const Physics& physics);
 
   /// Planes for chords that are short enough to be relevant in the request.
   PlaneConstraints operator()(const PlaneRequest& request) override;
@@ -72,7 +72,7 @@ class ChordPlanes : public PlaneFunction {
   void meetWall(const Cell& cell) const;
   void meetRegion(const Cell& cell) const;
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
   std::vector<Species> species_;
 };
 

@@ -23,26 +23,28 @@ double blockEdge(const Box& bounds, std::int64_t cells, std::int64_t cellsPerBlo
 
 }  // namespace
 
-GrowingCells::GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range,
-                           std::int64_t cellsPerBlock, double leastEdge)
-    : scene_(scene),
+GrowingCells::GrowingCells(const Physics& physics, const Execution& execution, std::vector<Body> own,
+                           double range, std::int64_t cellsPerBlock, double leastEdge)
+    : physics_(physics),
+      execution_(execution),
       range_(range),
       // Growth uses no colours, so edges of one range suffice: twice the argument of the grid.
-      blocks_(scene.container->bounds(), scene.container->period(), 0.5 * std::max(range, leastEdge),
-              blockEdge(scene.container->bounds(),
-                        scene.communicator.sum(static_cast<std::int64_t>(own.size())), cellsPerBlock)),
-      shared_(scene.communicator, blocks_),
+      blocks_(physics.container->bounds(), physics.container->period(), 0.5 * std::max(range, leastEdge),
+              blockEdge(physics.container->bounds(),
+                        execution.communicator.sum(static_cast<std::int64_t>(own.size())), cellsPerBlock)),
+      shared_(execution.communicator, blocks_),
       count_(0) {
   replace(std::move(own));
 }
 
 void GrowingCells::replace(std::vector<Body> own) {
-  count_ = scene_.communicator.sum(static_cast<std::int64_t>(own.size()));
+  count_ = execution_.communicator.sum(static_cast<std::int64_t>(own.size()));
   bodies_ = std::move(own);
   own_.assign(bodies_.size(), true);
   work_.assign(blocks_.count(), 0);
   for (const Body& body : bodies_)
-    ++work_[blocks_.blockOf(wrapped(body.position, scene_.container->bounds(), scene_.container->period()))];
+    ++work_[blocks_.blockOf(
+        wrapped(body.position, physics_.container->bounds(), physics_.container->period()))];
   balance();
   distribute();
 }
@@ -53,7 +55,7 @@ void GrowingCells::balance() {
 }
 
 void GrowingCells::distribute() {
-  const Communicator& ranks = scene_.communicator;
+  const Communicator& ranks = execution_.communicator;
   if (!ranks.alone()) {
     const std::int64_t work = std::accumulate(work_.begin(), work_.end(), std::int64_t{0});
     const auto all = static_cast<double>(ranks.sum(work));
@@ -64,7 +66,7 @@ void GrowingCells::distribute() {
     bodies_.resize(kept);
   }
   for (Body& body : bodies_) {
-    body.position = wrapped(body.position, scene_.container->bounds(), scene_.container->period());
+    body.position = wrapped(body.position, physics_.container->bounds(), physics_.container->period());
     body.block = blocks_.blockOf(body.position);
     body.touched = body.changed = false;
   }
@@ -88,7 +90,7 @@ std::vector<Body> GrowingCells::own() const {
 }
 
 void GrowingCells::add(const std::vector<Body>& own) {
-  count_ += scene_.communicator.sum(static_cast<std::int64_t>(own.size()));
+  count_ += execution_.communicator.sum(static_cast<std::int64_t>(own.size()));
   bodies_.insert(bodies_.end(), own.begin(), own.end());
   own_.resize(bodies_.size(), true);
 }

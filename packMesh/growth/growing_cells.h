@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "packMesh/growth/growth_scene.h"
 #include "packMesh/parallel/block_grid.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/shared_bodies.h"
 
 namespace packmesh {
@@ -18,12 +19,13 @@ namespace packmesh {
 /// All ranks call distribute(), replace(), add() and updateGhosts() together.
 class GrowingCells {
  public:
+  /// References `physics` and `execution`, which must outlive it.
   /// @param own each cell on exactly one rank, no matter which
   /// @param range distance within which cells affect each other [µm]
   /// @param cellsPerBlock target; 0: blocks are as small as the range allows
   /// @param leastEdge of blocks [µm], if that is more than the range
-  GrowingCells(const GrowthScene& scene, std::vector<Body> own, double range, std::int64_t cellsPerBlock,
-               double leastEdge = 0.0);
+  GrowingCells(const Physics& physics, const Execution& execution, std::vector<Body> own, double range,
+               std::int64_t cellsPerBlock, double leastEdge = 0.0);
 
   /// Moves every cell to the owner of its block, and updates the ghosts. Sorts by block, then by id.
   void distribute();
@@ -66,7 +68,8 @@ class GrowingCells {
  private:
   void balance();
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
+  const Execution& execution_;
   double range_;
   BlockGrid blocks_;
   SharedBodies shared_;

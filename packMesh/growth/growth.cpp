@@ -9,6 +9,7 @@
 #include "packMesh/core/random.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/growth/barrier_relaxation.h"
+#include "packMesh/growth/is_fixed.h"
 #include "packMesh/growth/resampling.h"
 
 namespace packmesh {
@@ -38,28 +39,30 @@ constexpr double unitsOfScale = 0x1p24;
 
 }  // namespace
 
-Growth::Growth(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
-               const GrowthCallbacks& callbacks, std::vector<Body> own, GrowthStatistics& statistics,
-               const GrowthProgress& from)
-    : scene_(scene),
+Growth::Growth(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+               PlaneFunction& planeFunction, const GrowthCallbacks& callbacks, std::vector<Body> own,
+               GrowthStatistics& statistics, const GrowthProgress& from)
+    : physics_(physics),
+      execution_(execution),
       settings_(settings),
       planeFunction_(planeFunction),
       callbacks_(callbacks),
       statistics_(statistics),
       at_(from),
-      lengths_(lengthsOf(scene)),
-      cells_(scene, own, range(), planeFunction.cellsAtOnce()),
+      lengths_(lengthsOf(physics)),
+      cells_(physics, execution, own, range(), planeFunction.cellsAtOnce()),
       anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
-      stepHalving_(scene) {
+      stepHalving_(physics, execution) {
   requireValid();
 }
 
-std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const GrowthScene& scene) {
+std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const Physics& physics) {
   std::vector<SpeciesLengths> lengths;
-  for (const Shape* shape : scene.shapes) {
-    const double size = std::cbrt(shape->volume());
-    const double meanArea = surfaceArea(shape->mesh()) / static_cast<double>(shape->mesh().triangles.size());
-    lengths.push_back({shape->radius(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
+  for (const Species& species : physics.species) {
+    const Shape& shape = *species.shape;
+    const double size = std::cbrt(shape.volume());
+    const double meanArea = surfaceArea(shape.mesh()) / static_cast<double>(shape.mesh().triangles.size());
+    lengths.push_back({shape.radius(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
   }
   return lengths;
 }
@@ -70,9 +73,9 @@ double Growth::range() const {
   double reach = 0.0;
   for (std::size_t s = 0; s < lengths_.size(); ++s) {
     const double moved = static_cast<double>(planeFunction_.lifetime()) * farthest(1.0, lengths_[s]);
-    reach = std::max(reach, scene_.shapes[s]->reach() + moved + paddingAt(1.0, lengths_[s]));
+    reach = std::max(reach, physics_.shapeOf(s).reach() + moved + paddingAt(1.0, lengths_[s]));
   }
-  return 2.0 * reach + scene_.clearance;
+  return 2.0 * reach + physics_.clearance;
 }
 
 void Growth::requireValid() const {
@@ -112,7 +115,7 @@ Growth::Missing Growth::missing(double scale) const {
     ++sums[0];
     sums[1] += std::llround((scale - cell.scale) * unitsOfScale);
   }
-  scene_.communicator.sum(sums);
+  execution_.communicator.sum(sums);
   return {sums[0], sums[1]};
 }
 
@@ -162,7 +165,7 @@ void Growth::iterate(double barrier) {
     StepHalvingSums own;
     stepHalving_.take(steps, cells_, own);
     std::vector<std::int64_t> sums = {own.steps, own.violatingPairs, own.misplaced, own.stayed};
-    scene_.communicator.sum(sums);
+    execution_.communicator.sum(sums);
     StepHalvingSums& all = statistics_.stepHalving;
     all.steps += sums[0];
     all.violatingPairs += sums[1];
@@ -179,13 +182,13 @@ void Growth::wake(double barrier, const CellSurroundings& surroundings) {
   const std::vector<Body>& cells = cells_.all();
   std::vector<std::int64_t> growing;
   for (std::size_t i = 0; i < cells.size(); ++i)
-    if (!scene_.isFixed(cells[i]) && cells[i].scale < barrier)
+    if (!isFixed(physics_, cells[i]) && cells[i].scale < barrier)
       growing.push_back(static_cast<std::int64_t>(i));
   awake_.assign(cells.size(), 0);
   for (const std::int64_t i : growing) awake_[i] = 1;
   for (const NearPair& pair : surroundings.pairsOf(growing)) awake_[pair.first] = awake_[pair.second] = 1;
   for (std::size_t i = 0; i < cells.size(); ++i)
-    if (scene_.isFixed(cells[i])) awake_[i] = 0;
+    if (isFixed(physics_, cells[i])) awake_[i] = 0;
 }
 
 /// The step of each cell of this rank within its planes.
@@ -193,7 +196,7 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
   const std::vector<Body>& cells = cells_.all();
   std::vector<double> reach;
   for (const Body& cell : cells) reach.push_back(reachOf(cell, barrier));
-  const CellSurroundings surroundings(scene_, cells, std::move(reach));
+  const CellSurroundings surroundings(physics_, cells, std::move(reach));
   if (anew) wake(barrier, surroundings);
   PlaneRequest request{surroundings, {}, detailAt(barrier), largestMotion(barrier), 0, anew};
   std::vector<std::int64_t> sums = {0, -program_.pivots()};
@@ -216,7 +219,7 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
     }
   }
   sums[1] += program_.pivots();
-  scene_.communicator.sum(sums);
+  execution_.communicator.sum(sums);
   statistics_.planes += sums[0];
   statistics_.pivots += sums[1];
 }
@@ -258,17 +261,16 @@ GrowthBounds Growth::boundsOf(const Body& cell, double barrier) const {
   bounds.scale = cell.stepTaken < 1.0 ? cell.scale : std::max(barrier, cell.scale);
   bounds.rotation = rotationBound();
   bounds.translation = settings_.translationBound * l.size;
-  bounds.padding = paddingAt(barrier, l) + 0.5 * scene_.clearance;
+  bounds.padding = paddingAt(barrier, l) + 0.5 * physics_.clearance;
   bounds.linearisations = settings_.linearisations;
   if (settings_.centring) bounds.margin = bounds.translation;
-  const Freedom* freedom = scene_.freedomOf(cell.species);
-  if (freedom && scene_.rotate) bounds.cone = freedom->cone;
+  if (physics_.rotate) bounds.cone = physics_.species[cell.species].freedom.cone;
   // Random pushes are scaled by the growth that they could cost: per µm for translations, per rad for
   // rotations.
   const auto id = static_cast<std::uint64_t>(cell.id);
   const auto iteration = static_cast<std::uint32_t>(statistics_.iterations);
-  const auto u = uniform4(scene_.seed, RandomStream::turn, id, iteration);
-  const auto v = uniform4(scene_.seed, RandomStream::kick, id, iteration);
+  const auto u = uniform4(physics_.seed, RandomStream::turn, id, iteration);
+  const auto v = uniform4(physics_.seed, RandomStream::kick, id, iteration);
   bounds.turn = settings_.shaking * uniformDirection(u[0], u[1]);
   bounds.push = settings_.shaking / l.radius * uniformDirection(v[0], v[1]);
   return bounds;
@@ -279,16 +281,17 @@ bool Growth::relaxed(double barrier) {
   bool kept = false;
   {
     const Timer watch(statistics_.relaxationSeconds);
-    kept = relaxAtScale(scene_, barrier, static_cast<int>(at_.sweeps), callbacks_.stop, cells_);
+    kept = relaxAtScale(physics_, execution_, barrier, static_cast<int>(at_.sweeps), callbacks_.stop, cells_);
   }
   statistics_.relaxationsKept += kept;
   if (kept && callbacks_.accepted) callbacks_.accepted(cells_.own());
   return kept;
 }
 
-bool grow(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
-          const GrowthCallbacks& callbacks, std::vector<Body>& own, GrowthStatistics& statistics) {
-  Growth growth(scene, settings, planeFunction, callbacks, own, statistics);
+bool grow(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+          PlaneFunction& planeFunction, const GrowthCallbacks& callbacks, std::vector<Body>& own,
+          GrowthStatistics& statistics) {
+  Growth growth(physics, execution, settings, planeFunction, callbacks, own, statistics);
   const bool full = growth.run(std::numeric_limits<std::int64_t>::max());
   own = growth.cells();
   return full;

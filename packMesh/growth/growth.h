@@ -60,9 +60,9 @@ class Growth {
   /// @param statistics is added to; its number of iterations determines the random numbers
   /// @param from where to continue
   /// @throws InputError naming the cell if the first state is not valid
-  Growth(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
-         const GrowthCallbacks& callbacks, std::vector<Body> own, GrowthStatistics& statistics,
-         const GrowthProgress& from = {});
+  Growth(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+         PlaneFunction& planeFunction, const GrowthCallbacks& callbacks, std::vector<Body> own,
+         GrowthStatistics& statistics, const GrowthProgress& from = {});
 
   /// Grows until all cells are full, growth has ended, it is stopped, or the statistics contain this many
   /// iterations; if called again, it continues as if it had not stopped. @return whether all cells are full
@@ -85,7 +85,7 @@ class Growth {
     std::int64_t cells = 0, scale = 0;  ///< scale: the sum [2^-24]
   };
 
-  static std::vector<SpeciesLengths> lengthsOf(const GrowthScene& scene);
+  static std::vector<SpeciesLengths> lengthsOf(const Physics& physics);
   double range() const;
   void requireValid() const;
   bool stopped(std::int64_t iterations) const;
@@ -96,14 +96,15 @@ class Growth {
   void wake(double barrier, const CellSurroundings& surroundings);
   double detailAt(double barrier) const;
   double paddingAt(double barrier, const SpeciesLengths& lengths) const;
-  double rotationBound() const { return scene_.rotate ? settings_.rotationBound : 0.0; }
+  double rotationBound() const { return physics_.rotate ? settings_.rotationBound : 0.0; }
   double farthest(double barrier, const SpeciesLengths& lengths) const;
   double largestMotion(double barrier) const;
   double reachOf(const Body& cell, double barrier) const;
   GrowthBounds boundsOf(const Body& cell, double barrier) const;
   bool relaxed(double barrier);
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
+  const Execution& execution_;
   const GrowthSettings& settings_;
   PlaneFunction& planeFunction_;
   const GrowthCallbacks& callbacks_;
@@ -119,7 +120,8 @@ class Growth {
 };
 
 /// Complete growth of cells. All ranks call. @return whether all cells reached scale 1
-bool grow(const GrowthScene& scene, const GrowthSettings& settings, PlaneFunction& planeFunction,
-          const GrowthCallbacks& callbacks, std::vector<Body>& own, GrowthStatistics& statistics);
+bool grow(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+          PlaneFunction& planeFunction, const GrowthCallbacks& callbacks, std::vector<Body>& own,
+          GrowthStatistics& statistics);
 
 }  // namespace packmesh

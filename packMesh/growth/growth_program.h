@@ -8,7 +8,7 @@
 #include "packMesh/core/pose.h"
 #include "packMesh/growth/linear_program.h"
 #include "packMesh/growth/plane_constraint.h"
-#include "packMesh/relaxation/freedom.h"
+#include "packMesh/problem/freedom.h"
 
 namespace packmesh {
 

@@ -13,9 +13,9 @@ constexpr double expectedSteps = 8.0;
 /// More than by how much writing a cell moves a point of it [µm].
 constexpr double writtenDifference = 0.01;
 
-GrowthScene onThisRank(GrowthScene scene) {
-  scene.communicator = Communicator();
-  return scene;
+Execution onThisRank(Execution execution) {
+  execution.communicator = Communicator();
+  return execution;
 }
 
 bool contains(const std::vector<std::int64_t>& ascending, std::int64_t i) {
@@ -24,9 +24,9 @@ bool contains(const std::vector<std::int64_t>& ascending, std::int64_t i) {
 
 }  // namespace
 
-LocalGrowth::LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings,
+LocalGrowth::LocalGrowth(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
                          const PlaneFunctionFactory& factory)
-    : scene_(onThisRank(scene)), settings_(settings), planeFunction_(factory(scene_)) {
+    : physics_(physics), execution_(onThisRank(execution)), settings_(settings), planeFunction_(factory()) {
   settings_.barriers = {settings.barriers.back()};
   settings_.relaxationSweeps = 0;
   settings_.initialScale = 0.0;
@@ -35,8 +35,8 @@ LocalGrowth::LocalGrowth(const GrowthScene& scene, const GrowthSettings& setting
 
 bool LocalGrowth::near(const Body& a, const Body& b, double margin) const {
   const double reach =
-      scene_.shapes[a.species]->radius() + scene_.shapes[b.species]->radius() + std::max(0.0, margin);
-  const Vec3 period = scene_.container->period();
+      physics_.shapeOf(a.species).radius() + physics_.shapeOf(b.species).radius() + std::max(0.0, margin);
+  const Vec3 period = physics_.container->period();
   Vec3 between = b.position - a.position;
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0) between[k] -= period[k] * std::round(between[k] / period[k]);
@@ -58,20 +58,21 @@ std::vector<std::int64_t> LocalGrowth::withNeighbours(const std::vector<std::int
 bool LocalGrowth::valid(const std::vector<std::int64_t>& cells, const std::vector<Body>& state) const {
   std::vector<Body> part;
   std::vector<std::int64_t> which;
-  for (const std::int64_t i : withNeighbours(cells, state, scene_.clearance + writtenDifference)) {
+  for (const std::int64_t i : withNeighbours(cells, state, physics_.clearance + writtenDifference)) {
     if (contains(cells, i)) which.push_back(static_cast<std::int64_t>(part.size()));
     part.push_back(state[i]);
   }
-  return StepHalving(scene_).examine(part, which).clean();
+  return StepHalving(physics_, execution_).examine(part, which).clean();
 }
 
 bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::function<bool()>& stop,
                        std::vector<Body>& state, GrowthStatistics& statistics, const Permitted& permitted) {
   double step = 0.0;
   for (const std::int64_t i : growing)
-    step = std::max(step, settings_.translationBound * std::cbrt(scene_.shapes[state[i].species]->volume()));
+    step =
+        std::max(step, settings_.translationBound * std::cbrt(physics_.shapeOf(state[i].species).volume()));
   const std::vector<std::int64_t> members =
-      withNeighbours(growing, state, expectedSteps * step + scene_.clearance);
+      withNeighbours(growing, state, expectedSteps * step + physics_.clearance);
 
   std::vector<Body> part;
   for (const std::int64_t i : members) {
@@ -80,7 +81,7 @@ bool LocalGrowth::grow(const std::vector<std::int64_t>& growing, const std::func
   }
   GrowthCallbacks callbacks;
   callbacks.stop = stop;
-  packmesh::grow(scene_, settings_, *planeFunction_, callbacks, part, statistics);
+  packmesh::grow(physics_, execution_, settings_, *planeFunction_, callbacks, part, statistics);
 
   std::vector<Pose> before;
   bool full = true, kept = true;

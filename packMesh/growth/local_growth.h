@@ -11,16 +11,17 @@
 
 namespace packmesh {
 
-/// Constructs a plane function for the cells that take part.
-using PlaneFunctionFactory = std::function<std::unique_ptr<PlaneFunction>(const GrowthScene&)>;
+/// Constructs a plane function for the problem that is worked on.
+using PlaneFunctionFactory = std::function<std::unique_ptr<PlaneFunction>()>;
 
 /// Growth of some cells of a state to scale 1, up to the surfaces of their neighbours, as in CAT cells: all
 /// other cells stay fixed. The cost is that of the cells near them. Only this rank takes part.
 class LocalGrowth {
  public:
-  /// References the settings, and what the scene references, which must outlive this. There is no relaxation
-  /// at barriers, since it would move all cells. Only the last barrier is used.
-  LocalGrowth(const GrowthScene& scene, const GrowthSettings& settings, const PlaneFunctionFactory& factory);
+  /// References `physics`, which must outlive this. There is no relaxation at barriers, since it would move
+  /// all cells. Only the last barrier is used.
+  LocalGrowth(const Physics& physics, const Execution& execution, const GrowthSettings& settings,
+              const PlaneFunctionFactory& factory);
 
   /// Whether a cell may have its centre there; empty: anywhere.
   using Permitted = std::function<bool(const Vec3&)>;
@@ -42,7 +43,8 @@ class LocalGrowth {
   std::vector<std::int64_t> withNeighbours(const std::vector<std::int64_t>& cells,
                                            const std::vector<Body>& state, double margin) const;
 
-  GrowthScene scene_;
+  const Physics& physics_;
+  const Execution execution_;
   GrowthSettings settings_;
   std::unique_ptr<PlaneFunction> planeFunction_;
 };

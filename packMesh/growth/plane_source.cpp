@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/growth/plane_source.h"
 
+#include "packMesh/growth/cat_face_planes.h"
 #include "packMesh/growth/chord_planes.h"
 
 namespace packmesh {
 
-std::unique_ptr<PlaneFunction> makePlaneFunction(PlaneSource planeSource, const GrowthScene& scene,
-                                                 TetrahedraSums& sums) {
-  if (planeSource == PlaneSource::chords) return std::make_unique<ChordPlanes>(scene);
-  return std::make_unique<CatFacePlanes>(scene, sums);
+std::unique_ptr<PlaneFunction> makePlaneFunction(PlaneSource planeSource, const Physics& physics,
+                                                 const Execution& execution, TetrahedraSums& sums) {
+  if (planeSource == PlaneSource::chords) return std::make_unique<ChordPlanes>(physics);
+  return std::make_unique<CatFacePlanes>(physics, execution, sums);
 }
 
 }  // namespace packmesh

@@ -4,9 +4,12 @@
 
 #include <memory>
 
-#include "packMesh/growth/cat_face_planes.h"
-
 namespace packmesh {
+
+struct Execution;
+struct Physics;
+struct TetrahedraSums;
+class PlaneFunction;
 
 /// Construction of the planes within which cells grow.
 enum class PlaneSource {
@@ -15,9 +18,9 @@ enum class PlaneSource {
   catFaces = 2,
 };
 
-/// References the scene and the sums, which must outlive it.
+/// References physics, execution and sums, which must outlive it.
 /// @param sums statistics of tetrahedralisation are added to this
-std::unique_ptr<PlaneFunction> makePlaneFunction(PlaneSource planeSource, const GrowthScene& scene,
-                                                 TetrahedraSums& sums);
+std::unique_ptr<PlaneFunction> makePlaneFunction(PlaneSource planeSource, const Physics& physics,
+                                                 const Execution& execution, TetrahedraSums& sums);
 
 }  // namespace packmesh

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "packMesh/growth/barrier_relaxation.h"
+#include "packMesh/growth/is_fixed.h"
 #include "packMesh/growth/step_halving.h"
 #include "packMesh/mesh/mesh_intersection.h"
 
@@ -15,11 +16,12 @@ constexpr int relaxationSweeps = 1000;
 
 /// Halves cells that violate constraints only because of their size.
 /// @return whether any were halved, on any rank
-bool shrinkViolating(const GrowthScene& scene, double smallest, GrowingCells& cells) {
+bool shrinkViolating(const Physics& physics, const Execution& execution, double smallest,
+                     GrowingCells& cells) {
   std::vector<Body>& bodies = cells.all();
   const auto large = [&](const Body& body) { return body.scale > smallest; };
   std::vector<char> violates(bodies.size(), 0);
-  const Certificate faults = StepHalving(scene).examineOwn(cells);
+  const Certificate faults = StepHalving(physics, execution).examineOwn(cells);
   for (const MisplacedCell& cell : faults.misplaced) violates[cell.cell] = 1;
   for (const OverlappingPair& pair : faults.overlapping)
     if (large(bodies[pair.first]) && large(bodies[pair.second]))
@@ -27,24 +29,24 @@ bool shrinkViolating(const GrowthScene& scene, double smallest, GrowingCells& ce
   bool any = false;
   for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
     Body& body = bodies[i];
-    if (!violates[i] || !cells.isOwn(i) || scene.isFixed(body) || !large(body)) continue;
+    if (!violates[i] || !cells.isOwn(i) || isFixed(physics, body) || !large(body)) continue;
     body.scale = std::max(smallest, 0.5 * body.scale);
     body.changed = any = true;
   }
   cells.updateGhosts();
-  return scene.communicator.any(any);
+  return execution.communicator.any(any);
 }
 
 }  // namespace
 
-bool seed(const GrowthScene& scene, double smallest, const std::function<bool()>& stop,
-          std::vector<Body>& own) {
-  GrowingCells cells(scene, std::move(own), 2.0 * largestReach(scene.shapes) + scene.clearance, 0);
-  while (shrinkViolating(scene, smallest, cells)) {
+bool seed(const Physics& physics, const Execution& execution, double smallest,
+          const std::function<bool()>& stop, std::vector<Body>& own) {
+  GrowingCells cells(physics, execution, std::move(own), 2.0 * physics.largestReach() + physics.clearance, 0);
+  while (shrinkViolating(physics, execution, smallest, cells)) {
     if (stop && stop()) return false;
   }
-  const bool valid = StepHalving(scene).examine(cells).clean() ||
-                     relaxAtScale(scene, smallest, relaxationSweeps, stop, cells);
+  const bool valid = StepHalving(physics, execution).examine(cells).clean() ||
+                     relaxAtScale(physics, execution, smallest, relaxationSweeps, stop, cells);
   own = cells.own();
   return valid;
 }

@@ -5,7 +5,9 @@
 #include <functional>
 #include <vector>
 
-#include "packMesh/growth/growth_scene.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
+#include "packMesh/relaxation/body.h"
 
 namespace packmesh {
 
@@ -15,7 +17,7 @@ namespace packmesh {
 /// @param own this rank's cells: fixed ones at scale 1, existing ones at scale 1 or less, all others at
 ///   `smallest`
 /// @return whether the cells are valid now; false: they do not fit even at this scale, or it was stopped
-bool seed(const GrowthScene& scene, double smallest, const std::function<bool()>& stop,
-          std::vector<Body>& own);
+bool seed(const Physics& physics, const Execution& execution, double smallest,
+          const std::function<bool()>& stop, std::vector<Body>& own);
 
 }  // namespace packmesh

@@ -5,6 +5,7 @@
 
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/tolerances.h"
+#include "packMesh/growth/is_fixed.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/parallel/periodic_images.h"
 
@@ -21,15 +22,15 @@ bool moves(const Body& body, const GrowthStep& step) {
 }  // namespace
 
 std::optional<std::string> StepHalving::misplacement(const Body& body, const PlacedCell& cell) const {
-  const Freedom* freedom = scene_.freedomOf(cell.species);
+  const Freedom& freedom = physics_.species[cell.species].freedom;
   // Relaxation, from which cells come, tolerates centres this far outside their region.
-  if (freedom && freedom->region && !freedom->fixed &&
-      freedom->region->distance(body.position).distance < -tolerance::relaxationTolerance)
+  if (freedom.region && !freedom.fixed &&
+      freedom.region->distance(body.position).distance < -tolerance::relaxationTolerance)
     return "leaves its region";
-  const Wall* wall = scene_.walls[cell.species];
+  const Wall* wall = physics_.wallOf(cell.species);
   if (!wall) return {};
-  const Shape& shape = *scene_.shapes[cell.species];
-  const double clearance = scene_.wallClearanceOf(cell.species);
+  const Shape& shape = physics_.shapeOf(cell.species);
+  const double clearance = physics_.wallClearanceOf(cell.species);
   if (wall->isAway(boundingSphere(shape.hierarchy(), cell.placement), clearance)) return {};
   WallVerdict verdict = wall->examine({shape.hierarchy(), cell.placement}, clearance);
   if (!verdict.violation && verdict.gap < clearance) return "is nearer to the wall than the clearance";
@@ -47,9 +48,7 @@ Certificate StepHalving::examineOwn(const GrowingCells& cells) const {
     if (auto reason = misplacement(cells.all()[i], placedCells.back()))
       faults.misplaced.push_back({i, std::move(*reason)});
   }
-  CertificateInput input = scene_.certificateInput();
-  input.cells = &placedCells;
-  faults.overlapping = findOverlaps(input, own);
+  faults.overlapping = findOverlaps(certificateInputOf(physics_, placedCells, execution_.threads), own);
   faults.cells = static_cast<std::int64_t>(own.size());
   return faults;
 }
@@ -61,17 +60,15 @@ Certificate StepHalving::examine(const GrowingCells& cells) const {
                            faults.overlapping.end());
   std::vector<std::int64_t> ids;
   for (const Body& body : cells.all()) ids.push_back(body.id);
-  return ofAllRanks(faults, ids, scene_.communicator);
+  return ofAllRanks(faults, ids, execution_.communicator);
 }
 
 Certificate StepHalving::examine(const std::vector<Body>& cells,
                                  const std::vector<std::int64_t>& which) const {
   std::vector<PlacedCell> placedCells;
   for (const Body& body : cells) placedCells.push_back(placed(body));
-  CertificateInput input = scene_.certificateInput();
-  input.cells = &placedCells;
   Certificate faults;
-  faults.overlapping = findOverlaps(input, which);
+  faults.overlapping = findOverlaps(certificateInputOf(physics_, placedCells, execution_.threads), which);
   for (const std::int64_t i : which)
     if (auto reason = misplacement(cells[i], placedCells[i])) faults.misplaced.push_back({i, *reason});
   return faults;
@@ -80,8 +77,8 @@ Certificate StepHalving::examine(const std::vector<Body>& cells,
 void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells,
                        StepHalvingSums& sums) const {
   std::vector<Body>& bodies = cells.all();
-  const Box bounds = scene_.container->bounds();
-  const Vec3 period = scene_.container->period();
+  const Box bounds = physics_.container->bounds();
+  const Vec3 period = physics_.container->period();
   std::vector<Pose> before(bodies.size());
   std::vector<char> tried(bodies.size(), 0);  // own cells that have a step to take
   std::vector<std::int64_t> changed;
@@ -90,16 +87,15 @@ void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells
     body.touched = false;
     if (!cells.isOwn(i)) continue;
     body.stepTaken = 1.0;
-    if (scene_.isFixed(body) || !moves(body, steps[i])) continue;
+    if (isFixed(physics_, body) || !moves(body, steps[i])) continue;
     before[i] = body.pose();
     tried[i] = 1;
     changed.push_back(i);
   }
   const auto place = [&](std::int64_t i) {
     Body& body = bodies[i];
-    const Freedom* freedom = scene_.freedomOf(body.species);
-    const AxisCone* cone = freedom && freedom->cone ? &*freedom->cone : nullptr;
-    Pose pose = stepped(before[i], steps[i], body.stepTaken, cone);
+    const std::optional<AxisCone>& cone = physics_.species[body.species].freedom.cone;
+    Pose pose = stepped(before[i], steps[i], body.stepTaken, cone ? &*cone : nullptr);
     if (body.stepTaken > 0.0) pose.position = wrapped(pose.position, bounds, period);
     body.setPose(pose);
     body.changed = body.touched = true;
@@ -116,8 +112,7 @@ void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells
       if (bodies[i].touched) changed.push_back(i);
       bodies[i].touched = false;
     }
-    CertificateInput input = scene_.certificateInput();
-    input.cells = &placedCells;
+    CertificateInput input = certificateInputOf(physics_, placedCells, execution_.threads);
     input.own = &cells.ownFlags();
     std::vector<char> offends(bodies.size(), 0);
     for (const OverlappingPair& pair : findOverlaps(input, changed)) {
@@ -138,7 +133,7 @@ void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells
       place(i);
       any = true;
     }
-    if (!scene_.communicator.any(any)) return;
+    if (!execution_.communicator.any(any)) return;
   }
 }
 

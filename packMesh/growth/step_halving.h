@@ -26,8 +26,9 @@ struct StepHalvingSums {
 /// ever shrinks.
 class StepHalving {
  public:
-  /// References the scene, which must outlive this.
-  explicit StepHalving(const GrowthScene& scene) : scene_(scene) {}
+  /// References its arguments, which must outlive this.
+  StepHalving(const Physics& physics, const Execution& execution)
+      : physics_(physics), execution_(execution) {}
 
   /// Violations of this rank's cells and of pairs with them, by index.
   Certificate examineOwn(const GrowingCells& cells) const;
@@ -43,10 +44,11 @@ class StepHalving {
   void take(const std::vector<GrowthStep>& steps, GrowingCells& cells, StepHalvingSums& sums) const;
 
  private:
-  PlacedCell placed(const Body& body) const { return {body.species, scene_.placement(body.pose())}; }
+  PlacedCell placed(const Body& body) const { return {body.species, physics_.placement(body.pose())}; }
   std::optional<std::string> misplacement(const Body& body, const PlacedCell& cell) const;
 
-  const GrowthScene& scene_;
+  const Physics& physics_;
+  const Execution& execution_;
 };
 
 }  // namespace packmesh

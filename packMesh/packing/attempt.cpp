@@ -9,7 +9,6 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/packing/calibration.h"
 #include "packMesh/packing/placed_cells.h"
 #include "packMesh/relaxation/schedule.h"
@@ -49,13 +48,13 @@ PackingResult attempt(const PackingProblem& problem) {
 Attempt::Attempt(const PackingProblem& problem, RunControl& control)
     : problem_(problem),
       control_(control),
-      cells_(problem.cellCount()),
-      shares_(cells_, problem.communicator),
+      cells_(problem.physics.cellCount()),
+      shares_(cells_, problem.execution.communicator),
       written_(problem) {}
 
 bool Attempt::certifyAll(std::int64_t sweeps) {
   if (over_) return false;
-  const std::int64_t most = std::min(sweeps, problem_.limits.maxSweeps);
+  const std::int64_t most = std::min(sweeps, problem_.execution.limits.maxSweeps);
   if (!relaxation_) {
     begin();
     if (growth_ && !grown(most)) return false;
@@ -66,7 +65,7 @@ bool Attempt::certifyAll(std::int64_t sweeps) {
   }
   while (relaxed(most))
     if (certified()) return true;
-  const bool suspended = most < problem_.limits.maxSweeps && relaxation_->sweeps() >= most;
+  const bool suspended = most < problem_.execution.limits.maxSweeps && relaxation_->sweeps() >= most;
   if (suspended || control_.interrupted()) return false;
   over_ = true;
   return cleanByChance();
@@ -83,6 +82,7 @@ PackingResult Attempt::takeResult() {
     result_.cellCount = 0;
     result_.certificate = {};
   }
+  for (const Species& species : problem_.physics.species) result_.kinds.push_back(species.kind);
   if (relaxation_) {
     result_.statistics.blocks = relaxation_->blockCount();
     result_.statistics.sweeps = relaxation_->sweeps();
@@ -93,7 +93,7 @@ PackingResult Attempt::takeResult() {
 /// Places the cells, or takes them from the state to resume.
 void Attempt::begin() {
   if (growth_) return;
-  const bool grows = problem_.method == Method::cat;
+  const bool grows = problem_.method.kind == Method::cat;
   if (problem_.resume && !(grows && problem_.resume->position.stage == Stage::growth)) {
     if (grows) result_.statistics.growth.emplace().iterations = problem_.resume->growth.iterations;
     resume(*problem_.resume);
@@ -102,7 +102,8 @@ void Attempt::begin() {
     if (growth_->hasBegun()) keepState();
   } else {
     const Timer watch(result_.statistics.placementSeconds);
-    if (std::optional<std::vector<Body>> bodies = placedCells(problem_, problem_.seed, shares_, control_))
+    if (std::optional<std::vector<Body>> bodies =
+            placedCells(problem_.physics, problem_.execution, shares_, control_))
       relaxFrom(std::move(*bodies));
   }
 }
@@ -113,19 +114,19 @@ void Attempt::resume(const PackingState& state) {
   result_.statistics.repairs = state.repairs;
   failures_ = state.failures;
   demandedOfWall_ = state.demandedOfWall;
-  shares_ = IdShares(std::max(cells_, state.cellCount), problem_.communicator);
+  shares_ = IdShares(std::max(cells_, state.cellCount), problem_.execution.communicator);
   relaxFrom(bodiesOf(state.cells), state.relaxation);
 }
 
 void Attempt::relaxFrom(std::vector<Body> bodies, const RelaxationState& state) {
-  relaxation_.emplace(relaxationInputOf(growthSceneOf(problem_)), std::move(bodies), problem_.communicator,
-                      state);
+  relaxation_.emplace(problem_.physics, problem_.execution, std::move(bodies), state);
 }
 
 /// Whether all cells have grown to full size; if so, they are ready for the certificate.
 bool Attempt::grown(std::int64_t iterations) {
   if (!growth_->run(iterations)) {
-    over_ = !control_.interrupted() && (growth_->ended() || iterations >= problem_.limits.maxSweeps);
+    over_ =
+        !control_.interrupted() && (growth_->ended() || iterations >= problem_.execution.limits.maxSweeps);
     return false;
   }
   takeGrown();
@@ -137,8 +138,8 @@ void Attempt::takeGrown() {
   std::vector<Body> cells = growth_->fullCells();
   std::int64_t last = 0;  // an escape may have added cells
   for (const Body& cell : cells) last = std::max(last, cell.id + 1);
-  last = -problem_.communicator.min(-last);
-  shares_ = IdShares(std::max(cells_, last), problem_.communicator);
+  last = -problem_.execution.communicator.min(-last);
+  shares_ = IdShares(std::max(cells_, last), problem_.execution.communicator);
   result_.statistics.tetrahedra = growth_->tetrahedra();
   relaxFrom(std::move(cells));
   at_ = {Stage::certificate, false, 0, {}};
@@ -146,9 +147,9 @@ void Attempt::takeGrown() {
 
 /// If initial poses are given for all cells and they form a valid packing, it is kept unchanged.
 bool Attempt::startsClean() {
-  const bool whole = std::all_of(problem_.species.begin(), problem_.species.end(), [](const Species& s) {
-    return static_cast<std::int64_t>(s.start.size()) >= s.count;
-  });
+  const bool whole =
+      std::all_of(problem_.physics.species.begin(), problem_.physics.species.end(),
+                  [](const Species& s) { return static_cast<std::int64_t>(s.start.size()) >= s.count; });
   if (!whole || growth_ || relaxation_->sweeps() > 0 || relaxation_->cellCount() == 0) return false;
   return cleanByChance();
 }
@@ -161,7 +162,7 @@ bool Attempt::cleanByChance() {
   CertificateInput input = written_.certificateInput();
   input.stop = [this] { return control_.outOfTimeHere(); };
   input.upToFirstFault = true;
-  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.communicator);
+  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
   written_ = WrittenCells(problem_);
   if (!found.clean()) return false;
   result_.certificate = found;
@@ -190,7 +191,7 @@ void Attempt::keepState() {
     kept_.cells = shares_.collect(growth_->cells());
   }
   const auto& due = problem_.checkpoints->due;
-  if (due && problem_.communicator.any(due())) problem_.checkpoints->save(kept_);
+  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(kept_);
 }
 
 /// If the run was continued from the end of another one, takes over the measures of the cells, provided they
@@ -203,7 +204,7 @@ bool Attempt::keepMeasures() {
   for (std::size_t i = 0; same && i < from.cells.size(); ++i)
     same = isUnmoved(from.cells[i], kept_.cells[i]) && std::isfinite(from.measures.gap[i]) &&
            std::isfinite(from.measures.localHematocrit[i]);
-  if (problem_.communicator.any(!same)) return false;
+  if (problem_.execution.communicator.any(!same)) return false;
   kept_.measures = from.measures;
   return true;
 }
@@ -213,7 +214,7 @@ void Attempt::measure() {
   relaxation_->dropLists();
   written_.take(*relaxation_);
   const CertificateInput input = written_.certificateInput();
-  const CellMeasures measured = measureCells(problem_.analysisInput(), input);
+  const CellMeasures measured = measureCells(problem_.physics, problem_.execution, input);
   struct Measure {
     std::int64_t id;
     double gap, localHematocrit;
@@ -236,7 +237,7 @@ bool Attempt::relaxed(std::int64_t maxSweeps) {
   if (at_.stage != Stage::relaxation) return true;  // already done
   Timer watch(result_.statistics.relaxationSeconds);
   ScheduleLimits all = limits(maxSweeps);
-  all.sweepsForFew = problem_.limits.sweepsForFew;
+  all.sweepsForFew = problem_.execution.limits.sweepsForFew;
   if (!relax(*relaxation_, tolerance::relaxationTolerance, all, at_.schedule)) return false;
   at_.stage = Stage::certificate;
   return true;
@@ -247,10 +248,10 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
   limits.maxSweeps = maxSweeps;
   limits.stop = [this] { return control_.stopped(); };
   limits.anew = [this] { keepState(); };
-  if (problem_.progress)
+  if (problem_.execution.progress)
     limits.tell = [this](const char* stage) {
-      problem_.progress({stage, relaxation_->sweeps(), 1.0, relaxation_->lastSweep().deepest,
-                         relaxation_->lastSweep().contacts});
+      problem_.execution.progress({stage, relaxation_->sweeps(), 1.0, relaxation_->lastSweep().deepest,
+                                   relaxation_->lastSweep().contacts});
     };
   return limits;
 }
@@ -289,7 +290,7 @@ Certificate Attempt::examined(std::optional<Certifier>& certifier) {
     input.stop = [this] { return control_.outOfTimeHere(); };
     certifier.emplace(input);
   }
-  return ofAllRanks(certifier->certificate(), written_.ids(), problem_.communicator);
+  return ofAllRanks(certifier->certificate(), written_.ids(), problem_.execution.communicator);
 }
 
 /// @return whether the certificate is clean; if not, additional clearances have been demanded
@@ -345,9 +346,9 @@ bool Attempt::calibratedOnce() {
   CertificateInput input = written_.certificateInput();
   input.requiredGap += Calibration::range;  // all nearer pairs are listed, with their gaps
   input.stop = [this] { return control_.outOfTimeHere(); };
-  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.communicator);
+  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
   if (!found.complete) return false;
-  const double required = problem_.clearance;
+  const double required = problem_.physics.clearance;
   const bool clean = found.misplaced.empty() &&
                      std::none_of(found.overlapping.begin(), found.overlapping.end(),
                                   [&](const OverlappingPair& p) { return p.gap <= 0.0 || p.gap < required; });
@@ -375,11 +376,11 @@ void Attempt::deliver() {
   const std::vector<BodyState> states = shares_.collect(relaxation_->cells());
   result_.poses.resize(states.size());
   result_.cells.resize(states.size());
-  problem_.threads.forEachPart(
+  problem_.execution.threads.forEachPart(
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i) {
           const Pose pose = result_.poses[i] = bodyOf(states[i]).pose();
-          result_.cells[i] = {states[i].species, WrittenCells::placement(problem_, pose)};
+          result_.cells[i] = {states[i].species, problem_.physics.placement(pose)};
         }
       });
   result_.cellCount = relaxation_->cellCount();
@@ -391,9 +392,10 @@ void Attempt::deliver() {
 void Attempt::demandDistance(const MisplacedCell& cell) {
   constexpr double growth = 0.5;  // its depth in the wall is unknown: demand more each time
   double& demanded = demandedOfWall_[cell.cell];
-  const double wanted = cell.gap > 0.0 ? problem_.wallClearance - cell.gap + tolerance::repairClearance
-                                       : std::max(tolerance::repairClearance, growth * demanded);
-  const double most = problem_.container->bounds().size().norm();
+  const double wanted = cell.gap > 0.0
+                            ? problem_.physics.wallClearance - cell.gap + tolerance::repairClearance
+                            : std::max(tolerance::repairClearance, growth * demanded);
+  const double most = problem_.physics.container->bounds().size().norm();
   const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
   demanded += extra;
   relaxation_->demandWallClearance(cell.cell, extra);
@@ -409,7 +411,7 @@ bool Attempt::leaveOutFailing() {
     written_.take(*relaxation_);
     CertificateInput input = written_.certificateInput();
     input.stop = [this] { return control_.outOfTimeHere(); };
-    const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.communicator);
+    const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
     if (!found.complete) break;
     if (found.clean()) {
       result_.certificate = found;
@@ -432,7 +434,7 @@ bool Attempt::leaveOutFailing() {
 }
 
 bool Attempt::isFixed(std::int64_t id) const {
-  for (const Species& species : problem_.species) {
+  for (const Species& species : problem_.physics.species) {
     if (id < species.count) return species.freedom.fixed;
     id -= species.count;
   }
@@ -441,14 +443,14 @@ bool Attempt::isFixed(std::int64_t id) const {
 
 void Attempt::take(const PackingResult& fewer) {
   // Ids of the cells in the complete problem: the first ones of every species.
-  std::vector<std::int64_t> counts(problem_.species.size(), 0);
+  std::vector<std::int64_t> counts(problem_.physics.species.size(), 0);
   for (const PlacedCell& cell : fewer.cells) ++counts[cell.species];
-  std::vector<std::int64_t> before = problem_.communicator.sumBefore(counts);
+  std::vector<std::int64_t> before = problem_.execution.communicator.sumBefore(counts);
   std::vector<Body> bodies;
   for (std::size_t i = 0; i < fewer.cells.size(); ++i) {
     const int of = fewer.cells[i].species;
     std::int64_t id = before[of]++;
-    for (int s = 0; s < of; ++s) id += problem_.species[s].count;
+    for (int s = 0; s < of; ++s) id += problem_.physics.species[s].count;
     bodies.push_back(makeBody(id, of, fewer.poses[i]));
   }
   RelaxationState state;

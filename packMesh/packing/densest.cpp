@@ -29,11 +29,11 @@ constexpr std::int64_t sweepsOfFewCells = 3000000;
 class Search {
  public:
   Search(const PackingProblem& problem, RunControl& control, const WholeAttempt& whole)
-      : problem_(problem), control_(control), whole_(whole), lumen_(problem.container->volume()) {
-    const bool anyRed = std::any_of(problem.species.begin(), problem.species.end(), [](const Species& s) {
-      return s.inHematocrit && !s.freedom.fixed && s.count > 0;
-    });
-    for (const Species& species : problem.species)
+      : problem_(problem), control_(control), whole_(whole), lumen_(problem.physics.container->volume()) {
+    const bool anyRed =
+        std::any_of(problem.physics.species.begin(), problem.physics.species.end(),
+                    [](const Species& s) { return s.inHematocrit && !s.freedom.fixed && s.count > 0; });
+    for (const Species& species : problem.physics.species)
       if (species.inHematocrit || !anyRed)
         (species.freedom.fixed ? fixed_ : free_) += asked(species) * species.shape->volume();
   }
@@ -44,7 +44,7 @@ class Search {
     bisect(coarse);
     if (goesOn() && !found_.packing) pack(countsAt(0));  // fixed cells alone
     for (++parts_; goesOn() && mayHave(parts_); ++parts_) climbOn();
-    if (goesOn() && control_.limited()) found_.whole = whole_(problem_.limits.maxSweeps);
+    if (goesOn() && control_.limited()) found_.whole = whole_(problem_.execution.limits.maxSweeps);
     found_.ended = !control_.stopped();
     return std::move(found_);
   }
@@ -63,7 +63,7 @@ class Search {
     const double volume = static_cast<double>(rungs) * rung * lumen_ - fixed_;
     const double share = free_ > 0.0 ? std::clamp(volume / free_, 0.0, 1.0) : 0.0;
     Counts counts;
-    for (const Species& species : problem_.species)
+    for (const Species& species : problem_.physics.species)
       counts.push_back(species.freedom.fixed
                            ? species.count
                            : std::min<std::int64_t>(species.count, std::llround(share * asked(species))));
@@ -78,7 +78,7 @@ class Search {
   /// Whether trials may have this many parts.
   bool mayHave(std::int64_t parts) const {
     const std::int64_t sweeps = sweepsOfRelax(parts);
-    return sweeps <= problem_.limits.maxSweeps &&
+    return sweeps <= problem_.execution.limits.maxSweeps &&
            (control_.limited() || parts <= mostParts || sweeps * cellsAt(beyond_) <= sweepsOfFewCells);
   }
 
@@ -102,7 +102,7 @@ class Search {
   /// Whether this fraction can be packed; if it comprises all requested cells, these are tried.
   bool packs(std::int64_t rungs) {
     const Counts counts = countsAt(rungs);
-    if (cellsAt(rungs) >= problem_.cellCount()) return found_.whole = whole_(sweepsOfRelax(parts_));
+    if (cellsAt(rungs) >= problem_.physics.cellCount()) return found_.whole = whole_(sweepsOfRelax(parts_));
     if (counts == countsAt(packed_) && found_.packing) return true;
     return pack(counts);
   }
@@ -125,20 +125,20 @@ class Search {
     PackingProblem part = problem_;
     part.resume.reset();
     part.checkpoints.reset();
-    part.escape.reset();
-    part.observe = {};
-    part.limits.maxSweeps = std::max(part.limits.maxSweeps, sweepsOfRelax(fewestParts));
+    part.method.escape.reset();
+    part.execution.observe = {};
+    part.execution.limits.maxSweeps = std::max(part.execution.limits.maxSweeps, sweepsOfRelax(fewestParts));
     // A trial that stalls is abandoned: a lower rung takes less time than relaxations of a hopeless one.
-    if (part.growth.giveUpAfter == 0) part.growth.giveUpAfter = 1;
-    if (problem_.progress)
-      part.progress = [this](Progress progress) {
-        if (problem_.method == Method::relaxation) progress.stage = "search for the densest packing";
+    if (part.method.growth.giveUpAfter == 0) part.method.growth.giveUpAfter = 1;
+    if (problem_.execution.progress)
+      part.execution.progress = [this](Progress progress) {
+        if (problem_.method.kind == Method::relaxation) progress.stage = "search for the densest packing";
         progress.sweep += sweepsOfOthers_;
-        problem_.progress(progress);
+        problem_.execution.progress(progress);
       };
     for (std::size_t s = 0; s < counts.size(); ++s) {
-      std::vector<Pose>& start = part.species[s].start;
-      part.species[s].count = counts[s];
+      std::vector<Pose>& start = part.physics.species[s].start;
+      part.physics.species[s].count = counts[s];
       start.resize(std::min(start.size(), static_cast<std::size_t>(counts[s])));
     }
     return part;

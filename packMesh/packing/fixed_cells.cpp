@@ -6,31 +6,23 @@
 
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/error.h"
-#include "packMesh/packing/written_cells.h"
 
 namespace packmesh {
 
-void requireFixedApart(const PackingProblem& problem) {
-  CertificateInput input;
+void requireFixedApart(const Physics& physics) {
   std::vector<PlacedCell> cells;
   std::vector<std::string> names;
-  for (const Species& species : problem.species) {
-    const int index = static_cast<int>(input.shapes.size());
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem.wallOf(species));
-    input.extraWallGap.push_back(species.freedom.extraWallClearance);
+  for (std::size_t s = 0; s < physics.species.size(); ++s) {
+    const Species& species = physics.species[s];
     if (!species.freedom.fixed) continue;
     for (const Pose& pose : species.start) {
-      cells.push_back({index, WrittenCells::placement(problem, pose)});
+      cells.push_back({static_cast<int>(s), physics.placement(pose)});
       names.push_back("cell " + std::to_string(&pose - species.start.data() + 1) + " of '" + species.name +
                       "'");
     }
   }
   if (cells.empty()) return;
-  input.container = problem.container.get();
-  input.cells = &cells;
-  input.requiredGap = problem.clearance;
-  input.requiredWallGap = problem.wallClearance;
+  CertificateInput input = certificateInputOf(physics, cells);
   input.upToFirstFault = true;
   const Certificate found = certify(input);
   if (!found.misplaced.empty()) {

@@ -2,13 +2,13 @@
 /// @file Validity of fixed cells.
 #pragma once
 
-#include "packMesh/packing/packing_problem.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
 /// Refuses fixed cells that overlap each other or the wall, since no packing is possible then. All ranks
 /// examine all of them.
 /// @throws InputError naming the first that do
-void requireFixedApart(const PackingProblem& problem);
+void requireFixedApart(const Physics& physics);
 
 }  // namespace packmesh

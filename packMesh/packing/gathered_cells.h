@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "packMesh/certificate/certificate.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/cell.h"
 
 namespace packmesh {
 

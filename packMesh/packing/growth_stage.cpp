@@ -21,24 +21,6 @@ constexpr std::uint64_t attemptStride = 0x9E3779B97F4A7C15u;
 
 }  // namespace
 
-GrowthScene growthSceneOf(const PackingProblem& problem) {
-  GrowthScene scene;
-  for (const Species& species : problem.species) {
-    scene.shapes.push_back(species.shape.get());
-    scene.walls.push_back(problem.wallOf(species));
-    scene.freedoms.push_back(species.freedom);
-  }
-  scene.container = problem.container.get();
-  scene.clearance = problem.clearance;
-  scene.wallClearance = problem.wallClearance;
-  scene.rotate = problem.rotate;
-  scene.seed = problem.seed;
-  scene.communicator = problem.communicator;
-  scene.threads = problem.threads;
-  scene.written = problem.written;
-  return scene;
-}
-
 GrowthStage::GrowthStage(const PackingProblem& problem, RunControl& control, Statistics& statistics,
                          std::function<void()> keep)
     : problem_(problem),
@@ -46,25 +28,26 @@ GrowthStage::GrowthStage(const PackingProblem& problem, RunControl& control, Sta
       statistics_(statistics),
       keep_(std::move(keep)),
       attempts_(std::max<std::int64_t>(
-          1, problem.growth.attempts / std::max<std::int64_t>(1, problem.cellCount()))),
-      scene_(growthSceneOf(problem)),
-      settings_(problem.growth) {
-  scene_.stop = [this] { return control_.stoppedHere(); };
+          1, problem.method.growth.attempts / std::max<std::int64_t>(1, problem.physics.cellCount()))),
+      physics_(problem.physics),
+      execution_(problem.execution),
+      settings_(problem.method.growth) {
+  execution_.interrupted = [this] { return control_.stoppedHere(); };
   statistics_.growth.emplace();
-  planeFunction_ = makePlaneFunction(problem.planeSource, scene_, tetrahedra_);
+  planeFunction_ = makePlaneFunction(problem.method.planeSource, physics_, execution_, tetrahedra_);
   callbacks_.stop = [this] { return stopped(); };
   callbacks_.checkpoint = keep_;
-  if (problem.progress)
+  if (problem.execution.progress)
     callbacks_.progress = [this](double barrier, std::int64_t below, const GrowthStatistics& sums) {
-      problem_.progress({"growth", sums.iterations, barrier, 0.0, below});
+      problem_.execution.progress({"growth", sums.iterations, barrier, 0.0, below});
     };
-  if (problem.observe)
-    callbacks_.accepted = [this](const std::vector<Body>& now) { problem_.observe(placed(now)); };
+  if (problem.execution.observe)
+    callbacks_.accepted = [this](const std::vector<Body>& now) { problem_.execution.observe(placed(now)); };
   if (problem.resume && problem.resume->position.stage == Stage::growth) resume(*problem.resume);
 }
 
 bool GrowthStage::stopped() {
-  return control_.stopped() || iterations() >= problem_.limits.maxSweeps;
+  return control_.stopped() || iterations() >= problem_.execution.limits.maxSweeps;
 }
 
 bool GrowthStage::run(std::int64_t iterations) {
@@ -77,27 +60,27 @@ bool GrowthStage::run(std::int64_t iterations) {
     keepBest(growth_->cells());
     growth_.reset();
     ended_ = full || ++attempt_ == attempts_;
-    if (ended_ && problem_.escape && (!full || anyReserve()) && !stopped()) escapeFromBest();
+    if (ended_ && problem_.method.escape && (!full || anyReserve()) && !stopped()) escapeFromBest();
   }
   return complete(best_);
 }
 
 /// Places the initial cells of an attempt.
 void GrowthStage::begin() {
-  scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
-  const IdShares shares(problem_.cellCount(), problem_.communicator);
+  physics_.seed = problem_.physics.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
+  const IdShares shares(problem_.physics.cellCount(), problem_.execution.communicator);
   std::vector<Body> cells;
   {
     const Timer watch(statistics_.placementSeconds);
-    std::optional<std::vector<Body>> placed = placedCells(problem_, scene_.seed, shares, control_);
+    std::optional<std::vector<Body>> placed = placedCells(physics_, execution_, shares, control_);
     if (!placed) return;
     cells = std::move(*placed);
     std::vector<std::int64_t> first = {0};
-    for (const Species& species : problem_.species) first.push_back(first.back() + species.count);
+    for (const Species& species : problem_.physics.species) first.push_back(first.back() + species.count);
     for (Body& cell : cells)
-      if (!startsAtGivenPose(problem_.species[cell.species], cell.id - first[cell.species]))
+      if (!startsAtGivenPose(problem_.physics.species[cell.species], cell.id - first[cell.species]))
         cell.scale = settings_.initialScale;
-    if (!seed(scene_, settings_.initialScale, callbacks_.stop, cells)) {
+    if (!seed(physics_, execution_, settings_.initialScale, callbacks_.stop, cells)) {
       ended_ = !stopped();
       return;
     }
@@ -107,15 +90,15 @@ void GrowthStage::begin() {
 }
 
 void GrowthStage::growFrom(std::vector<Body> cells, const GrowthProgress& from) {
-  settings_.giveUpAfter = attempt_ + 1 < attempts_ ? giveUpAfter : problem_.growth.giveUpAfter;
-  growth_ = std::make_unique<Growth>(scene_, settings_, *planeFunction_, callbacks_, std::move(cells),
-                                     *statistics_.growth, from);
+  settings_.giveUpAfter = attempt_ + 1 < attempts_ ? giveUpAfter : problem_.method.growth.giveUpAfter;
+  growth_ = std::make_unique<Growth>(physics_, execution_, settings_, *planeFunction_, callbacks_,
+                                     std::move(cells), *statistics_.growth, from);
 }
 
 void GrowthStage::resume(const PackingState& state) {
   attempt_ = state.growth.attempt;
   statistics_.growth->iterations = state.growth.iterations;
-  scene_.seed = problem_.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
+  physics_.seed = problem_.physics.seed + static_cast<std::uint64_t>(attempt_) * attemptStride;
   keepBest(bodiesOf(state.growth.best));
   growFrom(bodiesOf(state.cells), state.growth.progress);
 }
@@ -125,7 +108,7 @@ GrowthPosition GrowthStage::position() const {
   position.attempt = attempt_;
   position.iterations = iterations();
   if (growth_) position.progress = growth_->progress();
-  position.best = IdShares(problem_.cellCount(), problem_.communicator).collect(best_);
+  position.best = IdShares(problem_.physics.cellCount(), problem_.execution.communicator).collect(best_);
   return position;
 }
 
@@ -149,8 +132,8 @@ std::vector<Body> GrowthStage::fullCells() const {
 }
 
 std::optional<TetrahedraSums> GrowthStage::tetrahedra() const {
-  if (problem_.planeSource == PlaneSource::chords) return {};
-  const Communicator& ranks = problem_.communicator;
+  if (problem_.method.planeSource == PlaneSource::chords) return {};
+  const Communicator& ranks = problem_.execution.communicator;
   TetrahedraSums sums = tetrahedra_;
   std::vector<std::int64_t> counts = {sums.runs, sums.attempts, sums.finer, sums.failures};
   ranks.sum(counts);
@@ -172,9 +155,9 @@ std::int64_t GrowthStage::countFull(const std::vector<Body>& cells) const {
 
 /// On all ranks.
 std::vector<std::int64_t> GrowthStage::countFullBySpecies(const std::vector<Body>& cells) const {
-  std::vector<std::int64_t> full(problem_.species.size(), 0);
+  std::vector<std::int64_t> full(problem_.physics.species.size(), 0);
   for (const Body& cell : cells) full[cell.species] += cell.scale == 1.0;
-  problem_.communicator.sum(full);
+  problem_.execution.communicator.sum(full);
   return full;
 }
 
@@ -182,12 +165,12 @@ std::vector<std::int64_t> GrowthStage::countFullBySpecies(const std::vector<Body
 bool GrowthStage::complete(const std::vector<Body>& cells) const {
   const std::vector<std::int64_t> full = countFullBySpecies(cells);
   for (std::size_t s = 0; s < full.size(); ++s)
-    if (full[s] < problem_.species[s].count) return false;
+    if (full[s] < problem_.physics.species[s].count) return false;
   return true;
 }
 
 bool GrowthStage::anyReserve() const {
-  const std::vector<std::int64_t>& reserve = problem_.escape->reserve;
+  const std::vector<std::int64_t>& reserve = problem_.method.escape->reserve;
   return std::any_of(reserve.begin(), reserve.end(), [](std::int64_t cells) { return cells > 0; });
 }
 
@@ -195,23 +178,24 @@ bool GrowthStage::anyReserve() const {
 /// cells, the state is left unchanged.
 void GrowthStage::escapeFromBest() {
   std::vector<Body> state = best_;
-  const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
-    return makePlaneFunction(problem_.planeSource, part, tetrahedra_);
+  const PlaneFunctionFactory factory = [this] {
+    return makePlaneFunction(problem_.method.planeSource, physics_, execution_, tetrahedra_);
   };
   const auto observe = [this](const std::vector<Body>& now) {
-    if (problem_.observe) problem_.observe(placed(now));
+    if (problem_.execution.observe) problem_.execution.observe(placed(now));
   };
   statistics_.escape = escape(
-      scene_, problem_.growth, *problem_.escape, factory, [this] { return stopped(); }, observe, state);
+      physics_, execution_, problem_.method.growth, *problem_.method.escape, factory,
+      [this] { return stopped(); }, observe, state);
   if (fullVolume(state) >= fullVolume(best_)) best_ = bySpecies(state);
 }
 
 /// Numbered by species, then by id. Pre: ids 0 ... cells - 1
 std::vector<Body> GrowthStage::bySpecies(const std::vector<Body>& cells) const {
-  const Communicator& ranks = problem_.communicator;
+  const Communicator& ranks = problem_.execution.communicator;
   const IdShares shares(ranks.sum(static_cast<std::int64_t>(cells.size())), ranks);
   std::vector<Body> numbered = bodiesOf(shares.collect(cells));
-  std::vector<std::int64_t> counts(problem_.species.size(), 0);
+  std::vector<std::int64_t> counts(problem_.physics.species.size(), 0);
   for (const Body& cell : numbered) ++counts[cell.species];
   std::vector<std::int64_t> next = ranks.sumBefore(counts);
   ranks.sum(counts);
@@ -228,13 +212,13 @@ double GrowthStage::fullVolume(const std::vector<Body>& cells) const {
   const std::vector<std::int64_t> full = countFullBySpecies(cells);
   double volume = 0.0;
   for (std::size_t s = 0; s < full.size(); ++s)
-    volume += static_cast<double>(full[s]) * scene_.shapes[s]->volume();
+    volume += static_cast<double>(full[s]) * physics_.species[s].shape->volume();
   return volume;
 }
 
 std::vector<PlacedCell> GrowthStage::placed(const std::vector<Body>& cells) const {
   std::vector<PlacedCell> placed;
-  for (const Body& cell : cells) placed.push_back({cell.species, scene_.placement(cell.pose())});
+  for (const Body& cell : cells) placed.push_back({cell.species, physics_.placement(cell.pose())});
   return placed;
 }
 

@@ -8,15 +8,13 @@
 #include <optional>
 #include <vector>
 
+#include "packMesh/growth/cat_face_planes.h"
 #include "packMesh/growth/growth.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
 #include "packMesh/packing/run_control.h"
 
 namespace packmesh {
-
-/// The input of growth for a problem. References the problem, which must outlive it.
-GrowthScene growthSceneOf(const PackingProblem& problem);
 
 /// Places the initial cells and grows them, from several random starts if they are few, and escapes from
 /// local maxima if the problem requests it. All ranks call its functions together.
@@ -67,7 +65,8 @@ class GrowthStage {
   Statistics& statistics_;
   std::function<void()> keep_;
   std::int64_t attempts_;
-  GrowthScene scene_;
+  Physics physics_;      ///< those of the problem, but with the seed of the present attempt
+  Execution execution_;  ///< likewise, but interrupted at the time limit, too
   GrowthSettings settings_;
   GrowthCallbacks callbacks_;
   TetrahedraSums tetrahedra_;  ///< of this rank

@@ -23,9 +23,9 @@ constexpr double hopelessFraction = 0.66;
 /// infeasible. All cells if they can be packed in the remaining time.
 Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& all) {
   const auto stopAfter = [&](double times) {
-    if (control.limited()) control.stopAfter(times * problem.limits.maxSeconds);
+    if (control.limited()) control.stopAfter(times * problem.execution.limits.maxSeconds);
   };
-  const Communicator& ranks = problem.communicator;
+  const Communicator& ranks = problem.execution.communicator;
   if (problem.checkpoints && problem.checkpoints->due)
     control.atPolls = [&] {
       if (ranks.any(problem.checkpoints->due())) problem.checkpoints->save(all.kept());
@@ -40,7 +40,7 @@ Densest packFewer(const PackingProblem& problem, RunControl& control, Attempt& a
   control.atPolls = {};
   if (control.interrupted() || densest.whole) return densest;
   // The state after escapes may be denser than what the search, which has none, has found.
-  const bool keepsOwn = (problem.escape || !densest.packing) && all.leaveOutFailing();
+  const bool keepsOwn = (problem.method.escape || !densest.packing) && all.leaveOutFailing();
   if (densest.packing &&
       !(keepsOwn && all.certificate().cellVolume >= densest.packing->certificate.cellVolume))
     all.take(*densest.packing);
@@ -54,17 +54,17 @@ PackingResult pack(const PackingProblem& problem) {
   RunControl control(problem);
   Attempt all(problem, control);
   // With a time limit, a packing of fewer cells is secured before all of them are tried for long.
-  const bool secures = control.limited() && problem.limits.fewerCells;
-  const bool hopeless = cellVolume(problem) > hopelessFraction * problem.container->volume();
+  const bool secures = control.limited() && problem.execution.limits.fewerCells;
+  const bool hopeless = cellVolume(problem) > hopelessFraction * problem.physics.container->volume();
   bool packed = all.certifyAll(secures && hopeless ? 0 : sweepsOfRelax(1));
   if (!packed && !secures && !control.interrupted()) packed = all.certifyAll();
   Densest fewer;
-  if (!packed && !control.interrupted() && problem.limits.fewerCells) {
+  if (!packed && !control.interrupted() && problem.execution.limits.fewerCells) {
     fewer = packFewer(problem, control, all);
     packed = fewer.whole;
   }
-  const bool keepsFewer =
-      packed || (problem.limits.fewerCells && problem.checkpoints && problem.checkpoints->endsWithFewer);
+  const bool keepsFewer = packed || (problem.execution.limits.fewerCells && problem.checkpoints &&
+                                     problem.checkpoints->endsWithFewer);
   if (problem.checkpoints) {
     if (!control.interrupted() && keepsFewer) all.keepEnd();
     if (all.hasBegun()) problem.checkpoints->save(all.kept());

@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "packMesh/packing/id_shares.h"
-#include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/run_control.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
 
 namespace packmesh {
 
@@ -18,7 +19,7 @@ bool startsAtGivenPose(const Species& species, std::int64_t cell);
 
 /// The cells of this rank's share at full size: at their given initial poses, or at random. All ranks call.
 /// @return nothing if there was no time for it
-std::optional<std::vector<Body>> placedCells(const PackingProblem& problem, std::uint64_t seed,
+std::optional<std::vector<Body>> placedCells(const Physics& physics, Execution execution,
                                              const IdShares& shares, RunControl& control);
 
 }  // namespace packmesh

@@ -82,13 +82,14 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
   }
 }
 
-void addSpecies(const PackingProblem& problem, const Species& species, const Box& bounds, Digest& digest) {
-  // The hematocrit and the numbers before rounding only determine how fewer cells are tried.
-  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked] = species;
+void addSpecies(const Physics& physics, const Species& species, const Box& bounds, Digest& digest) {
+  // The hematocrit and the numbers before rounding only determine how fewer cells are tried, the kind how
+  // results are named.
+  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked, kind] = species;
   digest.add(name);
   digest.add(count);
   digest.add(shape->mesh());
-  if (const Wall* met = problem.wallOf(species)) addWall(*met, bounds, digest);
+  if (const Wall* met = physics.wallOf(species)) addWall(*met, bounds, digest);
   if (inColumns) digest.add(std::string("in columns"));
   if (!start.empty() || !freedom.isFree()) addFreedom(species, bounds, digest);
 }
@@ -115,20 +116,18 @@ void addEscape(const EscapeSettings& settings, Digest& digest) {
 }  // namespace
 
 std::string digestOf(const PackingProblem& problem) {
-  // The members after the escape affect how the problem is run, not what is packed. `written` is not
-  // compared: it belongs to the program, not to the problem.
-  const auto& [species, container, clearance, wallClearance, seed, rotate, limits, communicator, threads,
-               method, planeSource, growth, escape, written, interrupted, progress, resume, checkpoints,
-               observe] = problem;
+  // `written` is not compared: it belongs to the program, not to the problem.
+  const auto& [species, container, clearance, wallClearance, seed, rotate, written] = problem.physics;
+  const auto& [kind, planeSource, growth, escape] = problem.method;
   Digest digest;
   digest.add(generation);
-  digest.add(static_cast<int>(method));
+  digest.add(static_cast<int>(kind));
   digest.add(seed);
   digest.add(rotate);
   digest.add(clearance);
   digest.add(wallClearance);
   digest.add(1);  // of a removed option, so that the digests of older states remain valid
-  if (method == Method::cat) {
+  if (kind == Method::cat) {
     digest.add(static_cast<int>(planeSource));
     addGrowth(growth, digest);
     digest.add(escape.has_value());
@@ -139,7 +138,7 @@ std::string digestOf(const PackingProblem& problem) {
   digest.add(bounds.hi);
   digest.add(container->period());
   digest.add(container->volume());
-  for (const Species& one : species) addSpecies(problem, one, bounds, digest);
+  for (const Species& one : species) addSpecies(problem.physics, one, bounds, digest);
   return digest.text();
 }
 

@@ -9,8 +9,8 @@
 namespace packmesh {
 
 /// 32 hexadecimal digits that identify a problem (XXH3): species and their meshes, numbers, seed, clearances,
-/// method, the lumen (extent, volume, distances at some points). Limits, ranks and callbacks are not
-/// included: a run may be resumed with different ones.
+/// method, the lumen (extent, volume, distances at some points). Not the execution: a run may be resumed with
+/// another one.
 std::string digestOf(const PackingProblem& problem);
 
 }  // namespace packmesh

@@ -18,12 +18,12 @@ class RunControl {
   explicit RunControl(const PackingProblem& problem)
       : problem_(problem),
         start_(now()),
-        end_(limited() ? problem.limits.maxSeconds : unlimited),
-        spare_(std::max(leastSpare, sparePerCell * static_cast<double>(problem.cellCount()))) {}
+        end_(limited() ? problem.execution.limits.maxSeconds : unlimited),
+        spare_(std::max(leastSpare, sparePerCell * static_cast<double>(problem.physics.cellCount()))) {}
   RunControl(const RunControl&) = delete;
   RunControl& operator=(const RunControl&) = delete;
 
-  bool limited() const { return problem_.limits.maxSeconds > 0.0; }
+  bool limited() const { return problem_.execution.limits.maxSeconds > 0.0; }
   double elapsed() const { return now() - start_; }  ///< on this rank [s]
   /// Sets the stop to this many seconds after the start.
   void stopAfter(double seconds) { end_ = seconds; }
@@ -58,15 +58,15 @@ class RunControl {
 
   bool ends(double spare) {
     enum { no, late, interruption };
-    const double reason = problem_.communicator.max(asked()                    ? interruption
-                                                    : elapsed() > end_ + spare ? late
-                                                                               : no);
+    const double reason = problem_.execution.communicator.max(asked()                    ? interruption
+                                                              : elapsed() > end_ + spare ? late
+                                                                                         : no);
     interrupted_ = interrupted_ || reason == interruption;
     return interrupted_ || reason == late;
   }
-  bool asked() const { return problem_.interrupted && problem_.interrupted(); }
+  bool asked() const { return problem_.execution.interrupted && problem_.execution.interrupted(); }
   double now() const {
-    if (problem_.limits.clock) return problem_.limits.clock();
+    if (problem_.execution.limits.clock) return problem_.execution.limits.clock();
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   }
 

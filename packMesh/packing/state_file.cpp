@@ -33,7 +33,7 @@ constexpr double smallestScale = 1e-12;
 
 /// No length except that of a path is as large [µm].
 double longestPossible(const PackingProblem& problem) {
-  return problem.container->bounds().size().norm() + farthest;
+  return problem.physics.container->bounds().size().norm() + farthest;
 }
 
 const char* textOf(const RunPosition& position) {
@@ -237,7 +237,7 @@ bool ofPossibleNumbers(const RunTables& run, const PackingProblem& problem) {
 
 /// The same for cells. Their species have been checked.
 bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem& problem) {
-  const Box bounds = problem.container->bounds();
+  const Box bounds = problem.physics.container->bounds();
   const Vec3 size = bounds.size();
   constexpr double rounding = 1e-6;
   const double longest = longestPossible(problem);
@@ -265,8 +265,8 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
               const PackingState& state) {
   out.attribute("/", "unit", std::string("µm"));
   out.attribute("/", "problem", digestOf(problem));
-  out.attribute("/", "lumen", problem.container->describe());
-  out.attribute("/", "seed", static_cast<std::int64_t>(problem.seed));
+  out.attribute("/", "lumen", problem.physics.container->describe());
+  out.attribute("/", "seed", static_cast<std::int64_t>(problem.physics.seed));
   out.attribute("/", "stage", std::string(textOf(state.position)));
   out.attribute("/", "iteration", state.relaxation.sweeps);
   out.group("/command");
@@ -274,14 +274,14 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   for (std::size_t i = 0; i < command.size(); ++i)
     out.attribute("/command", std::to_string(i).c_str(), command[i]);
   out.group("/species");
-  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.physics.species.size(); ++s) {
     const std::string path = "/species/" + std::to_string(s);
     out.group(path);
-    out.attribute(path, "name", problem.species[s].name);
-    out.attribute(path, "count", problem.species[s].count);
-    writeMesh(out, path, problem.species[s].shape->mesh());
+    out.attribute(path, "name", problem.physics.species[s].name);
+    out.attribute(path, "count", problem.physics.species[s].count);
+    writeMesh(out, path, problem.physics.species[s].shape->mesh());
   }
-  writeLumen(out, *problem.container);
+  writeLumen(out, *problem.physics.container);
   out.group("/run");
   out.group("/relaxation");
   out.group("/growth");
@@ -312,7 +312,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
 
 void writeState(const fs::path& file, const PackingProblem& problem, const std::vector<std::string>& command,
                 const PackingState& state) {
-  const Communicator& ranks = problem.communicator;
+  const Communicator& ranks = problem.execution.communicator;
   const std::unique_ptr<AtomicFiles> files =
       writtenHdf5(file, ranks, sealSize, [&](Hdf5Writer& out) { writeAll(out, problem, command, state); });
   writeTogether(ranks, [&] {
@@ -341,7 +341,7 @@ namespace {
 
 /// The data of this rank.
 PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
-  const Communicator& ranks = problem.communicator;
+  const Communicator& ranks = problem.execution.communicator;
   if (in.text("/", "problem") != digestOf(problem))
     in.fail("is the state of another problem (lumen, cells, counts, clearances or seed differ)");
   RunTables run;
@@ -350,7 +350,7 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     table = in.table<Number>(path, columns);
   });
   const char* const misfit = "is damaged: the sizes of its tables are inconsistent";
-  if (!ofTheRightSizes(run, problem.species.size())) in.fail(misfit);
+  if (!ofTheRightSizes(run, problem.physics.species.size())) in.fail(misfit);
   const char* const impossible = "is damaged: it contains values out of range";
   if (!ofPossibleNumbers(run, problem)) in.fail(impossible);
   PackingState state = stateOf(run);
@@ -381,10 +381,10 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   state.growth.best = cellsOf(best);
   std::int64_t all = state.cellCount;
   if (state.position.stage != Stage::growth)
-    for (const Species& species : problem.species) all += species.count;
+    for (const Species& species : problem.physics.species) all += species.count;
   const auto unknown = [&](const BodyState& cell) {
-    return cell.species < 0 || cell.species >= static_cast<int>(problem.species.size()) || cell.id < 0 ||
-           cell.id >= all;
+    return cell.species < 0 || cell.species >= static_cast<int>(problem.physics.species.size()) ||
+           cell.id < 0 || cell.id >= all;
   };
   if (std::any_of(state.cells.begin(), state.cells.end(), unknown) ||
       std::any_of(state.growth.best.begin(), state.growth.best.end(), unknown))
@@ -399,7 +399,7 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
 }  // namespace
 
 PackingState readState(const fs::path& file, const PackingProblem& problem) {
-  const Communicator& ranks = problem.communicator;
+  const Communicator& ranks = problem.execution.communicator;
   PackingState state;
   // No rank reads a file that may be damaged.
   readTogether(file, ranks, [&] {

@@ -46,8 +46,9 @@ void checkFits(const Species& species, const Container& container, double wallCl
 /// A cell may be wider than the period, but not so wide that the number of its images becomes excessive.
 void checkPeriods(const Species& species, const PackingProblem& problem) {
   constexpr double mostPeriods = 32.0;
-  const Vec3& period = problem.container->period();
-  const double width = 2.0 * species.shape->radius(), gap = std::max(gapOfInterest, problem.clearance);
+  const Vec3& period = problem.physics.container->period();
+  const double width = 2.0 * species.shape->radius(),
+               gap = std::max(gapOfInterest, problem.physics.clearance);
   for (int k = 0; k < 3; ++k)
     if (period[k] > 0.0 && width + gap > mostPeriods * period[k])
       throw InputError("the period of the lumen, " + number(period[k]) + " µm along " + "xyz"[k] +
@@ -59,21 +60,21 @@ void checkPeriods(const Species& species, const PackingProblem& problem) {
 /// dilated by c/2. By the Brunn-Minkowski inequality, a body of volume V dilated by r has at least the volume
 /// of the ball of volume V dilated by r.
 void checkRoomForClearance(const PackingProblem& problem) {
-  if (problem.clearance == 0.0) return;
-  const double grown = 0.5 * problem.clearance, unitBall = 4.0 / 3.0 * std::acos(-1.0);
+  if (problem.physics.clearance == 0.0) return;
+  const double grown = 0.5 * problem.physics.clearance, unitBall = 4.0 / 3.0 * std::acos(-1.0);
   std::int64_t count = 0;
   double needed = 0.0, room = 1.0;
-  for (const Species& species : problem.species) {
+  for (const Species& species : problem.physics.species) {
     count += species.count;
     needed += double(species.count) *
               std::pow(std::cbrt(species.shape->volume()) + std::cbrt(unitBall) * grown, 3.0);
   }
-  const Vec3 lumen = problem.container->bounds().size(), period = problem.container->period();
+  const Vec3 lumen = problem.physics.container->bounds().size(), period = problem.physics.container->period();
   for (int k = 0; k < 3; ++k)
-    room *= period[k] > 0.0 ? period[k] : lumen[k] - 2.0 * problem.wallClearance + 2.0 * grown;
+    room *= period[k] > 0.0 ? period[k] : lumen[k] - 2.0 * problem.physics.wallClearance + 2.0 * grown;
   if (count > 1 && needed > room)
-    throw InputError(std::to_string(count) + " cells " + number(problem.clearance) +
-                     " µm apart need a lumen larger than " + problem.container->describe());
+    throw InputError(std::to_string(count) + " cells " + number(problem.physics.clearance) +
+                     " µm apart need a lumen larger than " + problem.physics.container->describe());
 }
 
 void checkStart(const Species& species) {
@@ -95,7 +96,7 @@ void checkStart(const Species& species) {
 
 void checkColumns(const PackingProblem& problem) {
   int species = 0;
-  for (const Species& one : problem.species) {
+  for (const Species& one : problem.physics.species) {
     if (!one.inColumns) continue;
     const auto refuse = [&](const char* what) {
       throw InputError("species '" + one.name + "' cannot start in columns: " + what);
@@ -105,8 +106,8 @@ void checkColumns(const PackingProblem& problem) {
     if (one.freedom.cone) refuse("the orientation of its cells is constrained");
     if (one.freedom.region) refuse("its cells are restricted to a region");
     if (!one.freedom.isFree()) refuse("its cells are fixed or have an extra clearance to the wall");
-    if (!problem.rotate) refuse("rotations are disabled");
-    if (!(problem.container->period().minCoeff() > 0.0))
+    if (!problem.physics.rotate) refuse("rotations are disabled");
+    if (!(problem.physics.container->period().minCoeff() > 0.0))
       refuse("this requires a box that is periodic along all axes");
   }
 }
@@ -122,16 +123,16 @@ void checkStock(const EscapeSettings& escape, std::size_t species) {
 
 double cellVolume(const PackingProblem& problem) {
   double volume = 0.0;
-  for (const Species& species : problem.species)
+  for (const Species& species : problem.physics.species)
     volume += static_cast<double>(species.count) * species.shape->volume();
   return volume;
 }
 
 void validate(const PackingProblem& problem) {
-  if (!problem.container) throw InputError("the problem has no container");
-  checkClearance(problem.clearance, "clearance between cells");
-  checkClearance(problem.wallClearance, "clearance to the wall");
-  for (const Species& species : problem.species) {
+  if (!problem.physics.container) throw InputError("the problem has no container");
+  checkClearance(problem.physics.clearance, "clearance between cells");
+  checkClearance(problem.physics.wallClearance, "clearance to the wall");
+  for (const Species& species : problem.physics.species) {
     if (!species.shape) throw InputError("species '" + species.name + "' has no shape");
     if (species.count < 0)
       throw InputError("species '" + species.name + "' has a negative count, " +
@@ -139,20 +140,22 @@ void validate(const PackingProblem& problem) {
     checkStart(species);
     if (species.count == 0) continue;
     checkPeriods(species, problem);
-    checkFits(species, *problem.container, problem.wallClearance + species.freedom.extraWallClearance);
+    checkFits(species, *problem.physics.container,
+              problem.physics.wallClearance + species.freedom.extraWallClearance);
   }
   checkColumns(problem);
-  if (problem.method == Method::cat) {
-    validate(problem.growth);
-    if (problem.escape) checkStock(*problem.escape, problem.species.size());
-    if (problem.escape || problem.planeSource == PlaneSource::catFaces) requireTetgen(problem.communicator);
+  if (problem.method.kind == Method::cat) {
+    validate(problem.method.growth);
+    if (problem.method.escape) checkStock(*problem.method.escape, problem.physics.species.size());
+    if (problem.method.escape || problem.method.planeSource == PlaneSource::catFaces)
+      requireTetgen(problem.execution.communicator);
   }
-  const double cells = cellVolume(problem), lumen = problem.container->volume();
+  const double cells = cellVolume(problem), lumen = problem.physics.container->volume();
   if (cells >= lumen)
     throw InputError("the cells have more volume than the lumen: " + number(cells) + " of " + number(lumen) +
                      " µm³");
   checkRoomForClearance(problem);
-  requireFixedApart(problem);
+  requireFixedApart(problem.physics);
 }
 
 }  // namespace packmesh

@@ -34,16 +34,16 @@ void WrittenCells::take(Relaxation& relaxation) {
     own_.push_back(relaxation.owns(body));
   }
   cells_.resize(bodies.size());
-  problem_->threads.forEachPart(static_cast<std::int64_t>(bodies.size()),
-                                [&](std::int64_t begin, std::int64_t end, int) {
-                                  for (std::int64_t i = begin; i < end; ++i)
-                                    cells_[i] = {bodies[i].species, placement(*problem_, bodies[i].pose())};
-                                });
+  problem_->execution.threads.forEachPart(
+      static_cast<std::int64_t>(bodies.size()), [&](std::int64_t begin, std::int64_t end, int) {
+        for (std::int64_t i = begin; i < end; ++i)
+          cells_[i] = {bodies[i].species, problem_->physics.placement(bodies[i].pose())};
+      });
   relaxation.forgetTouched();
 }
 
 std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxation) {
-  const Communicator& ranks = problem_->communicator;
+  const Communicator& ranks = problem_->execution.communicator;
   std::vector<BodyState> moved;
   for (const Body& body : relaxation.touchedCells()) moved.push_back(stateOf(body));
   const double few =
@@ -51,7 +51,7 @@ std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxa
   if (static_cast<double>(ranks.sum(static_cast<std::int64_t>(moved.size()))) > few && !ranks.alone())
     return {};
   relaxation.forgetTouched();
-  const Vec3 period = problem_->container->period();
+  const Vec3 period = problem_->physics.container->period();
   std::vector<std::int64_t> changed;
   bool far = false;
   for (const BodyState& state : ranks.gatherAll(moved)) {
@@ -59,7 +59,7 @@ std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxa
     if (at == ids_.end() || *at != state.id) continue;
     const std::int64_t i = at - ids_.begin();
     Placement& known = cells_[i].placement;
-    const Placement now = placement(*problem_, bodyOf(state).pose());
+    const Placement now = problem_->physics.placement(bodyOf(state).pose());
     if (known.linear == now.linear && known.translation == now.translation) continue;
     const Vec3& from = takenAt_.emplace(i, known.translation).first->second;
     far = far || distanceBetween(from, now.translation, period) > Relaxation::certifiedMotion;
@@ -72,19 +72,8 @@ std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxa
 }
 
 CertificateInput WrittenCells::certificateInput() const {
-  CertificateInput input;
-  for (const Species& species : problem_->species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem_->wallOf(species));
-    input.extraWallGap.push_back(species.freedom.extraWallClearance);
-  }
-  input.container = problem_->container.get();
-  input.cells = &cells_;
+  CertificateInput input = certificateInputOf(problem_->physics, cells_, problem_->execution.threads);
   input.own = &own_;
-  input.requiredGap = problem_->clearance;
-  input.requiredWallGap = problem_->wallClearance;
-  input.stop = problem_->interrupted;
-  input.threads = problem_->threads;
   return input;
 }
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "packMesh/certificate/certificate.h"
+#include "packMesh/certificate/certificate_input.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/relaxation/relaxation.h"
 
@@ -30,10 +30,6 @@ class WrittenCells {
   /// References this object.
   CertificateInput certificateInput() const;
   const std::vector<std::int64_t>& ids() const { return ids_; }
-
-  static Placement placement(const PackingProblem& problem, const Pose& pose) {
-    return problem.written ? problem.written(pose) : pose.placement();
-  }
 
  private:
   const PackingProblem* problem_;

@@ -65,34 +65,37 @@ Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
 
 }  // namespace
 
-std::vector<Pose> placeRandomly(const PlacementInput& input, const Box& bounds, std::uint64_t seed,
-                                bool rotate, const std::function<bool()>& stop) {
-  std::vector<Pose> poses(input.count);
-  const Region* region = input.freedom ? input.freedom->region.get() : nullptr;
-  const AxisCone* cone = input.freedom && input.freedom->cone ? &*input.freedom->cone : nullptr;
-  const Box& room = region ? region->bounds() : bounds;
-  const double wanted = input.shape->bound().semiAxes.minCoeff();
+std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species,
+                                std::int64_t firstId, std::int64_t count) {
+  std::vector<Pose> poses(count);
+  const Shape& shape = physics.shapeOf(species);
+  const Wall* wall = physics.wallOf(species);
+  const Freedom& freedom = physics.species[species].freedom;
+  const Region* region = freedom.region.get();
+  const Box room = region ? region->bounds() : physics.container->bounds();
+  const double wanted = shape.bound().semiAxes.minCoeff();
   const auto place = [&](std::int64_t i) {
-    const std::uint64_t id = input.firstId + i;
+    const std::uint64_t id = firstId + i;
     Pose& pose = poses[i];
     double best = -std::numeric_limits<double>::infinity();
     for (std::uint32_t attempt = 0; attempt < tries && best < wanted; ++attempt) {
-      const Vec3 p = centre(room, input.shape->volume(), seed, id, attempt);
-      double distance = input.wall != nullptr ? input.wall->distance(p).distance : wanted;
+      const Vec3 p = centre(room, shape.volume(), physics.seed, id, attempt);
+      double distance = wall != nullptr ? wall->distance(p).distance : wanted;
       if (region) distance = std::min(distance, wanted + std::min(region->distance(p).distance, 0.0));
       if (distance <= best) continue;
       best = distance;
       pose.position = p;
     }
-    if (!rotate) return;
-    const auto u = uniform4(seed, RandomStream::orientation, id, 0);
-    pose.orientation = cone ? withinCone(*cone, u[0], u[1], u[2]) : uniformRotation(u[0], u[1], u[2]);
+    if (!physics.rotate) return;
+    const auto u = uniform4(physics.seed, RandomStream::orientation, id, 0);
+    pose.orientation =
+        freedom.cone ? withinCone(*freedom.cone, u[0], u[1], u[2]) : uniformRotation(u[0], u[1], u[2]);
   };
   std::atomic<bool> stops{false};
-  input.threads.forEachPart(
-      input.count,
+  execution.threads.forEachPart(
+      count,
       [&](std::int64_t begin, std::int64_t end, int thread) {
-        if (thread == 0 && stop && stop()) stops = true;
+        if (thread == 0 && execution.interrupted && execution.interrupted()) stops = true;
         for (std::int64_t i = begin; i < end && !stops; ++i) place(i);
       },
       betweenPolls);

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "packMesh/container/container.h"
+#include "packMesh/problem/freedom.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_kernel.h"
-#include "packMesh/relaxation/freedom.h"
 #include "packMesh/relaxation/pair_list.h"
 #include "packMesh/relaxation/wall_field.h"
 #include "packMesh/shape/shape.h"

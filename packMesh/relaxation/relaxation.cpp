@@ -77,50 +77,50 @@ std::vector<std::int64_t> countsOf(const std::vector<Body>& bodies, std::size_t 
   return counts;
 }
 
-RelaxationState begun(RelaxationState state, const RelaxationInput& input, const std::vector<Body>& bodies,
+RelaxationState begun(RelaxationState state, const Physics& physics, const std::vector<Body>& bodies,
                       const Communicator& communicator) {
-  if (state.counts.empty()) state.counts = countsOf(bodies, input.shapes.size(), communicator);
+  if (state.counts.empty()) state.counts = countsOf(bodies, physics.species.size(), communicator);
   return state;
 }
 
 /// Shape of the cell of median volume; nullptr if there are no cells.
-const Shape* medianShape(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+const Shape* medianShape(const Physics& physics, const std::vector<std::int64_t>& counts) {
   std::vector<std::size_t> species(counts.size());
   std::iota(species.begin(), species.end(), 0);
   std::stable_sort(species.begin(), species.end(), [&](std::size_t a, std::size_t b) {
-    return input.shapes[a]->volume() < input.shapes[b]->volume();
+    return physics.species[a].shape->volume() < physics.species[b].shape->volume();
   });
   const std::int64_t all = std::accumulate(counts.begin(), counts.end(), std::int64_t(0));
   std::int64_t before = 0;
   for (const std::size_t s : species)
-    if (before += counts[s]; before > all / 2) return input.shapes[s];
+    if (before += counts[s]; before > all / 2) return physics.species[s].shape.get();
   return nullptr;
 }
 
-ContactSolver makeSolver(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
+ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>& counts) {
   std::vector<SpeciesModel> models;
-  const Shape* median = medianShape(input, counts);
+  const Shape* median = medianShape(physics, counts);
   const double reference = median != nullptr ? median->volume() : 1.0;
-  for (std::size_t s = 0; s < input.shapes.size(); ++s)
-    models.emplace_back(*input.shapes[s], input.walls[s], reference,
-                        input.freedoms.empty() ? Freedom() : input.freedoms[s]);
+  for (const Species& species : physics.species)
+    models.emplace_back(*species.shape, physics.wallOf(species), reference, species.freedom);
   double reach = 0.0;
   for (const SpeciesModel& model : models) reach = std::max(reach, model.radius);
   // Between two rebuilds of the lists, no point of a cell leaves the bounds by more than this.
-  ContactSolver solver(std::move(models), input.bounds.grownBy(3.0 * reach), input.period, input.clearance,
-                       input.wallClearance);
-  solver.setMobile(input.rotate);
+  ContactSolver solver(std::move(models), physics.container->bounds().grownBy(3.0 * reach),
+                       physics.container->period(), physics.clearance + tolerance::relaxationMargin,
+                       physics.wallClearance + tolerance::relaxationMargin);
+  solver.setMobile(physics.rotate);
   return solver;
 }
 
-double medianHalfThickness(const RelaxationInput& input, const std::vector<std::int64_t>& counts) {
-  const Shape* median = medianShape(input, counts);
+double medianHalfThickness(const Physics& physics, const std::vector<std::int64_t>& counts) {
+  const Shape* median = medianShape(physics, counts);
   return median != nullptr ? median->halfThickness() : 1.0;
 }
 
-double largestRadius(const RelaxationInput& input) {
+double largestRadius(const Physics& physics) {
   double radius = 0.0;
-  for (const Shape* shape : input.shapes) radius = std::max(radius, shape->radius());
+  for (const Species& species : physics.species) radius = std::max(radius, species.shape->radius());
   return radius;
 }
 
@@ -131,30 +131,32 @@ double certifiedRange(double reach, double clearance) {
 
 }  // namespace
 
-Relaxation::Relaxation(const RelaxationInput& input, std::vector<Body> bodies,
-                       const Communicator& communicator, const RelaxationState& state)
-    : input_(input),
-      communicator_(communicator),
-      state_(begun(state, input, bodies, communicator)),
-      cellCount_(communicator.sum(static_cast<std::int64_t>(bodies.size()))),
-      solver_(makeSolver(input, state_.counts)),
-      halfThickness_(medianHalfThickness(input, state_.counts)),
-      largestRadius_(largestRadius(input)),
-      largestReach_(largestReach(input.shapes)),
-      blocks_(input.bounds, input.period,
-              std::max((2.0 + 2.0 * widestSkin) * largestRadius_ + input.clearance,
-                       0.5 * certifiedRange(largestReach_, input.clearance)),
-              blockEdge(input.bounds, largestRadius_, state_.counts)),
-      shared_(communicator, blocks_),
+Relaxation::Relaxation(const Physics& physics, const Execution& execution, std::vector<Body> bodies,
+                       const RelaxationState& state)
+    : communicator_(execution.communicator),
+      threads_(execution.threads),
+      bounds_(physics.container->bounds()),
+      period_(physics.container->period()),
+      clearance_(physics.clearance + tolerance::relaxationMargin),
+      state_(begun(state, physics, bodies, communicator_)),
+      cellCount_(communicator_.sum(static_cast<std::int64_t>(bodies.size()))),
+      solver_(makeSolver(physics, state_.counts)),
+      halfThickness_(medianHalfThickness(physics, state_.counts)),
+      largestRadius_(largestRadius(physics)),
+      largestReach_(physics.largestReach()),
+      blocks_(bounds_, period_,
+              std::max((2.0 + 2.0 * widestSkin) * largestRadius_ + clearance_,
+                       0.5 * certifiedRange(largestReach_, clearance_)),
+              blockEdge(bounds_, largestRadius_, state_.counts)),
+      shared_(communicator_, blocks_),
       bodies_(std::move(bodies)) {
   if (state_.skin <= 0.0) state_.skin = widestSkin * largestRadius_;
   for (const auto& [pair, extra] : state_.extraClearance)
     largestExtra_ = std::max(largestExtra_, static_cast<double>(extra));
   state_.blocks = blocks_.counts();
-  for (const Shape* shape : input.shapes) radii_.push_back(shape->radius());
+  for (const Species& species : physics.species) radii_.push_back(species.shape->radius());
   std::vector<std::int64_t> cellsOfBlock(blocks_.count(), 0);
-  for (const Body& body : bodies_)
-    ++cellsOfBlock[blocks_.blockOf(wrapped(body.position, input_.bounds, input_.period))];
+  for (const Body& body : bodies_) ++cellsOfBlock[blocks_.blockOf(wrapped(body.position, bounds_, period_))];
   shareOut(std::move(cellsOfBlock));
   distribute();
 }
@@ -167,7 +169,7 @@ void Relaxation::shareOut(std::vector<std::int64_t> workOfBlock) {
 }
 
 double Relaxation::largestDisplacement() const {
-  PerThread<double> squares(input_.threads);
+  PerThread<double> squares(threads_);
   forEachBody([&](std::size_t i, int thread) {
     squares[thread] = std::max(squares[thread], (bodies_[i].position - listedAt_[i]).squaredNorm());
   });
@@ -198,15 +200,15 @@ bool Relaxation::beginsAnew() const {
 
 /// Distance from a rank's blocks within which its sweeps and its certificate need all cells [µm].
 double Relaxation::range() const {
-  return std::max(2.0 * largestRadius_ + input_.clearance + largestExtra_ + state_.skin,
-                  certifiedRange(largestReach_, input_.clearance));
+  return std::max(2.0 * largestRadius_ + clearance_ + largestExtra_ + state_.skin,
+                  certifiedRange(largestReach_, clearance_));
 }
 
 /// Sends this rank's bodies to the owners of their blocks, and ghosts to the ranks that need them. Pre: no
 /// ghosts.
 void Relaxation::distribute() {
   forEachBody([&](std::size_t i, int) {
-    bodies_[i].position = wrapped(bodies_[i].position, input_.bounds, input_.period);
+    bodies_[i].position = wrapped(bodies_[i].position, bounds_, period_);
     bodies_[i].block = blocks_.blockOf(bodies_[i].position);
   });
   shared_.distribute(bodies_, range());
@@ -240,8 +242,8 @@ void Relaxation::refreshLists(bool sleeping) {
     listedAt_[i] = body.position;
   });
   mayBeDeep_ = coarseWillDo() || state_.last.deepest > deepContact;
-  lister_.emplace(PairListerInput{bodies_, bodyStart_, radii_, input_.clearance + largestExtra_ + state_.skin,
-                                  input_.bounds, input_.period});
+  lister_.emplace(PairListerInput{bodies_, bodyStart_, radii_, clearance_ + largestExtra_ + state_.skin,
+                                  bounds_, period_});
   list_.resize(blocks_.count());
   isListed_.assign(blocks_.count(), false);
   if (!communicator_.alone()) {
@@ -261,8 +263,8 @@ void Relaxation::listPairs(std::vector<int> blocks) {
   if (!lister_) return;
   blocks.erase(std::remove_if(blocks.begin(), blocks.end(), [&](int b) { return isListed_[b] != 0; }),
                blocks.end());
-  lister_->list(blocks, input_.threads, list_);
-  input_.threads.forEach(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t b, int) {
+  lister_->list(blocks, threads_, list_);
+  threads_.forEach(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t b, int) {
     isListed_[blocks[b]] = true;
     for (ContactPair& p : list_[blocks[b]]) {
       p.deep = mayBeDeep_;
@@ -394,8 +396,8 @@ void Relaxation::resolve(int colour, bool border, SweepSums& sums) {
   due_.clear();
   for (const int block : blocksOfColour_[colour])
     if (atBorder(block) == border && std::exchange(active_[block], false)) due_.push_back(block);
-  PerThread<SweepSums> of(input_.threads);
-  input_.threads.forEach(static_cast<std::int64_t>(due_.size()), [&](std::int64_t i, int thread) {
+  PerThread<SweepSums> of(threads_);
+  threads_.forEach(static_cast<std::int64_t>(due_.size()), [&](std::int64_t i, int thread) {
     SweepSums found;
     resolve(due_[i], found);
     if (found.contacts == 0) due_[i] = none;
@@ -430,7 +432,7 @@ void Relaxation::addUp(SweepSums& sums) {
 void Relaxation::demandClearance(std::int64_t first, std::int64_t second, double extra) {
   float& demanded = state_.extraClearance[std::minmax(first, second)];
   const double most =  // a larger one would exceed the neighbouring blocks
-      blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - input_.clearance;
+      blocks_.largestRange() - (2.0 + widestSkin) * largestRadius_ - clearance_;
   demanded = static_cast<float>(std::min(demanded + extra, most));
   largestExtra_ = std::max(largestExtra_, static_cast<double>(demanded));
   listed_ = false;
@@ -495,7 +497,7 @@ std::vector<Body> Relaxation::cellsThat(const std::function<bool(const Body&)>& 
   cells.reserve(order.size());
   for (const Body* body : order) {
     cells.push_back(*body);
-    cells.back().position = wrapped(body->position, input_.bounds, input_.period);
+    cells.back().position = wrapped(body->position, bounds_, period_);
   }
   return cells;
 }

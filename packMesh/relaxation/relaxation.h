@@ -8,39 +8,28 @@
 #include <vector>
 
 #include "packMesh/parallel/block_grid.h"
+#include "packMesh/problem/execution.h"
+#include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/contact_solver.h"
-#include "packMesh/relaxation/freedom.h"
 #include "packMesh/relaxation/pair_lister.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/shared_bodies.h"
 
 namespace packmesh {
 
-/// Input of a relaxation; plain data.
-struct RelaxationInput {
-  std::vector<const Shape*> shapes;  ///< per species
-  std::vector<const Wall*> walls;    ///< per species; nullptr: none
-  std::vector<Freedom> freedoms;     ///< per species; empty: all are free
-  Box bounds;
-  Vec3 period = Vec3::Zero();
-  double clearance = 0.0;      ///< target gap between membranes [µm]
-  double wallClearance = 0.0;  ///< target gap between membrane and wall [µm]
-  bool rotate = true;
-  Threads threads = {};  ///< that share the work of this rank
-};
-
-/// Bodies, the neighbour list, and the sweeps over them. The result of a sweep depends on the bodies and the
-/// input alone, not on the number of ranks or threads: pairs are processed block by block in the order of the
-/// blocks' colours. Blocks of a colour are independent, and after each colour the ranks exchange what has
-/// changed.
+/// Bodies, the neighbour list, and the sweeps over them. Cells are kept apart by tolerance::relaxationMargin
+/// more than the physics require. The result of a sweep depends on the bodies and the physics alone, not on
+/// the number of ranks or threads: pairs are processed block by block in the order of the blocks' colours.
+/// Blocks of a colour are independent, and after each colour the ranks exchange what has changed.
 ///
 /// All ranks call every function that is not const together, with the same arguments.
 class Relaxation {
  public:
+  /// References the shapes and walls of `physics`, which must outlive it.
   /// @param bodies each on exactly one rank, no matter which
   /// @param state state to continue from; `bodies` are those of that state
-  Relaxation(const RelaxationInput& input, std::vector<Body> bodies, const Communicator& communicator = {},
+  Relaxation(const Physics& physics, const Execution& execution, std::vector<Body> bodies,
              const RelaxationState& state = {});
 
   /// One Gauss-Seidel sweep over all near pairs and walls; the bodies are re-sorted into blocks before it if
@@ -120,13 +109,16 @@ class Relaxation {
   template <class Visit>
   void forEachBody(Visit&& visit) const {
     const auto bodies = static_cast<std::int64_t>(bodies_.size());
-    input_.threads.forEachPart(bodies, [&](std::int64_t begin, std::int64_t end, int thread) {
+    threads_.forEachPart(bodies, [&](std::int64_t begin, std::int64_t end, int thread) {
       for (std::int64_t i = begin; i < end; ++i) visit(static_cast<std::size_t>(i), thread);
     });
   }
 
-  RelaxationInput input_;
   Communicator communicator_;
+  Threads threads_;
+  Box bounds_;
+  Vec3 period_;
+  double clearance_;  ///< target gap between membranes [µm]
   RelaxationState state_;
   std::int64_t cellCount_;
   ContactSolver solver_;

@@ -103,10 +103,4 @@ double Shape::reach() const {
   return sphere.center.norm() + sphere.radius;
 }
 
-double largestReach(const std::vector<const Shape*>& shapes) {
-  double reach = 0.0;
-  for (const Shape* shape : shapes) reach = std::max(reach, shape->reach());
-  return reach;
-}
-
 }  // namespace packmesh

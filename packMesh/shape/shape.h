@@ -73,7 +73,4 @@ class Shape {
   std::variant<ProfileSurface, DistanceGrid> field_;
 };
 
-/// The largest Shape::reach() [µm].
-double largestReach(const std::vector<const Shape*>& shapes);
-
 }  // namespace packmesh

@@ -58,8 +58,8 @@ PackingProblem redCells(std::shared_ptr<const Container> container, double fract
   PackingProblem problem;
   const std::shared_ptr<const Shape> shape = hemocellShape("RBC");
   const auto count = static_cast<std::int64_t>(fraction * container->volume() / shape->volume());
-  problem.species = {{"RBC", shape, count, nullptr}};
-  problem.container = std::move(container);
+  problem.physics.species = {{"RBC", shape, count, nullptr}};
+  problem.physics.container = std::move(container);
   return problem;
 }
 
@@ -73,7 +73,7 @@ PackingProblem cube(double edge, double fraction) {
 
 PackingProblem columns(double edge, double fraction) {
   PackingProblem problem = cube(edge, fraction);
-  problem.species[0].inColumns = true;
+  problem.physics.species[0].inColumns = true;
   return problem;
 }
 
@@ -84,15 +84,16 @@ PackingProblem cylinder(double fraction) {
 /// Whole blood: platelets 7 for 100 red cells, two white cells.
 PackingProblem wholeBlood() {
   PackingProblem problem = cube(49.0, 0.40);
-  const auto platelets = static_cast<std::int64_t>(0.07 * static_cast<double>(problem.species[0].count));
-  problem.species.push_back({"PLT", hemocellShape("PLT"), platelets, nullptr});
-  problem.species.push_back({"WBC", hemocellShape("WBC"), 2, nullptr});
+  const auto platelets =
+      static_cast<std::int64_t>(0.07 * static_cast<double>(problem.physics.species[0].count));
+  problem.physics.species.push_back({"PLT", hemocellShape("PLT"), platelets, nullptr});
+  problem.physics.species.push_back({"WBC", hemocellShape("WBC"), 2, nullptr});
   return problem;
 }
 
 PackingProblem apart() {
   PackingProblem problem = cube(50.0, 0.40);
-  problem.clearance = 0.25;
+  problem.physics.clearance = 0.25;
   return problem;
 }
 
@@ -130,15 +131,15 @@ TriangleMesh ovalCell() {
 PackingProblem ovalCells(double fraction) {
   PackingProblem problem = cube(50.0, fraction);
   const auto shape = std::make_shared<Shape>(ovalCell());
-  problem.species = {{"oval", shape,
-                      static_cast<std::int64_t>(fraction * problem.container->volume() / shape->volume()),
-                      nullptr}};
+  problem.physics.species = {
+      {"oval", shape,
+       static_cast<std::int64_t>(fraction * problem.physics.container->volume() / shape->volume()), nullptr}};
   return problem;
 }
 
 PackingProblem grown(double edge, double fraction) {
   PackingProblem problem = cube(edge, fraction);
-  problem.method = Method::cat;
+  problem.method.kind = Method::cat;
   return problem;
 }
 
@@ -185,19 +186,19 @@ double cpuSeconds() {
 
 Figures measure(const Case& c, std::uint64_t seed, double maxSeconds, bool onlyOneCell) {
   PackingProblem problem = c.problem();
-  problem.seed = seed;
-  problem.limits.maxSeconds = maxSeconds;
+  problem.physics.seed = seed;
+  problem.execution.limits.maxSeconds = maxSeconds;
   if (onlyOneCell)
-    for (Species& species : problem.species) species.count = 1;
+    for (Species& species : problem.physics.species) species.count = 1;
   Figures f{};
-  for (const Species& species : problem.species) f.wanted += species.count;
+  for (const Species& species : problem.physics.species) f.wanted += species.count;
   const double start = cpuSeconds();
   const PackingResult result = pack(problem);
   f.total = cpuSeconds() - start;
   f.cells = static_cast<std::int64_t>(result.cells.size());
   f.sweeps = result.statistics.sweeps;
   f.repairs = result.statistics.repairs;
-  f.fraction = result.certificate.cellVolume / problem.container->volume();
+  f.fraction = result.certificate.cellVolume / problem.physics.container->volume();
   f.gap = result.certificate.minimumGap;
   f.placement = result.statistics.placementSeconds;
   f.relaxation = result.statistics.relaxationSeconds + result.statistics.growthSeconds;

@@ -21,9 +21,9 @@ inline PackingProblem redCellProblem(std::shared_ptr<const Container> container,
                                      std::uint64_t seed = 1) {
   PackingProblem problem;
   const auto count = static_cast<std::int64_t>(fraction * container->volume() / redCellShape()->volume());
-  problem.species = {{"RBC", redCellShape(), count, nullptr}};
-  problem.container = std::move(container);
-  problem.seed = seed;
+  problem.physics.species = {{"RBC", redCellShape(), count, nullptr}};
+  problem.physics.container = std::move(container);
+  problem.physics.seed = seed;
   return problem;
 }
 
@@ -42,11 +42,11 @@ inline PackingProblem mixtureIn(std::shared_ptr<const Container> container, doub
                                 std::uint64_t seed) {
   PackingProblem problem;
   const std::shared_ptr<const Shape> red = redCellShape(), ball = sphereShape(1.0);
-  problem.species.push_back(
+  problem.physics.species.push_back(
       {"RBC", red, static_cast<std::int64_t>(fraction * container->volume() / red->volume()), nullptr});
-  problem.species.push_back({"PLT", ball, 1 + problem.species[0].count / 14, nullptr});
-  problem.container = std::move(container);
-  problem.seed = seed;
+  problem.physics.species.push_back({"PLT", ball, 1 + problem.physics.species[0].count / 14, nullptr});
+  problem.physics.container = std::move(container);
+  problem.physics.seed = seed;
   return problem;
 }
 
@@ -56,8 +56,8 @@ inline PackingProblem toBeCalibrated(double edge, double fraction, double factor
                                      const Communicator& communicator = {}) {
   const PackingResult packed = pack(redCellProblem(periodicCube(edge), fraction));
   PackingProblem problem = redCellProblem(periodicCube(factor * edge), 0.0);
-  problem.species[0].count = packed.cellCount;
-  problem.communicator = communicator;
+  problem.physics.species[0].count = packed.cellCount;
+  problem.execution.communicator = communicator;
   PackingState& state = problem.resume.emplace();
   state.position = {Stage::certificate, false, 0, {3, 0}};
   state.cellCount = packed.cellCount;

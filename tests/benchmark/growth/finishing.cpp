@@ -26,14 +26,14 @@ void escapeFrom(const Options& options) {
   for (const auto& [name, lumen] : lumens)
     for (int seed = 1; seed <= options.seeds; ++seed) {
       PackingProblem problem = test::mixtureIn(lumen, 8);
-      for (Species& species : problem.species)
+      for (Species& species : problem.physics.species)
         species.count = std::llround(0.5 / 5.0 * lumen->volume() / species.shape->volume());
-      problem.seed = static_cast<std::uint64_t>(seed);
-      problem.escape.emplace();
-      problem.escape->reserve.assign(problem.species.size(), 3);
-      problem.species.push_back(
+      problem.physics.seed = static_cast<std::uint64_t>(seed);
+      problem.method.escape.emplace();
+      problem.method.escape->reserve.assign(problem.physics.species.size(), 3);
+      problem.physics.species.push_back(
           {"small sphere", std::make_shared<const Shape>(test::icosphere(2, 0.8)), 0, nullptr});
-      problem.escape->reserve.push_back(20);
+      problem.method.escape->reserve.push_back(20);
       const PackingResult result = pack(problem);
       const std::int64_t states = checkStates(problem);
       double before = 0.0;

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "packMesh/growth/cat_face_planes.h"
 #include "packMesh/growth/growth.h"
 #include "packMesh/growth/plane_source.h"
 #include "packMesh/packing/growth_stage.h"
@@ -20,7 +21,8 @@ struct Parts {
 
 /// One iteration from the state of `spheres` up to the barrier.
 Parts iterationOf(const Spheres& spheres, PlaneSource planeSource, double barrier) {
-  const GrowthScene scene = growthSceneOf(spheres.problem);
+  const Physics& physics = spheres.problem.physics;
+  const Execution& execution = spheres.problem.execution;
   std::vector<Body> state;
   for (const Pose& pose : spheres.poses)
     state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
@@ -29,9 +31,9 @@ Parts iterationOf(const Spheres& spheres, PlaneSource planeSource, double barrie
   settings.maxIterations = 1;
   settings.initialScale = std::min(settings.initialScale, 0.5 * barrier);
   TetrahedraSums sums;
-  const std::unique_ptr<PlaneFunction> planes = makePlaneFunction(planeSource, scene, sums);
+  const std::unique_ptr<PlaneFunction> planes = makePlaneFunction(planeSource, physics, execution, sums);
   GrowthStatistics statistics;
-  grow(scene, settings, *planes, {}, state, statistics);
+  grow(physics, execution, settings, *planes, {}, state, statistics);
   return {statistics.planeSeconds, sums.tetrahedraSeconds, sums.faceSeconds, statistics.programSeconds,
           statistics.stepHalvingSeconds};
 }

@@ -21,13 +21,13 @@ void print(const GrownPacking& packing, const Options& options) {
   bool valid = true;
   for (int seed = 1; seed <= options.seeds; ++seed) {
     PackingProblem problem = packing.problem();
-    problem.seed = static_cast<std::uint64_t>(seed);
+    problem.physics.seed = static_cast<std::uint64_t>(seed);
     PackingResult result;
     seconds += timeOf([&] { result = pack(problem); });
     const GrowthStatistics& g = *result.statistics.growth;
     certified += result.outcome == Outcome::certified;
     cells = static_cast<std::int64_t>(result.cells.size());
-    fraction = result.certificate.cellVolume / problem.container->volume();
+    fraction = result.certificate.cellVolume / problem.physics.container->volume();
     sums.iterations += g.iterations;
     sums.relaxationsKept += g.relaxationsKept;
     sums.planes += g.planes;
@@ -58,17 +58,10 @@ void print(const GrownPacking& packing, const Options& options) {
 }  // namespace
 
 std::int64_t checkStates(PackingProblem problem) {
-  CertificateInput input;
-  for (const Species& species : problem.species) {
-    input.shapes.push_back(species.shape.get());
-    input.walls.push_back(problem.wallOf(species));
-  }
-  input.container = problem.container.get();
   std::int64_t states = 0;
   bool valid = true;
-  problem.observe = [&](const std::vector<PlacedCell>& cells) {
-    input.cells = &cells;
-    valid = valid && certify(input, 1e-3).clean();
+  problem.execution.observe = [&](const std::vector<PlacedCell>& cells) {
+    valid = valid && certify(certificateInputOf(problem.physics, cells), 1e-3).clean();
     ++states;
   };
   pack(problem);

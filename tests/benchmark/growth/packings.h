@@ -37,10 +37,10 @@ inline PackingProblem grown(std::shared_ptr<const Shape> shape, std::int64_t cou
                             std::shared_ptr<const Container> container,
                             PlaneSource planeSource = PlaneSource::chords) {
   PackingProblem problem;
-  problem.species = {{"cell", std::move(shape), count, nullptr}};
-  problem.container = std::move(container);
-  problem.method = Method::cat;
-  problem.planeSource = planeSource;
+  problem.physics.species = {{"cell", std::move(shape), count, nullptr}};
+  problem.physics.container = std::move(container);
+  problem.method.kind = Method::cat;
+  problem.method.planeSource = planeSource;
   return problem;
 }
 

@@ -18,11 +18,11 @@ std::string measure(double rotation, double padding) {
   int certified = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     PackingProblem problem = grownInBox(edge, fraction);
-    problem.seed = static_cast<std::uint64_t>(seed);
-    problem.growth.rotationBound = rotation;
-    problem.growth.padding = padding;
-    problem.growth.relaxationSweeps = 0;
-    problem.growth.maxIterations = 150;
+    problem.physics.seed = static_cast<std::uint64_t>(seed);
+    problem.method.growth.rotationBound = rotation;
+    problem.method.growth.padding = padding;
+    problem.method.growth.relaxationSweeps = 0;
+    problem.method.growth.maxIterations = 150;
     const PackingResult result = pack(problem);
     const GrowthStatistics& g = *result.statistics.growth;
     certified += result.outcome == Outcome::certified;

@@ -23,9 +23,10 @@ struct Spheres {
   TetrahedraInput input;
 
   Spheres(int count, double scale) {
-    problem.container = makeSphere(Vec3::Zero(), std::cbrt(0.75 * count * shape->volume() / (0.3 * M_PI)));
-    problem.species = {{"RBC", shape, count, nullptr}};
-    wall = std::make_unique<MeshHierarchy>(problem.container->surface());
+    problem.physics.container =
+        makeSphere(Vec3::Zero(), std::cbrt(0.75 * count * shape->volume() / (0.3 * M_PI)));
+    problem.physics.species = {{"RBC", shape, count, nullptr}};
+    wall = std::make_unique<MeshHierarchy>(problem.physics.container->surface());
     poses = pack(problem).poses;
     for (Pose& pose : poses) {
       pose.scale = scale;

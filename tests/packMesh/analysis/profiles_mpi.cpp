@@ -17,8 +17,9 @@ struct Found {
 };
 
 Found measured(const PackingProblem& problem, const std::vector<PlacedCell>& cells) {
-  Found found{measureShare(problem.analysisInput(), cells), {}};
-  found.all = measurePacking(problem.analysisInput(), cells, found.cells.gap, {true, false, false});
+  Found found{measureShare(problem.physics, problem.execution, cells), {}};
+  found.all =
+      measurePacking(problem.physics, problem.execution, cells, found.cells.gap, {true, false, false});
   return found;
 }
 
@@ -43,7 +44,7 @@ TEST_CASE("Measurements do not depend on the number of ranks", "[mpi]") {
   const Found alone = measured(problem, packed.cells);
 
   const Communicator ranks = Communicator::world();
-  problem.communicator = ranks;
+  problem.execution.communicator = ranks;
   const std::size_t n = packed.cells.size(), first = n * ranks.rank() / ranks.size(),
                     end = n * (ranks.rank() + 1) / ranks.size();
   const Found shared = measured(problem, {packed.cells.begin() + first, packed.cells.begin() + end});
@@ -55,7 +56,7 @@ TEST_CASE("Measurements do not depend on the number of ranks", "[mpi]") {
   for (int k = 0; k < 3; ++k) requireSame(shared.all.axial[k], alone.all.axial[k]);
   REQUIRE(shared.all.wall.has_value() == walls);
   if (walls) requireSame(*shared.all.wall, *alone.all.wall);
-  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+  for (std::size_t s = 0; s < problem.physics.species.size(); ++s) {
     REQUIRE(shared.all.gaps[s].counts == alone.all.gaps[s].counts);
     REQUIRE(shared.all.gaps[s].minimum == alone.all.gaps[s].minimum);
     REQUIRE(shared.all.gaps[s].mean == alone.all.gaps[s].mean);

@@ -23,8 +23,8 @@ PlacedCell at(int species, const Vec3& position, const Mat3& turn = Mat3::Identi
 
 PackingMeasures measured(const PackingProblem& problem, const std::vector<PlacedCell>& cells,
                          const std::array<bool, 3>& ends = {false, false, false}) {
-  return measurePacking(problem.analysisInput(), cells, measureShare(problem.analysisInput(), cells).gap,
-                        ends);
+  return measurePacking(problem.physics, problem.execution, cells,
+                        measureShare(problem.physics, problem.execution, cells).gap, ends);
 }
 
 double volumeIn(const Profile& profile, int species) {
@@ -35,9 +35,9 @@ double volumeIn(const Profile& profile, int species) {
 
 PackingProblem balls(std::shared_ptr<const Container> container, double radius) {
   PackingProblem problem;
-  problem.container = std::move(container);
-  problem.species = {{"ball", test::sphereShape(radius), 1, nullptr},
-                     {"none", test::sphereShape(1.0), 0, nullptr}};
+  problem.physics.container = std::move(container);
+  problem.physics.species = {{"ball", test::sphereShape(radius), 1, nullptr},
+                             {"none", test::sphereShape(1.0), 0, nullptr}};
   return problem;
 }
 
@@ -47,7 +47,7 @@ TEST_CASE("Axial profiles contain the volume of the cells exactly, and each laye
   const PackingProblem problem = balls(test::periodicCube(20.0), 4.0);
   const Vec3 centre(19.0, 10.0, 5.0);  // across a face
   const PackingMeasures found = measured(problem, {at(0, centre)});
-  const double volume = problem.species[0].shape->volume();
+  const double volume = problem.physics.species[0].shape->volume();
   for (int k = 0; k < 3; ++k) {
     const Profile& profile = found.axial[k];
     REQUIRE(profile.layers() == 80);
@@ -70,7 +70,7 @@ TEST_CASE("A tube has the right wall profile and cell-free layer") {
   const PackingMeasures found = measured(problem, {at(0, {0, 0, 5}), at(0, {0, 0, 15}), at(0, {0, 0, 25})});
   REQUIRE(found.wall);
   const Profile& profile = *found.wall;
-  REQUIRE(volumeIn(profile, 0) == Approx(3.0 * problem.species[0].shape->volume()).epsilon(1e-5));
+  REQUIRE(volumeIn(profile, 0) == Approx(3.0 * problem.physics.species[0].shape->volume()).epsilon(1e-5));
   for (int i = 0; i < profile.layers(); ++i) {
     const double outer = 10.0 - i * profile.width, inner = std::max(0.0, outer - profile.width);
     const double layer = pi * (outer * outer - inner * inner) * 40.0;
@@ -119,24 +119,25 @@ TEST_CASE("Gaps are counted in bins, and cells without neighbours separately") {
 }
 
 TEST_CASE("Profiles and local hematocrits leave cells outside the lumen out") {
-  const PackingProblem problem = balls(makeCylinder({20, 10, 10}, 0, 10.0, 40.0, false), 3.0);
+  PackingProblem problem = balls(makeCylinder({20, 10, 10}, 0, 10.0, 40.0, false), 3.0);
+  problem.physics.species[0].inHematocrit = true;
   const std::vector<PlacedCell> inside = {at(0, {10, 10, 10}), at(0, {30, 10, 10})};
   std::vector<PlacedCell> all = {at(0, {20, 30, 10}), inside[0], at(0, {20, 19, 10}), inside[1]};
-  AnalysisInput analysis = problem.analysisInput();
-  analysis.inHematocrit[0] = true;
+  std::set<std::int64_t> outside;
   const auto measuredWith = [&](const std::vector<PlacedCell>& cells) {
-    const CellMeasures found = measureShare(analysis, cells);
-    return std::make_pair(measurePacking(analysis, cells, found.gap, {}), found.localHematocrit);
+    const CellMeasures found = measureShare(problem.physics, problem.execution, cells, outside);
+    return std::make_pair(measurePacking(problem.physics, problem.execution, cells, found.gap, {}, outside),
+                          found.localHematocrit);
   };
   const auto [expected, expectedLocal] = measuredWith(inside);
   const auto [spoilt, spoiltLocal] = measuredWith(all);
   CHECK(spoilt.wall->red[0] > 0.02);  // as if they were at the wall
-  analysis.outside = {0, 2};
+  outside = {0, 2};
   const auto [found, local] = measuredWith(all);
   CHECK(found.leftOut == 2);
   CHECK(expected.leftOut == 0);
   CHECK(found.wall->red[0] == 0.0);
-  CHECK(volumeIn(*found.wall, 0) == Approx(2 * problem.species[0].shape->volume()).epsilon(1e-5));
+  CHECK(volumeIn(*found.wall, 0) == Approx(2 * problem.physics.species[0].shape->volume()).epsilon(1e-5));
   for (int k = 0; k < 3; ++k)
     CHECK(volumeIn(found.axial[k], 0) == Approx(volumeIn(expected.axial[k], 0)).epsilon(1e-5));
   REQUIRE(layerBelow(*found.wall, 0.05));
@@ -151,12 +152,12 @@ TEST_CASE("Profiles and local hematocrits leave cells outside the lumen out") {
 
 TEST_CASE("The order of symmetry axes is right for parallel, planar and random axes") {
   PackingProblem problem;
-  problem.container = test::periodicCube(100.0);
-  problem.species = {{"RBC", test::redCellShape(), 1, nullptr}};
+  problem.physics.container = test::periodicCube(100.0);
+  problem.physics.species = {{"RBC", test::redCellShape(), 1, nullptr}};
   const auto order = [&](const std::function<Mat3(int)>& turn) {
     std::vector<PlacedCell> cells;
     for (int i = 0; i < 200; ++i) cells.push_back(at(0, {50, 50, 50}, turn(i)));
-    return measurePacking(problem.analysisInput(), cells, std::vector<double>(cells.size(), 0.1), {})
+    return measurePacking(problem.physics, {}, cells, std::vector<double>(cells.size(), 0.1), {})
         .orientation[0];
   };
   const auto about = [](const Vec3& axis, double angle) {

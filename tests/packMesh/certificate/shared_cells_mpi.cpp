@@ -39,16 +39,17 @@ double distance(const Vec3& a, const Vec3& b, const Vec3& period) {
 
 TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[mpi][certificate]") {
   const Communicator ranks = Communicator::world();
-  const test::ShapePointer ball = test::sphereShape(1.0);
   const bool periodic = GENERATE(true, false);
   const Box bounds{Vec3(-5, 0, 3), Vec3(55, 30, 43)};
-  const auto box = makeBox(bounds, {periodic, periodic, periodic});
+  Physics physics;
+  physics.species = {{"ball", test::sphereShape(1.0), 0, nullptr}};
+  physics.container = makeBox(bounds, {periodic, periodic, periodic});
   constexpr double gap = 0.5;
   const int count = GENERATE(0, 1, 12000);  // the last are sent in several messages
   const std::vector<PlacedCell> all = scattered(count, bounds);
   const auto [first, end] = IdShares(count, ranks).own();
   const std::vector<PlacedCell> own(all.begin() + first, all.begin() + end);
-  const SharedCells here = sharedInSpace(own, {ball.get()}, *box, gap, ranks);
+  const SharedCells here = sharedInSpace(own, physics, gap, ranks);
 
   REQUIRE(here.own.size() == here.cells.size());
   REQUIRE(here.numbers.size() == here.cells.size());
@@ -70,7 +71,7 @@ TEST_CASE("Every rank gets a part of the cells, and all that are near them", "[m
   for (int i = 0; i < count; ++i)
     for (int j = 0; owners[i] > 0 && j < count; ++j)
       missing += !known[j] && distance(all[i].placement.translation, all[j].placement.translation,
-                                       box->period()) < 2.0 * ball->radius() + gap;
+                                       physics.container->period()) < 2.0 * physics.shapeOf(0).radius() + gap;
   CHECK(missing == 0);
   const auto ownHere = static_cast<std::int64_t>(std::count(here.own.begin(), here.own.end(), true));
   if (count > 1) CHECK(ownHere * ranks.size() < 1.1 * count);

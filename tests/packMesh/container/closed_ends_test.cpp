@@ -6,6 +6,7 @@
 #include "packMesh/certificate/certify.h"
 #include "packMesh/relaxation/relaxation.h"
 #include "tests/support/packings.h"
+#include "tests/support/physics.h"
 #include "tests/support/walls.h"
 
 using namespace packmesh;
@@ -26,17 +27,6 @@ std::vector<Vec3> besideTheEnds() {
   return {{1.1, 0.2, 0.1}, {length - 1.1, 0.2, 0.1}};
 }
 
-RelaxationInput inputFor(const Container& container, const Shape& shape, double clearance) {
-  RelaxationInput input;
-  input.shapes = {&shape};
-  input.walls = {container.wall()};
-  input.bounds = container.bounds();
-  input.period = container.period();
-  input.clearance = clearance;
-  input.wallClearance = 0.02;
-  return input;
-}
-
 std::vector<Body> bodiesAt(const std::vector<Vec3>& positions) {
   std::vector<Body> bodies;
   for (const Vec3& p : positions) {
@@ -55,7 +45,9 @@ TEST_CASE("Cells are not pushed through a closed end, but through a periodic one
   for (const bool periodic : {false, true})
     for (const auto& container : lumens(periodic)) {
       CAPTURE(container->describe());
-      Relaxation relaxation(inputFor(*container, *sphere, 0.5), bodiesAt(besideTheEnds()));
+      Physics physics = test::physicsOf({sphere}, container);
+      physics.clearance = 0.48;
+      Relaxation relaxation(physics, {}, bodiesAt(besideTheEnds()));
       for (int k = 0; k < 40; ++k) relaxation.sweep(0.5);
       const std::vector<Body> cells = relaxation.cells();
       const double across = cells[0].position.x() + length - cells[1].position.x() - 2.0;
@@ -96,12 +88,12 @@ TEST_CASE("A lumen filled to its closed ends keeps clearances inside, but not ac
   double leastAcross = 1.0;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     PackingProblem problem = test::redCellProblem(lumen(false), 0.25, seed);
-    problem.clearance = 0.3;
+    problem.physics.clearance = 0.3;
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
-    REQUIRE(result.certificate.minimumGap >= problem.clearance);
-    const Certificate across =
-        certify({{problem.species[0].shape.get()}, {joined->wall()}, joined.get(), &result.cells, 0.0});
+    REQUIRE(result.certificate.minimumGap >= problem.physics.clearance);
+    const Certificate across = certify(
+        {{problem.physics.species[0].shape.get()}, {joined->wall()}, joined.get(), &result.cells, 0.0});
     // As neighbours they may be nearer than that, though they do not meet: each is within the lumen.
     REQUIRE(across.clean());
     leastAcross = std::min(leastAcross, across.minimumGap);

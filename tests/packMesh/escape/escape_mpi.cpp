@@ -11,7 +11,7 @@ using namespace packmesh;
 TEST_CASE("Escapes in several blocks do not depend on the number of ranks", "[mpi]") {
   const Communicator ranks = Communicator::world();
   test::LongBox shared;
-  shared.scene.communicator = ranks;
+  shared.execution.communicator = ranks;
   std::vector<Body> own;
   for (const Body& cell : shared.state)
     if (cell.id % ranks.size() == ranks.rank()) own.push_back(cell);

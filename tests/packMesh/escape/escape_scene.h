@@ -8,8 +8,10 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "packMesh/escape/escape.h"
+#include "packMesh/growth/cat_face_planes.h"
 #include "packMesh/growth/plane_source.h"
 #include "tests/support/bodies.h"
+#include "tests/support/physics.h"
 
 namespace packmesh::test {
 
@@ -19,17 +21,14 @@ struct LongBox {
   static constexpr double spacing = 1.2;
   static constexpr int sites = 12, across = 3;
 
-  std::vector<std::shared_ptr<const Shape>> shapes = {sphereShape(0.5), sphereShape(0.3), sphereShape(0.8)};
-  std::shared_ptr<const Container> lumen =
-      makeBox(Box{Vec3::Zero(), Vec3(sites* spacing, across* spacing, across* spacing)}, {true, true, true});
-  GrowthScene scene;
+  Physics physics = physicsOf(
+      {sphereShape(0.5), sphereShape(0.3), sphereShape(0.8)},
+      makeBox(Box{Vec3::Zero(), Vec3(sites* spacing, across* spacing, across* spacing)}, {true, true, true}));
+  Execution execution;
   std::vector<Body> state;
   TetrahedraSums tetrahedra;
 
   LongBox() {
-    for (const auto& shape : shapes) scene.shapes.push_back(shape.get());
-    scene.walls.assign(shapes.size(), nullptr);
-    scene.container = lumen.get();
     for (int site = 0; site < sites * across * across; ++site) {
       if (site % 7 == 3) continue;
       const int species = site % 7 == 1 ? 1 : site % 7 == 4 ? 2 : 0;
@@ -49,10 +48,10 @@ struct LongBox {
     EscapeSettings settings;
     settings.reserve = {6, 3, 0};
     settings.orientations = 1;
-    const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
-      return makePlaneFunction(PlaneSource::chords, part, tetrahedra);
+    const PlaneFunctionFactory factory = [this] {
+      return makePlaneFunction(PlaneSource::chords, physics, execution, tetrahedra);
     };
-    return escape(scene, GrowthSettings(), settings, factory, {}, observe, own);
+    return escape(physics, execution, GrowthSettings(), settings, factory, {}, observe, own);
   }
 };
 

@@ -16,29 +16,25 @@ namespace {
 
 /// Bodies in a lumen.
 struct Scene {
-  std::vector<std::shared_ptr<const Shape>> shapes;
   std::shared_ptr<const Container> lumen;
-  GrowthScene scene;
+  Physics physics;
+  Execution execution;
   std::vector<Body> state;
   TetrahedraSums tetrahedra;
 
   Scene(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in)
-      : shapes(of), lumen(std::move(in)) {
-    for (const auto& shape : shapes) scene.shapes.push_back(shape.get());
-    scene.walls.assign(shapes.size(), lumen->wall());
-    scene.container = lumen.get();
-  }
+      : lumen(std::move(in)), physics(test::physicsOf(of, lumen)) {}
   void add(int species, double scale, const Vec3& at) {
     state.push_back(
         makeBody(static_cast<std::int64_t>(state.size()), species, Pose{scale, Quaternion::Identity(), at}));
   }
   std::vector<EscapePhase> operator()(const EscapeSettings& settings) {
-    const PlaneFunctionFactory factory = [this](const GrowthScene& part) {
-      return makePlaneFunction(PlaneSource::chords, part, tetrahedra);
+    const PlaneFunctionFactory factory = [this] {
+      return makePlaneFunction(PlaneSource::chords, physics, execution, tetrahedra);
     };
     phases = escape(
-        scene, GrowthSettings(), settings, factory, {},
-        [this](const std::vector<Body>& now) { CHECK(test::examine(scene, now).clean()); }, state);
+        physics, execution, GrowthSettings(), settings, factory, {},
+        [this](const std::vector<Body>& now) { CHECK(test::examine(physics, now).clean()); }, state);
     for (std::size_t k = 1; k < phases.size(); ++k)
       CHECK(phases[k].coverage >= phases[k - 1].coverage - 1e-12);
     return phases;
@@ -112,7 +108,7 @@ TEST_CASE("Holes are empty, disjoint and sorted by size") {
   for (const double x : {1.5, 6.5})
     for (const double y : {1.5, 6.5})
       for (const double z : {1.5, 6.5}) s.add(0, 1.0, Vec3(x, y, z));
-  const std::vector<Sphere> holes = Holes(s.scene).in(s.lumen->bounds(), s.state, 0.5);
+  const std::vector<Sphere> holes = Holes(s.physics, s.execution).in(s.lumen->bounds(), s.state, 0.5);
   REQUIRE(!holes.empty());
   // The middle is the largest one.
   CHECK((holes[0].center - Vec3::Constant(4.0)).norm() < 0.05);
@@ -145,8 +141,8 @@ TEST_CASE("Hole filling accepts full-size bodies until the reserve is used up") 
 
 TEST_CASE("Parts of the container have the holes that the whole has there") {
   test::LongBox box;
-  const Holes holes(box.scene);
-  const Box bounds = box.lumen->bounds();
+  const Holes holes(box.physics, box.execution);
+  const Box bounds = box.physics.container->bounds();
   const auto apart = [&](Vec3 between) {
     for (int k = 0; k < 3; ++k) between[k] -= bounds.hi[k] * std::round(between[k] / bounds.hi[k]);
     return between.norm();
@@ -161,12 +157,12 @@ TEST_CASE("Parts of the container have the holes that the whole has there") {
       CHECK(region.contains(hole.center));
       for (const Body& cell : box.state)
         CHECK(apart(hole.center - cell.position) >=
-              hole.radius + 0.97 * cell.scale * box.scene.shapes[cell.species]->radius());
+              hole.radius + 0.97 * cell.scale * box.physics.shapeOf(cell.species).radius());
     }
   }
   const std::vector<Sphere> all = holes.in(bounds, box.state, 0.4);
   REQUIRE(!all.empty());
-  const double largest = box.scene.shapes[2]->radius();  // holes of parts are not larger
+  const double largest = box.physics.shapeOf(2).radius();  // holes of parts are not larger
   for (const Sphere& hole : all)
     CHECK(std::any_of(ofParts.begin(), ofParts.end(), [&](const Sphere& other) {
       return apart(hole.center - other.center) < hole.radius + other.radius &&
@@ -179,7 +175,7 @@ TEST_CASE("Escapes in several blocks gain coverage in every phase and share the 
   const std::size_t before = box.state.size();
   std::vector<Body> state = box.state;
   const std::vector<EscapePhase> phases = box.escapeFrom(
-      state, [&](const std::vector<Body>& now) { CHECK(test::examine(box.scene, now).clean()); });
+      state, [&](const std::vector<Body>& now) { CHECK(test::examine(box.physics, now).clean()); });
   REQUIRE(phases.size() == 6);
   for (std::size_t k = 1; k < phases.size(); ++k) {
     INFO(phases[k].name);
@@ -205,19 +201,16 @@ TEST_CASE("Escapes in several blocks gain coverage in every phase and share the 
 
 TEST_CASE("No phase of an escape of a mixture in a vase lowers the coverage, and all states are valid") {
   PackingProblem problem = test::mixtureIn(test::vase(), 9);
-  problem.growth.maxIterations = 20;
-  problem.growth.giveUpAfter = 1;
-  problem.escape.emplace();
-  problem.escape->orientations = 1;
-  problem.escape->swapRounds = 1;
-  problem.escape->groupSize = 6;
-  problem.escape->holes = 4;
-  problem.escape->reserve = {1, 1, 1, 1, 1};
-  problem.observe = [&](const std::vector<PlacedCell>& cells) {
-    std::vector<const Shape*> shapes;
-    for (const Species& species : problem.species) shapes.push_back(species.shape.get());
-    const std::vector<const Wall*> walls(shapes.size(), problem.container->wall());
-    REQUIRE(certify({shapes, walls, problem.container.get(), &cells, 0.0}, 1e-3).clean());
+  problem.method.growth.maxIterations = 20;
+  problem.method.growth.giveUpAfter = 1;
+  problem.method.escape.emplace();
+  problem.method.escape->orientations = 1;
+  problem.method.escape->swapRounds = 1;
+  problem.method.escape->groupSize = 6;
+  problem.method.escape->holes = 4;
+  problem.method.escape->reserve = {1, 1, 1, 1, 1};
+  problem.execution.observe = [&](const std::vector<PlacedCell>& cells) {
+    REQUIRE(certify(certificateInputOf(problem.physics, cells), 1e-3).clean());
   };
   const PackingResult result = pack(problem);
   const std::vector<EscapePhase>& phases = result.statistics.escape;

@@ -17,21 +17,18 @@ namespace {
 /// A packing as growth sees it, its cells shrunk about their centres.
 struct Shrunk {
   PackingProblem problem;
-  GrowthScene scene;
+  Execution execution;
   std::vector<Body> state;
 
   Shrunk(const std::shared_ptr<const Container>& container, double fraction, double scale)
       : problem(test::redCellProblem(container, fraction)) {
-    scene.shapes = {problem.species[0].shape.get()};
-    scene.walls = {container->wall()};
-    scene.container = container.get();
     for (Pose pose : pack(problem).poses) {
       pose.scale = scale;
       state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
     }
   }
   PlaneConstraints planes(PlaneFunction&& planeFunction, double reach) const {
-    return test::planesOf(planeFunction, scene, state, reach);
+    return test::planesOf(planeFunction, problem.physics, state, reach);
   }
   std::vector<PlacedCell> cells() const {
     std::vector<PlacedCell> out;
@@ -65,7 +62,8 @@ TEST_CASE("Every vertex is behind its planes, and cells that grow up to them do 
   for (const auto& lumen : lumens()) {
     const Shrunk packing(lumen, 0.35, 0.8);
     TetrahedraSums sums;
-    const PlaneConstraints planes = packing.planes(CatFacePlanes(packing.scene, sums), 1.0);
+    const PlaneConstraints planes =
+        packing.planes(CatFacePlanes(packing.problem.physics, packing.execution, sums), 1.0);
     CHECK(sums.runs == 1);
     Shrunk grown = packing;
     const std::vector<double> scales = scalesWithin(planes, packing.state);
@@ -75,7 +73,7 @@ TEST_CASE("Every vertex is behind its planes, and cells that grow up to them do 
       grown.state[i].scale = std::min(1.0, scales[i] - 0.01);
     }
     const std::vector<PlacedCell> cells = grown.cells();
-    CHECK(certify({packing.scene.shapes, packing.scene.walls, lumen.get(), &cells, 0.0}, 1e-3).clean());
+    CHECK(certify(certificateInputOf(packing.problem.physics, cells), 1e-3).clean());
   }
 }
 
@@ -83,10 +81,10 @@ TEST_CASE("Both kinds of planes leave a cell approximately the room of its CAT c
   const auto lumen = lumens()[1];
   const Shrunk packing(lumen, 0.30, 0.8);
   TetrahedraSums sums;
-  const std::vector<double> faces =
-      scalesWithin(packing.planes(CatFacePlanes(packing.scene, sums), 3.0), packing.state);
+  const std::vector<double> faces = scalesWithin(
+      packing.planes(CatFacePlanes(packing.problem.physics, packing.execution, sums), 3.0), packing.state);
   const std::vector<double> chords =
-      scalesWithin(packing.planes(ChordPlanes(packing.scene), 3.0), packing.state);
+      scalesWithin(packing.planes(ChordPlanes(packing.problem.physics), 3.0), packing.state);
   double sum = 0.0;
   for (std::size_t i = 0; i < chords.size(); ++i) {
     // Planes of chords halve the gap where it is narrowest. CAT faces halve edges between vertices, many of
@@ -101,13 +99,14 @@ TEST_CASE("Both kinds of planes leave a cell approximately the room of its CAT c
 TEST_CASE("If TetGen fails, the planes are those of all nearby cells") {
   const Shrunk packing(test::periodicCube(13.0), 0.30, 0.8);
   TetrahedraSums sums;
-  const PlaneConstraints planes = packing.planes(CatFacePlanes(packing.scene, sums, tetgenVariants), 0.5);
-  const PlaneConstraints chords = packing.planes(ChordPlanes(packing.scene), 0.5);
+  const PlaneConstraints planes =
+      packing.planes(CatFacePlanes(packing.problem.physics, packing.execution, sums, tetgenVariants), 0.5);
+  const PlaneConstraints chords = packing.planes(ChordPlanes(packing.problem.physics), 0.5);
   for (std::size_t i = 0; i < planes.size(); ++i) CHECK(planes[i].size() == chords[i].size());
   CHECK(sums.failures == 1);
   CHECK(sums.attempts == tetgenVariants);
   CHECK_THAT(sums.lastFailure, Catch::Contains("TetGen gave up") && Catch::Contains("3 attempts"));
-  packing.planes(CatFacePlanes(packing.scene, sums, 1), 0.5);
+  packing.planes(CatFacePlanes(packing.problem.physics, packing.execution, sums, 1), 0.5);
   CHECK(sums.failures == 1);
   CHECK(sums.attempts > tetgenVariants + 1);
 }

@@ -35,16 +35,17 @@ struct CatScene {
 /// Cells of pack(), free of overlap; with `scale` shrunk about their centres.
 inline CatScene packedScene(const PackingProblem& problem, double scale = 1.0) {
   CatScene scene;
-  scene.lumen = problem.container;
-  for (const Species& species : problem.species) scene.owned.push_back(species.shape);
+  scene.lumen = problem.physics.container;
+  for (const Species& species : problem.physics.species) scene.owned.push_back(species.shape);
   for (const PlacedCell& cell : pack(problem).cells) {
     Placement placement = cell.placement;
     placement.linear *= scale;
-    scene.input.objects.push_back({&problem.species[cell.species].shape->hierarchy(), placement});
+    scene.input.objects.push_back({&problem.physics.species[cell.species].shape->hierarchy(), placement});
   }
-  if (problem.container->wall()) scene.input.container = scene.own(problem.container->surface());
-  scene.input.period = problem.container->period();
-  scene.input.bounds = problem.container->bounds();
+  if (problem.physics.container->wall())
+    scene.input.container = scene.own(problem.physics.container->surface());
+  scene.input.period = problem.physics.container->period();
+  scene.input.bounds = problem.physics.container->bounds();
   return scene;
 }
 
@@ -52,8 +53,8 @@ inline CatScene packedScene(const PackingProblem& problem, double scale = 1.0) {
 inline CatScene redCellsInSphere(int count, double fraction, double scale = 1.0) {
   PackingProblem problem;
   const double volume = count * redCellShape()->volume() / fraction;
-  problem.container = makeSphere(Vec3(1.0, -2.0, 3.0), std::cbrt(0.75 * volume / M_PI));
-  problem.species = {{"RBC", redCellShape(), count, nullptr}};
+  problem.physics.container = makeSphere(Vec3(1.0, -2.0, 3.0), std::cbrt(0.75 * volume / M_PI));
+  problem.physics.species = {{"RBC", redCellShape(), count, nullptr}};
   return packedScene(problem, scale);
 }
 

@@ -9,29 +9,26 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/core/random.h"
 #include "tests/support/growing.h"
+#include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
 
 namespace {
 
-/// A scene with a few cells of a shape at random places of a container, scaled so that they do not meet.
+/// A few cells of a shape at random places of a container, scaled so that they do not meet.
 struct Arrangement {
   std::shared_ptr<const Shape> shape;
-  std::unique_ptr<Container> container;
-  GrowthScene scene;
+  Physics physics;
   std::vector<Body> state;
 
-  Arrangement(std::shared_ptr<const Shape> of, std::unique_ptr<Container> in, int cells, double scale)
-      : shape(std::move(of)), container(std::move(in)) {
-    scene.shapes = {shape.get()};
-    scene.walls = {container->wall()};
-    scene.container = container.get();
-    state = test::seeded(scene, {cells}, scale);
+  Arrangement(std::shared_ptr<const Shape> of, std::shared_ptr<const Container> in, int cells, double scale)
+      : shape(std::move(of)), physics(test::physicsOf({shape}, std::move(in))) {
+    state = test::seeded(physics, {cells}, scale);
   }
   PlaneConstraints planes(double reach) const {
-    ChordPlanes chords(scene);
-    return test::planesOf(chords, scene, state, reach);
+    ChordPlanes chords(physics);
+    return test::planesOf(chords, physics, state, reach);
   }
 };
 
@@ -119,12 +116,7 @@ TEST_CASE("Steps limited by planes keep meshes separate") {
         pose.position += std::max(0.0, far - 0.0025) * direction;
         cells.push_back({0, pose.placement()});
       }
-      CertificateInput input;
-      input.shapes = a.scene.shapes;
-      input.walls = a.scene.walls;
-      input.container = a.container.get();
-      input.cells = &cells;
-      overlaps += static_cast<int>(findOverlaps(input).size());
+      overlaps += static_cast<int>(findOverlaps(certificateInputOf(a.physics, cells)).size());
     }
     CHECK(overlaps == 0);
     CHECK(held > 0);
@@ -167,7 +159,7 @@ TEST_CASE("Clearance to the wall moves its planes inwards") {
   const auto sphere = test::sphereShape(1.0);
   Arrangement a(sphere, cubeOf(10.0, false), 1, 0.5);
   a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(1.5, 5.0, 5.0)});
-  a.scene.wallClearance = 0.25;
+  a.physics.wallClearance = 0.25;
   const PlaneConstraints planes = a.planes(1.0);
   REQUIRE(!planes[0].empty());
   for (const PlaneConstraint& plane : planes[0]) CHECK(plane.point.x() == Approx(0.25));
@@ -176,10 +168,10 @@ TEST_CASE("Clearance to the wall moves its planes inwards") {
 TEST_CASE("Chords reach the requested distance, with fewer vertices at lower detail") {
   const auto cell = test::redCellShape();
   const Arrangement a(cell, cubeOf(25.0, true), 20, 0.5);
-  ChordPlanes chords(a.scene);
+  ChordPlanes chords(a.physics);
   const auto count = [&](double reach, double detail) {
     std::size_t sum = 0;
-    for (const auto& of : test::planesOf(chords, a.scene, a.state, reach, detail)) sum += of.size();
+    for (const auto& of : test::planesOf(chords, a.physics, a.state, reach, detail)) sum += of.size();
     return sum;
   };
   CHECK(count(0.0, 1.0) == 0);
@@ -194,7 +186,7 @@ TEST_CASE("Frozen cells have no planes and leave the whole gap to others") {
   const auto sphere = test::sphereShape(1.0);
   for (const double clearance : {0.0, 0.1}) {
     Arrangement a(sphere, cubeOf(20.0, true), 2, 0.5);
-    a.scene.clearance = clearance;
+    a.physics.clearance = clearance;
     a.state[0].setPose({1.0, Quaternion::Identity(), Vec3(5.0, 5.0, 5.0)});
     a.state[1].setPose({0.5, Quaternion::Identity(), Vec3(7.0, 5.0, 5.0)});
     for (const int frozen : {0, 1}) {

@@ -9,6 +9,7 @@
 #include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/growth/chord_planes.h"
 #include "tests/support/growing.h"
+#include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -16,29 +17,24 @@ using namespace packmesh;
 namespace {
 
 struct Run {
-  std::vector<std::shared_ptr<const Shape>> shapes;
-  std::shared_ptr<const Container> container;
+  Physics physics;
+  Execution execution;
   std::vector<std::int64_t> counts;
-  GrowthScene scene;
   GrowthSettings settings;
   std::vector<Body> state;
   GrowthStatistics statistics;
   std::int64_t statesSeen = 0;
 
-  Run(std::vector<std::shared_ptr<const Shape>> of, std::shared_ptr<const Container> in,
+  Run(const std::vector<std::shared_ptr<const Shape>>& of, std::shared_ptr<const Container> in,
       std::vector<std::int64_t> howMany)
-      : shapes(std::move(of)), container(std::move(in)), counts(std::move(howMany)) {
-    for (const auto& shape : shapes) scene.shapes.push_back(shape.get());
-    scene.walls = std::vector<const Wall*>(shapes.size(), container->wall());
-    scene.container = container.get();
-  }
+      : physics(test::physicsOf(of, std::move(in))), counts(std::move(howMany)) {}
 
-  void seed() { state = test::seeded(scene, counts, settings.initialScale); }
+  void seed() { state = test::seeded(physics, counts, settings.initialScale); }
 
   /// Grows; every accepted state is certified by itself, and no cell may be smaller than before.
   bool operator()() {
     if (state.empty()) seed();
-    ChordPlanes chords(scene);
+    ChordPlanes chords(physics);
     std::vector<Body> last = state;
     GrowthCallbacks callbacks;
     callbacks.accepted = [&](const std::vector<Body>& now) {
@@ -49,15 +45,13 @@ struct Run {
         REQUIRE(now[i].id == last[i].id);
         REQUIRE(now[i].scale >= last[i].scale);
         REQUIRE(now[i].scale <= 1.0);
-        REQUIRE(container->bounds().contains(now[i].position));
+        REQUIRE(physics.container->bounds().contains(now[i].position));
         cells.push_back({now[i].species, now[i].pose().placement()});
       }
-      CertificateInput input = scene.certificateInput();
-      input.cells = &cells;
-      REQUIRE(certify(input, 1e-3).clean());
+      REQUIRE(certify(certificateInputOf(physics, cells), 1e-3).clean());
       last = now;
     };
-    return grow(scene, settings, chords, callbacks, state, statistics);
+    return grow(physics, execution, settings, chords, callbacks, state, statistics);
   }
 };
 
@@ -84,7 +78,7 @@ TEST_CASE("Red cells grow in a periodic box through valid states") {
 TEST_CASE("Five red cells grow in a sphere through valid states") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Run run({test::redCellShape()}, sphereFor(*test::redCellShape(), 5, 0.30), {5});
-    run.scene.seed = seed;
+    run.physics.seed = seed;
     CHECK(run());
   }
 }
@@ -107,9 +101,9 @@ TEST_CASE("A mixture grows in a cylinder") {
 TEST_CASE("Growth keeps clearances and orientations") {
   Run run({test::redCellShape()}, makeBox(Box{Vec3::Zero(), Vec3::Constant(18.0)}, {true, true, false}),
           {16});
-  run.scene.clearance = 0.1;
-  run.scene.wallClearance = 0.3;
-  run.scene.rotate = false;
+  run.physics.clearance = 0.1;
+  run.physics.wallClearance = 0.3;
+  run.physics.rotate = false;
   REQUIRE(run());
   for (const Body& cell : run.state) {
     CHECK(cell.orientation.coeffs() == Quaternion::Identity().coeffs());
@@ -123,7 +117,7 @@ TEST_CASE("Growth keeps clearances and orientations") {
 TEST_CASE("Growth gives the same bytes for the same seed and another packing for another seed") {
   const auto poses = [](std::uint64_t seed) {
     Run run({test::redCellShape()}, periodicCube(14.0), {12});
-    run.scene.seed = seed;
+    run.physics.seed = seed;
     REQUIRE(run());
     return run.state;
   };
@@ -171,39 +165,40 @@ TEST_CASE("Growth of cells that cannot fit ends with every cell as large as poss
 TEST_CASE("Growth stops when requested") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
   run.seed();
-  ChordPlanes chords(run.scene);
+  ChordPlanes chords(run.physics);
   GrowthCallbacks callbacks;
   callbacks.stop = [&] { return run.statistics.iterations >= 3; };
-  CHECK(!grow(run.scene, run.settings, chords, callbacks, run.state, run.statistics));
+  CHECK(!grow(run.physics, run.execution, run.settings, chords, callbacks, run.state, run.statistics));
   CHECK(run.statistics.iterations == 3);
 }
 
 TEST_CASE("Growth rejects an invalid initial state and names the cells") {
   Run run({test::redCellShape()}, periodicCube(16.0), {3});
   run.seed();
-  ChordPlanes chords(run.scene);
+  ChordPlanes chords(run.physics);
   std::vector<Body> overlapping = run.state;
   overlapping[2].setPose(overlapping[0].pose());
-  CHECK_THROWS_WITH(grow(run.scene, run.settings, chords, {}, overlapping, run.statistics),
+  CHECK_THROWS_WITH(grow(run.physics, run.execution, run.settings, chords, {}, overlapping, run.statistics),
                     Catch::Contains("cells 0 and 2 overlap"));
   Run walled({test::redCellShape()}, makeSphere(Vec3::Zero(), 10.0), {3});
   walled.seed();
-  ChordPlanes walledChords(walled.scene);
+  ChordPlanes walledChords(walled.physics);
   walled.state[1].position = Vec3(9.9, 0.0, 0.0);
-  CHECK_THROWS_WITH(grow(walled.scene, walled.settings, walledChords, {}, walled.state, walled.statistics),
+  CHECK_THROWS_WITH(grow(walled.physics, walled.execution, walled.settings, walledChords, {}, walled.state,
+                         walled.statistics),
                     Catch::Contains("cell 1 meets the wall"));
 }
 
 TEST_CASE("A relaxation at a scale gives a valid state of that scale or changes nothing") {
   Run run({test::redCellShape()}, periodicCube(16.0), {20});
   run.seed();
-  GrowingCells cells(run.scene, run.state, 1e9, 0);
-  REQUIRE(relaxAtScale(run.scene, 0.8, 400, {}, cells));
+  GrowingCells cells(run.physics, run.execution, run.state, 1e9, 0);
+  REQUIRE(relaxAtScale(run.physics, run.execution, 0.8, 400, {}, cells));
   run.state = cells.own();
   for (const Body& cell : run.state) CHECK(cell.scale == 0.8);
-  CHECK(test::examine(run.scene, run.state).clean());
+  CHECK(test::examine(run.physics, run.state).clean());
   const std::vector<Body> before = run.state;
-  CHECK(!relaxAtScale(run.scene, 1.0, 1, {}, cells));
+  CHECK(!relaxAtScale(run.physics, run.execution, 1.0, 1, {}, cells));
   run.state = cells.own();
   for (std::size_t i = 0; i < before.size(); ++i) {
     CHECK(run.state[i].scale == 0.8);

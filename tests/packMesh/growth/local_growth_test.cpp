@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "packMesh/growth/cat_face_planes.h"
 #include "packMesh/growth/plane_source.h"
 #include "tests/support/growing.h"
 #include "tests/support/packings.h"
@@ -13,21 +14,18 @@ namespace {
 
 struct Packed {
   PackingProblem problem;
-  GrowthScene scene;
+  Execution execution;
   std::vector<Body> state;
   TetrahedraSums tetrahedra;
 
   Packed(const std::shared_ptr<const Container>& container, double fraction)
       : problem(test::redCellProblem(container, fraction)) {
-    scene.shapes = {problem.species[0].shape.get()};
-    scene.walls = {container->wall()};
-    scene.container = container.get();
     for (const Pose& pose : pack(problem).poses)
       state.push_back(makeBody(static_cast<std::int64_t>(state.size()), 0, pose));
   }
   PlaneFunctionFactory factory(PlaneSource planeSource = PlaneSource::chords) {
-    return [this, planeSource](const GrowthScene& part) {
-      return makePlaneFunction(planeSource, part, tetrahedra);
+    return [this, planeSource] {
+      return makePlaneFunction(planeSource, problem.physics, execution, tetrahedra);
     };
   }
 };
@@ -48,11 +46,12 @@ TEST_CASE("Local growth enlarges a cell up to the surfaces of its fixed neighbou
     std::vector<Body> state = packed.state;
     state[3].scale = 0.7;
     const std::vector<Body> before = state;
-    LocalGrowth growth(packed.scene, packed.problem.growth, packed.factory(planeSource));
+    LocalGrowth growth(packed.problem.physics, packed.execution, packed.problem.method.growth,
+                       packed.factory(planeSource));
     GrowthStatistics statistics;
     CHECK(growth.grow({3}, {}, state, statistics));
     CHECK(state[3].scale == 1.0);
-    CHECK(test::examine(packed.scene, state).clean());
+    CHECK(test::examine(packed.problem.physics, state).clean());
     CHECK(changedCells(before, state) == 1);
     CHECK((planeSource == PlaneSource::catFaces) == (packed.tetrahedra.runs > 0));
   }

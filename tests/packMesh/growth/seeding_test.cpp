@@ -5,6 +5,7 @@
 
 #include "packMesh/container/primitives.h"
 #include "tests/support/growing.h"
+#include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -14,14 +15,10 @@ namespace {
 struct Blood {
   std::shared_ptr<const Shape> red = test::redCellShape(), white = test::hemocellShape("WBC"),
                                platelet = test::hemocellShape("PLT");
-  std::shared_ptr<const Container> container;
-  GrowthScene scene;
+  Physics physics;
 
-  explicit Blood(std::shared_ptr<const Container> in) : container(std::move(in)) {
-    scene.shapes = {platelet.get(), red.get(), white.get()};
-    scene.walls = {container->wall(), container->wall(), container->wall()};
-    scene.container = container.get();
-  }
+  explicit Blood(std::shared_ptr<const Container> in)
+      : physics(test::physicsOf({platelet, red, white}, std::move(in))) {}
 };
 
 std::shared_ptr<const Container> cube(double edge, bool periodic) {
@@ -38,25 +35,25 @@ TEST_CASE("Seeds are free of overlap and inside the lumen, whatever the lumen, s
     for (const double scale : {0.1, 0.4}) {
       CAPTURE(container->describe(), scale);
       Blood blood(container);
-      blood.scene.clearance = 0.1;
-      const std::vector<Body> cells = test::seeded(blood.scene, {20, 30, 2}, scale);
+      blood.physics.clearance = 0.1;
+      const std::vector<Body> cells = test::seeded(blood.physics, {20, 30, 2}, scale);
       REQUIRE(cells.size() == 52);
       for (std::size_t i = 0; i < cells.size(); ++i) {
         CHECK(cells[i].id == static_cast<std::int64_t>(i));
         CHECK(cells[i].species == (i < 20 ? 0 : i < 50 ? 1 : 2));
         CHECK(cells[i].scale == scale);
       }
-      CHECK(test::examine(blood.scene, cells).clean());
+      CHECK(test::examine(blood.physics, cells).clean());
     }
 }
 
 TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept") {
   Blood blood(cube(30.0, true));
-  const std::vector<Body> first = test::seeded(blood.scene, {0, 10, 0}, 0.1);
-  const std::vector<Body> again = test::seeded(blood.scene, {0, 10, 0}, 0.1);
-  blood.scene.seed = 2;
-  blood.scene.rotate = false;
-  const std::vector<Body> other = test::seeded(blood.scene, {0, 10, 0}, 0.1);
+  const std::vector<Body> first = test::seeded(blood.physics, {0, 10, 0}, 0.1);
+  const std::vector<Body> again = test::seeded(blood.physics, {0, 10, 0}, 0.1);
+  blood.physics.seed = 2;
+  blood.physics.rotate = false;
+  const std::vector<Body> other = test::seeded(blood.physics, {0, 10, 0}, 0.1);
   for (int i = 0; i < 10; ++i) {
     CHECK(first[i].position == again[i].position);
     CHECK(first[i].orientation.coeffs() == again[i].orientation.coeffs());
@@ -67,12 +64,11 @@ TEST_CASE("Seeds depend on the random seed alone, and orientations can be kept")
 
 TEST_CASE("Seeding fails where cells overlap even at their smallest scale") {
   Blood blood(cube(12.0, true));
-  CHECK_THROWS(test::seeded(blood.scene, {0, 0, 40}, 0.9));
+  CHECK_THROWS(test::seeded(blood.physics, {0, 0, 40}, 0.9));
 }
 
 TEST_CASE("Existing cells keep their size where it is free, and are halved where they overlap") {
   Blood blood(cube(30.0, false));
-  blood.scene.freedoms.resize(3);
   std::vector<Body> cells;
   const auto add = [&](double scale, const Vec3& at) {
     cells.push_back(
@@ -83,25 +79,24 @@ TEST_CASE("Existing cells keep their size where it is free, and are halved where
   add(1.0, Vec3(20.0, 21.0, 20.0));
   add(1.0, Vec3(1.0, 20.0, 8.0));  // in the wall
   add(0.1, Vec3(8.0, 8.0, 8.1));   // a seed inside the first one makes room itself
-  REQUIRE(seed(blood.scene, 0.1, {}, cells));
+  REQUIRE(seed(blood.physics, {}, 0.1, {}, cells));
   CHECK(cells[0].scale == 1.0);
   CHECK(cells[1].scale < 1.0);
   CHECK(cells[2].scale < 1.0);
   CHECK(cells[3].scale < 1.0);
   CHECK(cells[4].scale == 0.1);
-  CHECK(test::examine(blood.scene, cells).clean());
+  CHECK(test::examine(blood.physics, cells).clean());
 }
 
 TEST_CASE("Seeding never moves or shrinks fixed cells") {
   Blood blood(cube(30.0, true));
-  blood.scene.freedoms.resize(3);
-  blood.scene.freedoms[2].fixed = true;
+  blood.physics.species[2].freedom.fixed = true;
   std::vector<Body> cells = {makeBody(0, 2, {1.0, Quaternion::Identity(), Vec3::Constant(15.0)}),
                              makeBody(1, 1, {1.0, Quaternion::Identity(), Vec3(15.0, 15.0, 19.0)}),
                              makeBody(2, 0, {0.1, Quaternion::Identity(), Vec3(15.0, 15.0, 15.5)})};
-  REQUIRE(seed(blood.scene, 0.1, {}, cells));
+  REQUIRE(seed(blood.physics, {}, 0.1, {}, cells));
   CHECK(cells[0].scale == 1.0);
   CHECK(cells[0].position == Vec3::Constant(15.0));
   CHECK(cells[1].scale < 1.0);
-  CHECK(test::examine(blood.scene, cells).clean());
+  CHECK(test::examine(blood.physics, cells).clean());
 }

@@ -39,7 +39,7 @@ TEST_CASE("calibration gives more room to pairs that overlap, and leaves others 
 TEST_CASE("cells that overlap after a compaction are calibrated until they do not", "[calibration]") {
   PackingProblem problem = test::toBeCalibrated(22.0, 0.5, 0.99);
   std::set<std::string> stages;
-  problem.progress = [&](const Progress& progress) { stages.insert(progress.stage); };
+  problem.execution.progress = [&](const Progress& progress) { stages.insert(progress.stage); };
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   CHECK(result.certificate.clean());

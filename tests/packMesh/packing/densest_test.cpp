@@ -17,7 +17,7 @@ using test::redCellProblem;
 namespace {
 
 std::vector<std::int64_t> countsOf(const PackingProblem& problem, const PackingResult& result) {
-  std::vector<std::int64_t> counts(problem.species.size(), 0);
+  std::vector<std::int64_t> counts(problem.physics.species.size(), 0);
   for (const PlacedCell& cell : result.cells) ++counts[cell.species];
   return counts;
 }
@@ -31,9 +31,9 @@ struct SlowClock {
 /// A second is so many sweeps; nothing else takes time.
 PackingResult packedWith(PackingProblem problem, double sweepsPerSecond, double seconds) {
   double now = 0.0;
-  problem.progress = [&](const Progress&) { now += 1.0 / sweepsPerSecond; };
-  problem.limits.clock = [&] { return now; };
-  problem.limits.maxSeconds = seconds;
+  problem.execution.progress = [&](const Progress&) { now += 1.0 / sweepsPerSecond; };
+  problem.execution.limits.clock = [&] { return now; };
+  problem.execution.limits.maxSeconds = seconds;
   return pack(problem);
 }
 
@@ -42,10 +42,10 @@ PackingProblem withPlatelets(const std::shared_ptr<const Container>& lumen, doub
   constexpr double ratio = 0.07;
   const double red = std::round(hematocrit * lumen->volume() / test::redCellShape()->volume());
   PackingProblem problem;
-  problem.container = lumen;
-  problem.species = {{"RBC", test::redCellShape(), std::llround(red), nullptr},
-                     {"PLT", test::sphereShape(1.0), std::llround(ratio * red), nullptr, false}};
-  problem.species[1].asked = ratio * red;
+  problem.physics.container = lumen;
+  problem.physics.species = {{"RBC", test::redCellShape(), std::llround(red), nullptr},
+                             {"PLT", test::sphereShape(1.0), std::llround(ratio * red), nullptr, false}};
+  problem.physics.species[1].asked = ratio * red;
   return problem;
 }
 
@@ -98,16 +98,16 @@ TEST_CASE("A larger request gives the same densest packing", "[densest]") {
 
 TEST_CASE("The densest packing beside a thick wall layer is found", "[densest]") {
   PackingProblem problem = redCellProblem(makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, true), 0.5);
-  problem.species[0].freedom.extraWallClearance = 3.5;
+  problem.physics.species[0].freedom.extraWallClearance = 3.5;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(result.searched);
   // As many as any packing by itself, tried with all there is.
   PackingProblem more = problem;
-  more.species[0].count = result.cellCount + 1 + result.cellCount / 20;
-  more.limits.maxSweeps = 2300;
+  more.physics.species[0].count = result.cellCount + 1 + result.cellCount / 20;
+  more.execution.limits.maxSweeps = 2300;
   CHECK(attempt(more).outcome == Outcome::outOfReach);
-  more.species[0].count = result.cellCount;
+  more.physics.species[0].count = result.cellCount;
   CHECK(attempt(more).outcome == Outcome::certified);
 }
 
@@ -116,10 +116,10 @@ TEST_CASE("Fewer cells keep the shares of their species", "[densest]") {
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   const std::vector<std::int64_t> counts = countsOf(problem, result);
-  const double share = static_cast<double>(counts[0]) / static_cast<double>(problem.species[0].count);
+  const double share = static_cast<double>(counts[0]) / static_cast<double>(problem.physics.species[0].count);
   REQUIRE(share > 0.7);
-  REQUIRE(std::abs(static_cast<double>(counts[1]) - share * static_cast<double>(problem.species[1].count)) <=
-          1.0);
+  REQUIRE(std::abs(static_cast<double>(counts[1]) -
+                   share * static_cast<double>(problem.physics.species[1].count)) <= 1.0);
 }
 
 TEST_CASE("An attempt gives all cells or none", "[densest]") {
@@ -137,22 +137,22 @@ TEST_CASE("A time limit ends attempt and search, and the result is not reported 
           "[densest]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.62);
   SlowClock clock;
-  problem.limits.clock = [&] { return clock(); };
-  problem.limits.maxSeconds = 20.0;  // 200 looks
+  problem.execution.limits.clock = [&] { return clock(); };
+  problem.execution.limits.maxSeconds = 20.0;  // 200 looks
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE_FALSE(result.searched);
   REQUIRE(result.certificate.clean());
   REQUIRE(result.cellCount > 0);
   // As promised: twice the limit and 5 s.
-  REQUIRE(clock.now < 2.0 * problem.limits.maxSeconds + 5.0);
+  REQUIRE(clock.now < 2.0 * problem.execution.limits.maxSeconds + 5.0);
 }
 
 TEST_CASE("A run without time to certify ends without cells", "[densest]") {
   PackingProblem problem = redCellProblem(periodicCube(60.0), 0.4);  // more cells than looks at the clock
   SlowClock clock;
-  problem.limits.clock = [&] { return clock(); };
-  problem.limits.maxSeconds = 1e-9;
+  problem.execution.limits.clock = [&] { return clock(); };
+  problem.execution.limits.maxSeconds = 1e-9;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(result.cellCount == 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Cells that are held back: fixed ones, axes in a cone, centres in a region, distances from the wall.
-#include "packMesh/relaxation/freedom.h"
+#include "packMesh/problem/freedom.h"
 
 #include <catch2/catch.hpp>
 #include <set>
@@ -25,7 +25,7 @@ bool same(const Pose& a, const Pose& b) {
 }
 
 /// Both methods keep all constraints.
-Method anyMethod() {
+Method::Kind anyMethod() {
   return GENERATE(Method::relaxation, Method::cat);
 }
 
@@ -57,19 +57,19 @@ TEST_CASE("An axis is rotated into its cone by the smallest angle") {
 }
 
 TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
-  const Method method = anyMethod();
+  const Method::Kind method = anyMethod();
   for (const std::uint64_t seed : {1, 2, 3}) {
     PackingProblem problem = test::redCellProblem(test::periodicCube(25.0), 0.30, seed);
     const PackingResult first = certified(problem);
     const std::size_t kept = 30;
-    Species fixed = problem.species[0], others = problem.species[0];
+    Species fixed = problem.physics.species[0], others = problem.physics.species[0];
     fixed.name = "stays";
     fixed.start = firstOf(first.poses, kept);
     fixed.count = kept;
     fixed.freedom.fixed = true;
     others.count = 45;
-    problem.species = {fixed, others};
-    problem.method = method;
+    problem.physics.species = {fixed, others};
+    problem.method.kind = method;
     const PackingResult result = certified(problem);
     REQUIRE(result.cellCount == 75);
     for (std::size_t i = 0; i < kept; ++i) CHECK(same(result.poses[i], fixed.start[i]));
@@ -80,13 +80,13 @@ TEST_CASE("Fixed cells stay unchanged to the bit while others move") {
 TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are not") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.40);
   const PackingResult first = certified(problem);
-  Species fixed = problem.species[0], others = problem.species[0];
+  Species fixed = problem.physics.species[0], others = problem.physics.species[0];
   fixed.start = first.poses;
   fixed.freedom.fixed = true;
   others.count = 15;
-  problem.species = {fixed, others};
-  problem.method = anyMethod();
-  problem.limits.maxSweeps = 60;
+  problem.physics.species = {fixed, others};
+  problem.method.kind = anyMethod();
+  problem.execution.limits.maxSweeps = 60;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
   REQUIRE(result.certificate.clean());
@@ -97,7 +97,7 @@ TEST_CASE("Cells that do not fit beside fixed cells are omitted, fixed cells are
 
 TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(16.0), 0.2);
-  Species& species = problem.species[0];
+  Species& species = problem.physics.species[0];
   species.name = "WBC";
   species.freedom.fixed = true;
   species.count = 2;
@@ -107,7 +107,7 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
   CHECK_THROWS_WITH(pack(problem), Contains("cell 1 of 'WBC' and cell 2 of 'WBC' are fixed, but overlap"));
   species.start[1].position = Vec3(5, 14, 5);
   CHECK(pack(problem).cellCount == 2);
-  problem.container = makeSphere(Vec3(5, 5, 5), 10.0);
+  problem.physics.container = makeSphere(Vec3(5, 5, 5), 10.0);
   CHECK_THROWS_WITH(pack(problem), Contains("cell 2 of 'WBC' is fixed, but"));
   species.start[1].position.x() = std::nan("");
   CHECK_THROWS_AS(pack(problem), InputError);
@@ -116,17 +116,17 @@ TEST_CASE("Fixed cells that meet each other or the wall are rejected") {
 TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one move") {
   PackingProblem problem = test::redCellProblem(test::periodicCube(20.0), 0.35, 4);
   const PackingResult first = certified(problem);
-  problem.method = anyMethod();
-  problem.species[0].start = first.poses;
+  problem.method.kind = anyMethod();
+  problem.physics.species[0].start = first.poses;
   const PackingResult again = certified(problem);
   CHECK(effort(again) == 0);
   for (std::size_t i = 0; i < first.poses.size(); ++i) CHECK(same(again.poses[i], first.poses[i]));
-  problem.species[0].start[3].position = problem.species[0].start[2].position;
+  problem.physics.species[0].start[3].position = problem.physics.species[0].start[2].position;
   const PackingResult mended = certified(problem);
   CHECK(effort(mended) > 0);
   // More cells: the first ones begin where they were, so most of them are not far from there.
-  problem.species[0].start = first.poses;
-  problem.species[0].count += 3;
+  problem.physics.species[0].start = first.poses;
+  problem.physics.species[0].count += 3;
   const PackingResult more = certified(problem);
   int near = 0;
   for (std::size_t i = 0; i < first.poses.size(); ++i) {
@@ -138,13 +138,13 @@ TEST_CASE("A complete valid packing stays unchanged, and cells of an invalid one
 }
 
 TEST_CASE("Axes stay in their cone, centres in their region, cells away from the wall") {
-  const Method method = anyMethod();
+  const Method::Kind method = anyMethod();
   for (const std::uint64_t seed : {1, 2, 3}) {
     CAPTURE(seed);
     const auto lumen = std::shared_ptr<const Container>(makeCylinder(Vec3(15, 12, 12), 0, 12.0, 30.0, true));
     PackingProblem problem = test::redCellProblem(lumen, 0.1, seed);
-    Species base = problem.species[0];
-    problem.species.clear();
+    Species base = problem.physics.species[0];
+    problem.physics.species.clear();
     const std::shared_ptr<const Container> half =
         makeBox({Vec3(0, 0, 0), Vec3(15, 24, 24)}, {false, false, false});
     const auto left = std::make_shared<Region>(half, std::vector<std::shared_ptr<const Container>>{},
@@ -155,21 +155,21 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
     base.freedom.extraWallClearance = 1.5;
     base.count = 24;
     base.freedom.region = left;
-    problem.species.push_back(base);
+    problem.physics.species.push_back(base);
     base.count = 12;
     base.freedom.region = right;
-    problem.species.push_back(base);
-    problem.method = method;
+    problem.physics.species.push_back(base);
+    problem.method.kind = method;
     const PackingResult result = certified(problem);
     CHECK(result.certificate.minimumWallGap >= 1.5);
     for (std::size_t i = 0; i < result.poses.size(); ++i) {
-      const Species& species = problem.species[result.cells[i].species];
+      const Species& species = problem.physics.species[result.cells[i].species];
       CHECK(species.freedom.region->contains(result.poses[i].position));
       CHECK(species.freedom.cone->angle(result.poses[i].orientation) <= 30.0 * degree + 1e-9);
     }
     // A cone without spread: all alike.
-    for (Species& species : problem.species) species.freedom.cone->spread = 0.0;
-    for (Species& species : problem.species) species.count /= 2;
+    for (Species& species : problem.physics.species) species.freedom.cone->spread = 0.0;
+    for (Species& species : problem.physics.species) species.count /= 2;
     const PackingResult aligned = certified(problem);
     for (const Pose& pose : aligned.poses)
       CHECK(base.freedom.cone->angle(pose.orientation) <= 1e-9 + 30.0 * degree);
@@ -190,18 +190,18 @@ TEST_CASE("pack rejects invalid constraints of species") {
     return std::string();
   };
   using P = PackingProblem;
-  CHECK_THAT(refused([](P& p) { p.species[0].freedom.extraWallClearance = -1.0; }),
+  CHECK_THAT(refused([](P& p) { p.physics.species[0].freedom.extraWallClearance = -1.0; }),
              Contains("extra clearance"));
   CHECK_THAT(refused([](P& p) {
-               p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 2), 0.1};
+               p.physics.species[0].freedom.cone = AxisCone{Vec3(0, 0, 2), 0.1};
              }),
              Contains("not a unit vector"));
   CHECK_THAT(refused([](P& p) {
-               p.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0};
+               p.physics.species[0].freedom.cone = AxisCone{Vec3(0, 0, 1), 2.0};
              }),
              Contains("pi/2"));
   CHECK_THAT(refused([](P& p) {
-               p.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}};
+               p.physics.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}};
              }),
              Contains("not of full size"));
 }

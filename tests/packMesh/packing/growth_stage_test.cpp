@@ -14,7 +14,7 @@ namespace {
 
 PackingProblem grown(std::shared_ptr<const Container> container, double fraction, std::uint64_t seed = 1) {
   PackingProblem problem = test::redCellProblem(std::move(container), fraction, seed);
-  problem.method = Method::cat;
+  problem.method.kind = Method::cat;
   return problem;
 }
 
@@ -23,9 +23,9 @@ void checkAll(const PackingProblem& problem, const PackingResult& result) {
   std::vector<const Shape*> shapes;
   std::vector<const Wall*> walls;
   std::int64_t count = 0;
-  for (const Species& species : problem.species) {
+  for (const Species& species : problem.physics.species) {
     shapes.push_back(species.shape.get());
-    walls.push_back(problem.container->wall());
+    walls.push_back(problem.physics.container->wall());
     count += species.count;
   }
   REQUIRE(result.outcome == Outcome::certified);
@@ -35,7 +35,7 @@ void checkAll(const PackingProblem& problem, const PackingResult& result) {
   for (std::size_t i = 1; i < result.cells.size(); ++i)
     REQUIRE(result.cells[i - 1].species <= result.cells[i].species);
   const Certificate again =
-      certify({shapes, walls, problem.container.get(), &result.cells, problem.clearance});
+      certify({shapes, walls, problem.physics.container.get(), &result.cells, problem.physics.clearance});
   REQUIRE(again.clean());
   REQUIRE(result.certificate.clean());
   REQUIRE(again.minimumGap == result.certificate.minimumGap);
@@ -78,14 +78,14 @@ TEST_CASE("Method cat packs periodic and closed vessels") {
 
 TEST_CASE("Method cat packs mixtures, with clearances, and without rotation") {
   PackingProblem problem = grown(test::periodicCube(18.0), 0.25);
-  problem.species.push_back({"PLT", test::hemocellShape("PLT"), 12, nullptr});
-  problem.species.push_back({"WBC", test::hemocellShape("WBC"), 1, nullptr});
-  problem.clearance = 0.1;
+  problem.physics.species.push_back({"PLT", test::hemocellShape("PLT"), 12, nullptr});
+  problem.physics.species.push_back({"WBC", test::hemocellShape("WBC"), 1, nullptr});
+  problem.physics.clearance = 0.1;
   const PackingResult result = pack(problem);
   checkAll(problem, result);
   CHECK(result.certificate.minimumGap >= 0.1);
-  problem.clearance = 0.0;
-  problem.rotate = false;
+  problem.physics.clearance = 0.0;
+  problem.physics.rotate = false;
   const PackingResult still = pack(problem);
   checkAll(problem, still);
   for (const Pose& pose : still.poses) CHECK(pose.orientation.coeffs() == Quaternion::Identity().coeffs());
@@ -102,7 +102,7 @@ TEST_CASE("Method cat packs with planes from tetrahedra") {
   for (const auto& [container, fraction] : lumens) {
     CAPTURE(container->describe());
     PackingProblem problem = grown(container, fraction);
-    problem.planeSource = PlaneSource::catFaces;
+    problem.method.planeSource = PlaneSource::catFaces;
     const PackingResult result = pack(problem);
     checkAll(problem, result);
     REQUIRE(result.statistics.tetrahedra);
@@ -115,7 +115,7 @@ TEST_CASE("Method cat packs with planes from tetrahedra") {
 TEST_CASE("Method cat tests cells as they are written") {
   PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
   // Coarse files: positions in steps of 0.01 µm.
-  problem.written = [](const Pose& pose) {
+  problem.physics.written = [](const Pose& pose) {
     Placement placement = pose.placement();
     for (int k = 0; k < 3; ++k)
       placement.translation[k] = 0.01 * std::round(100.0 * placement.translation[k]);
@@ -124,7 +124,7 @@ TEST_CASE("Method cat tests cells as they are written") {
   const PackingResult result = pack(problem);
   checkAll(problem, result);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
-    CHECK(result.cells[i].placement.translation == problem.written(result.poses[i]).translation);
+    CHECK(result.cells[i].placement.translation == problem.physics.written(result.poses[i]).translation);
 }
 
 TEST_CASE("Method cat grows single objects into thin copies of themselves") {
@@ -133,21 +133,21 @@ TEST_CASE("Method cat grows single objects into thin copies of themselves") {
     TriangleMesh around = mesh;
     for (Vec3& v : around.vertices) v *= std::cbrt(1.0 / 0.8);
     PackingProblem problem;
-    problem.species = {{"object", std::make_shared<const Shape>(mesh), 1, nullptr}};
-    problem.container = makeVessel(around, {}, 0.2);
-    problem.method = Method::cat;
+    problem.physics.species = {{"object", std::make_shared<const Shape>(mesh), 1, nullptr}};
+    problem.physics.container = makeVessel(around, {}, 0.2);
+    problem.method.kind = Method::cat;
     checkAll(problem, pack(problem));
   }
 }
 
 TEST_CASE("Method cat gives the densest certified packing of full-size cells when not all of them fit") {
   PackingProblem problem = grown(test::periodicCube(12.0), 0.70);
-  problem.growth.maxIterations = 15;
-  problem.growth.relaxationSweeps = 100;
-  problem.growth.attempts = 1;
+  problem.method.growth.maxIterations = 15;
+  problem.method.growth.relaxationSweeps = 100;
+  problem.method.growth.attempts = 1;
   const PackingResult result = pack(problem);
   CHECK(result.outcome == Outcome::outOfReach);
-  CHECK(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
+  CHECK(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
   CHECK(result.certificate.clean());
   CHECK(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
   for (const Pose& pose : result.poses) CHECK(pose.scale == 1.0);
@@ -155,19 +155,19 @@ TEST_CASE("Method cat gives the densest certified packing of full-size cells whe
 
 TEST_CASE("Method cat keeps limits and can be interrupted") {
   PackingProblem problem = grown(test::periodicCube(14.0), 0.35);
-  problem.limits.maxSweeps = 4;
-  problem.limits.fewerCells = false;
+  problem.execution.limits.maxSweeps = 4;
+  problem.execution.limits.fewerCells = false;
   const PackingResult limited = pack(problem);
   CHECK(limited.outcome == Outcome::outOfReach);
   CHECK(limited.statistics.growth->iterations == 4);
   int seen = 0;
-  problem.limits = {};
-  problem.progress = [&](const Progress& progress) {
+  problem.execution.limits = {};
+  problem.execution.progress = [&](const Progress& progress) {
     ++seen;
     CHECK(progress.stage == "growth");
     CHECK(progress.unresolved >= 0);
   };
-  problem.interrupted = [&] { return seen >= 5; };
+  problem.execution.interrupted = [&] { return seen >= 5; };
   const PackingResult stopped = pack(problem);
   CHECK(stopped.outcome == Outcome::interrupted);
   CHECK(stopped.cells.empty());
@@ -176,8 +176,8 @@ TEST_CASE("Method cat keeps limits and can be interrupted") {
 
 TEST_CASE("Method cat does not succeed where cells overlap even at the initial scale") {
   PackingProblem problem = grown(test::periodicCube(12.0), 0.70);
-  problem.growth.initialScale = 0.99;
-  problem.limits.fewerCells = false;
+  problem.method.growth.initialScale = 0.99;
+  problem.execution.limits.fewerCells = false;
   const PackingResult result = pack(problem);
   CHECK(result.outcome == Outcome::outOfReach);
   CHECK(result.cellCount == 0);

@@ -40,7 +40,7 @@ Outline outlineOf(const PackingProblem& problem, const Examine& examine) {
     own.insert(own.end(), pose.position.data(), pose.position.data() + 3);
     own.insert(own.end(), pose.orientation.coeffs().data(), pose.orientation.coeffs().data() + 4);
   }
-  problem.communicator.visitInOrder(own, [&](const std::vector<double>& part) {
+  problem.execution.communicator.visitInOrder(own, [&](const std::vector<double>& part) {
     outline.numbers.insert(outline.numbers.end(), part.begin(), part.end());
   });
   return outline;
@@ -50,10 +50,10 @@ Outline outlineOf(const PackingProblem& problem, const Examine& examine) {
 void requireSameOnAllRanks(
     PackingProblem problem, const Examine& examine = [](const PackingResult&) {}) {
   const Communicator ranks = Communicator::world();
-  problem.communicator = ranks;
+  problem.execution.communicator = ranks;
   const Outline shared = outlineOf(problem, examine);
   if (ranks.rank() != 0) return;
-  problem.communicator = Communicator();
+  problem.execution.communicator = Communicator();
   const Outline alone = outlineOf(problem, examine);
   REQUIRE(shared.outcome == alone.outcome);
   REQUIRE(shared.effort == alone.effort);
@@ -74,8 +74,8 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
   SECTION("box with walls, clearances") {
     PackingProblem problem =
         mixtureIn(makeBox({Vec3(1, 2, 3), Vec3(57, 58, 31)}, {true, false, false}), 0.3, 2);
-    problem.clearance = 0.1;
-    problem.wallClearance = 0.3;
+    problem.physics.clearance = 0.1;
+    problem.physics.wallClearance = 0.3;
     requireSameOnAllRanks(problem);
   }
   SECTION("cylinder with closed ends") {
@@ -83,7 +83,7 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
   }
   SECTION("sphere, where cells do not rotate") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 30.0), 0.15, 4);
-    problem.rotate = false;
+    problem.physics.rotate = false;
     requireSameOnAllRanks(problem);
   }
   SECTION("repairs") {
@@ -102,7 +102,7 @@ TEST_CASE("The packing does not depend on the number of ranks", "[mpi]") {
 
 TEST_CASE("The densest packing of an infeasible request is the same on any number of ranks", "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.60, 7);
-  problem.limits.maxSweeps = 40;
+  problem.execution.limits.maxSweeps = 40;
   requireSameOnAllRanks(problem);
 }
 
@@ -110,8 +110,8 @@ TEST_CASE("Without time for a sweep, the remaining cells are certified against t
           "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.4, 9);
   // The time is over at once, but never long over, however slow the machine.
-  problem.limits.clock = [now = 0.0]() mutable { return now += 1e-5; };
-  problem.limits.maxSeconds = 1e-9;
+  problem.execution.limits.clock = [now = 0.0]() mutable { return now += 1e-5; };
+  problem.execution.limits.maxSeconds = 1e-9;
   requireSameOnAllRanks(problem);
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("All ranks save the same state of cells under repair", "[mpi]") {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     PackingProblem problem =
         mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, true}), 0.55, seed);
-    problem.communicator = world;
+    problem.execution.communicator = world;
     PackingState last;
     problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
     repairs += pack(problem).statistics.repairs;
@@ -137,36 +137,36 @@ TEST_CASE("Method cat gives the same packing on any number of ranks", "[mpi]") {
   SECTION("planes from chords") {
     PackingProblem problem =
         mixtureIn(makeBox({Vec3::Zero(), Vec3(30, 25, 25)}, {true, true, true}), 0.3, 10);
-    problem.method = Method::cat;
+    problem.method.kind = Method::cat;
     requireSameOnAllRanks(problem);
   }
   SECTION("at walls") {
     PackingProblem problem = mixtureIn(makeCylinder(Vec3::Zero(), 0, 8.0, 40.0, false), 0.2, 2);
-    problem.method = Method::cat;
-    problem.wallClearance = 0.1;
+    problem.method.kind = Method::cat;
+    problem.physics.wallClearance = 0.1;
     requireSameOnAllRanks(problem);
   }
   SECTION("barriers where cells are relaxed") {
     std::int64_t relaxations = 0;
     PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-    problem.method = Method::cat;
+    problem.method.kind = Method::cat;
     requireSameOnAllRanks(
         problem, [&](const PackingResult& result) { relaxations += result.statistics.growth->relaxations; });
     REQUIRE(relaxations > 0);
   }
   SECTION("planes from CAT faces") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 8.0), 0.15, 4);
-    problem.method = Method::cat;
-    problem.planeSource = PlaneSource::catFaces;
+    problem.method.kind = Method::cat;
+    problem.method.planeSource = PlaneSource::catFaces;
     requireSameOnAllRanks(problem);
   }
   SECTION("escaping") {
     std::int64_t changed = 0;
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 5.5), 0.59, 1);
-    problem.method = Method::cat;
-    problem.escape.emplace();
-    problem.growth.maxIterations = 12;
-    problem.growth.attempts = 1;
+    problem.method.kind = Method::cat;
+    problem.method.escape.emplace();
+    problem.method.growth.maxIterations = 12;
+    problem.method.growth.attempts = 1;
     requireSameOnAllRanks(problem, [&](const PackingResult& result) {
       for (const EscapePhase& phase : result.statistics.escape) changed += phase.changed;
     });
@@ -176,10 +176,10 @@ TEST_CASE("Method cat gives the same packing on any number of ranks", "[mpi]") {
 
 TEST_CASE("An interruption of one rank ends all ranks", "[mpi]") {
   PackingProblem problem = mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.5, 8);
-  problem.communicator = Communicator::world();
+  problem.execution.communicator = Communicator::world();
   int asked = 0;
-  const bool last = problem.communicator.rank() == problem.communicator.size() - 1;
-  problem.interrupted = [&] { return last && ++asked > 3; };
+  const bool last = problem.execution.communicator.rank() == problem.execution.communicator.size() - 1;
+  problem.execution.interrupted = [&] { return last && ++asked > 3; };
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::interrupted);
   REQUIRE(result.cells.empty());

@@ -43,23 +43,23 @@ void checkPacking(const PackingProblem& problem, const PackingResult& result) {
   REQUIRE(result.certificate.clean());
   REQUIRE(result.certificate.cells == static_cast<std::int64_t>(result.cells.size()));
   REQUIRE(result.certificate.minimumGap > 0.0);
-  REQUIRE(result.certificate.minimumGap >= problem.clearance);
+  REQUIRE(result.certificate.minimumGap >= problem.physics.clearance);
 
   std::vector<const Shape*> shapes;
   std::vector<const Wall*> walls;
-  for (const Species& species : problem.species) {
+  for (const Species& species : problem.physics.species) {
     shapes.push_back(species.shape.get());
-    walls.push_back(problem.container->wall());
+    walls.push_back(problem.physics.container->wall());
   }
-  const Certificate again = certify(
-      {shapes, walls, problem.container.get(), &result.cells, problem.clearance, problem.wallClearance});
+  const Certificate again = certify({shapes, walls, problem.physics.container.get(), &result.cells,
+                                     problem.physics.clearance, problem.physics.wallClearance});
   REQUIRE(again.clean());
   REQUIRE(again.minimumGap == result.certificate.minimumGap);
   REQUIRE(again.minimumWallGap == result.certificate.minimumWallGap);
-  REQUIRE(again.minimumWallGap >= problem.wallClearance);
+  REQUIRE(again.minimumWallGap >= problem.physics.wallClearance);
 
   double volume = 0.0;
-  const Box bounds = problem.container->bounds();
+  const Box bounds = problem.physics.container->bounds();
   for (std::size_t i = 0; i < result.cells.size(); ++i) {
     const PlacedCell& cell = result.cells[i];
     REQUIRE((i == 0 || result.cells[i - 1].species <= cell.species));
@@ -87,7 +87,7 @@ TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
       const PackingProblem problem = redCellProblem(periodicCube(25.0), fraction, seed);
       const PackingResult result = pack(problem);
       REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.species[0].count);
+      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.physics.species[0].count);
       checkPacking(problem, result);
       REQUIRE(result.statistics.sweeps > 0);
     }
@@ -114,7 +114,7 @@ TEST_CASE("The packing has the same bits on any number of threads", "[packing]")
     REQUIRE(alone.outcome == Outcome::certified);
     REQUIRE(alone.statistics.blocks > 1);
     for (const int threads : {2, 5}) {
-      problem.threads = Threads(threads);
+      problem.execution.threads = Threads(threads);
       const PackingResult together = pack(problem);
       REQUIRE(test::sameBits(together, alone));
       REQUIRE(together.certificate.pairsTested == alone.certificate.pairsTested);
@@ -146,19 +146,20 @@ TEST_CASE("Mixtures are packed in the order of the species", "[packing]") {
   const auto platelet = test::hemocellShape("PLT"), white = test::hemocellShape("WBC");
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35, seed);
-    problem.species.push_back({"PLT", platelet, 8, nullptr});
-    problem.species.push_back({"WBC", white, 1, nullptr});
+    problem.physics.species.push_back({"PLT", platelet, 8, nullptr});
+    problem.physics.species.push_back({"WBC", white, 1, nullptr});
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
-    for (int s = 0; s < 3; ++s) REQUIRE(countOf(result, s) == problem.species[s].count);
+    for (int s = 0; s < 3; ++s) REQUIRE(countOf(result, s) == problem.physics.species[s].count);
     checkPacking(problem, result);
   }
 }
 
 TEST_CASE("General meshes are packed", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(20.0), 0.15, 1);
-  problem.species.push_back({"bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20, nullptr});
-  problem.species.push_back({"hook", std::make_shared<const Shape>(test::hookMesh()), 10, nullptr});
+  problem.physics.species.push_back(
+      {"bumpy", std::make_shared<const Shape>(test::bumpyMesh(5)), 20, nullptr});
+  problem.physics.species.push_back({"hook", std::make_shared<const Shape>(test::hookMesh()), 10, nullptr});
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   checkPacking(problem, result);
@@ -168,10 +169,10 @@ TEST_CASE("Thin cells do not remain interpenetrated", "[packing]") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     PackingProblem problem;
-    problem.species = {{"plate", hemocell::makeEllipsoid(6.0, 0.3, 6.0), 50, nullptr}};
-    problem.container = periodicCube(15.0);
-    problem.seed = seed;
-    problem.limits.maxSweeps = 2000;
+    problem.physics.species = {{"plate", hemocell::makeEllipsoid(6.0, 0.3, 6.0), 50, nullptr}};
+    problem.physics.container = periodicCube(15.0);
+    problem.physics.seed = seed;
+    problem.execution.limits.maxSweeps = 2000;
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
     checkPacking(problem, result);
@@ -197,10 +198,10 @@ TEST_CASE("Walls confine the cells", "[packing]") {
     for (const double wallClearance : {0.1, 0.5}) {
       CAPTURE(container->describe(), wallClearance);
       PackingProblem problem = redCellProblem(container, wallClearance < 0.3 ? 0.30 : 0.20);
-      problem.wallClearance = wallClearance;
+      problem.physics.wallClearance = wallClearance;
       const PackingResult result = pack(problem);
       REQUIRE(result.outcome == Outcome::certified);
-      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.species[0].count);
+      REQUIRE(static_cast<std::int64_t>(result.cells.size()) == problem.physics.species[0].count);
       checkPacking(problem, result);
       // Cells are as near as they may be: the clearance is what keeps them away.
       REQUIRE(result.certificate.minimumWallGap < wallClearance + 0.2);
@@ -210,7 +211,7 @@ TEST_CASE("Walls confine the cells", "[packing]") {
 
 TEST_CASE("Without rotation every orientation stays the identity", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.30);
-  problem.rotate = false;
+  problem.physics.rotate = false;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   checkPacking(problem, result);
@@ -221,7 +222,7 @@ TEST_CASE("The requested clearance is kept", "[packing]") {
   for (const double clearance : {0.1, 0.25}) {
     CAPTURE(clearance);
     PackingProblem problem = redCellProblem(periodicCube(25.0), 0.35);
-    problem.clearance = clearance;
+    problem.physics.clearance = clearance;
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
     checkPacking(problem, result);
@@ -233,8 +234,8 @@ TEST_CASE("The requested clearance is kept", "[packing]") {
 TEST_CASE("Cells can meet their own images", "[packing]") {
   // The period is hardly more than the cell's diameter of 7.82 µm.
   PackingProblem problem = redCellProblem(periodicCube(8.0), 0.32);
-  REQUIRE(problem.species[0].count == 2);
-  problem.limits.maxSweeps = 3000;
+  REQUIRE(problem.physics.species[0].count == 2);
+  problem.execution.limits.maxSweeps = 3000;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   checkPacking(problem, result);
@@ -245,38 +246,38 @@ TEST_CASE("A limit of sweeps can be extended for the last few contacts", "[packi
   hemocell::CellModel coarse = *hemocell::defaultModel("RBC");
   coarse.minNumTriangles = 300;
   PackingProblem problem = redCellProblem(periodicCube(80.0), 0.45);
-  problem.species[0].shape = hemocell::makeShape(coarse, 1.0);
-  problem.clearance = 0.15;
-  problem.seed = 5;
+  problem.physics.species[0].shape = hemocell::makeShape(coarse, 1.0);
+  problem.physics.clearance = 0.15;
+  problem.physics.seed = 5;
   const PackingResult unlimited = pack(problem);
   REQUIRE(unlimited.outcome == Outcome::certified);
-  problem.limits.fewerCells = false;
-  problem.limits.maxSweeps = 50;
-  REQUIRE(unlimited.statistics.sweeps > problem.limits.maxSweeps);
+  problem.execution.limits.fewerCells = false;
+  problem.execution.limits.maxSweeps = 50;
+  REQUIRE(unlimited.statistics.sweeps > problem.execution.limits.maxSweeps);
   CHECK(pack(problem).outcome == Outcome::outOfReach);
-  problem.limits.sweepsForFew = 100;
+  problem.execution.limits.sweepsForFew = 100;
   CHECK(test::sameBits(pack(problem), unlimited));
-  problem.limits.maxSweeps = 3;  // there are still many contacts
+  problem.execution.limits.maxSweeps = 3;  // there are still many contacts
   CHECK(pack(problem).outcome == Outcome::outOfReach);
 }
 
 TEST_CASE("An infeasible request ends with fewer cells and a clean certificate", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(16.0), 0.75);
-  problem.limits.maxSweeps = 600;
+  problem.execution.limits.maxSweeps = 600;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
-  REQUIRE(result.certificate.cellVolume > 0.45 * problem.container->volume());
+  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
+  REQUIRE(result.certificate.cellVolume > 0.45 * problem.physics.container->volume());
   checkPacking(problem, result);
   REQUIRE(test::sameBits(pack(problem), result));
 }
 
 TEST_CASE("A time limit ends a run with the cells packed so far", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(16.0), 0.70);
-  problem.limits.maxSeconds = 0.05;
+  problem.execution.limits.maxSeconds = 0.05;
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::outOfReach);
-  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.species[0].count);
+  REQUIRE(static_cast<std::int64_t>(result.cells.size()) < problem.physics.species[0].count);
   checkPacking(problem, result);
 }
 
@@ -284,9 +285,9 @@ TEST_CASE("A short time limit still gives some cells", "[packing]") {
   for (const double clearance : {0.0, 0.3}) {
     PackingProblem problem = redCellProblem(periodicCube(30.0), 0.50);
     // The time is over at once, but never long over, however slow the machine.
-    problem.limits.clock = [now = 0.0]() mutable { return now += 1e-5; };
-    problem.limits.maxSeconds = 1e-6;
-    problem.clearance = clearance;
+    problem.execution.limits.clock = [now = 0.0]() mutable { return now += 1e-5; };
+    problem.execution.limits.maxSeconds = 1e-6;
+    problem.physics.clearance = clearance;
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::outOfReach);
     REQUIRE(result.cells.size() > 10);
@@ -318,13 +319,13 @@ TEST_CASE("Cells that approximate wall distances let too close to the wall get e
     CAPTURE(clearance);
     const std::shared_ptr<const Container> cylinder = makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, false);
     PackingProblem problem = redCellProblem(cylinder, 0.4);
-    problem.wallClearance = clearance;
-    problem.species[0].wall = std::make_shared<Optimistic>(cylinder, 0.05);
+    problem.physics.wallClearance = clearance;
+    problem.physics.species[0].wall = std::make_shared<Optimistic>(cylinder, 0.05);
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
     REQUIRE(result.statistics.repairs > 0);
     REQUIRE(result.certificate.minimumWallGap >= clearance);
-    problem.species[0].wall = nullptr;
+    problem.physics.species[0].wall = nullptr;
     checkPacking(problem, result);
   }
 }
@@ -332,7 +333,7 @@ TEST_CASE("Cells that approximate wall distances let too close to the wall get e
 TEST_CASE("An interrupted run gives no cells", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(20.0), 0.60);
   int polls = 0;
-  problem.interrupted = [&] { return ++polls > 5; };
+  problem.execution.interrupted = [&] { return ++polls > 5; };
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::interrupted);
   REQUIRE(result.cells.empty());
@@ -343,7 +344,7 @@ TEST_CASE("An interrupted run gives no cells", "[packing]") {
 TEST_CASE("pack() reports its progress", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   std::vector<Progress> told;
-  problem.progress = [&](const Progress& p) { told.push_back(p); };
+  problem.execution.progress = [&](const Progress& p) { told.push_back(p); };
   const PackingResult result = pack(problem);
   REQUIRE(static_cast<std::int64_t>(told.size()) == result.statistics.sweeps);
   for (std::size_t k = 0; k < told.size(); ++k) REQUIRE(told[k].sweep == static_cast<std::int64_t>(k) + 1);
@@ -354,7 +355,7 @@ TEST_CASE("pack() reports its progress", "[packing]") {
 
 TEST_CASE("The certificate applies to the numbers that are written", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
-  problem.written = [](const Pose& pose) {  // coarse numbers
+  problem.physics.written = [](const Pose& pose) {  // coarse numbers
     Placement placement = pose.placement();
     placement.translation = (placement.translation * 100.0).array().round() / 100.0;
     return placement;
@@ -363,16 +364,16 @@ TEST_CASE("The certificate applies to the numbers that are written", "[packing]"
   REQUIRE(result.outcome == Outcome::certified);
   REQUIRE(result.certificate.clean());
   for (std::size_t i = 0; i < result.cells.size(); ++i)
-    REQUIRE(result.cells[i].placement.translation == problem.written(result.poses[i]).translation);
+    REQUIRE(result.cells[i].placement.translation == problem.physics.written(result.poses[i]).translation);
 }
 
 TEST_CASE("Empty and single-cell problems are packed", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.0);
   REQUIRE(pack(problem).outcome == Outcome::certified);
-  problem.species.clear();
+  problem.physics.species.clear();
   REQUIRE(pack(problem).outcome == Outcome::certified);
   problem = redCellProblem(periodicCube(25.0), 0.006);
-  REQUIRE(problem.species[0].count == 1);
+  REQUIRE(problem.physics.species[0].count == 1);
   const PackingResult result = pack(problem);
   REQUIRE(result.outcome == Outcome::certified);
   REQUIRE(result.cells.size() == 1);

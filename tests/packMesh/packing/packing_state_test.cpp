@@ -83,9 +83,9 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
   }
   SECTION("walls, clearances, cells that do not rotate") {
     PackingProblem problem = mixtureIn(makeCylinder(Vec3::Zero(), 0, 12.0, 60.0, false), 0.2, 3);
-    problem.clearance = 0.1;
-    problem.wallClearance = 0.2;
-    problem.rotate = false;
+    problem.physics.clearance = 0.1;
+    problem.physics.wallClearance = 0.2;
+    problem.physics.rotate = false;
     requireSameWayFromAnyState(problem);
   }
   SECTION("cells that meet the wall") {
@@ -93,22 +93,22 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
   }
   SECTION("annealing, and then fewer cells") {
     PackingProblem problem = mixtureIn(test::periodicCube(25.0), 0.63, 6);
-    problem.limits.maxSweeps = 330;
+    problem.execution.limits.maxSweeps = 330;
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(seen.annealing > 1);
   }
   SECTION("growth") {
     PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-    problem.method = Method::cat;
+    problem.method.kind = Method::cat;
     REQUIRE(of(requireSameWayFromAnyState(problem), Stage::growth) > 5);
   }
   SECTION("growth with tetrahedra, and attempts in vain") {
     PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.55, 5);
-    problem.method = Method::cat;
-    problem.planeSource = PlaneSource::catFaces;
-    problem.limits.maxSweeps = 100;
-    problem.growth.maxIterations = 8;
-    problem.escape.emplace();
+    problem.method.kind = Method::cat;
+    problem.method.planeSource = PlaneSource::catFaces;
+    problem.execution.limits.maxSweeps = 100;
+    problem.method.growth.maxIterations = 8;
+    problem.method.escape.emplace();
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(of(seen, Stage::growth) > 4);
     REQUIRE(seen.attempts > 1);
@@ -121,7 +121,7 @@ TEST_CASE("An interrupted run leaves the last saved state") {
   for (const int polls : {0, 8, 25, 200}) {
     CAPTURE(polls);
     int left = polls;
-    problem.interrupted = [&] { return left-- <= 0; };
+    problem.execution.interrupted = [&] { return left-- <= 0; };
     std::vector<PackingState> states;
     problem.checkpoints = Checkpoints{{}, [&](const PackingState& s) { states.push_back(s); }};
     problem.resume.reset();
@@ -132,7 +132,7 @@ TEST_CASE("An interrupted run leaves the last saved state") {
     }
     REQUIRE(states.size() == 1);
     REQUIRE(states[0].cellCount == whole.cellCount);
-    problem.interrupted = {};
+    problem.execution.interrupted = {};
     problem.checkpoints.reset();
     problem.resume = states[0];
     REQUIRE(test::sameBits(pack(problem), whole));
@@ -145,7 +145,7 @@ TEST_CASE("An infeasible run continues with higher limits") {
   REQUIRE(whole.outcome == Outcome::certified);
   PackingState last;
   problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
-  problem.limits.maxSweeps = whole.statistics.sweeps / 2;
+  problem.execution.limits.maxSweeps = whole.statistics.sweeps / 2;
   REQUIRE(pack(problem).outcome == Outcome::outOfReach);
   REQUIRE(last.cellCount == whole.cellCount);
   problem.resume = last;
@@ -153,7 +153,7 @@ TEST_CASE("An infeasible run continues with higher limits") {
     REQUIRE(pack(problem).outcome == Outcome::outOfReach);
   }
   SECTION("relaxation: to the same packing") {
-    problem.limits = {};
+    problem.execution.limits = {};
     REQUIRE(test::sameBits(pack(problem), whole));
   }
   SECTION("unless the fewer cells are what is wanted") {
@@ -170,15 +170,15 @@ TEST_CASE("An infeasible run continues with higher limits") {
 
 TEST_CASE("Infeasible growth continues with higher limits") {
   PackingProblem problem = mixtureIn(test::periodicCube(18.0), 0.3, 3);
-  problem.method = Method::cat;
+  problem.method.kind = Method::cat;
   const PackingResult whole = pack(problem);
   REQUIRE(whole.outcome == Outcome::certified);
   PackingState last;
   problem.checkpoints = Checkpoints{{}, [&](const PackingState& state) { last = state; }};
-  problem.limits.maxSweeps = whole.statistics.growth->iterations / 2;
+  problem.execution.limits.maxSweeps = whole.statistics.growth->iterations / 2;
   REQUIRE(pack(problem).outcome == Outcome::outOfReach);
   problem.resume = last;
-  problem.limits = {};
+  problem.execution.limits = {};
   REQUIRE(test::sameBits(pack(problem), whole));
 }
 
@@ -192,7 +192,7 @@ TEST_CASE("A run can be interrupted in any stage and leaves a state of that stag
                                         last = state;
                                         reached = reached || state.position.stage == wanted;
                                       }};
-    problem.interrupted = [&] { return reached; };
+    problem.execution.interrupted = [&] { return reached; };
     const PackingResult result = pack(problem);
     if (!reached) return false;
     CAPTURE(static_cast<int>(wanted));
@@ -208,7 +208,7 @@ TEST_CASE("A run can be interrupted in any stage and leaves a state of that stag
     repaired += interruptedIn(mixtureIn(longBox(), 0.55, seed), Stage::repair);
   CHECK(repaired > 0);
   PackingProblem grown = mixtureIn(test::periodicCube(18.0), 0.5, 3);
-  grown.method = Method::cat;
+  grown.method.kind = Method::cat;
   CHECK(interruptedIn(grown, Stage::growth));
 }
 
@@ -222,27 +222,27 @@ TEST_CASE("Problems are distinguished by everything that determines the packing 
     return digestOf(problem) != digest;
   };
   REQUIRE_FALSE(differs([](PackingProblem&) {}));
-  REQUIRE_FALSE(differs([](PackingProblem& p) { p.limits.maxSweeps = 7; }));
-  REQUIRE(differs([](PackingProblem& p) { p.seed = 2; }));
-  REQUIRE(differs([](PackingProblem& p) { p.clearance = 0.1; }));
-  REQUIRE(differs([](PackingProblem& p) { p.wallClearance = 0.1; }));
-  REQUIRE(differs([](PackingProblem& p) { p.rotate = false; }));
-  REQUIRE(differs([](PackingProblem& p) { ++p.species[1].count; }));
-  REQUIRE(differs([](PackingProblem& p) { p.species[1].name = "ball"; }));
-  REQUIRE(differs([](PackingProblem& p) { p.species[1].shape = test::sphereShape(1.01); }));
+  REQUIRE_FALSE(differs([](PackingProblem& p) { p.execution.limits.maxSweeps = 7; }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.seed = 2; }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.clearance = 0.1; }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.wallClearance = 0.1; }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.rotate = false; }));
+  REQUIRE(differs([](PackingProblem& p) { ++p.physics.species[1].count; }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.species[1].name = "ball"; }));
+  REQUIRE(differs([](PackingProblem& p) { p.physics.species[1].shape = test::sphereShape(1.01); }));
   REQUIRE(differs([](PackingProblem& p) {
-    p.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26.001)}, {true, true, true});
+    p.physics.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26.001)}, {true, true, true});
   }));
   REQUIRE(differs([](PackingProblem& p) {
-    p.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, false});
+    p.physics.container = makeBox({Vec3::Zero(), Vec3(55, 26, 26)}, {true, true, false});
   }));
 }
 
 TEST_CASE("A run continued from any readable state ends with a certificate") {
   const bool growing = GENERATE(false, true);
   PackingProblem problem = mixtureIn(test::periodicCube(growing ? 14.0 : 20.0), growing ? 0.3 : 0.5, 3);
-  if (growing) problem.method = Method::cat;
-  problem.limits.maxSweeps = 400;
+  if (growing) problem.method.kind = Method::cat;
+  problem.execution.limits.maxSweeps = 400;
   std::vector<PackingState> states;
   problem.checkpoints = Checkpoints{[] { return true; }, [&](const PackingState& s) { states.push_back(s); }};
   pack(problem);

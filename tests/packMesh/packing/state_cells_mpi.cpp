@@ -21,8 +21,9 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   const fs::path file = fs::path(ranks.broadcast(folder ? folder->path().string() : "", 0)) / "state.h5";
   PackingProblem problem =
       test::mixtureIn(makeBox({Vec3::Zero(), Vec3(55, 55, 26)}, {true, true, true}), 0.3, 5);
-  problem.species[1].name = problem.species[0].name + ", region 1";  // two parts of one species
-  problem.communicator = ranks;
+  problem.physics.species[1].name =
+      problem.physics.species[0].name + ", region 1";  // two parts of one species
+  problem.execution.communicator = ranks;
   problem.checkpoints =
       Checkpoints{{}, [&](const PackingState& state) { writeState(file, problem, {"packMesh"}, state); }};
   const PackingResult result = pack(problem);
@@ -31,12 +32,12 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   const StateCells state = readStateCells(file, ranks);
   CHECK(state.certified);
   CHECK(state.command == std::vector<std::string>{"packMesh"});
-  CHECK(ranks.sum(std::int64_t(state.cells.size())) == problem.cellCount());
+  CHECK(ranks.sum(std::int64_t(state.cells.size())) == problem.physics.cellCount());
   REQUIRE(!state.species.empty());
-  CHECK(state.species[0].name == problem.species[0].name);
-  CHECK(state.species[0].count == problem.species[0].count + problem.species[1].count);
-  CHECK(state.species[0].mesh.vertices == problem.species[0].shape->mesh().vertices);
-  CHECK(state.species[0].mesh.triangles == problem.species[0].shape->mesh().triangles);
+  CHECK(state.species[0].name == problem.physics.species[0].name);
+  CHECK(state.species[0].count == problem.physics.species[0].count + problem.physics.species[1].count);
+  CHECK(state.species[0].mesh.vertices == problem.physics.species[0].shape->mesh().vertices);
+  CHECK(state.species[0].mesh.triangles == problem.physics.species[0].shape->mesh().triangles);
   std::vector<double> read, packed;
   for (const StateCell& cell : state.cells)
     read.insert(read.end(), cell.pose.position.data(), cell.pose.position.data() + 3);

@@ -56,7 +56,7 @@ TEST_CASE("State files have the same bytes on any number of ranks, and any other
   constexpr int every = 3;
 
   PackingProblem shared = sampleProblem();
-  shared.communicator = ranks;
+  shared.execution.communicator = ranks;
   const PackingResult result = packAndSave(shared, path / "shared", every);
   const std::vector<double> whole = numbersOf(result, ranks);
   std::int64_t files = 0;
@@ -80,7 +80,7 @@ TEST_CASE("State files have the same bytes on any number of ranks, and any other
 TEST_CASE("Errors of reading or writing a state file are reported on all ranks", "[mpi]") {
   const Communicator ranks = Communicator::world();
   PackingProblem problem = sampleProblem();
-  problem.communicator = ranks;
+  problem.execution.communicator = ranks;
   REQUIRE_THROWS_AS(readState("/no such folder/state.h5", problem), InputError);
   REQUIRE_THROWS_AS(packAndSave(problem, "/no such folder/state", 1), OutputError);
 }

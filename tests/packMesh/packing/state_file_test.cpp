@@ -141,7 +141,7 @@ TEST_CASE("Files that are not a state of this problem are rejected by name") {
     }
   }
   SECTION("of another problem") {
-    problem.seed = 4;
+    problem.physics.seed = 4;
     REQUIRE_THAT(refusal(), Contains("another problem"));
   }
 }

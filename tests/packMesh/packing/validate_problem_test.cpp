@@ -19,7 +19,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
   REQUIRE_NOTHROW(validate(problem));
 
   SECTION("no container") {
-    problem.container = nullptr;
+    problem.physics.container = nullptr;
     REQUIRE_THROWS_WITH(validate(problem), Contains("no container"));
   }
   SECTION("periods that are much smaller than a cell") {
@@ -27,46 +27,46 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
     REQUIRE_THROWS_WITH(validate(problem), Contains("the period of the lumen, 0.2 µm along x, is too small"));
   }
   SECTION("no shape") {
-    problem.species[0].shape = nullptr;
+    problem.physics.species[0].shape = nullptr;
     REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has no shape"));
   }
   SECTION("negative count") {
-    problem.species[0].count = -3;
+    problem.physics.species[0].count = -3;
     REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC' has a negative count, -3"));
   }
   SECTION("clearances") {
-    problem.clearance = -0.1;
+    problem.physics.clearance = -0.1;
     REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells") && Contains("found -0.1"));
-    problem.clearance = std::numeric_limits<double>::quiet_NaN();
+    problem.physics.clearance = std::numeric_limits<double>::quiet_NaN();
     REQUIRE_THROWS_WITH(validate(problem), Contains("clearance between cells"));
-    problem.clearance = 0.0;
-    problem.wallClearance = std::numeric_limits<double>::infinity();
+    problem.physics.clearance = 0.0;
+    problem.physics.wallClearance = std::numeric_limits<double>::infinity();
     REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
-    problem.wallClearance = -1e-9;
+    problem.physics.wallClearance = -1e-9;
     REQUIRE_THROWS_WITH(validate(problem), Contains("clearance to the wall"));
   }
   SECTION("more cells than lumen") {
-    problem.species[0].count = 250;
+    problem.physics.species[0].count = 250;
     REQUIRE_THROWS_WITH(validate(problem), Contains("more volume than the lumen"));
     REQUIRE_THROWS_AS(pack(problem), InputError);
   }
   SECTION("a cell larger than the lumen") {
-    problem.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
-    problem.species[0].count = 1;
+    problem.physics.container = makeCylinder(Vec3::Zero(), 0, 0.5, 200.0, true);
+    problem.physics.species[0].count = 1;
     REQUIRE_THROWS_WITH(validate(problem), Contains("species 'RBC'") && Contains("larger than the lumen") &&
                                                Contains("cylinder"));
   }
   SECTION("a clearance to the wall that leaves no room") {
-    problem.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
-    problem.species[0].count = 1;
+    problem.physics.container = makeBox(Box{Vec3::Zero(), Vec3(4.0, 30.0, 30.0)}, {false, true, true});
+    problem.physics.species[0].count = 1;
     REQUIRE_NOTHROW(validate(problem));
-    problem.wallClearance = 1.9;
+    problem.physics.wallClearance = 1.9;
     REQUIRE_THROWS_WITH(validate(problem), Contains("larger than the lumen"));
   }
   SECTION("species that are not wanted may be of any size") {
-    problem.container = periodicCube(8.0);
-    problem.species[0].count = 1;
-    problem.species.push_back({"rock", test::sphereShape(50.0), 0, nullptr});
+    problem.physics.container = periodicCube(8.0);
+    problem.physics.species[0].count = 1;
+    problem.physics.species.push_back({"rock", test::sphereShape(50.0), 0, nullptr});
     REQUIRE_NOTHROW(validate(problem));
   }
 }
@@ -74,7 +74,7 @@ TEST_CASE("Invalid problems are rejected with a reason", "[packing]") {
 TEST_CASE("cellVolume includes the cells of all species", "[packing]") {
   PackingProblem problem = redCellProblem(periodicCube(25.0), 0.40);
   const auto sphere = test::sphereShape(1.0);
-  problem.species.push_back({"sphere", sphere, 7, nullptr});
+  problem.physics.species.push_back({"sphere", sphere, 7, nullptr});
   REQUIRE(cellVolume(problem) ==
-          Approx(problem.species[0].count * test::redCellShape()->volume() + 7.0 * sphere->volume()));
+          Approx(problem.physics.species[0].count * test::redCellShape()->volume() + 7.0 * sphere->volume()));
 }

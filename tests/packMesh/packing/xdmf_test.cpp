@@ -50,12 +50,12 @@ TEST_CASE("The companion of a state names every table with its size, and each me
   const test::TemporaryFolder folder;
   const fs::path state = folder.path() / "my state.h5", xdmf = folder.path() / "my state.xdmf";
   PackingProblem problem = test::mixtureIn(test::periodicCube(25.0), 0.4, 3);
-  problem.species[1].name = "A < B & \"C\"";
+  problem.physics.species[1].name = "A < B & \"C\"";
   PackingState last;
   problem.checkpoints = Checkpoints{{}, [&](const PackingState& s) { last = s; }};
   REQUIRE(pack(problem).outcome == Outcome::certified);
   writeState(state, problem, {}, last);
-  writeXdmf(xdmf, state, last.cellCount, problem.species);
+  writeXdmf(xdmf, state, last.cellCount, problem.physics.species);
 
   tinyxml2::XMLDocument document;
   REQUIRE(document.LoadFile(xdmf.c_str()) == tinyxml2::XML_SUCCESS);

@@ -31,7 +31,7 @@ Certificate certificateOf(const Columns& columns, const Shape& shape, std::int64
 
 PackingProblem inColumns(double edge, double fraction, std::uint64_t seed = 1) {
   PackingProblem problem = test::redCellProblem(test::periodicCube(edge), fraction, seed);
-  problem.species[0].inColumns = true;
+  problem.physics.species[0].inColumns = true;
   return problem;
 }
 
@@ -93,27 +93,27 @@ TEST_CASE("Packings in columns are denser than random ones can be", "[packing]")
     const PackingResult result = pack(problem);
     CHECK(result.outcome == Outcome::certified);
     CHECK(result.certificate.clean());
-    CHECK(std::int64_t(result.cells.size()) == problem.species[0].count);
+    CHECK(std::int64_t(result.cells.size()) == problem.physics.species[0].count);
   }
 }
 
 TEST_CASE("Platelets fit between columns", "[packing]") {
   PackingProblem problem = inColumns(40.0, 0.45);
-  problem.species.push_back({"PLT", test::hemocellShape("PLT"), 30, nullptr});
+  problem.physics.species.push_back({"PLT", test::hemocellShape("PLT"), 30, nullptr});
   CHECK(pack(problem).outcome == Outcome::certified);
 }
 
 TEST_CASE("Columns are rejected where they are not possible", "[packing]") {
   PackingProblem problem = inColumns(40.0, 0.3);
-  problem.container = makeCylinder(Vec3(20, 20, 20), 2, 15, 40, true);
+  problem.physics.container = makeCylinder(Vec3(20, 20, 20), 2, 15, 40, true);
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("periodic along all axes"));
   problem = inColumns(40.0, 0.3);
-  problem.rotate = false;
+  problem.physics.rotate = false;
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("rotations are disabled"));
   problem = inColumns(40.0, 0.3);
-  problem.species.push_back(problem.species[0]);
+  problem.physics.species.push_back(problem.physics.species[0]);
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("another species does as well"));
   problem = inColumns(40.0, 0.3);
-  problem.species[0].freedom.cone = AxisCone{Vec3::UnitX(), 0.1};
+  problem.physics.species[0].freedom.cone = AxisCone{Vec3::UnitX(), 0.1};
   CHECK_THROWS_WITH(pack(problem), Catch::Contains("orientation of its cells is constrained"));
 }

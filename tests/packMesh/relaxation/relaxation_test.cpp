@@ -6,8 +6,10 @@
 #include <functional>
 
 #include "packMesh/container/primitives.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/placement/placement.h"
 #include "packMesh/relaxation/schedule.h"
+#include "tests/support/physics.h"
 #include "tests/support/shapes.h"
 
 using namespace packmesh;
@@ -18,14 +20,9 @@ Box cube(double edge) {
   return {Vec3::Zero(), Vec3::Constant(edge)};
 }
 
-RelaxationInput inputFor(const std::vector<const Shape*>& shapes, const Box& bounds, const Vec3& period) {
-  RelaxationInput input;
-  input.shapes = shapes;
-  input.walls.assign(shapes.size(), nullptr);
-  input.bounds = bounds;
-  input.period = period;
-  input.clearance = input.wallClearance = 0.02;
-  return input;
+/// Shapes in a periodic box.
+Physics physicsIn(const Box& bounds, const std::vector<std::shared_ptr<const Shape>>& shapes) {
+  return test::physicsOf(shapes, makeBox(bounds, {true, true, true}));
 }
 
 Body bodyAt(const Vec3& position, std::int64_t id, int species = 0) {
@@ -36,10 +33,10 @@ Body bodyAt(const Vec3& position, std::int64_t id, int species = 0) {
   return b;
 }
 
-std::vector<Body> randomBodies(const Shape& shape, const Wall* wall, int count, const Box& bounds,
-                               std::uint64_t seed) {
+std::vector<Body> randomBodies(Physics physics, int count, std::uint64_t seed) {
+  physics.seed = seed;
   std::vector<Body> bodies;
-  for (const Pose& pose : placeRandomly({&shape, wall, 0, count}, bounds, seed, true)) {
+  for (const Pose& pose : placeRandomly(physics, {}, 0, 0, count)) {
     Body b = bodyAt(pose.position, static_cast<std::int64_t>(bodies.size()));
     b.orientation = pose.orientation;
     b.rotation = pose.orientation.toRotationMatrix();
@@ -61,10 +58,11 @@ TEST_CASE("Two overlapping spheres separate along the line of their centres, to 
           "[relaxation]") {
   const auto sphere = test::sphereShape(1.0);
   for (const double clearance : {0.02, 0.25}) {
-    RelaxationInput input = inputFor({sphere.get()}, cube(20.0), Vec3::Zero());
-    input.clearance = clearance;
+    Physics physics = physicsIn(cube(20.0), {sphere});
+    physics.clearance = clearance - tolerance::relaxationMargin;
     const Vec3 direction = Vec3(1.0, 2.0, -0.5).normalized(), middle(10.0, 9.0, 11.0);
-    Relaxation relaxation(input, {bodyAt(middle - 0.8 * direction, 0), bodyAt(middle + 0.8 * direction, 1)});
+    Relaxation relaxation(physics, {},
+                          {bodyAt(middle - 0.8 * direction, 0), bodyAt(middle + 0.8 * direction, 1)});
     for (int k = 0; k < 60; ++k) relaxation.sweep(0.4);
     const std::vector<Body> cells = relaxation.cells();
     const Vec3 apart = cells[1].position - cells[0].position;
@@ -82,7 +80,7 @@ TEST_CASE("Cells separate across a periodic face as they do inside", "[relaxatio
   const auto run = [&](const Vec3& at) {
     Body a = bodyAt(wrapped(at, bounds, bounds.size()), 0);
     Body b = bodyAt(wrapped(at + Vec3(3.0, 1.0, 0.5), bounds, bounds.size()), 1);
-    Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()), {a, b});
+    Relaxation relaxation(physicsIn(bounds, {shape}), {}, {a, b});
     for (int k = 0; k < 50; ++k) relaxation.sweep(1.0);
     const std::vector<Body> cells = relaxation.cells();
     Vec3 apart = cells[1].position - cells[0].position;
@@ -97,7 +95,7 @@ TEST_CASE("Cells separate across a periodic face as they do inside", "[relaxatio
 
 TEST_CASE("The heavier cell moves less", "[relaxation]") {
   const auto heavy = test::sphereShape(2.0), light = test::sphereShape(1.0);
-  Relaxation relaxation(inputFor({heavy.get(), light.get()}, cube(20.0), Vec3::Zero()),
+  Relaxation relaxation(physicsIn(cube(20.0), {heavy, light}), {},
                         {bodyAt(Vec3(10.0, 10.0, 10.0), 0, 0), bodyAt(Vec3(12.0, 10.0, 10.0), 1, 1)});
   for (int k = 0; k < 60; ++k) relaxation.sweep(0.4);
   const std::vector<Body> cells = relaxation.cells();
@@ -111,10 +109,10 @@ TEST_CASE("Relaxation depends on the seed, not on the order of the cells", "[rel
   const auto shape = test::redCellShape();
   const Box bounds = cube(25.0);
   const auto run = [&](std::uint64_t seed, bool reversed) {
-    RelaxationInput input = inputFor({shape.get()}, bounds, bounds.size());
-    std::vector<Body> bodies = randomBodies(*shape, nullptr, 80, bounds, seed);
+    const Physics physics = physicsIn(bounds, {shape});
+    std::vector<Body> bodies = randomBodies(physics, 80, seed);
     if (reversed) std::reverse(bodies.begin(), bodies.end());
-    Relaxation relaxation(input, std::move(bodies));
+    Relaxation relaxation(physics, {}, std::move(bodies));
     for (int k = 0; k < 12; ++k) relaxation.sweep(1.0);
     return relaxation.cells();
   };
@@ -129,8 +127,8 @@ TEST_CASE("Penetrations decrease, and vanish at a fraction of 0.4", "[relaxation
   const Box bounds = cube(25.0);
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
-    Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()),
-                          randomBodies(*shape, nullptr, 77, bounds, seed));
+    const Physics physics = physicsIn(bounds, {shape});
+    Relaxation relaxation(physics, {}, randomBodies(physics, 77, seed));
     const double start = relaxation.sweep(1.0).total();
     double before = start;
     for (int k = 0; k < 5; ++k) {
@@ -157,20 +155,19 @@ TEST_CASE("Penetrations decrease, and vanish at a fraction of 0.4", "[relaxation
 
 TEST_CASE("Walls push cells into the lumen", "[relaxation]") {
   const auto shape = test::redCellShape();
-  std::vector<std::unique_ptr<Container>> containers;
+  std::vector<std::shared_ptr<const Container>> containers;
   containers.push_back(makeBox(cube(22.0), {false, false, false}));
   containers.push_back(makeSphere(Vec3(3.0, -2.0, 1.0), 12.0));
   containers.push_back(makeCylinder(Vec3(0.0, 5.0, 0.0), 1, 8.0, 20.0, false));
   for (const auto& container : containers) {
     CAPTURE(container->describe());
-    RelaxationInput input = inputFor({shape.get()}, container->bounds(), container->period());
-    input.walls = {container->wall()};
-    input.wallClearance = 0.1;
+    Physics physics = test::physicsOf({shape}, container);
+    physics.wallClearance = 0.08;
     const int count = static_cast<int>(0.15 * container->volume() / shape->volume());
-    std::vector<Body> bodies = randomBodies(*shape, container->wall(), count, container->bounds(), 1);
+    std::vector<Body> bodies = randomBodies(physics, count, 1);
     for (std::size_t i = 0; i < bodies.size(); i += 3)  // through the wall
       bodies[i].position += 1.5 * (bodies[i].position - container->bounds().center()).normalized();
-    Relaxation relaxation(input, std::move(bodies));
+    Relaxation relaxation(physics, {}, std::move(bodies));
     ScheduleLimits limits;
     limits.maxSweeps = 3000;
     REQUIRE(relax(relaxation, 0.01, limits));
@@ -182,11 +179,10 @@ TEST_CASE("Walls push cells into the lumen", "[relaxation]") {
 
 TEST_CASE("More clearance can be required of a pair and of a cell at the wall", "[relaxation]") {
   const auto sphere = test::sphereShape(1.0);
-  const auto container = makeBox(cube(12.0), {false, false, false});
-  RelaxationInput input = inputFor({sphere.get()}, cube(12.0), Vec3::Zero());
-  input.walls = {container->wall()};
-  Relaxation relaxation(input, {bodyAt(Vec3(1.0, 6.0, 6.0), 4), bodyAt(Vec3(6.0, 6.0, 6.0), 2),
-                                bodyAt(Vec3(7.5, 6.0, 6.0), 3)});
+  const Physics physics = test::physicsOf({sphere}, makeBox(cube(12.0), {false, false, false}));
+  Relaxation relaxation(
+      physics, {},
+      {bodyAt(Vec3(1.0, 6.0, 6.0), 4), bodyAt(Vec3(6.0, 6.0, 6.0), 2), bodyAt(Vec3(7.5, 6.0, 6.0), 3)});
   const auto settled = [&] {
     for (int k = 0; k < 80; ++k) relaxation.sweep(0.4);
     const std::vector<Body> c = relaxation.cells();
@@ -210,11 +206,11 @@ TEST_CASE("More clearance can be required of a pair and of a cell at the wall", 
 
 TEST_CASE("Without rotation, orientations do not change", "[relaxation]") {
   const auto shape = test::redCellShape();
-  RelaxationInput input = inputFor({shape.get()}, cube(25.0), Vec3::Constant(25.0));
-  input.rotate = false;
-  std::vector<Body> bodies = randomBodies(*shape, nullptr, 60, cube(25.0), 5);
+  Physics physics = physicsIn(cube(25.0), {shape});
+  std::vector<Body> bodies = randomBodies(physics, 60, 5);
+  physics.rotate = false;
   const std::vector<Body> start = bodies;
-  Relaxation relaxation(input, std::move(bodies));
+  Relaxation relaxation(physics, {}, std::move(bodies));
   for (int k = 0; k < 20; ++k) relaxation.sweep(1.0);
   const std::vector<Body> cells = relaxation.cells();
   double moved = 0.0;
@@ -228,10 +224,10 @@ TEST_CASE("Without rotation, orientations do not change", "[relaxation]") {
 TEST_CASE("A few small cells in a large lumen cost little", "[relaxation]") {
   const auto sphere = test::sphereShape(0.5);
   const Box bounds = cube(20000.0);
-  Relaxation relaxation(inputFor({sphere.get()}, bounds, bounds.size()),
-                        randomBodies(*sphere, nullptr, 5, bounds, 1));
+  const Physics physics = physicsIn(bounds, {sphere});
+  Relaxation relaxation(physics, {}, randomBodies(physics, 5, 1));
   REQUIRE(relaxation.sweep(1.0).contacts == 0);
-  Relaxation empty(inputFor({}, bounds, bounds.size()), {});
+  Relaxation empty(physicsIn(bounds, {}), {}, {});
   REQUIRE(empty.sweep(1.0).contacts == 0);
 }
 
@@ -240,8 +236,8 @@ TEST_CASE("Schedules stop when requested", "[relaxation]") {
   const Box bounds = cube(20.0);
   // 0.75: infeasible
   const int count = static_cast<int>(0.75 * bounds.volume() / shape->volume());
-  Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()),
-                        randomBodies(*shape, nullptr, count, bounds, 1));
+  const Physics physics = physicsIn(bounds, {shape});
+  Relaxation relaxation(physics, {}, randomBodies(physics, count, 1));
   ScheduleLimits limits;
   limits.maxSweeps = 25;
   int told = 0;
@@ -271,8 +267,8 @@ TEST_CASE("The relaxation schedule unlocks interlocked dense cells", "[relaxatio
     return depth > 0.35 * relaxation.halfThickness();
   };
   for (const std::uint64_t seed : {1, 2, 3}) {
-    const RelaxationInput input = inputFor({shape.get()}, bounds, bounds.size());
-    Relaxation relaxation(input, randomBodies(*shape, nullptr, count, bounds, seed));
+    const Physics physics = physicsIn(bounds, {shape});
+    Relaxation relaxation(physics, {}, randomBodies(physics, count, seed));
     for (int k = 0; k < 200; ++k) relaxation.sweep(1.0);
     REQUIRE(lockedAfter(relaxation, [&] { relaxation.sweep(1.0); }));  // what the schedule is to avoid
 
@@ -287,7 +283,7 @@ TEST_CASE("The relaxation schedule unlocks interlocked dense cells", "[relaxatio
     for (int k = 0; k < 200; ++k) annealed();
     REQUIRE_FALSE(lockedAfter(relaxation, annealed));
 
-    Relaxation other(input, randomBodies(*shape, nullptr, count, bounds, seed));
+    Relaxation other(physics, {}, randomBodies(physics, count, seed));
     const std::function<void()> fromTheStart = scheduled(other, {});
     for (int k = 0; k < 200; ++k) fromTheStart();
     REQUIRE_FALSE(lockedAfter(other, fromTheStart));
@@ -301,8 +297,8 @@ TEST_CASE("Ellipsoids are resolved equally fast for any shortest axis", "[relaxa
     CAPTURE(axes);
     const auto shape = hemocell::makeEllipsoid(axes.x(), axes.y(), axes.z());
     const int count = static_cast<int>(0.58 * bounds.volume() / shape->volume());
-    Relaxation relaxation(inputFor({shape.get()}, bounds, bounds.size()),
-                          randomBodies(*shape, nullptr, count, bounds, 1));
+    const Physics physics = physicsIn(bounds, {shape});
+    Relaxation relaxation(physics, {}, randomBodies(physics, count, 1));
     ScheduleLimits limits;
     limits.maxSweeps = 60;
     REQUIRE(relax(relaxation, 0.01, limits));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/relaxation/freedom.h"
+#include "packMesh/problem/freedom.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/certificate/certificate_input.h"
+
+namespace packmesh {
+
+CertificateInput certificateInputOf(const Physics& physics, const std::vector<PlacedCell>& cells,
+                                    const Threads& threads) {
+  CertificateInput input;
+  for (const Species& species : physics.species) {
+    input.shapes.push_back(species.shape.get());
+    input.walls.push_back(physics.wallOf(species));
+    input.extraWallGap.push_back(species.freedom.extraWallClearance);
+  }
+  input.container = physics.container.get();
+  input.cells = &cells;
+  input.requiredGap = physics.clearance;
+  input.requiredWallGap = physics.wallClearance;
+  input.threads = threads;
+  return input;
+}
+
+}  // namespace packmesh

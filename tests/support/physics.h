@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file Physics for tests of single stages.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "packMesh/problem/physics.h"
+
+namespace packmesh::test {
+
+/// Shapes in a container, one species of each.
+inline Physics physicsOf(const std::vector<std::shared_ptr<const Shape>>& shapes,
+                         std::shared_ptr<const Container> container) {
+  Physics physics;
+  for (const auto& shape : shapes) physics.species.push_back({"cell", shape, 0, nullptr});
+  physics.container = std::move(container);
+  return physics;
+}
+
+}  // namespace packmesh::test
