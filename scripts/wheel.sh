@@ -12,11 +12,12 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 rm -rf "$wheels"
 
-# Both environments have the packages of the system: scikit-build for the one, NumPy for the other.
+# Both environments have the packages of the system: scikit-build for the one, NumPy, h5py and Jinja2 for the other. (pip does not see
+# Debian's h5py.)
 "$python" -m venv --system-site-packages "$scratch/builder"
 "$scratch/builder/bin/pip" wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir "$wheels" .
 "$python" -m venv --system-site-packages "$scratch/user"
-"$scratch/user/bin/pip" install --quiet --disable-pip-version-check --no-index "$wheels"/packmesh-*.whl
+"$scratch/user/bin/pip" install --quiet --disable-pip-version-check --no-index --no-deps "$wheels"/packmesh-*.whl
 mkdir "$scratch/folder"
 tests/python/use.sh "$scratch/user/bin/python" "$(echo "$scratch"/user/lib/python3.*/site-packages)" "$scratch/folder"
 echo "(packMesh) Wrote $(echo "$wheels"/*.whl)"
