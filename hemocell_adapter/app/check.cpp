@@ -39,9 +39,9 @@ class FaultList {
   std::int64_t count_ = 0, hidden_ = 0;
 };
 
-class Report {
+class CheckReport {
  public:
-  Report(const Problem& problem, const FoundCells& found)
+  CheckReport(const Problem& problem, const FoundCells& found)
       : problem_(problem), found_(found), examination_(examine(problem, found.cells)) {}
 
   bool print() {
@@ -242,11 +242,11 @@ Problem builtProblem(const CompletedRequest& completed, const Communicator& rank
 
 ExitCode checkFolder(const CompletedRequest& completed, const Communicator& ranks) {
   const Timer timer;
-  Problem problem = builtProblem(completed, ranks);
+  const Problem problem = builtProblem(completed, ranks);
   for (const std::string& notice : problem.notices) log::warning(notice);
   const FoundCells found = readCells(problem);
   for (const std::string& warning : limitWarnings(problem, found.counts)) log::warning(warning);
-  Report report(problem, found);
+  CheckReport report(problem, found);
   const bool clean = report.print();
   writeOutputsOf(problem, problem.request.output, found, report.examination(), {timer.cpu(), timer.wall()});
   return clean ? ExitCode::ok : ExitCode::faultsFound;
@@ -254,13 +254,13 @@ ExitCode checkFolder(const CompletedRequest& completed, const Communicator& rank
 
 /// What is said of one of several folders. @param withNotices of how its problem was built
 ExitCode tellInALine(const CompletedRequest& completed, bool withNotices, const Communicator& ranks) {
-  Problem problem = builtProblem(completed, ranks);
+  const Problem problem = builtProblem(completed, ranks);
   if (withNotices) {
     log::info(versionLine(ranks.size(), problem.team.count()));
     for (const std::string& notice : problem.notices) log::warning(notice);
   }
   const FoundCells found = readCells(problem);
-  const Report report(problem, found);
+  const CheckReport report(problem, found);
   log::info(fmt::format("{}: {}", problem.request.output.folder.string(), report.line()));
   return report.clean() ? ExitCode::ok : ExitCode::faultsFound;
 }

@@ -4,16 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "hemocell_adapter/base/stopped.h"
-#include "hemocell_adapter/base/value.h"
+#include "packMesh/core/environment.h"
 #include "packMesh/parallel/cores.h"
 #include "packMesh/parallel/launcher.h"
 
@@ -70,33 +68,19 @@ void requireConnected() {
   if (!areConnected(tasks)) throw AgreedFailure({ExitCode::notConnected, notConnectedText(tasks)});
 }
 
-namespace {
-
-/// The whole number that a variable begins with, up to `end`, without the spaces around it; -1 if it begins
-/// with something else. Empty: not set, or to nothing.
-std::optional<std::int64_t> numberIn(const char* variable, char end = '\0') {
-  const char* value = std::getenv(variable);
-  if (!value || trimmed(value).empty()) return {};
-  const std::string text = trimmed(std::string(value).substr(0, std::string_view(value).find(end)));
-  std::int64_t number = -1;
-  const auto [last, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && last == text.data() + text.size() ? number : -1;
-}
-
-}  // namespace
-
 Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks) {
   const int cores = availableCores();
   std::int64_t threads = ranks.alone() ? cores : 1;
   if (requested) {
     threads = *requested;
-  } else if (const auto number = numberIn("OMP_NUM_THREADS", ',')) {  // "4,2": numbers of nested levels
+  } else if (const auto number =
+                 numberInEnvironment("OMP_NUM_THREADS", ',')) {  // "4,2": numbers of nested levels
     if (*number < 1 || *number > maxThreads)
       throw UsageError(
           fmt::format("the variable OMP_NUM_THREADS: expected an integer from 1 to {}, found '{}'",
                       maxThreads, std::getenv("OMP_NUM_THREADS")));
     threads = *number;
-  } else if (const auto cpus = numberIn("SLURM_CPUS_PER_TASK"); cpus && *cpus > 0) {
+  } else if (const auto cpus = numberInEnvironment("SLURM_CPUS_PER_TASK"); cpus && *cpus > 0) {
     threads = std::min<std::int64_t>(*cpus, cores);
   }
   return Threads(static_cast<int>(std::min<std::int64_t>(threads, std::max(16, 4 * cores))));

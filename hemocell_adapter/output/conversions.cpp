@@ -63,11 +63,10 @@ void warnOfMissing(const OutputRequest& output, const std::string& why) {
   static std::string last;  // of several realisations, the first says it for all
   if (why == last) return;
   last = why;
-  log::warning(
-      fmt::format("the Python package packmesh {}, which writes what was requested besides cells, states and "
-                  "report.json; "
-                  "{} will be kept for it. Where it is installed: {}",
-                  why, keptTables(output).string(), asTyped(commandsFor(output, keptTables(output)))));
+  log::warning(fmt::format(
+      "the Python package packmesh {}: exports, VTK files and pages of reports are not written. {} "
+      "is kept for them; where packmesh can be used, this writes them: {}",
+      why, keptTables(output).string(), asTyped(commandsFor(output, keptTables(output)))));
 }
 
 }  // namespace

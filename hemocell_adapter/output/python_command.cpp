@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/output/python_command.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,6 +17,7 @@
 #include <string_view>
 
 #include "hemocell_adapter/base/log.h"
+#include "packMesh/core/spawn.h"
 
 extern char** environ;
 
@@ -30,98 +29,41 @@ namespace fs = std::filesystem;
 // Exit codes of packmesh (python/packmesh/files.py).
 constexpr int refusedCode = 2, unusableCode = 69;
 
-bool isExecutable(const fs::path& file) {
-  std::error_code ignored;
-  return fs::is_regular_file(file, ignored) && ::access(file.c_str(), X_OK) == 0;
-}
-
 /// The environment without the variables by which launchers of MPI name ranks.
-std::vector<char*> environmentWithoutRanks() {
-  std::vector<char*> kept;
+std::vector<std::string> environmentWithoutRanks() {
+  std::vector<std::string> kept;
   for (char** variable = environ; *variable; ++variable) {
     const std::string_view text(*variable);
     bool ofRank = false;
-    for (const std::string_view prefix : {"OMPI_", "PMIX_", "PMI_", "PRTE_", "MPI_LOCALNRANKS"})
+    for (const std::string_view prefix : {"OMPI_", "PMIX_", "PMI_", "PRTE_", "SLURM_", "MPI_LOCALNRANKS"})
       ofRank = ofRank || text.substr(0, prefix.size()) == prefix;
-    if (!ofRank) kept.push_back(*variable);
+    if (!ofRank) kept.emplace_back(text);
   }
-  kept.push_back(nullptr);
   return kept;
 }
 
-/// A pipe of which only the child gets the end that it writes to.
-struct Pipe {
-  int read = -1, write = -1;
-  Pipe() {
-    std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) == 0) {
-      read = ends[0];
-      write = ends[1];
-    }
-  }
-  ~Pipe() {
-    close(read);
-    close(write);
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  static void close(int& end) {
-    if (end >= 0) ::close(end);
-    end = -1;
-  }
-};
-
-/// @return 0, or an error of the system
-int spawn(const std::vector<std::string>& words, const Pipe& out, const Pipe& err, pid_t& child) {
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_t attributes;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawnattr_init(&attributes);
-  ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, out.write, 1);
-  ::posix_spawn_file_actions_adddup2(&actions, err.write, 2);
-  sigset_t none, defaults;
-  sigemptyset(&none);
-  sigemptyset(&defaults);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGUSR1, SIGXCPU}) sigaddset(&defaults, signal);
-  ::posix_spawnattr_setsigmask(&attributes, &none);
-  ::posix_spawnattr_setsigdefault(&attributes, &defaults);
-  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  std::vector<char*> environment = environmentWithoutRanks();
-  const int error =
-      ::posix_spawnp(&child, arguments[0], &actions, &attributes, arguments.data(), environment.data());
-  ::posix_spawnattr_destroy(&attributes);
-  ::posix_spawn_file_actions_destroy(&actions);
-  return error;
-}
-
 /// Reads both until the child has closed them. @return false if `stop` ended it
-bool readBoth(Pipe& out, Pipe& err, std::string& outText, std::string& errText, pid_t child,
+bool readBoth(Descriptor& out, Descriptor& err, std::string& outText, std::string& errText, pid_t child,
               const std::function<bool()>& stop) {
-  Pipe::close(out.write);
-  Pipe::close(err.write);
   bool stopped = false;
-  while (out.read >= 0 || err.read >= 0) {
-    std::array<pollfd, 2> ends = {{{out.read, POLLIN, 0}, {err.read, POLLIN, 0}}};
+  while (out.isOpen() || err.isOpen()) {
+    std::array<pollfd, 2> ends = {{{out.number(), POLLIN, 0}, {err.number(), POLLIN, 0}}};
     ::poll(ends.data(), ends.size(), 100);
     if (!stopped && stop && stop()) {
       stopped = true;
       ::kill(child, SIGTERM);
     }
-    const auto readSome = [](const pollfd& end, int& descriptor, std::string& text) {
+    const auto readSome = [](const pollfd& end, Descriptor& descriptor, std::string& text) {
       if (end.revents == 0) return;
       std::array<char, 4096> bytes;
-      const ssize_t n = ::read(descriptor, bytes.data(), bytes.size());
+      const ssize_t n = ::read(descriptor.number(), bytes.data(), bytes.size());
       if (n > 0)
         text.append(bytes.data(), static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
-        Pipe::close(descriptor);
+        descriptor.close();
     };
-    readSome(ends[0], out.read, outText);
-    readSome(ends[1], err.read, errText);
+    readSome(ends[0], out, outText);
+    readSome(ends[1], err, errText);
   }
   return !stopped;
 }
@@ -147,11 +89,11 @@ std::optional<std::string> after(const std::string& prefix, const std::string& l
 std::vector<std::string> packmeshCommand() {
   std::error_code error;
   const fs::path beside = fs::read_symlink("/proc/self/exe", error).parent_path() / "packmesh";
-  if (!error && isExecutable(beside)) return {beside.string()};
+  if (!error && isProgram(beside)) return {beside.string()};
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');)
-    if (!folder.empty() && isExecutable(fs::path(folder) / "packmesh")) return {folder + "/packmesh"};
+    if (!folder.empty() && isProgram(fs::path(folder) / "packmesh")) return {folder + "/packmesh"};
   return {"python3", "-m", "packmesh"};
 }
 
@@ -159,18 +101,22 @@ CommandEnd runPackmesh(const std::vector<std::string>& arguments, const std::fun
   std::vector<std::string> words = packmeshCommand();
   const bool asModule = words.size() > 1;
   words.insert(words.end(), arguments.begin(), arguments.end());
-  Pipe out, err;
+  Descriptor out, err, itsOut, itsErr;
   pid_t child = -1;
-  const int error = out.read < 0 || err.read < 0 ? errno : spawn(words, out, err, child);
+  int error = 0;
+  if (makePipe(out, itsOut) && makePipe(err, itsErr))
+    error = spawn({words, environmentWithoutRanks(), {-1, itsOut.number(), itsErr.number()}}, child);
+  else
+    error = errno;
+  itsOut.close();
+  itsErr.close();
   using Kind = CommandEnd::Kind;
   if (error == ENOENT) return {Kind::unusable, {}, "is not installed"};
   if (error != 0)
     return {Kind::failed, {}, fmt::format("{} cannot be started: {}", words.front(), std::strerror(error))};
   std::string outText, errText;
   const bool stopped = !readBoth(out, err, outText, errText, child, stop);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = statusAtEnd(child).value_or(0);
   CommandEnd end;
   std::string rest;  // what Python itself says
   for (const std::string& line : linesOf(errText)) {

@@ -44,7 +44,7 @@ bool givenWhole(const Problem& problem) {
 }
 
 /// Doubles the clearance between membranes as long as that succeeds, then halves the step.
-void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const Attempt& attempt,
+void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const PackWith& packWith,
            RoomyPacking& best) {
   double lo = best.clearances.membranes, hi = 0.0;  // hi: failed; 0: nothing yet
   while (timeLeft() > 0.0) {
@@ -52,7 +52,7 @@ void widen(std::int64_t sweeps, const std::function<double()>& timeLeft, const A
     if (hi > 0.0 && hi - lo <= finest) return;
     Clearances wider = best.clearances;
     wider.membranes = hi > 0.0 ? 0.5 * (lo + hi) : std::max(2.0 * lo, 16.0 * finestStep);
-    auto result = attempt(wider, {sweeps, 0, timeLeft(), false});
+    auto result = packWith(wider, {sweeps, 0, timeLeft(), false});
     if (result && result->outcome == Outcome::interrupted) {
       best.result = std::move(*result);
       return;
@@ -93,7 +93,7 @@ std::vector<Clearances> clearanceLevels(const Problem& problem) {
 
 RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
                           std::int64_t cells, const std::function<double()>& elapsed,
-                          const Attempt& attempt) {
+                          const PackWith& packWith) {
   const std::int64_t cheapSweeps =
       request.method == Method::cat
           ? cheapIterations
@@ -106,7 +106,7 @@ RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>&
         request.maxSeconds > 0.0 ? std::max(request.maxSeconds - elapsed(), leastSeconds) : 0.0;
     const AttemptLimits limits = last ? AttemptLimits{0, 0, left, true}
                                       : AttemptLimits{cheapSweeps, sweepsForFew, shareOfTime * left, false};
-    auto result = attempt(levels[i], limits);
+    auto result = packWith(levels[i], limits);
     if (!result) continue;
     best = {std::move(*result), levels[i]};
     if (best.result.outcome != Outcome::outOfReach) break;
@@ -114,7 +114,7 @@ RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>&
   const double most = request.maxSeconds > 0.0 ? request.maxSeconds : defaultSearch;
   if (request.largestClearance && best.result.outcome == Outcome::certified)
     widen(
-        request.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, attempt, best);
+        request.maxIterations.value_or(thoroughSweeps), [&] { return most - elapsed(); }, packWith, best);
   return best;
 }
 

@@ -36,7 +36,7 @@ struct RoomyPacking {
 };
 
 /// Packs with one pair of clearances. @return nothing if they are impossible
-using Attempt =
+using PackWith =
     std::function<std::optional<PackingResult>(const Clearances& clearances, const AttemptLimits& limits)>;
 
 /// Tries the levels from `first` on until one is certified; if the request asks for the largest clearance,
@@ -44,6 +44,7 @@ using Attempt =
 /// @param cells to be packed
 /// @param elapsed wall time since packing began [s], the same on all ranks
 RoomyPacking packWithRoom(const Request& request, const std::vector<Clearances>& levels, std::size_t first,
-                          std::int64_t cells, const std::function<double()>& elapsed, const Attempt& attempt);
+                          std::int64_t cells, const std::function<double()>& elapsed,
+                          const PackWith& packWith);
 
 }  // namespace packmesh::hemocell

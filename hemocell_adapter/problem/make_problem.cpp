@@ -385,7 +385,6 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
     physics.species.push_back(part.cells);
-    physics.species.back().kind = part.species;
     if (species.ratio && part.cells.count == species.count)
       physics.species.back().asked = *species.ratio * redCells;
   }

@@ -32,7 +32,6 @@ Physics physicsOf(const Problem& problem) {
   for (const CellSpecies& one : problem.species) {
     Species species{one.name, one.shape, one.mostCells(), nullptr, one.redCell};
     species.freedom.extraWallClearance = one.extraWallClearance(problem.demanded.wall);
-    species.kind = static_cast<std::int32_t>(physics.species.size());
     physics.species.push_back(std::move(species));
   }
   physics.container = problem.lumen.container;

@@ -111,7 +111,7 @@ FoundCells::Place FoundCells::placeOf(std::int64_t cell) const {
   return place;
 }
 
-FoundCells readCells(Problem& problem) {
+FoundCells readCells(const Problem& problem) {
   const Communicator& ranks = problem.ranks;
   FoundCells found;
   std::vector<ReadCell> read;
@@ -127,7 +127,6 @@ FoundCells readCells(Problem& problem) {
     read.reserve(read.size() + share.lines.size());
     for (const PosLine& line : share.lines) read.push_back(readCell(id++, static_cast<int>(s), line));
     found.counts.push_back(share.all);
-    problem.species[s].count = share.all;
     found.all += share.all;
   }
   read = IdShares(found.all, ranks).collect(std::move(read));

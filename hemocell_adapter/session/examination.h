@@ -30,10 +30,9 @@ struct FoundCells {
   Place placeOf(std::int64_t cell) const;
 };
 
-/// Reads the .pos files of a problem that is to be checked, or the cells of its states, and completes the
-/// problem by their numbers. All ranks call.
+/// Reads the .pos files of a problem that is to be checked, or the cells of its states. All ranks call.
 /// @throws InputError; AgreedFailure if there are several ranks
-FoundCells readCells(Problem& problem);
+FoundCells readCells(const Problem& problem);
 
 /// The number of overlapping pairs at which the search among so many cells ends.
 std::int64_t mostOverlaps(std::int64_t cells);

@@ -25,6 +25,7 @@ void withExamined(Problem problem, const OutputRequest& output, const FoundCells
     return;
   }
   for (const PosLine& line : found.lines) problem.read.add(line);
+  for (std::size_t s = 0; s < found.counts.size(); ++s) problem.species[s].count = found.counts[s];
   PackingResult result;
   result.cells = found.cells;
   result.poses = found.poses;

@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,12 +11,14 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <utility>
+
+#include "packMesh/core/spawn.h"
 
 namespace packmesh {
 namespace {
 
-constexpr int dataOfHelper = 3;              ///< its descriptor
 constexpr std::size_t mostWords = 64 << 10;  // [bytes]
 
 /// What it may inherit: where libraries are, and the options of sanitizers. Neither LD_PRELOAD, which may
@@ -26,48 +27,20 @@ constexpr const char* inherited[] = {"PATH",         "LD_LIBRARY_PATH", "LANG", 
                                      "ASAN_OPTIONS", "UBSAN_OPTIONS",   "TSAN_OPTIONS"};
 
 /// Those that are sent to whole jobs and terminals: this process alone reacts to them.
-constexpr int blocked[] = {SIGINT,  SIGTERM, SIGHUP,  SIGQUIT, SIGXCPU, SIGUSR1,
-                           SIGUSR2, SIGTSTP, SIGALRM, SIGPIPE, SIGCONT};
+const std::vector<int> blocked = {SIGINT,  SIGTERM, SIGHUP,  SIGQUIT, SIGXCPU, SIGUSR1,
+                                  SIGUSR2, SIGTSTP, SIGALRM, SIGPIPE, SIGCONT};
 
-/// Closes a descriptor at the end of its scope.
-struct Descriptor {
-  int number = -1;
-  Descriptor() = default;
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number >= 0) close(number);
-  }
-  int release() { return std::exchange(number, -1); }
-};
-
-/// Moves a descriptor above those of the helper, which may be free in this process.
-bool raise(Descriptor& descriptor) {
-  const int above = fcntl(descriptor.number, F_DUPFD_CLOEXEC, dataOfHelper + 1);
-  if (above < 0) return false;
-  close(descriptor.number);
-  descriptor.number = above;
-  return true;
-}
-
-/// The ends of a socket and a pipe, ours first. Closed in other programs that are started meanwhile.
-bool connect(Descriptor (&data)[2], Descriptor (&printed)[2]) {
+/// The ends of a socket, ours first. @return false, with errno, if not possible
+bool makeSocket(Descriptor& ours, Descriptor& theirs) {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) return false;
-  data[0].number = ends[0], data[1].number = ends[1];
-  if (pipe2(ends, O_CLOEXEC) != 0) return false;
-  printed[0].number = ends[0], printed[1].number = ends[1];
-  for (Descriptor* end : {&data[0], &data[1], &printed[0], &printed[1]})
-    if (!raise(*end)) return false;
-  return fcntl(data[0].number, F_SETFL, O_NONBLOCK) == 0 &&
-         fcntl(printed[0].number, F_SETFL, O_NONBLOCK) == 0;
+  ours = Descriptor(ends[0]);
+  theirs = Descriptor(ends[1]);
+  return ours.raise(leastOwnDescriptor) && theirs.raise(leastOwnDescriptor);
 }
 
-std::vector<char*> pointersTo(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (std::string& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
+bool doesNotBlock(const Descriptor& descriptor) {
+  return fcntl(descriptor.number(), F_SETFL, O_NONBLOCK) == 0;
 }
 
 std::vector<std::string> environmentOfHelper() {
@@ -75,40 +48,6 @@ std::vector<std::string> environmentOfHelper() {
   for (const char* name : inherited)
     if (const char* value = std::getenv(name)) variables.push_back(std::string(name) + "=" + value);
   return variables;
-}
-
-/// @return 0 or the number of an error
-int spawn(const std::string& program, std::vector<std::string> arguments, int data, int printed, pid_t& id) {
-  arguments.insert(arguments.begin(), program);
-  std::vector<std::string> environment = environmentOfHelper();
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  if (const int error = posix_spawn_file_actions_init(&files)) return error;
-  if (const int error = posix_spawnattr_init(&attributes)) {
-    posix_spawn_file_actions_destroy(&files);
-    return error;
-  }
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, printed, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, printed, STDERR_FILENO);
-  posix_spawn_file_actions_adddup2(&files, data, dataOfHelper);
-#if __GLIBC_PREREQ(2, 34)
-  posix_spawn_file_actions_addclosefrom_np(&files, dataOfHelper + 1);  // those of MPI, locks ...
-#endif
-  sigset_t mask, byDefault;
-  sigemptyset(&mask);
-  for (const int number : blocked) sigaddset(&mask, number);
-  sigfillset(&byDefault);
-  posix_spawnattr_setsigmask(&attributes, &mask);
-  posix_spawnattr_setsigdefault(&attributes, &byDefault);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  posix_spawnattr_setflags(&attributes,
-                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-  const int error = posix_spawn(&id, program.c_str(), &files, &attributes, pointersTo(arguments).data(),
-                                pointersTo(environment).data());
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  return error;
 }
 
 std::string faultOf(int status) {
@@ -128,47 +67,55 @@ bool wouldBlock() {
 HelperProcess::HelperProcess(const std::string& program, std::vector<std::string> arguments,
                              std::string request, std::size_t mostBytes)
     : request_(std::move(request)), mostBytes_(mostBytes) {
-  Descriptor data[2], printed[2];
-  int error = connect(data, printed) ? 0 : errno;
-  if (error == 0) error = spawn(program, std::move(arguments), data[1].number, printed[1].number, id_);
-  if (error != 0) {
-    id_ = -1;
-    fault_ = std::string("cannot be started: ") + std::strerror(error);
-    return;
+  Descriptor theirData, theirPrint;
+  const bool connected = makeSocket(data_, theirData) && makePipe(printed_, theirPrint) &&
+                         doesNotBlock(data_) && doesNotBlock(printed_);
+  int error = errno;
+  if (connected) {
+    StartedProgram start;
+    start.words = std::move(arguments);
+    start.words.insert(start.words.begin(), program);
+    start.environment = environmentOfHelper();
+    start.descriptors = {-1, theirPrint.number(), theirPrint.number(), theirData.number()};
+    start.blockedSignals = blocked;
+    start.ownGroup = true;
+    error = spawn(start, id_);
   }
-  data_ = data[0].release();
-  printed_ = printed[0].release();
+  if (connected && error == 0) return;
+  fault_ = std::string("cannot be started: ") + std::strerror(error);
+  data_.close();
+  printed_.close();
 }
 
 HelperProcess::~HelperProcess() {
-  if (data_ >= 0) end();
+  if (data_.isOpen()) end();
 }
 
 bool HelperProcess::wait(int milliseconds) {
-  if (data_ < 0) return true;
-  pollfd waiting[2] = {{data_, static_cast<short>(sending_ ? POLLIN | POLLOUT : POLLIN), 0},
-                       {printed_, POLLIN, 0}};  // a negative descriptor is ignored
+  if (!data_.isOpen()) return true;
+  pollfd waiting[2] = {{data_.number(), static_cast<short>(sending_ ? POLLIN | POLLOUT : POLLIN), 0},
+                       {printed_.number(), POLLIN, 0}};  // a negative descriptor is ignored
   if (poll(waiting, 2, milliseconds) <= 0) return false;
   if (waiting[1].revents != 0) receiveWords();
   if (sending_ && (waiting[0].revents & POLLOUT) != 0) send();
   if ((waiting[0].revents & ~POLLOUT) != 0) receiveAnswer();
-  return data_ < 0;
+  return !data_.isOpen();
 }
 
 void HelperProcess::send() {
   // Not write(): of a helper that is gone, the answer tells enough, and SIGPIPE would end this process.
-  const ssize_t n = ::send(data_, request_.data() + sent_, request_.size() - sent_, MSG_NOSIGNAL);
+  const ssize_t n = ::send(data_.number(), request_.data() + sent_, request_.size() - sent_, MSG_NOSIGNAL);
   if (n > 0) sent_ += static_cast<std::size_t>(n);
   if (n < 0 && !wouldBlock()) sent_ = request_.size();
   if (sent_ < request_.size()) return;
-  shutdown(data_, SHUT_WR);
+  shutdown(data_.number(), SHUT_WR);
   request_ = std::string();
   sending_ = false;
 }
 
 void HelperProcess::receiveAnswer() {
   char buffer[1 << 16];
-  const ssize_t n = recv(data_, buffer, sizeof buffer, 0);
+  const ssize_t n = recv(data_.number(), buffer, sizeof buffer, 0);
   if (n > 0) {
     answer_.append(buffer, static_cast<std::size_t>(n));
     if (answer_.size() <= mostBytes_) return;
@@ -182,10 +129,10 @@ void HelperProcess::receiveAnswer() {
 
 void HelperProcess::receiveWords() {
   char buffer[1 << 12];
-  const ssize_t n = read(printed_, buffer, sizeof buffer);
+  const ssize_t n = read(printed_.number(), buffer, sizeof buffer);
   if (n < 0 && wouldBlock()) return;
   if (n <= 0) {
-    close(std::exchange(printed_, -1));
+    printed_.close();
     return;
   }
   for (ssize_t k = 0; k < n && words_.size() < mostWords; ++k) {
@@ -201,17 +148,15 @@ void HelperProcess::receiveWords() {
 /// status of one that is about to exit, and ends any other, and those that it has started.
 void HelperProcess::end() {
   kill(-id_, SIGKILL);
-  int status = 0;
-  pid_t ended;
-  while ((ended = waitpid(id_, &status, 0)) < 0 && errno == EINTR) continue;
-  if (ended == id_ && fault_.empty()) fault_ = faultOf(status);  // otherwise SIGCHLD is ignored
-  while (printed_ >= 0) {
+  const std::optional<int> status = statusAtEnd(id_);
+  if (status && fault_.empty()) fault_ = faultOf(*status);
+  while (printed_.isOpen()) {
     const std::size_t before = words_.size();
     receiveWords();
-    if (printed_ >= 0 && words_.size() == before) close(std::exchange(printed_, -1));
+    if (words_.size() == before) printed_.close();
   }
   if (!words_.empty() && words_.back() == ' ') words_.pop_back();
-  close(std::exchange(data_, -1));
+  data_.close();
 }
 
 }  // namespace packmesh

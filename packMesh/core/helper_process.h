@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/core/descriptor.h"
+
 namespace packmesh {
 
 /// A program that gets a request and returns an answer. It reads the request from file descriptor 3, up to
@@ -51,7 +53,7 @@ class HelperProcess {
   bool sending_ = true;
   std::string answer_, words_, fault_;
   pid_t id_ = -1;
-  int data_ = -1, printed_ = -1;  ///< our ends: of the socket, and of the pipe that it prints to
+  Descriptor data_, printed_;  ///< our ends: of the socket, and of the pipe that it prints to
 };
 
 }  // namespace packmesh

@@ -21,7 +21,7 @@ Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body) 
   return placement;
 }
 
-std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin) {
+std::vector<TetrahedraBody> bodiesAround(const TetrahedraInput& input, double margin) {
   std::vector<TetrahedraBody> bodies = input.bodies;
   const std::size_t complete = bodies.empty() ? input.objects.size() : 0;
   for (std::size_t i = 0; i < complete; ++i) {

@@ -15,7 +15,7 @@ std::string nameOf(const TetrahedraInput& input, int object);
 
 /// TetrahedraInput::bodies, or objects translated by whole periods into the bounds and their images up to
 /// `margin` outside; sorted by position. Their points are not numbered yet.
-std::vector<TetrahedraBody> bodiesOf(const TetrahedraInput& input, double margin);
+std::vector<TetrahedraBody> bodiesAround(const TetrahedraInput& input, double margin);
 
 /// Placement of a body.
 Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body);

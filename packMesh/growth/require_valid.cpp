@@ -50,7 +50,7 @@ void requireApart(const TetrahedraInput& input) {
 void requireInside(const TetrahedraInput& input) {
   requireSound(input.container->mesh(), "the container");
   const std::optional<MeshHierarchy> container = containerAround(input, 0.0);
-  for (const TetrahedraBody& body : bodiesOf(input, 0.0)) {
+  for (const TetrahedraBody& body : bodiesAround(input, 0.0)) {
     if (!body.primary) continue;
     const MeshRelation relation =
         relate(*input.objects[body.object].mesh, placementOf(input, body), *container, Placement()).relation;

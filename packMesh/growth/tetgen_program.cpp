@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "packMesh/growth/tetgen_program.h"
 
-#include <unistd.h>
-
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -12,6 +10,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/helper_process.h"
+#include "packMesh/core/spawn.h"
 #include "packMesh/core/version.h"
 #include "packMesh/growth/tetgen_data.h"
 
@@ -61,11 +60,6 @@ std::vector<fs::path> placesOf() {
   }
   places.push_back(fs::path(installedHelpers()) / name);
   return places;
-}
-
-bool isProgram(const fs::path& file) {
-  std::error_code ignored;
-  return fs::is_regular_file(file, ignored) && access(file.c_str(), X_OK) == 0;
 }
 
 /// What prevents runs; empty if nothing does.

@@ -64,7 +64,7 @@ using Surfaces = std::vector<TriangleMesh>;
 Run prepare(const TetrahedraInput& input, double margin, const Surfaces* surfaces) {
   Run run;
   run.result.margin = margin;
-  run.result.bodies = bodiesOf(input, margin);
+  run.result.bodies = bodiesAround(input, margin);
   run.container = containerAround(input, margin);
   int label = 0;
   for (TetrahedraBody& body : run.result.bodies) {

@@ -82,7 +82,6 @@ PackingResult Attempt::takeResult() {
     result_.cellCount = 0;
     result_.certificate = {};
   }
-  for (const Species& species : problem_.physics.species) result_.kinds.push_back(species.kind);
   if (relaxation_) {
     result_.statistics.blocks = relaxation_->blockCount();
     result_.statistics.sweeps = relaxation_->sweeps();

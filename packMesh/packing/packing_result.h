@@ -43,17 +43,13 @@ struct PackingResult {
   /// certified (and those from a reserve); if not feasible, the densest certified packing found (see
   /// `searched`), or none without Limits::fewerCells; none if interrupted.
   std::vector<PlacedCell> cells;
-  std::vector<Pose> poses;  ///< the same cells as poses
-  /// Species::kind of each species of the problem.
-  std::vector<std::int32_t> kinds;
+  std::vector<Pose> poses;     ///< the same cells as poses
   std::int64_t cellCount = 0;  ///< of all ranks
   /// If not feasible: the search for the densest packing was completed. Otherwise it was stopped by the time
   /// limit, and the cells are merely some that could be certified.
   bool searched = false;
   Certificate certificate;  ///< of exactly the `cells` of all ranks; pairs and cells by id
   Statistics statistics;
-
-  std::int32_t kindOf(const PlacedCell& cell) const { return kinds[cell.species]; }
 };
 
 }  // namespace packmesh

@@ -83,9 +83,8 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
 }
 
 void addSpecies(const Physics& physics, const Species& species, const Box& bounds, Digest& digest) {
-  // The hematocrit and the numbers before rounding only determine how fewer cells are tried, the kind how
-  // results are named.
-  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked, kind] = species;
+  // The hematocrit and the numbers before rounding only determine how fewer cells are tried.
+  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked] = species;
   digest.add(name);
   digest.add(count);
   digest.add(shape->mesh());

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "packMesh/core/environment.h"
+
 namespace packmesh {
 namespace {
 
@@ -21,14 +23,11 @@ bool isSet(const char* variable) {
   return std::getenv(variable) != nullptr;
 }
 
-/// The number in a variable, if it is one.
-std::optional<int> numberIn(const char* variable) {
-  const char* text = std::getenv(variable);
-  if (!text) return {};
-  char* end = nullptr;
-  const long value = std::strtol(text, &end, 10);
-  if (end == text || *end != '\0' || value < 0) return {};
-  return static_cast<int>(std::min(value, 1L << 30));
+/// The number of or among tasks in a variable, if it is one.
+std::optional<int> taskNumber(const char* variable) {
+  const std::optional<std::int64_t> value = numberInEnvironment(variable);
+  if (!value || *value < 0) return {};
+  return static_cast<int>(std::min<std::int64_t>(*value, 1 << 30));
 }
 
 /// "Open MPI v4.1.4", "MPICH Version: 4.0.2"
@@ -73,23 +72,23 @@ bool hasControllingTerminal() {
 
 LaunchedTasks launchedTasks(bool hasTerminal) {
   // mpirun starts its daemons by srun: its tasks have variables of Slurm, too. Its own are read first.
-  if (const auto count = numberIn("OMPI_COMM_WORLD_SIZE"))
-    return {Launcher::ofOpenMpi, false, *count, numberIn("OMPI_COMM_WORLD_RANK").value_or(0)};
+  if (const auto count = taskNumber("OMPI_COMM_WORLD_SIZE"))
+    return {Launcher::ofOpenMpi, false, *count, taskNumber("OMPI_COMM_WORLD_RANK").value_or(0)};
   if (isSet("MPI_LOCALNRANKS") && isSet("PMI_SIZE"))
-    return {Launcher::hydra, false, numberIn("PMI_SIZE").value_or(1), numberIn("PMI_RANK").value_or(0)};
+    return {Launcher::hydra, false, taskNumber("PMI_SIZE").value_or(1), taskNumber("PMI_RANK").value_or(0)};
   // The shell of srun --pty is a single process, whatever the number of tasks. Tasks that srun starts from it
   // inherit the variable, but not the terminal.
   if (isSet("SLURM_PTY_PORT") && hasTerminal) return {};
   // Batch scripts have variables of Slurm, but are no step.
-  const auto steps = numberIn("SLURM_STEP_NUM_TASKS");
-  const auto ofPmix = numberIn("PMIX_RANK");
+  const auto steps = taskNumber("SLURM_STEP_NUM_TASKS");
+  const auto ofPmix = taskNumber("PMIX_RANK");
   if (steps)
     return {ofPmix            ? Launcher::pmix
             : isSet("PMI_FD") ? Launcher::slurmPmi2
                               : Launcher::slurm,
-            true, *steps, numberIn("SLURM_PROCID").value_or(0)};
+            true, *steps, taskNumber("SLURM_PROCID").value_or(0)};
   if (ofPmix) return {Launcher::pmix, false, *ofPmix + 1, *ofPmix};
-  return {Launcher::none, false, numberIn("PMI_SIZE").value_or(1), numberIn("PMI_RANK").value_or(0)};
+  return {Launcher::none, false, taskNumber("PMI_SIZE").value_or(1), taskNumber("PMI_RANK").value_or(0)};
 }
 
 bool canBeRanks(const LaunchedTasks& tasks) {

@@ -22,8 +22,8 @@ struct Limits {
   std::int64_t maxSweeps = 100000;     ///< relaxation sweeps, or iterations of growth, for fitting all cells
   std::int64_t sweepsForFew = 0;       ///< further sweeps if only few contacts are left then
   std::function<double()> clock = {};  ///< current time [s]; empty: the system clock
-  /// If not feasible: whether to search for the densest packing of fewer cells, and to refuse cells that fit
-  /// nowhere. Otherwise pack() only reports that it did not succeed.
+  /// If not feasible: whether to search for the densest packing of fewer cells. Otherwise pack() only reports
+  /// that it did not succeed.
   bool fewerCells = true;
 };
 

@@ -31,9 +31,6 @@ struct Species {
   /// Requested number before rounding to `count`; 0: the same. If fewer cells are tried, their numbers are
   /// derived from this one, so that larger and smaller requests try the same numbers of every species.
   double asked = 0.0;
-  /// The caller's number of the species that this is a part of: a caller may divide a species of its own into
-  /// several with different constraints. See PackingResult::kindOf().
-  std::int32_t kind = 0;
 };
 
 }  // namespace packmesh

@@ -49,7 +49,7 @@ def test_where_it_is_missing_the_packing_is_kept_for_it(alone, tmp_path):
     work = tmp_path / "work"
     assert sorted(file.name for file in work.iterdir()) == ["RBC.pos", "a b.json", "packing.h5"]
     # What it says to do makes the files that the program would have made.
-    command = done.stderr.split("Where it is installed: ")[1].splitlines()[0]
+    command = done.stderr.split("this writes them: ")[1].splitlines()[0]
     subprocess.run(command, shell=True, cwd=work, check=True, env={**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"})
     (tmp_path / "whole").mkdir()
     subprocess.run([PROGRAM, *BOX, "--export", "csv", "--vtp", "--report", "a b.html"], cwd=tmp_path / "whole", check=True,
