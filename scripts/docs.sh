@@ -10,9 +10,11 @@ tests/scripts/links.py "$PWD"
 # Pages link to examples and configuration files, so the site has the same tree as the repository.
 source=build/docs-source site=build/docs
 rm -rf "$source" "$site"
-mkdir -p "$source/scripts" "$source/packaging"
-cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config benchmarks "$source"
-cp -r packaging/spack packaging/conda packaging/Dockerfile "$source/packaging"
+mkdir -p "$source/scripts/packaging" "$source/tests/benchmark"
+cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config "$source"
+rm -r "$source/docs/paper" "$source/docs/mkdocs.yml"
+cp tests/benchmark/README.md "$source/tests/benchmark"
+cp -r scripts/packaging/spack scripts/packaging/conda scripts/packaging/Dockerfile "$source/scripts/packaging"
 cp scripts/apt-packages.txt "$source/scripts"
 
 program=${PACKMESH:-build/bin/packMesh}
@@ -26,7 +28,7 @@ fi
 echo '
 <a href="../../api/index.html">Documentation of the headers</a>' >> "$source/docs/reference/headers.md"
 
-mkdocs build --quiet --strict --config-file mkdocs.yml --site-dir "$PWD/$site"
+mkdocs build --quiet --strict --config-file docs/mkdocs.yml --site-dir "$PWD/$site"
 doxygen - << DOXYFILE
 PROJECT_NAME = packMesh
 INPUT = packMesh/packing packMesh/container packMesh/shape packMesh/certificate packMesh/mesh

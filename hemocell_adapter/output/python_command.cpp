@@ -105,7 +105,7 @@ CommandEnd runPackmesh(const std::vector<std::string>& arguments, const std::fun
   pid_t child = -1;
   int error = 0;
   if (makePipe(out, itsOut) && makePipe(err, itsErr))
-    error = spawn({words, environmentWithoutRanks(), {-1, itsOut.number(), itsErr.number()}}, child);
+    error = spawn({words, environmentWithoutRanks(), {-1, itsOut.number(), itsErr.number()}, {}}, child);
   else
     error = errno;
   itsOut.close();

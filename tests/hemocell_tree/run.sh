@@ -10,7 +10,7 @@ mkdir -p "$scratch"
 cp -r "$here/stand_in" "$scratch/hemocell"
 tree=$scratch/hemocell
 mkdir "$tree/tools/packMesh"
-for part in CMakeLists.txt packMesh hemocell_adapter python config packaging README.md CHANGELOG.md CITATION.cff LICENSE docs examples scripts; do ln -s "$source/$part" "$tree/tools/packMesh/$part"; done
+for part in CMakeLists.txt packMesh hemocell_adapter python config README.md CHANGELOG.md CITATION.cff LICENSE docs examples scripts; do ln -s "$source/$part" "$tree/tools/packMesh/$part"; done
 fail() {
   echo "$*"
   exit 1

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""benchmarks/compare.py: judges packers, honest and dishonest ones.
+"""tests/benchmark/compare.py: judges packers, honest and dishonest ones.
 
-    compare.py <benchmarks/compare.py> <packMesh>
+    compare.py <tests/benchmark/compare.py> <packMesh>
 """
 import json
 import pathlib

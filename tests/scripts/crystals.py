@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""benchmarks/crystals.py: finds a crystal that its judge accepts, accepts the known ones, and refuses one that is compressed.
+"""tests/benchmark/crystals.py: finds a crystal that its judge accepts, accepts the known ones, and refuses one that is compressed.
 
-    crystals.py <benchmarks/crystals.py> <config/crystals>
+    crystals.py <tests/benchmark/crystals.py> <config/crystals>
 """
 import json
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Debian package: what it depends on, and that what it holds runs (packaging/test_deb.sh installs it on a bare system).
+# The Debian package: what it depends on, and that what it holds runs (scripts/packaging/test_deb.sh installs it on a bare system).
 #   debian_package.sh <cpack> <build tree> <scratch folder>
 set -euo pipefail
 cpack=$1 build=$2 scratch=$3

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""scripts/figures.py: the pages agree with docs/figures.json; pages that do not are found.
+"""tests/benchmark/figures.py: the pages agree with docs/figures.json; pages that do not are found.
 
     figures.py <source tree>
 """
@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 root = Path(sys.argv[1])
-script = root / "scripts/figures.py"
+script = root / "tests/benchmark/figures.py"
 faults = []
 
 
@@ -51,7 +51,7 @@ with tempfile.TemporaryDirectory() as folder:
     found("# Page\n", "no page shows 'large'")
     found(PAGE.replace("large", "ranks") + right, "differs from")
     figures("insert", folder)
-    if "`scripts/figures.py measure ranks`" not in page.read_text():
+    if "`tests/benchmark/figures.py measure ranks`" not in page.read_text():
         faults.append("a table that was not measured does not say how to measure it:\n" + page.read_text())
 print("\n".join(faults) or "Figures have one home")
 sys.exit(bool(faults))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The recipes of packaging/ are well-formed and agree with the build: the Spack recipe is executed against a stand-in of Spack,
+"""The recipes of scripts/packaging/ are well-formed and agree with the build: the Spack recipe is executed against a stand-in of Spack,
 the conda recipe is read with the rules of conda-forge's linter, the Dockerfile instruction by instruction with the rules of
 hadolint that matter here.
 
@@ -43,7 +43,7 @@ def directives_of(recipe):
 
 
 def check_spack():
-    recipe = root / "packaging/spack/packages/packmesh/package.py"
+    recipe = root / "scripts/packaging/spack/packages/packmesh/package.py"
     package, called = directives_of(recipe)
     check(package.__doc__ and package.homepage, "Spack: no description or homepage")
     given = dict(argument[2:].split("=") for argument in package().cmake_args())
@@ -54,7 +54,7 @@ def check_spack():
         check(any(path.startswith(f"/stage/{place}/") for place in placed), f"Spack: no resource has {path}")
     found = set(re.findall(r"^find_file\((\w+)", (root / "python/CMakeLists.txt").read_text(), re.M))
     check(found == set(given), f"Spack: CMake looks for {sorted(found)}, the recipe gives {sorted(given)}")
-    check("namespace: packmesh" in (root / "packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
+    check("namespace: packmesh" in (root / "scripts/packaging/spack/repo.yaml").read_text(), "Spack: repo.yaml has no namespace")
     variants = {arguments[0] for name, arguments, _ in called if name == "variant"}
     needed = {}
     for name, arguments, options in called:
@@ -86,7 +86,7 @@ def check_spack():
 
 def check_conda():
     """The rules of conda-forge's linter that apply to a recipe inside the tree."""
-    text = (root / "packaging/conda/meta.yaml").read_text(encoding="utf-8")
+    text = (root / "scripts/packaging/conda/meta.yaml").read_text(encoding="utf-8")
     variables = dict(re.findall(r'^{% set (\w+) = "([^"]*)" %}$', text, re.M))
     plain = re.sub(r"^{%.*%}\n", "", text, flags=re.M)
     plain = re.sub(r"{{ compiler\('(\w+)'\) }}", r"compiler_\1", plain)
@@ -129,9 +129,9 @@ def check_cmake():
             check(name in debian_name, f"{lists}: the package that has {name} is not known to recipes.py")
             package = debian_name.get(name, "")
             check(package in listed, f"{lists} finds {name}, scripts/apt-packages.txt lacks {package}")
-    check("scripts/setup.sh" in (root / "packaging/Dockerfile").read_text(), "Dockerfile: scripts/setup.sh does not install")
-    check("python3-numpy" in (root / "packaging/debian.cmake").read_text(), "Debian package: the Python package needs NumPy")
-    check("SHLIBDEPS ON" in (root / "packaging/debian.cmake").read_text(), "Debian package: no dpkg-shlibdeps")
+    check("scripts/setup.sh" in (root / "scripts/packaging/Dockerfile").read_text(), "Dockerfile: scripts/setup.sh does not install")
+    check("python3-numpy" in (root / "scripts/packaging/debian.cmake").read_text(), "Debian package: the Python package needs NumPy")
+    check("SHLIBDEPS ON" in (root / "scripts/packaging/debian.cmake").read_text(), "Debian package: no dpkg-shlibdeps")
 
 
 def check_python():
@@ -142,7 +142,7 @@ def check_python():
 
 
 def check_dockerfile():
-    text = re.sub(r"^#.*\n", "", (root / "packaging/Dockerfile").read_text(encoding="utf-8"), flags=re.M)
+    text = re.sub(r"^#.*\n", "", (root / "scripts/packaging/Dockerfile").read_text(encoding="utf-8"), flags=re.M)
     instructions = [line.split(None, 1) for line in re.sub(r"\\\n", " ", text).splitlines() if line.strip()]
     known = {"FROM", "RUN", "COPY", "WORKDIR", "ENTRYPOINT", "CMD", "USER", "SHELL", "LABEL", "ENV", "ARG"}
     stages = []

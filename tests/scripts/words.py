@@ -17,7 +17,7 @@ RETIRED = [
     "importer can have", "unless either does", "is smaller than that of the realisations", "CDT cell", "meshes that are certified; a template",
 ]
 SUFFIXES = {".md", ".cpp", ".h", ".py", ".js", ".sh", ".xml", ".html"}
-FOLDERS = ["hemocell_adapter", "packMesh", "python", "docs", "examples", "benchmarks", "scripts", "config", "paper"]
+FOLDERS = ["hemocell_adapter", "packMesh", "python", "docs", "examples", "tests/benchmark", "scripts", "config"]
 
 root = Path(sys.argv[1])
 faults, read = [], 0

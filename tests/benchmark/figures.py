@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Measured figures have one home, docs/figures.json. Pages show them between markers, as GitHub cannot include files.
 
-    scripts/figures.py measure [NAME ...]     measures, stores and inserts; without names all but `largest` and `compare`:
+    tests/benchmark/figures.py measure [NAME ...]     measures, stores and inserts; without names all but `largest` and `compare`:
                                               some 15 minutes on two cores with nothing else running
-    scripts/figures.py insert                 brings the pages up to date
-    scripts/figures.py check                  fails if a page differs from the file, or states such a figure outside of markers
+    tests/benchmark/figures.py insert                 brings the pages up to date
+    tests/benchmark/figures.py check                  fails if a page differs from the file, or states such a figure outside of markers
 
 In a page, the lines between <!-- figures NAME --> and <!-- end figures --> are the table NAME, and the words between
 <!-- figure NAME --> and <!-- end figure --> are the single figure NAME, taken from a table. A table that was not measured
@@ -64,7 +64,7 @@ class Measurements:
         self.packcells = packcells
 
     def scaling(self, table, repeats=3):
-        return output(sys.executable, HERE / "scaling_benchmark.py", "--packMesh", self.programs / "packMesh", "--repeats", repeats, table)
+        return output(sys.executable, HERE / "scaling.py", "--packMesh", self.programs / "packMesh", "--repeats", repeats, table)
 
     def speed(self):
         """The fastest of three runs of each case."""
@@ -104,12 +104,12 @@ class Measurements:
         return self.scaling("growth-model", 1)
 
     def forecast(self):
-        return output(sys.executable, HERE / "forecast_benchmark.py", self.programs / "packMesh")
+        return output(sys.executable, HERE / "forecast.py", self.programs / "packMesh")
 
     def compare(self):
         if not self.packcells:
             sys.exit("compare needs HemoCell's packCells: --packCells PROGRAM")
-        return output(sys.executable, HERE.parent / "benchmarks/compare.py", "--packMesh", self.programs / "packMesh", "--packCells",
+        return output(sys.executable, HERE / "compare.py", "--packMesh", self.programs / "packMesh", "--packCells",
                       self.packcells, "--timeout", 120)
 
 
@@ -126,11 +126,11 @@ SINGLE = {
 def single(data, name):
     table, row, column = SINGLE[name]
     rows = rows_of(data["tables"].get(table, []))
-    return rows[row][column] if rows else f"(not measured: `scripts/figures.py measure {table}`)"
+    return rows[row][column] if rows else f"(not measured: `tests/benchmark/figures.py measure {table}`)"
 
 
 def table_text(data, name):
-    return "\n".join(data["tables"].get(name, [f"*Not measured with this version: `scripts/figures.py measure {name}`.*"]))
+    return "\n".join(data["tables"].get(name, [f"*Not measured with this version: `tests/benchmark/figures.py measure {name}`.*"]))
 
 
 def filled(text, data):
@@ -145,7 +145,7 @@ def filled(text, data):
 def pages_of(root):
     """Pages that state figures: not the changelog, which is history."""
     found = [root / "README.md"]
-    for folder in ("docs", "benchmarks", "paper", "examples"):
+    for folder in ("docs", "tests/benchmark", "examples"):
         found += sorted((root / folder).rglob("*.md"))
     return [page for page in found if page.exists()]
 
@@ -166,7 +166,7 @@ def faults_of(root, data):
         place, text = page.relative_to(root), page.read_text(encoding="utf-8")
         try:
             if filled(text, data) != text:
-                yield f"{place}: differs from docs/figures.json (scripts/figures.py insert)"
+                yield f"{place}: differs from docs/figures.json (tests/benchmark/figures.py insert)"
         except KeyError as name:
             yield f"{place}: there are no figures {name}"
         used.update(found[2] for found in BLOCK.finditer(text))
@@ -194,7 +194,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command", choices=["measure", "insert", "check"])
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(NAMES))
-    parser.add_argument("--root", type=Path, default=HERE.parent, help="the source tree (default: of this script)")
+    parser.add_argument("--root", type=Path, default=HERE.parent.parent, help="the source tree (default: of this script)")
     parser.add_argument("--packCells", help="HemoCell's own, tools/packCells; for compare")
     options = parser.parse_args()
     file = options.root / "docs/figures.json"
@@ -207,7 +207,7 @@ def main():
         for name in options.names or [name for name in NAMES if name not in ON_REQUEST]:
             start = time.monotonic()
             table = getattr(measurements, name.replace("-", "_"))().strip().splitlines()
-            source = f"*{version}; {machine()}; {datetime.date.today()}; `scripts/figures.py measure {name}`*"
+            source = f"*{version}; {machine()}; {datetime.date.today()}; `tests/benchmark/figures.py measure {name}`*"
             data["tables"][name] = [*table, "", source]
             file.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
             print(f"(packMesh) {name}: {time.monotonic() - start:.0f} s", flush=True)

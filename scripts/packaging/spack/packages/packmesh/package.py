@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-# From a clone of packMesh:   spack repo add packaging/spack && spack dev-build packmesh@main
+# From a clone of packMesh:   spack repo add scripts/packaging/spack && spack dev-build packmesh@main
 from spack.package import *
 
 

@@ -16,8 +16,8 @@ import subprocess
 import sys
 import tempfile
 
-HERE = pathlib.Path(__file__).resolve().parent
-PIPE = HERE.parent / "examples" / "pipe"
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+PIPE = ROOT / "examples" / "pipe"
 CUBE = "--ends periodic --clearance 0 --plt_ratio 0 --hematocrit"
 
 # name, arguments, largest number of seeds, programs that make files first
@@ -53,7 +53,7 @@ def make(folder, command):
             subprocess.run(words, stdout=out, check=True)
     else:
         subprocess.run([sys.executable, "-m", "packmesh", *command], cwd=folder, stdout=subprocess.DEVNULL, check=True,
-                       env={**os.environ, "PYTHONPATH": str(HERE.parent / "python")})
+                       env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
 
 
 def number(pattern, text):
@@ -90,7 +90,7 @@ def row(program, name, arguments, seeds, files):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--packMesh", default=HERE.parent / "build" / "bin" / "packMesh")
+    parser.add_argument("--packMesh", default=ROOT / "build" / "bin" / "packMesh")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("patterns", nargs="*", default=["."])
     options = parser.parse_args()

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Compares the times that `packMesh --dry-run` predicts with measured ones, and prints the table of docs/explanation/forecast.md.
 
-Usage: scripts/forecast_benchmark.py [build/bin/packMesh] [--seeds n] [--max-time s]
+Usage: tests/benchmark/forecast.py [build/bin/packMesh] [--seeds n] [--max-time s]
 """
 import argparse
 import math

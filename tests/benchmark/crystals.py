@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Searches dense crystals of red cells: a few cells in a periodic unit cell of any shape, repeated in all directions.
 
-    benchmarks/crystals.py [--cells N ...] [--starts N] [--seed N] [--processes N] [--write FOLDER]
-    benchmarks/crystals.py --judge FILE ...
+    tests/benchmark/crystals.py [--cells N ...] [--starts N] [--seed N] [--processes N] [--write FOLDER]
+    tests/benchmark/crystals.py --judge FILE ...
 
 Needs the package packmesh and SciPy. Every start compresses a random crystal by linear programmes (S. Torquato, Y. Jiao, Phys. Rev. E
 82, 061302 (2010)): the variables are the strain of the lattice and the displacement and rotation of each cell, the objective is the

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Packs the problems of problems.json with several programs, judges their .pos files, and prints a table.
 
-    benchmarks/compare.py [--packMesh PROGRAM] [--packCells PROGRAM] [--packer NAME COMMAND ...] [--problems NAME ...]
+    tests/benchmark/compare.py [--packMesh PROGRAM] [--packCells PROGRAM] [--packer NAME COMMAND ...] [--problems NAME ...]
                           [--seeds N ...] [--timeout SECONDS] [--keep FOLDER] [--json FILE]
 
 Every program is asked for red cells to the same hematocrit by the volume of the meshes that HemoCell simulates, with 0.07 platelets
@@ -13,7 +13,7 @@ COMMAND is run by the shell in an empty folder, or a copy of the case, and write
 is the box (of a case, the one around its lattice), {hematocrit} the fraction, {rbc} and {plt} the numbers of cells for that box,
 {seed} a number, {lumen} how packMesh is told the lumen. For example
 
-    benchmarks/compare.py --packer "mine" "my_packer --box {x} {y} {z} --cells {rbc} --seed {seed}"
+    tests/benchmark/compare.py --packer "mine" "my_packer --box {x} {y} {z} --cells {rbc} --seed {seed}"
 """
 import argparse
 import json
@@ -28,6 +28,7 @@ import tempfile
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
 RED_CELL, PLATELETS = 81.1163, 0.07  # volume of HemoCell's mesh [µm³]; per red cell
 
 
@@ -84,7 +85,7 @@ def solve(name, command, problem, seed, options):
     folder = work / f"{problem['name']}_{re.sub(r'[^A-Za-z0-9]+', '_', name)}_{seed}"
     shutil.rmtree(folder, ignore_errors=True)
     if "case" in problem:
-        shutil.copytree(HERE.parent / "examples" / problem["case"], folder)
+        shutil.copytree(ROOT / "examples" / problem["case"], folder)
         for pos in folder.glob("*.pos"):
             pos.unlink()
     else:
@@ -121,7 +122,7 @@ def line(cells):
 def main():
     problems = json.loads((HERE / "problems.json").read_text())
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--packMesh", default=shutil.which("packMesh") or str(HERE.parent / "build/bin/packMesh"))
+    parser.add_argument("--packMesh", default=shutil.which("packMesh") or str(ROOT / "build/bin/packMesh"))
     parser.add_argument("--packCells", help="HemoCell's own, tools/packCells")
     parser.add_argument("--packer", nargs=2, action="append", default=[], metavar=("NAME", "COMMAND"))
     parser.add_argument("--problems", nargs="+", choices=[p["name"] for p in problems], metavar="NAME", help=", ".join(p["name"] for p in problems))

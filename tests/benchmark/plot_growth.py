@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the figures of docs/explanation/growth.md from the output of growth_benchmark:
 
-    build/bin/growth_benchmark figures-4.5-4.6 figures-4.7-4.8 | scripts/plot_growth.py docs/images
+    build/bin/growth_benchmark figures-4.5-4.6 figures-4.7-4.8 | tests/benchmark/plot_growth.py docs/images
 
 writes growth_time.png (thesis figures 4.5 and 4.6) and growth_tetrahedra.png (4.7 and 4.8) into that folder.
 """

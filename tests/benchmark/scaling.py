@@ -12,7 +12,7 @@ scaling_benchmark.py [--packMesh PROGRAM] [--repeats N] [threads|large|largest|r
   growth  --method cat, planes from chords, at 0.40: 1,000, 10,000 and 100,000 cells on 1 and 2 ranks
   growth-model  the model for --method cat, from 1,000 and 10,000 cells on 1, 2, 4 and 8 ranks
 
-Without a name: ranks and model. Tables are Markdown; scripts/figures.py puts them into the pages.
+Without a name: ranks and model. Tables are Markdown; tests/benchmark/figures.py puts them into the pages.
 """
 import argparse
 import concurrent.futures
@@ -266,7 +266,7 @@ def model(program, repeats, growth=False):
 def main():
     here = os.path.dirname(os.path.abspath(__file__))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--packMesh", default=os.path.join(here, "..", "build", "bin", "packMesh"))
+    parser.add_argument("--packMesh", default=os.path.join(here, "..", "..", "build", "bin", "packMesh"))
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("tables", nargs="*", choices=["threads", "large", "largest", "ranks", "model", "growth", "growth-model", []], default=["ranks", "model"])
     options = parser.parse_args()
