@@ -18,12 +18,12 @@ constexpr int leastOwnDescriptor = 4;
 
 struct StartedProgram {
   std::vector<std::string> words;  ///< the program, looked for in PATH if it has no slash, and its arguments
-  std::vector<std::string> environment;  ///< "NAME=value"
+  std::vector<std::string> environment = {};  ///< "NAME=value"
   /// Ours that become its 0, 1, ...; -1 is /dev/null. All others are closed in it (glibc before 2.34: those
   /// that are marked so).
-  std::vector<int> descriptors;
-  std::vector<int> blockedSignals;  ///< all others act in the default way
-  bool ownGroup = false;            ///< it is the first of a new process group
+  std::vector<int> descriptors = {};
+  std::vector<int> blockedSignals = {};  ///< all others act in the default way
+  bool ownGroup = false;                 ///< it is the first of a new process group
 };
 
 /// @return 0, or the number of an error of the system; `id` is that of the process
