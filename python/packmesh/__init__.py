@@ -15,15 +15,19 @@ if _TYPE_CHECKING:
     from ._check import check
     from ._settings import Box, Cylinder, Mesh, Region, Species, Sphere
     from .case import Case, Forecast, Progress, forecast, pack, realisations
+    from .deformed_packing import DeformedCheck, DeformedPacking
     from .errors import Error, InfeasibleError, InputError, InternalError, OutputError, RankError
+    from .hemocell_run import Run, Step, hemocell_output
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
     from .pos import read_pos, write_pos
 
-__all__ = ["Box", "Case", "Certificate", "Check", "Cylinder", "Error", "Forecast", "InfeasibleError", "InputError",
+__all__ = ["Box", "Case", "Certificate", "Check", "Cylinder", "DeformedCheck",
+           "DeformedPacking", "Error", "Forecast", "InfeasibleError", "InputError",
            "InternalError", "Mesh", "Misplaced", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
-           "Region", "Species", "Sphere", "check", "forecast", "load", "pack", "read_pos", "realisations", "write_pos"]
+           "Region", "Run", "Species", "Sphere", "Step", "check", "forecast", "hemocell_output", "load", "pack", "read_pos",
+           "realisations", "write_pos"]
 
-_MODULES = ("errors", "_settings", "pos", "packing", "_check", "case")
+_MODULES = ("errors", "hemocell_run", "_settings", "pos", "packing", "_check", "case", "deformed_packing")
 
 
 def __getattr__(name):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Commands of the package: packmesh <command> ...   (or python3 -m packmesh)
 
-None needs the module of C++: PYTHONPATH=python is enough in the source tree.
+None needs the module of C++ (run does less without it): PYTHONPATH=python is enough in the source tree.
 """
 import importlib
 import os
@@ -13,6 +13,7 @@ COMMANDS = {
     "export": "the cells of a state for other programs, and for ParaView; needs h5py",
     "plot": "plots of a report (packMesh --report report.json), or its numbers as tables; needs matplotlib",
     "compare": "mean and spread of realisations by their reports, as tables and as a page",
+    "run": "what a HemoCell run does to its cells: a table, and a page with plots over time; needs h5py",
     "render": "a picture of a packing (packMesh --vtp), a case or a state; needs POV-Ray",
     "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
     "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",

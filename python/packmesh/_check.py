@@ -9,6 +9,7 @@ from typing import Any, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _packmesh
 from ._settings import Body, Box, Cylinder, MeshSource, Path, Species, Sphere, Vector, encoded, file_name, words
+from .deformed_packing import DeformedCheck, DeformedPacking
 from .errors import InputError
 from .export import exported, names_of, write
 from .packing import Check, Packing, load, report_files, write_report
@@ -16,7 +17,7 @@ from .packing_file import PackingFile
 
 
 def check(
-    what: Union[Path, Packing],
+    what: Union[Path, Packing, DeformedPacking],
     *,
     case: Optional[Path] = None,
     box: Union[Box, Vector, None] = None,
@@ -34,8 +35,8 @@ def check(
     wall_clearance: Optional[float] = None,
     vtp: Optional[Path] = None,
     report: Optional[Path] = None,
-) -> Check:
-    """Tests cells exactly: a Packing, a folder of .pos files, or a state file (.h5).
+) -> Union[Check, DeformedCheck]:
+    """Tests cells exactly: a Packing, the cells of a step of a run, a folder of .pos files, or a state file (.h5).
 
     For files the lumen is given as for pack(), and so are species with meshes of their own. `clearance` and
     `wall_clearance` [µm] are gaps that are required. A Packing, and a state file without other arguments, are tested
@@ -45,7 +46,7 @@ def check(
     given = dict(locals())
     stated = [name for name, parameter in inspect.signature(check).parameters.items()
               if name != "what" and given[name] is not parameter.default]
-    if isinstance(what, Packing):
+    if isinstance(what, (Packing, DeformedPacking)):
         if stated:
             raise InputError(f"check: a Packing is tested as it was packed; expected no {stated[0]}")
         return what.check()

@@ -262,8 +262,7 @@ def write_page(path, data):
     """The page of a report without cells, with other tables."""
     from packmesh import view  # only pages need it
 
-    no_cells = {"cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": ""}
-    page = view.page_of(data, no_cells, ("data", "tables", "plots", "comparison"), ("chart.min.js",))
+    page = view.page_of(data, view.NO_CELLS, ("data", "tables", "plots", "comparison"), ("chart.min.js",))
     with open(path, "w", encoding="utf-8") as file:
         file.write(page)
     print(f"(packMesh) Wrote {path}")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import signal
 import socket
 import sys
-from typing import Any, BinaryIO, Iterable, Iterator, List, Tuple
+import time
+from typing import Any, BinaryIO, Iterable, Iterator, List, TextIO, Tuple
 
 from packmesh.errors import Error, InputError, OutputError
 
@@ -25,6 +27,39 @@ def warn(text: object) -> None:
 
 def error(text: object) -> None:
     print(f"(packMesh) (Error) {text}", file=sys.stderr, flush=True)
+
+
+class ProgressBar:
+    """A line on a terminal that shows how much of something is done; nothing where standard error is no terminal."""
+
+    def __init__(self) -> None:
+        self._shown, self._text, self._total, self._done, self._time = sys.stderr.isatty(), "", 0, 0, 0.0
+
+    def __enter__(self) -> "ProgressBar":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.clear()
+
+    def begin(self, text: str, total: int) -> None:
+        """Something with so many parts."""
+        self._text, self._total, self._done = text, total, 0
+        self._show()
+
+    def advance(self, parts: int) -> None:
+        self._done += parts
+        if time.monotonic() > self._time + 0.1:
+            self._show()
+
+    def _show(self) -> None:
+        if self._shown:
+            share = min(1.0, self._done / self._total) if self._total else 0.0
+            print(f"\r\x1b[K(packMesh) {self._text} [{'#' * round(30 * share):30}] {100 * share:3.0f} %", end="", file=sys.stderr, flush=True)
+            self._time = time.monotonic()
+
+    def clear(self) -> None:
+        if self._shown:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 class Outputs:
@@ -68,6 +103,15 @@ class Outputs:
         with self.begin(path) as file:
             for piece in pieces:
                 file.write(piece)
+
+    @contextlib.contextmanager
+    def begin_text(self, path: str) -> Iterator[TextIO]:
+        """@raises OutputError"""
+        with self.begin(path) as file:
+            text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+            yield text
+            text.flush()
+            text.detach()
 
     def commit(self) -> None:
         """@raises OutputError"""

@@ -16,20 +16,24 @@ py::array readOnly(py::array array) {
   return array;
 }
 
-py::array_t<double> matrixOf(const std::vector<Vec3>& rows) {
-  py::array_t<double> array({py::ssize_t(rows.size()), py::ssize_t(3)});
-  auto out = array.mutable_unchecked<2>();
-  for (py::ssize_t i = 0; i < out.shape(0); ++i)
-    for (int k = 0; k < 3; ++k) out(i, k) = rows[i][k];
-  return array;
-}
-
 /// Keeps a packing for as long as an array that is part of it exists.
 py::capsule keeperOf(const Held& held) {
   return {new Held(held), [](void* kept) { delete static_cast<Held*>(kept); }};
 }
 
 }  // namespace
+
+py::tuple arraysOf(const TriangleMesh& mesh) {
+  py::array_t<double> vertices({py::ssize_t(mesh.vertices.size()), py::ssize_t(3)});
+  double* place = vertices.mutable_data();
+  for (const Vec3& vertex : mesh.vertices)
+    for (const double x : vertex) *place++ = x;
+  py::array_t<std::int32_t> triangles({py::ssize_t(mesh.triangles.size()), py::ssize_t(3)});
+  std::int32_t* out = triangles.mutable_data();
+  for (const Triangle& triangle : mesh.triangles)
+    for (const int corner : triangle) *out++ = corner;
+  return py::make_tuple(vertices, triangles);
+}
 
 py::array_t<double> arrayOf(const std::vector<PosLine>& lines) {
   py::array_t<double> array({py::ssize_t(lines.size()), py::ssize_t(6)});
@@ -103,10 +107,5 @@ py::array_t<double> verticesOf(const PythonPacking& packing, int species) {
 
 py::tuple templateOf(const PythonPacking& packing, int species) {
   const Held held = packing.held;
-  const TriangleMesh& mesh = held->kinds.at(species).mesh;
-  py::array_t<std::int32_t> triangles({py::ssize_t(mesh.triangles.size()), py::ssize_t(3)});
-  std::int32_t* out = triangles.mutable_data();
-  for (const Triangle& triangle : mesh.triangles)
-    for (const int corner : triangle) *out++ = corner;
-  return py::make_tuple(matrixOf(mesh.vertices), triangles);
+  return arraysOf(held->kinds.at(species).mesh);
 }

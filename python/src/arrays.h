@@ -20,6 +20,9 @@ struct PythonPacking {
   Held held;
 };
 
+/// Vertices, shape (V, 3), and triangles, shape (T, 3).
+pybind11::tuple arraysOf(const packmesh::TriangleMesh& mesh);
+
 /// The lines of .pos files, shape (n, 6).
 pybind11::array_t<double> arrayOf(const std::vector<packmesh::hemocell::PosLine>& lines);
 

@@ -34,6 +34,7 @@
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
 #include "packMesh/packing/gathered_cells.h"
+#include "run_analysis.h"
 
 namespace py = pybind11;
 using namespace packmesh;
@@ -325,6 +326,7 @@ PYBIND11_MODULE(_packmesh, module) {
   registerErrors();
   logToPython();
   addPacking(module);
+  addRunAnalysis(module);
   module.def("version", &version);
   module.def("git_hash", &gitHash);
   module.def("pack", &pack);

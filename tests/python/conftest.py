@@ -10,6 +10,8 @@ import pytest
 
 SOURCE = pathlib.Path(os.environ.get("PACKMESH_SOURCE", pathlib.Path(__file__).parents[2]))
 PROGRAM = pathlib.Path(os.environ.get("PACKMESH_PROGRAM", SOURCE / "build/bin/packMesh"))
+TUBE_CASE = """<hemocell><domain><dx> 5e-7 </dx><dt> 1e-7 </dt><rhoP> 1025 </rhoP><Nx> 60 </Nx><Ny> 40 </Ny><Nz> 40 </Nz><particleEnvelope> 20 </particleEnvelope>
+</domain><packing><container><cylinder axis="x" radius="9" length="30" center="14.75 9.75 9.75"/></container></packing></hemocell>"""
 
 
 @pytest.fixture
@@ -28,6 +30,15 @@ def program(tmp_path):
 def pipe(tmp_path):
     """HemoCell's pipe case."""
     return shutil.copytree(SOURCE / "examples/pipe", tmp_path / "pipe")
+
+
+@pytest.fixture
+def case(tmp_path):
+    """A case of a tube along x, 30 long, of radius 9 around 9.75, 9.75 [µm]."""
+    folder = tmp_path / "case"
+    folder.mkdir()
+    (folder / "config.xml").write_text(TUBE_CASE)
+    return folder
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ GROUPS = {
     "Packing": ["pack", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region"],
     "Results": ["Packing", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
+    "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
     "Errors": ["Error", "InputError", "InfeasibleError", "OutputError", "RankError", "InternalError"],
 }

@@ -84,7 +84,7 @@ function datasetsOf(plot) {
   const sets = [], points = (x, y) => x.map((at, i) => ({ x: at, y: y[i] }));
   for (const curve of plot.curves) {
     sets.push({ label: curve.name, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
-      borderWidth: 1.8, pointRadius: 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
+      borderDash: curve.dash || [], borderWidth: 1.8, pointRadius: plot.points ? 2 : 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
       fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
     const band = { borderWidth: 0, pointRadius: 0, pointHoverRadius: 0, pointHitRadius: 0, band: true,
@@ -189,7 +189,7 @@ function addPlot(plot) {
         x: { type: "linear", min: least, max: plot.upTo || most, title: { display: true, text: plot.x },
           grid: { color: "#e6eaf0" },
           ticks: { maxRotation: 0, autoSkipPadding: 12, includeBounds: false, callback: (x) => Number(x.toPrecision(3)) } },
-        y: { min: 0, title: { display: true, text: plot.y }, grid: { color: "#e6eaf0" } },
+        y: { min: plot.signed ? undefined : 0, title: { display: true, text: plot.y }, grid: { color: "#e6eaf0" } },
       },
       plugins: {
         legend: { labels: { boxWidth: 14, boxHeight: 2, filter: (item, data) => !data.datasets[item.datasetIndex].band } },

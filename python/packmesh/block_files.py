@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Files in which HemoCell writes the cells of a step: one of each cell type and atomic block.
+
+Read in HemoCell 2.7: io/ParticleHdf5IO.cpp and io/hemoCellParticleFieldOutputFunctions.cpp. A file has, for every cell with at least
+one vertex in its block, all vertices in the order of the template: `Position` (n x 3) and whatever else the case asked for, all
+float32, and `Triangles` (m x 3), indices into its own rows.
+"""
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import os
+import re
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from packmesh.errors import InputError
+
+#: What else HemoCell writes to the same folder: fluid and concentration.
+NO_CELLS = ("Fluid", "CEPAC")
+PRE_INLET = "_PRE"
+CELLS_AT_ONCE = 512
+_NAME = re.compile(r"(?P<type>.+)\.(?P<iteration>\d+)\.p\.(?P<block>\d+)\.h5")
+_ENOUGH_TRIANGLES = 256  # that repeat are no coincidence
+_OF_ANY_SIZE = 1e-3  # cells are smaller than this in metres, and larger in lattice units
+
+
+@dataclasses.dataclass(frozen=True)
+class Layout:
+    """How the rows of one cell follow each other: number of vertices; triangles, shape (T, 3), None if not written."""
+
+    vertices: int
+    triangles: Optional[np.ndarray]
+
+
+@dataclasses.dataclass(frozen=True)
+class BlockFile:
+    """A file of a step. dx [µm], dt [s]; rows of each dataset by its name."""
+
+    path: str
+    block: int
+    dx: float
+    dt: float
+    processors: int
+    rows: int
+    datasets: Dict[str, int]
+
+
+@contextlib.contextmanager
+def opened(path: str) -> Iterator[Any]:
+    """@raises InputError if it is no whole HDF5 file, or what is read of it is not"""
+    import h5py  # only reading needs it
+
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except (OSError, KeyError, RuntimeError) as error:
+        if isinstance(error, InputError):
+            raise
+        text = str(error.args[0] if error.args else error).splitlines()[0]
+        raise InputError(f"{path}: cannot be read, is it complete? ({text})") from None
+
+
+def steps_of(folder: str) -> Dict[int, str]:
+    """The folders of the steps by iteration, ascending. @raises InputError"""
+    hdf5 = os.path.join(folder, "hdf5")
+    try:
+        names = os.listdir(hdf5)
+    except OSError:
+        raise InputError(f"{folder}: has no folder hdf5; expected the output folder of a HemoCell run") from None
+    found = {int(name): os.path.join(hdf5, name) for name in names if name.isdigit()}
+    if not found:
+        raise InputError(f"{hdf5}: has no steps; expected folders with names such as 000000001000")
+    return dict(sorted(found.items()))
+
+
+def names_in(folder: str, iteration: int) -> Dict[str, Dict[int, str]]:
+    """Paths by type and block. @raises InputError if files are of another step, or blocks are missing"""
+    types: Dict[str, Dict[int, str]] = {}
+    for name in sorted(os.listdir(folder)):
+        match = _NAME.fullmatch(name)
+        if match is None:
+            continue
+        path = os.path.join(folder, name)
+        if int(match["iteration"]) != iteration:
+            raise InputError(f"{path}: is of iteration {int(match['iteration'])}, in the folder of iteration {iteration}")
+        types.setdefault(match["type"], {})[int(match["block"])] = path
+    for inlet in (False, True):
+        _require_same_blocks(folder, {name: blocks for name, blocks in types.items() if name.endswith(PRE_INLET) == inlet})
+    return types
+
+
+def _require_same_blocks(folder: str, types: Dict[str, Dict[int, str]]) -> None:
+    for name, blocks in types.items():
+        for other, theirs in sorted(types.items(), key=lambda one: one[0].startswith(NO_CELLS)):
+            missing = sorted(set(theirs) - set(blocks))
+            if missing:
+                there = os.path.basename(theirs[missing[0]])
+                expected = name + there[len(other):]
+                raise InputError(f"{os.path.join(folder, expected)}: is missing, as there is {there}")
+
+
+def cell_types(types: Sequence[str], pre_inlet: bool) -> List[str]:
+    """Names of cells among those of files."""
+    plain = [name[:-len(PRE_INLET)] if pre_inlet else name for name in types if name.endswith(PRE_INLET) == pre_inlet]
+    return sorted((name for name in plain if name not in NO_CELLS), key=lambda name: (not name.startswith("RBC"), name))
+
+
+def header_of(path: str, block: int, iteration: int) -> BlockFile:
+    """@raises InputError if its numbers contradict each other"""
+    with opened(path) as file:
+        attributes = dict(file.attrs)
+        shapes = {name: dataset.shape for name, dataset in file.items() if hasattr(dataset, "shape")}
+    for name in ("dx", "dt", "iteration", "numberOfProcessors"):
+        if name not in attributes:
+            raise InputError(f"{path}: has no attribute '{name}'; is it of HemoCell?")
+    number = {name: np.ravel(value)[0] for name, value in attributes.items()}
+    if int(number["iteration"]) != iteration:
+        raise InputError(f"{path}: contains iteration {int(number['iteration'])}; its name says {iteration}")
+    if "Position" not in shapes:
+        raise InputError(f"{path}: has no positions; expected OUTPUT_POSITION among the outputs of the case")
+    rows = shapes["Position"][0]
+    for name, stated in (("Position", "numberOfParticles"), ("Triangles", "numberOfTriangles")):
+        if name in shapes and stated in number and int(number[stated]) != shapes[name][0]:
+            raise InputError(f"{path}: has {shapes[name][0]} rows of '{name}', but {stated} is {int(number[stated])}")
+    for name, shape in shapes.items():
+        if name not in ("Triangles", "InnerLinks") and shape[0] != rows:
+            raise InputError(f"{path}: has {shape[0]} rows of '{name}', but {rows} positions")
+    if not (1e-10 < number["dx"] < 1 and number["dt"] > 0):
+        raise InputError(f"{path}: dx is {number['dx']:g} m and dt {number['dt']:g} s; expected a case in SI units")
+    return BlockFile(path, block, 1e6 * float(number["dx"]), float(number["dt"]), int(number["numberOfProcessors"]), rows,
+                     {name: shape[0] for name, shape in shapes.items()})
+
+
+def headers_of(blocks: Dict[int, str], iteration: int) -> List[BlockFile]:
+    """Those of one type in a step. @raises InputError if they are not of one run"""
+    headers = [header_of(path, block, iteration) for block, path in sorted(blocks.items())]
+    first = headers[0]
+    for other in headers[1:]:
+        for name, unit in (("processors", "ranks"), ("dx", "µm of dx"), ("dt", "s of dt")):
+            if getattr(first, name) != getattr(other, name):
+                raise InputError(f"{other.path}: is of a run with {getattr(other, name):g} {unit}, "
+                                 f"{os.path.basename(first.path)} of one with {getattr(first, name):g}")
+    return headers
+
+
+def layout_of(header: BlockFile) -> Optional[Layout]:
+    """None if the file does not say. @raises InputError"""
+    if header.rows == 0:
+        return None
+    found = _by_triangles(header) if header.datasets.get("Triangles") else None
+    if found is None:
+        for name in ("Vertex Id", "Cell Id"):
+            if name in header.datasets and found is None:
+                found = _by_column(header, name)
+    require_whole_cells(header, found)
+    return found
+
+
+def require_whole_cells(header: BlockFile, layout: Optional[Layout]) -> None:
+    """@raises InputError if the file has parts of cells"""
+    if layout is not None and header.rows % layout.vertices:
+        raise InputError(f"{header.path}: has {header.rows} positions, which are no whole cells of {layout.vertices} vertices")
+
+
+def _by_triangles(header: BlockFile) -> Layout:
+    count = header.datasets["Triangles"]
+    with opened(header.path) as file:
+        table = file["Triangles"]
+        size, length = 4096, None
+        while length is None:
+            part = np.asarray(table[:size], np.int64)
+            length = _first_cell(part, size >= count)
+            size *= 4
+        triangles = part[:length]
+        vertices, cells = int(triangles.max()) + 1, count // length
+        last = np.asarray(table[count - length:], np.int64)
+    if triangles.min() < 0 or count % length or cells * vertices != header.rows or \
+            not np.array_equal(last, triangles + vertices * (cells - 1)):
+        raise InputError(f"{header.path}: its triangles are not those of {header.rows} positions of equal cells")
+    return Layout(vertices, triangles.astype(np.int32))
+
+
+def _first_cell(triangles: np.ndarray, is_all: bool) -> Optional[int]:
+    """Number of triangles after which they repeat, with vertices of the next cell; None if more must be read."""
+    shifts = triangles - triangles[0]
+    for length in np.flatnonzero((shifts[:, 0] > 0) & np.all(shifts == shifts[:, :1], axis=1)):
+        rest = len(triangles) - length
+        if rest < length and not is_all:
+            return None
+        size = min(rest, max(length, _ENOUGH_TRIANGLES))
+        if is_all and len(triangles) % length:
+            continue
+        if np.array_equal(triangles[length:length + size], triangles[:size] + shifts[length, 0]):
+            return int(length)
+    return len(triangles) if is_all else None
+
+
+def _by_column(header: BlockFile, name: str) -> Optional[Layout]:
+    """By ids of vertices, which start anew with each cell, or of cells, which change."""
+    with opened(header.path) as file:
+        values = np.ravel(file[name][:1 << 20])
+    starts = np.flatnonzero(values[1:] == 0) if name == "Vertex Id" else np.flatnonzero(np.diff(values))
+    if len(starts) == 0 and len(values) < header.rows:
+        return None
+    return Layout(int(starts[0]) + 1 if len(starts) else header.rows, None)
+
+
+def micrometres_per_unit(positions: np.ndarray, dx: float) -> float:
+    """Of positions in metres or in lattice units: the size of a cell, shape (V, 3), tells. dx: [µm]"""
+    return 1e6 if np.ptp(positions, axis=0).max() < _OF_ANY_SIZE else dx
+
+
+def cells_in(header: BlockFile, layout: Layout, name: str, numbers: Optional[np.ndarray] = None) -> Iterator[Tuple[np.ndarray, np.ndarray]]:
+    """Numbers of cells in the file, ascending, and their rows of a dataset as written, shape (n, V, k); some cells at a time.
+
+    @raises InputError
+    """
+    size, count = layout.vertices, header.rows // layout.vertices
+    wanted = np.arange(count) if numbers is None else numbers
+    with opened(header.path) as file:
+        table = file[name]
+        for begin in range(0, count, CELLS_AT_ONCE):
+            end = min(begin + CELLS_AT_ONCE, count)
+            chosen = wanted[np.searchsorted(wanted, begin):np.searchsorted(wanted, end)]
+            if len(chosen):
+                rows = table[begin * size:end * size]
+                yield chosen, rows.reshape(end - begin, size, -1)[chosen - begin]

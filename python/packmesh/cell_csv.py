@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Tables that HemoCell writes beside the cells of a step, one row for each cell: csv/<type>.<iteration>.csv.
+
+Read in HemoCell 2.7: io/writeCellInfoCSV.cpp. Lengths are in the units of the cells' files, with six significant digits.
+"""
+from __future__ import annotations
+
+import csv
+import dataclasses
+import os
+from typing import Optional
+
+import numpy as np
+
+from packmesh.errors import InputError
+from packmesh.joined_cells import Copies, Places
+
+_DIGITS = 1e-5  # of coordinates, twice the rounding of the sixth significant one
+
+
+@dataclasses.dataclass(frozen=True)
+class CellTable:
+    """center: means of the vertices, in the units of the file, shape (n, 3); ids, and ids without the wraps around periodic faces"""
+
+    path: str
+    center: np.ndarray
+    ids: np.ndarray
+    base_ids: np.ndarray
+
+
+def read_table(folder: str, name: str, step: str) -> Optional[CellTable]:
+    """None if there is none. step: the iteration as the name of its folder. @raises InputError"""
+    path = os.path.join(folder, "csv", f"{name}.{step}.csv")
+    try:
+        with open(path, newline="", encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+        center = np.array([[float(row[axis]) for axis in "XYZ"] for row in rows]).reshape(-1, 3)
+        ids, base = (np.array([int(row[column]) for row in rows], np.int64) for column in ("cellId", "baseCellId"))
+    except FileNotFoundError:
+        return None
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read, is it complete? ({error})") from None
+    return CellTable(path, center, ids, base)
+
+
+def require_no_more(table: CellTable, cells: Copies) -> None:
+    """@raises InputError if the table has more cells than the files"""
+    if len(table.ids) > len(cells):
+        raise InputError(f"{table.path}: lists {len(table.ids)} cells, but the files of the step have {len(cells)}; are all blocks there?")
+
+
+def base_ids_of(cells: Copies, table: CellTable, scale: float) -> Optional[np.ndarray]:
+    """The ids without wraps of cells by their places, None if some are not found. scale: [µm] per unit"""
+    center = table.center * scale
+    tolerance = _DIGITS * max(1.0, float(np.abs(center).max(initial=0.0)))
+    near, found = Places(center, tolerance), np.full(len(cells), -1, np.int64)
+    for i in range(len(cells)):
+        rows = near.at(cells.center[i])
+        if len(rows) != 1:
+            return None
+        found[i] = table.base_ids[rows[0]]
+    return found if len(np.unique(found)) == len(found) else None

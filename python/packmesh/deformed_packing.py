@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""The cells of a step of a run as a packing: each has a membrane of its own. Needs the module of C++."""
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+from typing import Any, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from . import _packmesh, convert
+from .errors import InputError
+from .export import exported, names_of
+from .export import write as write_exports
+from .hemocell_run import Step
+from .packing_file import Faults, Kind, Lumen, PackingFile
+from .pos import write_pos
+from .run_lumen import RunLumen
+from .run_measures import is_red
+from .run_overlaps import overlapping
+
+
+@dataclasses.dataclass(frozen=True)
+class DeformedCheck:
+    """The exact test of deformed cells, numbered over all species, from 0.
+
+    overlapping: pairs with a common point, or of which one is inside the other, periodic images included
+    misplaced: cells that are not wholly inside the lumen, with reasons; None if the lumen is not known
+    """
+
+    overlapping: List[Tuple[int, int]]
+    misplaced: Optional[List[Tuple[int, str]]]
+
+    def __bool__(self) -> bool:
+        return not self.overlapping and not self.misplaced
+
+
+class DeformedPacking:
+    """The cells of a step: their membranes, and the rigid bodies that are nearest to them.
+
+    Cells are in the order of species, then as in the step. `rotations`, `positions` and pos_lines() are of the template that HemoCell
+    builds, moved so that the squared distances of its vertices to those of the cell are least (Kabsch 1976).
+    """
+
+    def __init__(self, step: Step, config: Optional[str]) -> None:
+        """@raises InputError if a template is not known or another"""
+        self.step = step
+        self._config = config
+        self._lumen = RunLumen(config) if config is not None else None
+        self._vertices = {name: step.vertices(name) for name in step.species_names}
+        folder = None if config is None else os.path.dirname(os.path.abspath(config))
+        self._templates = {name: self._template_of(name, folder) for name in step.species_names}
+        fits = [_fits(self._templates[name][0], self._vertices[name]) for name in step.species_names]
+        self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{count} {name}" for name, count in self.counts.items())
+        return f"<packmesh.DeformedPacking: {counts}>"
+
+    @property
+    def counts(self) -> Dict[str, int]:
+        """Number of cells of each species."""
+        return {name: len(vertices) for name, vertices in self._vertices.items()}
+
+    @property
+    def species_names(self) -> List[str]:
+        """Names of the species; `species` has indices into it."""
+        return list(self._vertices)
+
+    @property
+    def species(self) -> np.ndarray:
+        """Index of each cell's species into `species_names`, shape (N,)."""
+        return np.repeat(np.arange(len(self._vertices)), list(self.counts.values()))
+
+    @property
+    def rotations(self) -> np.ndarray:
+        """Of the rigid fits: unit quaternions x, y, z, w, shape (N, 4)."""
+        return _quaternions(self._matrices)
+
+    def template(self, name: str) -> Tuple[np.ndarray, np.ndarray]:
+        """The undeformed mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
+        return self._templates[self._name(name)]
+
+    def vertices(self, name: str) -> np.ndarray:
+        """The deformed membranes of a species [µm], shape (N, V, 3); not wrapped at periodic faces."""
+        return self._vertices[self._name(name)]
+
+    def pos_lines(self, name: str) -> np.ndarray:
+        """The rigid fits of a species as lines of ``<name>.pos``: x y z [µm] a b c [degrees], shape (N, 6). They may overlap."""
+        chosen = self.species == self.species_names.index(self._name(name))
+        return np.concatenate([self.positions[chosen], _angles(self._matrices[chosen])], axis=1)
+
+    @property
+    def hematocrit(self) -> float:
+        """Volume of the deformed red cells over that of the lumen. @raises InputError without a case"""
+        from .membrane_measures import shapes_of
+
+        if self._lumen is None:
+            raise InputError(f"{self.step}: its lumen is not known; state config")
+        volume = sum(float(shapes_of(vertices, self._templates[name][1]).volume.sum())
+                     for name, vertices in self._vertices.items() if is_red(name) and len(vertices))
+        return volume / self._lumen.volume
+
+    def check(self) -> DeformedCheck:
+        """Tests the deformed cells exactly against each other and, with a case, against the wall of the lumen."""
+        first = dict(zip(self.species_names, np.concatenate([[0], np.cumsum(list(self.counts.values()))])))
+        pairs = [tuple(sorted(int(first[name]) + i for name, i in pair)) for pair in overlapping(self.step, self.species_names)]
+        misplaced: Optional[List[Tuple[int, str]]] = None
+        if self._lumen is not None:
+            misplaced = [(int(first[name]) + i, reason) for name, vertices in self._vertices.items()
+                         for i, reason in self._lumen.violations(vertices, self._templates[name][1])]
+        return DeformedCheck(sorted(pairs), misplaced)
+
+    def write_pos(self, folder: "str | os.PathLike[str]" = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
+        """Writes the rigid fits as ``<species>.pos``, and formats as Packing.write_pos() does: "stl" and "vtk-meshes" have the
+        deformed membranes, the others the rigid fits."""
+        folder = os.fspath(folder)
+        exports = exported(self.cells_file(), export)
+        write_pos(folder, {name: self.pos_lines(name) for name in self.species_names})
+        write_exports(exports, folder)
+        names = [os.path.join(folder, name + ".pos") for name in self.species_names] + names_of(exports, folder)
+        return [pathlib.Path(name) for name in names]
+
+    def cells_file(self) -> PackingFile:
+        """The cells as exports read them."""
+        return _StepCells(self)
+
+    def to_meshio(self) -> Any:
+        """All membranes as one meshio.Mesh, with cell data "species" and "cell" (number of the cell)."""
+        return convert.to_meshio(self)
+
+    def to_pyvista(self) -> Any:
+        """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
+        return convert.to_pyvista(self)
+
+    def _name(self, name: str) -> str:
+        if name not in self._vertices:
+            raise InputError(f"there are no cells '{name}'; expected one of {', '.join(self._vertices)}")
+        return name
+
+    def _template_of(self, name: str, folder: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
+        found, size = _packmesh.cell_template(name, folder, self.step.dx), self._vertices[name].shape[1]
+        if found is None or (len(self._vertices[name]) and len(found[0]) != size):
+            raise InputError(f"{self.step.folder}: the cells {name} have {size} vertices; their template "
+                             + ("is not known" if found is None else f"has {len(found[0])}") + "; expected its XML file beside config.xml")
+        return found
+
+
+class _StepCells(PackingFile):
+    """What exports read."""
+
+    def __init__(self, packing: DeformedPacking) -> None:
+        self._packing, self.path = packing, packing.step.folder
+        self.species, self.positions = packing.species, packing.positions
+        self.orientations = np.roll(packing.rotations, 1, axis=1)
+        self.columns, self.finished, self.faults = {}, False, Faults([], [])
+        self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
+        lumen = packing._lumen
+        self.lumen = None if lumen is None else Lumen(lumen.low, lumen.high, lumen.period, None, None)
+
+    def membranes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
+        """The deformed ones."""
+        return self._packing.vertices(self.kinds[kind].name)[np.asarray(cells) - int(np.searchsorted(self.species, kind))]
+
+
+def _fits(template: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rotation matrices, shape (N, 3, 3), places of the template's origin, shape (N, 3), and root mean square distances of the
+    vertices, shape (N,)."""
+    if len(cells) == 0:
+        return np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0)
+    middle, centers = template.mean(axis=0), cells.mean(axis=1)
+    left, _, right = np.linalg.svd(np.einsum("nvi,vj->nij", cells - centers[:, None], template - middle))
+    left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
+    matrices = left @ right
+    positions = centers - matrices @ middle
+    placed = np.einsum("nij,vj->nvi", matrices, template) + positions[:, None]
+    return matrices, positions, np.sqrt(((cells - placed) ** 2).sum(axis=2).mean(axis=1))
+
+
+def _angles(m: np.ndarray) -> np.ndarray:
+    """a, b, c [degrees] of Rz(c) Ry(b) Rx(a), shape (N, 3)."""
+    return np.degrees(np.stack([np.arctan2(m[:, 2, 1], m[:, 2, 2]), np.arctan2(-m[:, 2, 0], np.hypot(m[:, 0, 0], m[:, 1, 0])),
+                                np.arctan2(m[:, 1, 0], m[:, 0, 0])], axis=1))
+
+
+def _quaternions(m: np.ndarray) -> np.ndarray:
+    """x, y, z, w: the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack 2000), shape (N, 4)."""
+    k = np.empty((len(m), 4, 4))
+    k[:, :3, :3] = m + np.swapaxes(m, 1, 2) - np.trace(m, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    k[:, 3, :3] = k[:, :3, 3] = np.stack([m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]], axis=1)
+    k[:, 3, 3] = np.trace(m, axis1=1, axis2=2)
+    found = np.linalg.eigh(k)[1][:, :, 3]
+    return found * np.where(found[:, 3:] < 0, -1, 1)

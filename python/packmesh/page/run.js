@@ -1,0 +1,88 @@
+// The page of packmesh run: figures of a run over time, and the profiles of its first and last steps.
+
+document.getElementById("view").remove();
+document.getElementById("title").textContent = document.title = report.title;
+document.getElementById("subtitle").textContent = report.subtitle;
+
+const times = report.steps.map((step) => 1e3 * step.time);
+const speciesNames = [...new Set(report.steps.flatMap((step) => Object.keys(step.species)))];
+
+/** A curve over time of what is known; null if nothing is. */
+function curveOf(name, color, values) {
+  const known = values.map((y, i) => [times[i], y]).filter(([, y]) => y !== null && y !== undefined);
+  return known.length ? { name, color, x: known.map(([x]) => x), y: known.map(([, y]) => y) } : null;
+}
+
+const ofStep = (key, factor = 1) => report.steps.map((step) => (step[key] === null ? null : factor * step[key]));
+const ofSpecies = (name, key, factor = 1) => report.steps.map((step) => {
+  const value = (step.species[name] || {})[key];
+  return value === null || value === undefined ? null : factor * value;
+});
+const eachSpecies = (key, factor) => speciesNames.map((name, s) => curveOf(name, colorOf(name, s), ofSpecies(name, key, factor)));
+
+function timePlot(id, title, y, curves, signed = false) {
+  return { id, title, x: "time [ms]", y, curves: curves.filter((curve) => curve), signed, points: true };
+}
+
+function orderCurves() {
+  const red = speciesNames.find((name) => name.includes("RBC")) || speciesNames[0];
+  return ["x", "y", "z"].map((axis, k) => curveOf(axis, axisColors[axis],
+    report.steps.map((step) => (step.species[red] && step.species[red].order ? step.species[red].order[k] : null))));
+}
+
+/** Of the first and the last step. */
+function profilePlot(id, key, title, x) {
+  const curves = [], last = report.steps.length - 1;
+  for (const [i, text, dash] of last ? [[0, "first", [4, 3]], [last, "last", []]] : [[0, "", []]]) {
+    const profile = report.steps[i][key];
+    if (!profile) continue;
+    Object.entries(profile.fraction).forEach(([name, fraction], s) => curves.push({
+      name: (name + " " + text).trim(), color: colorOf(name, s), dash, y: fraction,
+      x: middles(profile.begin, profile.width, fraction.length) }));
+  }
+  return { id, title, x, y: "volume fraction", curves };
+}
+
+function runPlots() {
+  const lost = report.steps.reduce((sums, step) => [...sums, (sums.length ? sums[sums.length - 1] : 0) + step.lost], []);
+  return [
+    timePlot("cells", "Cells", "number", [...eachSpecies("count"), curveOf("lost", "#1d2733", lost)]),
+    timePlot("hematocrit", "Hematocrit by deformed volumes", "hematocrit", [curveOf("lumen", "#b3261e", ofStep("hematocrit"))]),
+    timePlot("layer", "Cell-free layer", "thickness [µm]", [curveOf("cell-free layer", "#1f5fa8", ofStep("cellFreeLayer"))]),
+    timePlot("wall", "Share of the cells with a centre within " + report.nearWall + " µm of the wall", "share", eachSpecies("nearWall")),
+    timePlot("elongation", "Deformation: (a - b) / (a + b) of the longer semi-axes", "elongation", eachSpecies("elongation")),
+    timePlot("length", "Longest extent of a cell along an axis", "length [µm]", eachSpecies("length")),
+    timePlot("order", "Order of the red cells' short axes along x, y, z", "order", orderCurves(), true),
+    timePlot("volume", "Mean change of volume", "change [%]", eachSpecies("volumeDrift", 100), true),
+    timePlot("area", "Mean change of area", "change [%]", eachSpecies("areaDrift", 100), true),
+    timePlot("overlaps", "Overlapping membranes", "pairs", [curveOf("pairs", "#b3261e", ofStep("overlaps"))]),
+    timePlot("force", "Largest force on a vertex", "force [pN]", eachSpecies("force")),
+    timePlot("flow", "Flow rate", "flow rate [µm³/ms]", [curveOf("flow rate", "#1f5fa8", ofStep("flow", 1e-3))]),
+    profilePlot("axis", "along", "Volume fractions along " + report.axis, report.axis + " [µm]"),
+    profilePlot("depth", "byDepth", "Volume fractions by distance to the wall", "distance to the wall [µm]"),
+  ].filter((plot) => plot.curves.length);
+}
+
+function showRunTiles() {
+  const tile = (value, what, kind = "") => document.getElementById("tiles").append(
+    element("div", { class: "tile " + kind }, element("b", {}, value), element("span", {}, what)));
+  const last = report.steps[report.steps.length - 1], first = report.steps[0], lost = report.lost.rows.length;
+  const count = (step) => Object.values(step.species).reduce((sum, one) => sum + one.count, 0);
+  const change = (key, digits, unit, what) => {
+    if (last[key] !== null) tile(last[key].toFixed(digits) + unit, what + ", at first " + (first[key] === null ? "–" : first[key].toFixed(digits)));
+  };
+  tile(String(count(last)), "cells, at first " + count(first));
+  tile(String(lost), "cells lost", lost ? "bad" : "good");
+  change("hematocrit", 4, "", "hematocrit");
+  change("cellFreeLayer", 2, " µm", "cell-free layer");
+  if (last.overlaps !== null) tile(String(last.overlaps), "overlapping pairs", last.overlaps ? "bad" : "good");
+}
+
+showRunTiles();
+addCard("Steps", tableOf(report.table.heads, report.table.rows),
+  noteOf("Length: longest extent of a red cell along x, y or z. Elongation: (a - b) / (a + b) of the two longer semi-axes of the ellipsoid with the same " +
+    "moments, 0 for a cell at rest. Inclination: mean angle between longest axis and flow [degrees]. Volume, area: mean change since " +
+    "the first step. Layer: mean over sectors of the least distance of a red cell to the wall."));
+if (report.lost.rows.length) addCard("Cells lost", tableOf(report.lost.heads, report.lost.rows));
+const charts = runPlots().map(addPlot);
+window.packMesh = { report, charts };  // for scripts and tests

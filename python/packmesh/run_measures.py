@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""What a run does to its cells, step by step: RunAnalysis."""
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from packmesh.errors import InputError
+from packmesh.fluid_files import flow_rates
+from packmesh.hemocell_run import Step
+from packmesh.membrane_measures import Shapes, joined_shapes, shapes_of, volume_in_layers, volume_points
+from packmesh.run_lumen import SECTORS_ALONG, SECTORS_AROUND, RunLumen
+from packmesh.run_overlaps import overlapping
+
+LAYER = 0.5  # width of the layers along the axis and by distance to the wall [µm]
+_AT_WALL = 2.0  # cells with a vertex at most so far from the wall lie at the wall [lattice spacings]
+_POINTS = 1 << 22  # for the volume of all cells by distance to the wall
+_FEWEST_POINTS, _MOST_POINTS = 30, 3000  # per cell
+
+Advance = Callable[[int], None]
+
+
+@dataclasses.dataclass(frozen=True)
+class Lost:
+    """A cell that is not in a step any more. last, missing: iterations; center: where it was [µm]; place: in words"""
+
+    species: str
+    id: int
+    last: int
+    missing: int
+    center: Tuple[float, float, float]
+    length: float
+    place: str
+
+
+@dataclasses.dataclass(frozen=True)
+class OfSpecies:
+    """The cells of a type in a step: ids, shapes, and the least distance of their vertices to the wall [µm]; None if unknown."""
+
+    ids: Optional[np.ndarray]
+    shapes: Shapes
+    wall: Optional[np.ndarray]
+    largest_force: Optional[float]
+
+
+def is_red(name: str) -> bool:
+    return "RBC" in name
+
+
+class RunAnalysis:
+    """Steps are analysed one after the other; losses and drifts refer to those before.
+
+    near_wall: a platelet is near the wall if its centre is nearer to it [µm]
+    envelope: length of particleEnvelope [µm], if it is known
+    lost: cells that disappeared; entered: number of cells that were not there before
+    unknown_ids: why cells of some steps cannot be told apart
+    """
+
+    def __init__(self, lumen: Optional[RunLumen], *, near_wall: float = 3.0, envelope: Optional[float] = None,
+                 overlaps: bool = True) -> None:
+        self.lumen, self.near_wall, self.envelope, self.overlaps = lumen, near_wall, envelope, overlaps
+        self.lost: List[Lost] = []
+        self.entered = 0
+        self.unknown_ids: List[str] = []
+        self._first: Dict[str, OfSpecies] = {}
+        self._before: Optional[Tuple[int, Dict[str, OfSpecies]]] = None
+        self._lumen_layers: Optional[Tuple[np.ndarray, np.ndarray]] = None
+
+    def analyse(self, step: Step, progress: Advance = lambda cells: None) -> Dict[str, Any]:
+        """The figures of a step, as the page has them. @raises InputError"""
+        profiles = _Profiles(self.lumen, step)
+        found = {name: self._species(step, name, profiles, progress) for name in step.species_names}
+        for name, one in found.items():
+            self._first.setdefault(name, one)
+        before = len(self.lost)
+        uncounted = self._compare_with_step_before(step, found)
+        volume = sum(float(one.shapes.volume.sum()) for name, one in found.items() if is_red(name))
+        inlet = step.pre_inlet
+        figures: Dict[str, Any] = {
+            "iteration": step.iteration, "time": step.time, "lost": len(self.lost) - before + uncounted,
+            "species": {name: self._figures(name, one) for name, one in found.items()},
+            "preInlet": {} if inlet is None else inlet.counts,
+            "redVolume": volume, "hematocrit": volume / self.lumen.volume if self.lumen else None,
+            "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None}
+        figures.update(profiles.fractions(self._layers() if self.lumen else None))
+        if self.overlaps:
+            pairs = overlapping(step, step.species_names, progress)
+            figures["overlaps"] = len(pairs)
+            figures["overlapping"] = [[_named(step, found, cell) for cell in pair] for pair in pairs[:20]]
+        self._before = (step.iteration, found)
+        return figures
+
+    def _species(self, step: Step, name: str, profiles: "_Profiles", progress: Advance) -> OfSpecies:
+        cells = step.joined(name, progress)
+        count, triangles = len(cells.cells), step.triangles(name) if len(cells.cells) else None
+        order, parts, wall = [], [], []
+        for chosen, vertices in step.chunks(name):
+            shapes = shapes_of(vertices, triangles)
+            order.append(chosen)
+            parts.append(shapes)
+            wall.append(profiles.add(name, vertices, triangles, count))
+            progress(len(chosen))
+        ids = self._ids(step, name)
+        if not parts:
+            none = np.zeros((0, 3))
+            shapes = Shapes(np.zeros(0), np.zeros(0), none, none, np.zeros((0, 3, 3)), none, none)
+            return OfSpecies(ids, shapes, None, None)
+        back = np.argsort(np.concatenate(order))
+        shapes = Shapes(*(column[back] for column in dataclasses.astuple(joined_shapes(parts))))
+        distances = None if wall[0] is None else np.concatenate(wall)[back]
+        return OfSpecies(ids, shapes, distances, _largest_force(step, name))
+
+    def _ids(self, step: Step, name: str) -> Optional[np.ndarray]:
+        try:
+            return step.ids(name)
+        except InputError as failure:
+            self.unknown_ids.append(str(failure))
+            return None
+
+    def _figures(self, name: str, one: OfSpecies) -> Dict[str, Any]:
+        shapes, first = one.shapes, self._first[name]
+        if len(shapes.volume) == 0:
+            return {"count": 0}
+        axis = shapes.flat_axis
+        drifts = {key: _drift(one, first, key) for key in ("volume", "area")}
+        order = 1.5 * np.mean(axis ** 2, axis=0) - 0.5
+        longest = shapes.axes[:, 0]
+        figures: Dict[str, Any] = {
+            "count": len(shapes.volume), "volume": float(shapes.volume.mean()), "area": float(shapes.area.mean()),
+            "volumeDrift": drifts["volume"][0], "largestVolumeDrift": drifts["volume"][1],
+            "areaDrift": drifts["area"][0], "largestAreaDrift": drifts["area"][1],
+            "elongation": float(shapes.elongation.mean()), "length": float(shapes.length.max()),
+            "order": [float(x) for x in order], "force": one.largest_force, "nearWall": None, "wallDistance": None, "inclination": None}
+        if self.lumen is not None:
+            along = np.abs(longest[:, self.lumen.flow_axis])
+            figures["inclination"] = float(np.degrees(np.arccos(np.clip(along, 0, 1))).mean())
+            if self.lumen.has_wall:
+                centers = self.lumen.distances(shapes.center)
+                figures["nearWall"] = float(np.mean(centers < self.near_wall))
+                figures["wallDistance"] = float(centers.mean())
+        return figures
+
+    def _compare_with_step_before(self, step: Step, found: Dict[str, OfSpecies]) -> int:
+        """Lists the cells lost. @return by how many cells types without ids have fewer"""
+        if self._before is None:
+            return 0
+        uncounted = 0
+        iteration, before = self._before
+        for name, old in before.items():
+            new = found.get(name)
+            ids = np.zeros(0, np.int64) if new is None else new.ids
+            if old.ids is None or ids is None:
+                uncounted += max(0, len(old.shapes.volume) - (0 if new is None else len(new.shapes.volume)))
+                continue
+            self.entered += len(np.setdiff1d(ids, old.ids))
+            for i in np.flatnonzero(~np.isin(old.ids, ids)):
+                center = tuple(round(float(x), 3) for x in old.shapes.center[i])
+                self.lost.append(Lost(name, int(old.ids[i]), iteration, step.iteration, center, float(old.shapes.length[i]),
+                                      self._place(step, old, int(i))))
+        return uncounted
+
+    def _place(self, step: Step, cells: OfSpecies, i: int) -> str:
+        """Where a cell was when it was last seen, in words."""
+        words = []
+        if cells.wall is not None and cells.wall[i] < _AT_WALL * step.dx:
+            words.append("at the wall")
+        domain = step.domain
+        if domain is not None:
+            for k, axis in enumerate("xyz"):
+                if not np.isfinite(domain.high[k]):
+                    continue
+                for end, beyond in ((domain.low, cells.shapes.low[i, k] < domain.low[k] + step.dx),
+                                    (domain.high, cells.shapes.high[i, k] > domain.high[k] - step.dx)):
+                    if beyond:
+                        words.append(f"at the face {axis} = {end[k]:g} µm")
+        if self.envelope is not None and cells.shapes.length[i] > 0.95 * self.envelope:
+            words.append(f"as long as particleEnvelope ({self.envelope:g} µm)")
+        return ", ".join(words) or "inside"
+
+    def _flow(self, step: Step) -> Optional[float]:
+        """[µm³/s]"""
+        rates = flow_rates(step.files("Fluid"))
+        if rates is None:
+            return None
+        return float(rates[self.lumen.flow_axis] if self.lumen else rates[np.argmax(np.abs(rates))])
+
+    def _layers(self) -> Tuple[np.ndarray, np.ndarray]:
+        """Volume of the lumen in the layers along the axis and by distance to the wall [µm³]."""
+        if self._lumen_layers is None:
+            lumen = self.lumen
+            points, depth, each = lumen.samples()
+            k = lumen.flow_axis
+            along = np.floor((points[:, k] - lumen.low[k]) / _width_along(lumen)).astype(int).clip(0, _layers_along(lumen) - 1)
+            by_depth = np.floor(depth / LAYER).astype(int) if lumen.has_wall else np.zeros(0, int)
+            self._lumen_layers = np.bincount(along, minlength=_layers_along(lumen)) * each, np.bincount(by_depth) * each
+        return self._lumen_layers
+
+
+class _Profiles:
+    """Where the volume of the cells of a step is."""
+
+    def __init__(self, lumen: Optional[RunLumen], step: Step) -> None:
+        self._lumen = lumen
+        self._seed = step.iteration
+        self._along: Dict[str, np.ndarray] = {}
+        self._by_depth: Dict[str, np.ndarray] = {}
+        self._nearest = np.full(SECTORS_ALONG * SECTORS_AROUND, np.inf)
+
+    def add(self, name: str, vertices: np.ndarray, triangles: np.ndarray, count: int) -> Optional[np.ndarray]:
+        """count: cells of this type. @return least distance of each cell's vertices to the wall [µm], None without a wall"""
+        lumen = self._lumen
+        if lumen is None:
+            return None
+        k = lumen.flow_axis
+        along = volume_in_layers(vertices, triangles, k, lumen.low[k], _width_along(lumen), _layers_along(lumen), lumen.period[k] > 0)
+        self._along[name] = self._along.get(name, 0) + along
+        if not lumen.has_wall:
+            return None
+        points, weights = volume_points(vertices, triangles, int(np.clip(_POINTS / count, _FEWEST_POINTS, _MOST_POINTS)), self._seed)
+        layers = np.floor(np.maximum(lumen.distances(points), 0) / LAYER).astype(int)
+        own, old = np.bincount(layers, weights), self._by_depth.get(name, np.zeros(0))
+        size = max(len(own), len(old))
+        self._by_depth[name] = np.pad(own, (0, size - len(own))) + np.pad(old, (0, size - len(old)))
+        flat = vertices.reshape(-1, 3)
+        distances = lumen.distances(flat)
+        if is_red(name):
+            np.minimum.at(self._nearest, lumen.sectors(flat), distances)
+        return distances.reshape(len(vertices), -1).min(axis=1)
+
+    def cell_free_layer(self) -> Optional[float]:
+        """Mean over the sectors of the least distance of a red cell's vertices to the wall [µm]."""
+        nearest = self._nearest[np.isfinite(self._nearest)]
+        return float(nearest.mean()) if len(nearest) else None
+
+    def fractions(self, layers: Optional[Tuple[np.ndarray, np.ndarray]]) -> Dict[str, Any]:
+        """Volume fractions of each type along the axis and by distance to the wall."""
+        if layers is None:
+            return {"along": None, "byDepth": None}
+        lumen = self._lumen
+        along = {name: _share(volume, layers[0]) for name, volume in self._along.items()}
+        by_depth = {name: _share(volume, layers[1]) for name, volume in self._by_depth.items()}
+        return {"along": {"begin": float(lumen.low[lumen.flow_axis]), "width": _width_along(lumen), "fraction": along},
+                "byDepth": {"begin": 0.0, "width": LAYER, "fraction": by_depth} if lumen.has_wall else None}
+
+
+def _layers_along(lumen: RunLumen) -> int:
+    size = lumen.high[lumen.flow_axis] - lumen.low[lumen.flow_axis]
+    return int(max(1, min(400, round(size / LAYER))))
+
+
+def _width_along(lumen: RunLumen) -> float:
+    return float((lumen.high[lumen.flow_axis] - lumen.low[lumen.flow_axis]) / _layers_along(lumen))
+
+
+def _share(volume: np.ndarray, lumen: np.ndarray) -> List[float]:
+    size = max(len(volume), len(lumen))
+    part, of = np.pad(volume, (0, size - len(volume))), np.pad(lumen, (0, size - len(lumen)))
+    return [float(a / b) if b > 0 else 0.0 for a, b in zip(part, of)]
+
+
+def _drift(one: OfSpecies, first: OfSpecies, key: str) -> Tuple[float, Optional[float]]:
+    """Mean relative change since the first step, of the same cells where they are known; the largest of a cell."""
+    new, old = getattr(one.shapes, key), getattr(first.shapes, key)
+    if one.ids is None or first.ids is None:
+        return float(new.mean() / old.mean() - 1), None
+    _, i, j = np.intersect1d(one.ids, first.ids, return_indices=True)
+    if len(i) == 0:
+        return float(new.mean() / old.mean() - 1), None
+    change = new[i] / old[j] - 1
+    return float(change.mean()), float(change[np.argmax(np.abs(change))])
+
+
+def _largest_force(step: Step, name: str) -> Optional[float]:
+    """On a vertex [pN]."""
+    if not step.has(name, "Total force") or step.force_unit(name) is None:
+        return None
+    largest = 0.0
+    for _, rows in step.joined(name).chunks("Total force"):
+        largest = max(largest, float(np.linalg.norm(rows.astype(float), axis=2).max()))
+    return largest * float(step.force_unit(name) or 0)
+
+
+def _named(step: Step, found: Dict[str, OfSpecies], cell: Tuple[str, int]) -> List[Any]:
+    """Type and id of a cell; its centre where there are no ids."""
+    ids = found[cell[0]].ids
+    return [cell[0], int(ids[cell[1]]) if ids is not None else [round(float(x), 2) for x in found[cell[0]].shapes.center[cell[1]]]]

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file What the analysis of runs needs of the library: lumens, and the exact test of deformed membranes.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+/// Adds Lumen, lumen(), mesh_overlaps() and cell_template().
+void addRunAnalysis(pybind11::module_& module);

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/certificate/mesh_overlaps.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "packMesh/mesh/mesh_intersection.h"
+
+using namespace packmesh;
+
+namespace {
+
+/// A double pyramid with these semi-axes around a centre.
+TriangleMesh pyramids(const Vec3& center, const Vec3& semi) {
+  TriangleMesh mesh;
+  for (int k = 0; k < 3; ++k)
+    for (const double sign : {1.0, -1.0}) mesh.vertices.push_back(center + sign * semi[k] * Vec3::Unit(k));
+  mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("Meshes of different shapes are tested against each other", "[certificate]") {
+  // The first meets the second in a single point, and contains the third.
+  const std::vector<TriangleMesh> meshes = {pyramids({0, 0, 0}, {2, 2, 2}), pyramids({3, 0, 0}, {1, 5, 1}),
+                                            pyramids({0.1, 0, 0}, {0.5, 0.25, 0.25}),
+                                            pyramids({0, 10, 0}, {1, 1, 1})};
+  const std::vector<OverlappingPair> found = findMeshOverlaps(meshes);
+  REQUIRE(found.size() == 2);
+  CHECK((found[0].first == 0 && found[0].second == 1 && !found[0].contained));
+  CHECK((found[1].first == 0 && found[1].second == 2 && found[1].contained));
+  CHECK(findMeshOverlaps({meshes[1], meshes[2], meshes[3]}).empty());
+  CHECK(findMeshOverlaps({}).empty());
+}
+
+TEST_CASE("All overlapping meshes are found, on any number of threads", "[certificate]") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(0.0, 12.0), size(0.3, 3.0);
+  std::vector<TriangleMesh> meshes;
+  for (int i = 0; i < 120; ++i)
+    meshes.push_back(
+        pyramids({place(random), place(random), place(random)}, {size(random), size(random), size(random)}));
+  std::vector<std::pair<std::int64_t, std::int64_t>> expected, alone, shared;
+  for (std::size_t i = 0; i < meshes.size(); ++i)
+    for (std::size_t j = i + 1; j < meshes.size(); ++j)
+      if (relate(MeshHierarchy(meshes[i]), Placement(), MeshHierarchy(meshes[j]), Placement()).relation !=
+          MeshRelation::apart)
+        expected.emplace_back(i, j);
+  for (const OverlappingPair& pair : findMeshOverlaps(meshes)) alone.emplace_back(pair.first, pair.second);
+  for (const OverlappingPair& pair : findMeshOverlaps(meshes, Threads(3)))
+    shared.emplace_back(pair.first, pair.second);
+  REQUIRE(expected.size() > 100);
+  CHECK(alone == expected);
+  CHECK(shared == expected);
+}

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""The cells of a step of a run as a packing: deformed membranes, rigid fits, the exact test."""
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import packmesh
+import packmesh._packmesh
+from conftest import SOURCE
+from packmesh.membrane_measures import shapes_of
+from write_run import Writer, sphere
+
+RADIUS, LENGTH, MIDDLE = 9, 30, np.array([14.75, 9.75, 9.75])  # of the tube [µm]
+
+
+def template(name):
+    return packmesh._packmesh.cell_template(name, None, 0.5)
+
+
+def placed(name, count, seed, stretch=0.0):
+    """Cells of HemoCell's template in the tube: lines of .pos files, and vertices."""
+    random = np.random.default_rng(seed)
+    lines = np.column_stack([random.uniform((0, 7, 7), (29, 12, 12), (count, 3)), random.uniform(-180, 180, (count, 3))])
+    turned = Rotation.from_euler("xyz", lines[:, 3:], degrees=True).as_matrix()
+    shape = template(name)[0] * (1 + stretch, 1, 1 - stretch)
+    return lines, np.einsum("nij,vj->nvi", turned, shape) + lines[:, None, :3]
+
+
+@pytest.fixture
+def step(case):
+    """Of rigid red cells and stretched platelets."""
+    (_, red), (_, platelets) = placed("RBC", 5, 1), placed("PLT", 4, 2, 0.2)
+    types = {"RBC": (red, template("RBC")[1], np.arange(5)), "PLT": (platelets, template("PLT")[1], 5 + np.arange(4))}
+    Writer(case / "output", all_cells=9).write(1000, types)
+    return packmesh.hemocell_output(case / "output", config=case / "config.xml")[-1]
+
+
+def test_packing(step, tmp_path):
+    packing = step.packing()
+    assert packing.counts == {"RBC": 5, "PLT": 4} and len(packing) == 9
+    lines, red = placed("RBC", 5, 1)
+    np.testing.assert_allclose(packing.vertices("RBC"), red, atol=1e-5)
+    found = packing.pos_lines("RBC")
+    np.testing.assert_allclose(found[:, :3], lines[:, :3], atol=1e-5)
+    turns = [Rotation.from_euler("xyz", one[:, 3:], degrees=True) for one in (found, lines)]
+    assert (turns[0].inv() * turns[1]).magnitude().max() < 1e-5
+    assert (turns[0].inv() * Rotation.from_quat(packing.rotations[:5])).magnitude().max() < 1e-9
+    assert packing.fit_errors[:5].max() < 1e-5 and 0.05 < packing.fit_errors[5:].min() < packing.fit_errors[5:].max() < 0.3
+    volume = 5 * shapes_of(template("RBC")[0][None], template("RBC")[1]).volume[0]
+    assert packing.hematocrit == pytest.approx(volume / (np.pi * 81 * 30), rel=1e-5)
+    written = packing.write_pos(tmp_path / "step", export=["stl", "vtk-meshes"])
+    assert {path.name for path in written} == {"RBC.pos", "PLT.pos", "cells.stl", "RBC_cells.vtp", "PLT_cells.vtp"}
+    np.testing.assert_array_equal(packmesh.read_pos(tmp_path / "step/PLT.pos"), packing.pos_lines("PLT"))
+    # The file has the deformed membranes: their volume is that of the stretched platelets.
+    corners = np.frombuffer((tmp_path / "step/cells.stl").read_bytes()[84:], np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))["c"]
+    corners = corners[5 * len(template("RBC")[1]):].astype(float) - corners[-1, 0]
+    total = np.einsum("tk,tk->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert total == pytest.approx(4 * 0.96 * shapes_of(template("PLT")[0][None], template("PLT")[1]).volume[0], rel=1e-4)
+
+
+def test_export_command(step, case):
+    def export(*words, code=0):
+        done = subprocess.run([sys.executable, "-m", "packmesh", "export", *map(str, words)], capture_output=True, text=True, cwd=case, check=False)
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    text = export("output", "--case", "config.xml", "--format", "stl", "--format", "csv", "--folder", "exported")
+    assert "Wrote exported/cells.stl" in text and "they may overlap" in text
+    step.packing().write_pos(case / "other", export=["stl"])
+    assert (case / "exported/cells.stl").read_bytes() == (case / "other/cells.stl").read_bytes()
+    assert "\n1,RBC," in (case / "exported/cells.csv").read_text()
+    assert "there is no step of iteration 7" in export("output", "--step", 7, "--format", "stl", code=2)
+    assert "--step and --case are for the output folder of a run" in export("a.h5", "--step", 7, "--format", "stl", code=2)
+
+
+def test_check_of_packing(case):
+    """Deformed cells are tested as they are: overlaps and the wall."""
+    _, red = placed("RBC", 3, 4)
+    centers = np.array([[5, 9.75, 9.75], [15, 9.75, 9.75], [25, 9.75, 17.0]])
+    cells = red - red.mean(axis=1)[:, None] + centers[:, None]
+    types = {"RBC": (cells, template("RBC")[1], np.arange(3)),
+             "PLT": (np.array([template("PLT")[0] + (15, 9.75, 9.75)]), template("PLT")[1], np.array([3]))}
+    Writer(case / "output").write(1000, types)
+    check = packmesh.hemocell_output(case / "output", config=case / "config.xml")[0].packing().check()
+    assert check.overlapping == [(1, 3)] and [cell for cell, _ in check.misplaced] == [2] and not check
+    assert "wall" in check.misplaced[0][1]
+    assert packmesh.check(packmesh.hemocell_output(case / "output")[0].packing()).overlapping == [(1, 3)]
+    without_case = packmesh.hemocell_output(case / "output")[0].packing()
+    assert without_case.check().misplaced is None
+    with pytest.raises(packmesh.InputError, match="its lumen is not known; state config"):
+        print(without_case.hematocrit)
+
+
+def test_start_from_a_step(step):
+    """The rigid fits are cells that a packing starts from."""
+    to_origin = np.append(MIDDLE - (15, 9, 9), (0, 0, 0))  # the low corner of the lumen of pack()
+    packing = packmesh.pack(cylinder=packmesh.Cylinder(9, 30), ends="periodic", hematocrit=0.1, start={
+        name: step.packing().pos_lines(name) - to_origin for name in ("RBC", "PLT")})
+    assert packing.check().clean and packing.counts["RBC"] >= 5
+
+
+def test_templates_of_the_case(case):
+    """Without triangles and ids, the templates of the case tell what a cell is."""
+    _, red = placed("RBC", 5, 1, 0.1)
+    Writer(case / "output", datasets=("Position",)).write(1000, {"RBC": (red, template("RBC")[1], np.arange(5))})
+    with pytest.raises(packmesh.InputError, match="nothing tells which positions are a cell"):
+        packmesh.hemocell_output(case / "output")[0].vertices("RBC")
+    step = packmesh.hemocell_output(case / "output", config=case / "config.xml")[0]
+    assert step.vertices("RBC").shape == red.shape
+    np.testing.assert_array_equal(step.triangles("RBC"), template("RBC")[1])
+    (case / "RBC.xml").write_text("<hemocell><MaterialModel><radius> 3.91e-6 </radius><minNumTriangles> 1300 </minNumTriangles>"
+                                  "</MaterialModel></hemocell>")
+    with pytest.raises(packmesh.InputError, match="nothing tells which positions are a cell"):
+        packmesh.hemocell_output(case / "output", config=case / "config.xml")[0].vertices("RBC")
+
+
+def test_unknown_template(case):
+    vertices, triangles = sphere()
+    Writer(case / "output").write(1000, {"RBC": (vertices[None] + MIDDLE, triangles, np.arange(1))})
+    with pytest.raises(packmesh.InputError, match="the cells RBC have 66 vertices; their template has 642; expected its XML file"):
+        packmesh.hemocell_output(case / "output")[0].packing()
+
+
+def test_howto(step, case, monkeypatch):
+    """The Python blocks of the page run beside a run."""
+    monkeypatch.chdir(case)
+    blocks = re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs/howto/analyse-run.md").read_text(), re.M | re.S)
+    names = {}
+    for block in blocks:
+        exec(compile(block, "analyse-run.md", "exec"), names)
+    assert len(blocks) == 2 and names["membranes"].shape == (5, 642, 3) and (case / "step/RBC_cells.vtp").exists()

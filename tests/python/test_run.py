@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""What packmesh run says about a run: measures of membranes against formulas, and of runs whose cells are known."""
+import csv
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import packmesh
+from packmesh.membrane_measures import shapes_of, volume_in_layers, volume_points
+from packmesh.run_lumen import RunLumen
+from packmesh.run_measures import RunAnalysis
+from packmesh.run_overlaps import overlapping
+from conftest import SOURCE
+from write_run import Writer, rotation, sphere
+
+VERTICES, TRIANGLES = sphere()
+RADIUS, LENGTH = 9.0, 30.0  # of the tube [µm]
+MIDDLE = np.array([14.75, 9.75, 9.75])
+SPHERE = shapes_of(VERTICES[None], TRIANGLES)
+
+
+def ellipsoids(count, semi_axes, shear=0.0):
+    """Rotated, sheared ellipsoids, shape (count, V, 3), and the matrices that make them of the sphere."""
+    matrices = np.array([rotation(i) @ np.diag(semi_axes) @ (np.eye(3) + shear * np.eye(3, k=1)) for i in range(count)])
+    random = np.random.default_rng(7)
+    return VERTICES @ np.swapaxes(matrices, 1, 2) + random.uniform(-20, 20, (count, 1, 3)), matrices
+
+
+@pytest.mark.parametrize("semi_axes, shear", [((4, 3, 2), 0), ((4, 4, 1.1), 0), ((4, 4, 1.1), 0.6), ((1.2, 1.2, 1.2), 0)])
+def test_shapes(semi_axes, shear):
+    """Volume and moments of a linear image of a mesh follow from those of the mesh; the symmetry axis from the matrix."""
+    cells, matrices = ellipsoids(30, semi_axes, shear)
+    shapes = shapes_of(cells, TRIANGLES)
+    np.testing.assert_allclose(shapes.volume, np.linalg.det(matrices) * SPHERE.volume, rtol=1e-12)
+    np.testing.assert_allclose(shapes.center, cells[:, 0] - VERTICES[0] @ np.swapaxes(matrices, 1, 2), atol=1e-9)
+    left, values, _ = np.linalg.svd(matrices)
+    np.testing.assert_allclose(shapes.semi_axes, values * SPHERE.semi_axes[0, 0], rtol=1e-9)
+    if values[0, 1] > 1.01 * values[0, 2]:
+        np.testing.assert_allclose(np.abs(np.einsum("nk,nk->n", shapes.flat_axis, left[:, :, 2])), 1, atol=1e-9)
+    np.testing.assert_allclose(shapes.elongation, (values[:, 0] - values[:, 1]) / (values[:, 0] + values[:, 1]), atol=1e-7)
+    np.testing.assert_allclose(shapes.length, np.ptp(cells, axis=1).max(axis=1))
+
+
+def test_area():
+    """Of a sphere and of an oblate ellipsoid, by the formula, up to the mesh."""
+    fine, triangles = sphere(4)
+    a, c = 4.0, 1.1
+    e = np.sqrt(1 - c * c / a / a)
+    for cell, area in ((3 * fine, 36 * np.pi), (fine * (a, a, c), 2 * np.pi * a * a + np.pi * c * c / e * np.log((1 + e) / (1 - e)))):
+        found = shapes_of(cell[None], triangles)
+        assert found.area[0] == pytest.approx(area, rel=4e-3) and found.area[0] < area
+        assert found.volume[0] == pytest.approx(4 / 3 * np.pi * np.prod(np.ptp(cell, axis=0) / 2), rel=6e-3)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_volume_in_layers(axis):
+    cells, _ = ellipsoids(40, (4, 3, 1.1), 0.4)
+    total = shapes_of(cells, TRIANGLES).volume.sum()
+    assert volume_in_layers(cells, TRIANGLES, axis, -30, 0.5, 120, False).sum() == pytest.approx(total, rel=1e-12)
+    periodic = volume_in_layers(cells, TRIANGLES, axis, -12, 0.5, 40, True)
+    assert periodic.sum() == pytest.approx(total, rel=1e-12) and periodic.min() > 0
+    assert volume_in_layers(cells, TRIANGLES, axis, -12, 0.5, 40, False).sum() < 0.9 * total
+    # Layers of a tetrahedron, of which the volume below x is x³ / 6 in a corner.
+    tetrahedron = np.roll(np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2.0]]), axis, axis=1)
+    found = volume_in_layers(tetrahedron[None], np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), axis, 0, 0.25, 8, False)
+    np.testing.assert_allclose(found, -np.diff((2 - np.linspace(0, 2, 9)) ** 3 / 6), atol=1e-14)
+
+
+def test_volume_points():
+    """The sums are exact for the volume, and close to it for every layer."""
+    cells, _ = ellipsoids(60, (4, 3, 1.1), 0.4)
+    total = shapes_of(cells, TRIANGLES).volume.sum()
+    layers = volume_in_layers(cells, TRIANGLES, 0, -30, 2, 30, False)
+    for most, tolerance in ((3000, 0.02), (60, 0.1)):
+        points, weights = volume_points(cells, TRIANGLES, most, 1)
+        assert weights.sum() == pytest.approx(total, rel=1e-12) and len(points) <= 60 * most
+        found = np.histogram(points[:, 0], 30, (-30, 30), weights=weights)[0]
+        assert np.abs(found - layers).max() < tolerance * layers.max()
+
+
+# Runs.
+
+def ball(center, radius, turned=0.0):
+    """A sphere with a vertex in the direction `turned` around x."""
+    c, s = np.cos(turned), np.sin(turned)
+    return radius * VERTICES @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]]).T + center
+
+
+def ring(distance, radius):
+    """Spheres in all 6 x 12 sectors, whose outermost vertices are at a distance from the axis."""
+    cells = []
+    for x in np.arange(6) * 5 + 2.25:
+        for angle in (np.arange(12) + 0.5) * np.pi / 6:
+            direction = np.array([0, np.cos(angle), np.sin(angle)])
+            cells.append(ball(np.array([x, 9.75, 9.75]) + (distance - radius) * direction, radius, angle))
+    return np.array(cells)
+
+
+def run_command(*words, code=0, cwd=None, path=None):
+    environment = os.environ if path is None else {**os.environ, "PYTHONPATH": str(path)}
+    done = subprocess.run([sys.executable, "-m", "packmesh", "run", *map(str, words)], capture_output=True, text=True, cwd=cwd, check=False,
+                          env=environment)
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def test_lumen(case):
+    lumen = RunLumen(str(case / "config.xml"))
+    assert lumen.volume == pytest.approx(np.pi * RADIUS ** 2 * LENGTH) and lumen.flow_axis == 0
+    np.testing.assert_allclose(lumen.period, (LENGTH, 0, 0))
+    points = MIDDLE + [[0, 0, 0], [100, 8, 0], [-40, 0, -9.5]]
+    np.testing.assert_allclose(lumen.distances(points), [9, 1, -0.5], atol=1e-6)
+    inside, depth, each = lumen.samples()
+    assert len(inside) * each == pytest.approx(lumen.volume)
+    assert np.mean(depth < 1) == pytest.approx(1 - (8 / 9) ** 2, abs=2e-3)
+
+
+def test_measures(case):
+    """Hematocrit, profiles, cell-free layer, platelets, flow and forces of cells whose shapes and places are known."""
+    red, platelets = ring(7.5, 1.2), np.array([ball(MIDDLE + [0, r, 0], 0.4) for r in (0, 3, 7, 8.2)])
+    forces = {"RBC": np.zeros(red.shape), "PLT": np.zeros(platelets.shape)}
+    forces["RBC"][17, 5] = (3e-12, 0, 4e-12)
+    writer = Writer(case / "out")
+    writer.write(1000, {"RBC": (red, TRIANGLES, np.arange(72)), "PLT": (platelets, TRIANGLES, 72 + np.arange(4))}, forces,
+                 lambda p: np.stack([2e-3 * np.ones(p.shape[:-1]), 1e-3 * p[..., 0] / 30, 0 * p[..., 0]], axis=-1))
+    run = packmesh.hemocell_output(case / "out", config=case / "config.xml")
+    lumen = RunLumen(str(case / "config.xml"))
+    found = RunAnalysis(lumen, near_wall=2.5).analyse(run[0])
+    volume = SPHERE.volume[0] * 1.2 ** 3
+    assert found["redVolume"] == pytest.approx(72 * volume, rel=1e-6)
+    assert found["hematocrit"] == pytest.approx(72 * volume / (np.pi * 81 * 30), rel=1e-6)
+    assert found["cellFreeLayer"] == pytest.approx(1.5, abs=1e-4)
+    assert found["flow"] == pytest.approx(2e3 * 20 * 20, rel=1e-6)  # [µm³/s]
+    assert found["overlaps"] == 0 and found["lost"] == 0
+    figures = found["species"]["PLT"]
+    assert figures["count"] == 4 and figures["nearWall"] == 0.5 and figures["wallDistance"] == pytest.approx(9 - 18.2 / 4, abs=1e-4)
+    assert found["species"]["RBC"]["force"] == pytest.approx(5, rel=1e-6) and found["species"]["RBC"]["elongation"] < 1e-3
+    along, depth = found["along"], found["byDepth"]
+    layers = np.pi * 81 * along["width"]
+    assert sum(along["fraction"]["RBC"]) * layers == pytest.approx(72 * volume, rel=5e-3)
+    # Cells are between 1.5 and 3.9 µm from the wall: nothing is elsewhere.
+    fraction = depth["fraction"]["RBC"]
+    assert max(fraction[:3]) == 0 and min(fraction[3:7]) > 0.02 and max(fraction[8:]) == 0
+    shells = np.pi * np.diff(-(9 - 0.5 * np.arange(19)) ** 2) * 30
+    assert np.dot(fraction[:18], shells) == pytest.approx(72 * volume, rel=0.01)
+
+
+def test_deformation(case):
+    """Drifts of volume and area, order and inclination of stretched cells."""
+    disc, axis = VERTICES * (3, 3, 1), np.arange(6)
+    places = MIDDLE + np.array([[5.0 * i - 14, 0, 0] for i in range(6)])[:, None]
+    writer = Writer(case / "out")
+    writer.write(0, {"RBC": (disc * (0.7, 0.7, 0.7) + places, TRIANGLES, axis)})
+    writer.write(500, {"RBC": (disc * (0.77, 0.7, 0.7) + places, TRIANGLES, axis)})
+    writer.write(1000, {"RBC": (disc * (1.4, 0.35, 0.7) + places, TRIANGLES, axis)})
+    run, analysis = packmesh.hemocell_output(case / "out"), RunAnalysis(RunLumen(str(case / "config.xml")), overlaps=False)
+    first, second, third = (analysis.analyse(step)["species"]["RBC"] for step in run)
+    assert first["volumeDrift"] == 0 and second["volumeDrift"] == pytest.approx(0.1, abs=1e-5) and third["volumeDrift"] == pytest.approx(0, abs=1e-5)
+    assert second["largestVolumeDrift"] == pytest.approx(0.1, abs=1e-5) and 0.03 < second["areaDrift"] < 0.1
+    np.testing.assert_allclose(first["order"], (-0.5, -0.5, 1), atol=1e-6)
+    assert second["elongation"] == pytest.approx(0.07 / 1.47, abs=1e-5) and second["inclination"] < 0.1
+    assert third["length"] == pytest.approx(8.4, abs=1e-4)
+
+
+def test_lost(case):
+    """Which cells are lost, when and where; others enter."""
+    inside = ball(MIDDLE, 2)
+    at_wall, at_face, long = ball(MIDDLE + [5, 0, 6.9], 2), ball((-0.2, 9.75, 9.75), 2), ball((24, 9.75, 9.75), 1) * (1, 1, 1)
+    long = (long - (24, 9.75, 9.75)) * (4.9, 1, 1) + (24, 9.75, 4.75)
+    cells = np.array([inside, at_wall, at_face, long, ball(MIDDLE + [-7, 0, 0], 2)])
+    writer = Writer(case / "out", all_cells=10)
+    ids = np.array([2, 3, 5, 7, 8])
+    for iteration, kept in ((0, [0, 1, 2, 3, 4]), (200, [0, 2, 3, 4]), (400, [0, 4]), (600, [0, 4, 1])):
+        writer.write(iteration, {"RBC": (cells[kept], TRIANGLES, ids[kept])})
+    output = run_command("out", "--case", "config.xml", "--csv", "tables", "--page", "run.html", cwd=case)
+    with open(case / "tables/lost.csv", newline="", encoding="utf-8") as stream:
+        lost = {int(row["id"]): row for row in csv.DictReader(stream)}
+    assert sorted(lost) == [3, 5, 7]
+    assert [lost[3][key] for key in ("cell", "last seen", "missing at", "where")] == ["RBC", "0", "200", "at the wall"]
+    assert float(lost[3]["z [µm]"]) == pytest.approx(16.65, abs=0.01)
+    assert lost[5]["last seen"] == "200" and lost[5]["where"] == "at the face x = -0.25 µm"
+    assert "as long as particleEnvelope (10 µm)" in lost[7]["where"] and lost[7]["missing at"] == "400"
+    assert re.search(r"RBC 7 +200 +400 ", output) and "Cells that entered: 1" in output
+    with open(case / "tables/steps.csv", newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["RBC"] for row in rows] == ["5", "4", "2", "3"] and [row["lost"] for row in rows] == ["0", "1", "2", "0"]
+    assert float(rows[0]["hematocrit"]) == pytest.approx(shapes_of(cells, TRIANGLES).volume.sum() / (np.pi * 81 * 30), rel=1e-5)
+
+
+def test_overlaps(case):
+    """Exact, with images across the periodic face and cells inside others."""
+    centers = {0: (3, 6, 10), 1: (6.9, 6, 10), 2: (29, 13, 10), 3: (1.5, 13, 10), 4: (15, 10, 10), 5: (15, 10, 10), 6: (20, 10, 10), 7: (20, 12.5, 10)}
+    radii = {4: 2.0, 5: 0.5, 6: 1.25, 7: 1.25}
+    cells = np.array([ball(center, radii.get(i, 2.0)) for i, center in centers.items()])
+    small = np.array([ball((20, 14.5, 10), 1.0), ball((3, 8.5, 10), 0.4)])
+    writer = Writer(case / "out")
+    writer.write(100, {"RBC": (cells, TRIANGLES, np.arange(8)), "PLT": (small, TRIANGLES, np.array([8, 9]))})
+    step = packmesh.hemocell_output(case / "out")[0]
+    names = ["RBC", "PLT"]
+    found = {tuple(sorted(int(step.ids(name)[i]) for name, i in pair)) for pair in overlapping(step, names)}
+    # 6 and 7 share one point, a vertex of both; 1 and 0 overlap, 2 and 3 across the face, 5 is inside 4.
+    assert found == {(0, 1), (2, 3), (4, 5), (6, 7), (7, 8)}
+    figures = RunAnalysis(None).analyse(step)
+    assert figures["overlaps"] == 5 and figures["hematocrit"] is None and ["RBC", 4] in sum(figures["overlapping"], [])
+
+
+def test_overlaps_window_by_window(case, monkeypatch):
+    """In windows of a few cells the same pairs are found."""
+    from packmesh import run_overlaps
+
+    random = np.random.default_rng(9)
+    cells = np.array([ball(random.uniform((0, 3, 3), (30, 17, 17)), random.uniform(0.5, 2.5)) for _ in range(120)])
+    Writer(case / "out", all_cells=120).write(100, {"RBC": (cells, TRIANGLES, np.arange(120))})
+    step = packmesh.hemocell_output(case / "out")[0]
+    everything = overlapping(step, ["RBC"])
+    assert len(everything) > 50
+    for size in (1, 7, 50):
+        monkeypatch.setattr(run_overlaps, "CELLS_AT_ONCE", size)
+        assert overlapping(step, ["RBC"]) == everything
+
+
+def test_page(case):
+    writer = Writer(case / "out </script><b>")
+    for iteration in (0, 100):
+        writer.write(iteration, {"RBC": (ring(7.5 - iteration / 200, 1.2), TRIANGLES, np.arange(72))})
+    output = run_command("out </script><b>", "--case", "config.xml", cwd=case)
+    page = (case / "out </script><b>/run.html").read_text()
+    assert f"Wrote {case.name}" not in output and "Wrote out </script><b>/run.html" in output
+    data = json.loads(re.search(r'<script type="application/json" id="report">(.*?)</script>', page, re.S)[1])
+    assert [round(step["cellFreeLayer"], 3) for step in data["steps"]] == [1.5, 2.0]
+    assert data["table"]["heads"][0] == "#iteration" and data["lost"]["rows"] == [] and "Chart.js" in page
+    assert re.search(r"100 +0\.010 +72 +0 +0\.0", output)
+
+
+def test_steps_and_damage(case):
+    writer = Writer(case / "out")
+    for iteration in range(0, 500, 100):
+        writer.write(iteration, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))})
+    chosen = run_command("out", "--from", 100, "--to", 400, "--every", 2, "--no-page", "--no-overlaps", cwd=case)
+    assert re.findall(r"^\(packMesh\) +(\d+) ", chosen, re.M) == ["100", "300"] and not (case / "out/run.html").exists()
+    assert "there are no such steps; the run has 5 from 0 to 400" in run_command("out", "--from", 900, cwd=case, code=2)
+    path = writer.path(200, "RBC", 1)
+    path.write_bytes(path.read_bytes()[:3000])
+    text = run_command("out", cwd=case, code=2)
+    assert "(Error) out/hdf5/000000000200/RBC.000000000200.p.1.h5: cannot be read, is it complete?" in text and not (case / "out/run.html").exists()
+    text = run_command("out", "--skip-damaged", "--no-overlaps", cwd=case)
+    assert "(Warning) iteration 200 is left out: out/hdf5" in text and len(re.findall(r"^\(packMesh\) +\d00 ", text, re.M)) == 3
+    assert "(Error) none: has no folder hdf5" in run_command("none", cwd=case, code=2)
+    shutil.rmtree(case / "out/hdf5/000000000200")
+    assert "config.xml" in run_command("out", "--case", "none/config.xml", cwd=case, code=2)
+
+
+def test_without_the_module(case):
+    """From the source tree there are neither lumen nor exact test, and all else."""
+    Writer(case / "out").write(0, {"RBC": (ring(7.5, 1.2), TRIANGLES, np.arange(72))})
+    text = run_command("out", "--case", "config.xml", cwd=case, path=SOURCE / "python")
+    assert "there is no lumen to refer to" in text and "overlaps are not tested" in text and (case / "out/run.html").exists()
+    assert re.search(r"^\(packMesh\) +iteration +time \[ms\] +RBC +lost +length", text, re.M) and "hematocrit" not in text
+
+
+def test_ids_unknown(case):
+    """Without ids and tables cells are counted, not followed."""
+    writer = Writer(case / "out", datasets=("Position", "Triangles"))
+    for iteration, kept in ((0, 72), (100, 70)):
+        writer.write(iteration, {"RBC": (ring(7.5, 1.2)[:kept], TRIANGLES, np.arange(kept))})
+    text = run_command("out", "--no-page", cwd=case)
+    assert re.search(r"^\(packMesh\) +100 +0.010 +70 +2 ", text, re.M) and "Cells lost" not in text
+
+
+def test_progress_bar(monkeypatch):
+    """On a terminal a line shows how much is done; it is gone at the end. Elsewhere there is none."""
+    from packmesh import files
+
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    for stream, shows in ((Terminal(), True), (io.StringIO(), False)):
+        monkeypatch.setattr(sys, "stderr", stream)
+        with files.ProgressBar() as bar:
+            bar.begin("step 1 of 2", 200)
+            bar.advance(50)
+            monkeypatch.setattr(files.time, "monotonic", lambda: 1e12)
+            bar.advance(50)
+            monkeypatch.undo()
+            monkeypatch.setattr(sys, "stderr", stream)
+        text = stream.getvalue()
+        assert ("step 1 of 2 [###############               ]  50 %" in text) == shows
+        assert text.endswith("\r\x1b[K") if shows else text == ""
+
+
+def test_many_cells(case):
+    """2,000 cells of a box 120 µm wide without a case: numbers, shapes and overlaps."""
+    random = np.random.default_rng(4)
+    places = np.stack(np.meshgrid(*[np.arange(13) * 9.0 + 5] * 3), axis=-1).reshape(-1, 3)[:2000]
+    cells = VERTICES * (4, 4, 1.2) + places[:, None] + random.uniform(-0.3, 0.3, (len(places), 1, 3))
+    Writer(case / "big", nodes=(240, 240, 240), blocks=(2, 2, 2), all_cells=2000).write(0, {"RBC": (cells, TRIANGLES, np.arange(len(places)))})
+    text = run_command("big", "--no-page", cwd=case)
+    assert re.search(r"^\(packMesh\) +0 +0\.000 +2000 +0 ", text, re.M)
+    head, row = (line.split("  ") for line in text.splitlines()[:2])
+    assert dict(zip([one.strip() for one in head if one.strip()], [one.strip() for one in row if one.strip()]))["overlaps"] == "0"
