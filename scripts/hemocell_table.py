@@ -50,9 +50,11 @@ SETTINGS = {
     "unbounded": (0.05, 0, 2),
     "large": (0.45, 0, 2),
 }
-# For the roads by files: what only the C++ code of a case says of its lumen.
+# For the roads by files: what only the C++ code of a case says of its lumen and its inlet.
 OPTIONS = {"parallelplanes": ["--walls", "z"], "kolmogorovFlow": ["--walls", "none"], "unbounded": ["--walls", "none"],
-           "large": ["--walls", "z"]}
+           "large": ["--walls", "z"],
+           **{name: ["--pre-inlet", "Xpos", "--pre-inlet-slice", "last"] for name in ["pipeflow_with_preinlet", "stl_preinlet"]},
+           "curvedflow_with_preinlet": ["--pre-inlet", "Xpos", "--pre-inlet-slice", "last", "--pre-inlet-range", "y", "0", "42"]}
 CONTAINERS = {
     "flowaroundsphere": '''<container> <nodes> 200 100 100 </nodes> <box origin="-0.25 -0.25 -0.25" size="100 50 50"/>
   <obstacles> <sphere center="25 25 7.5" radius="7.5"/> <box origin="-1 -1 -1" size="102 52 1"/> <box origin="-1 -1 49.5" size="102 52 1"/> </obstacles> </container>''',

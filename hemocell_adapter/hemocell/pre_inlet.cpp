@@ -125,15 +125,18 @@ std::string listOf(const std::vector<Section>& outlines, int axis) {
   return list;
 }
 
-/// Describes the outlines if the fluid in a window of a plane has several.
-std::optional<SeveralOutlines> severalOutlines(const Lattice& lattice, int axis, const Section& window) {
-  const std::vector<Section> outlines = outlinesIn(lattice, window);
-  if (outlines.size() < 2) return {};
+/// @throws InputError if the fluid in a plane has several outlines
+void requireOneOutline(const Lattice& lattice, int axis, const Section& plane) {
+  const std::vector<Section> outlines = outlinesIn(lattice, plane);
+  if (outlines.size() < 2) return;
   const int u = (axis + 1) % 3;
-  return SeveralOutlines{
-      fmt::format("the pre-inlet slice, plane {} of nodes along {}, has {} outlines: {}", window.lo[axis],
-                  "xyz"[axis], outlines.size(), listOf(outlines, axis)),
-      rangeOfFirst(outlines, axis, lattice).value_or(NodeRange{u, outlines[0].lo[u], outlines[0].hi[u]})};
+  const std::string first = toString(
+      rangeOfFirst(outlines, axis, lattice).value_or(NodeRange{u, outlines[0].lo[u], outlines[0].hi[u]}));
+  throw InputError(fmt::format(
+      "the pre-inlet slice, plane {} of nodes along {}, has {} outlines: {}. Select the one used in the "
+      "case's C++ code (slice.y1 = 42) with --pre-inlet-range {} or <preInletRange> {} </preInletRange>, "
+      "which selects the first; a range that contains several selects them all",
+      plane.lo[axis], "xyz"[axis], outlines.size(), listOf(outlines, axis), first, first));
 }
 
 int sliceOf(const Lattice& lattice, const PreInletPlace& place) {
@@ -174,25 +177,6 @@ PreInletPlace PreInletPlace::named(const std::string& direction) {
   return place;
 }
 
-bool PreInletPlace::isSame(const PreInletPlace& other, const std::array<int, 3>& nodes) const {
-  if (!isTowards(other) || slice.has_value() != other.slice.has_value()) return false;
-  if (slice && planeIn(*slice, nodes[axis]) != planeIn(*other.slice, nodes[axis])) return false;
-  const auto rangeAlong = [&](const PreInletPlace& place, int k) {
-    NodeRange range{k, 0, -1};
-    for (const NodeRange& one : place.ranges)
-      if (one.axis == k) range = one;
-    return std::pair(planeIn(range.lo, nodes[k]), planeIn(range.hi, nodes[k]));
-  };
-  return rangeAlong(*this, (axis + 1) % 3) == rangeAlong(other, (axis + 1) % 3) &&
-         rangeAlong(*this, (axis + 2) % 3) == rangeAlong(other, (axis + 2) % 3);
-}
-
-std::string toString(const PreInletPlace& place) {
-  std::string text = place.slice ? "slice " + toString(*place.slice) : "the outermost slice with fluid";
-  for (const NodeRange& range : place.ranges) text += ", " + toString(range);
-  return text;
-}
-
 PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place, int lengthN) {
   const Lattice& all = vessel.lattice;
   const int axis = place.axis, slice = sliceOf(all, place);
@@ -200,13 +184,7 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   if (section.fluid == 0)
     throw InputError(fmt::format("the pre-inlet slice, plane {} of nodes along {}, has no fluid node{}",
                                  slice, "xyz"[axis], place.ranges.empty() ? "" : " in that range"));
-  auto several = place.ranges.empty() ? severalOutlines(all, axis, plane) : std::nullopt;
-  if (several && !place.allOutlines)
-    throw InputError(fmt::format(
-        "{}. Select the one used in the case's C++ code (slice.y1 = 42) with "
-        "--pre-inlet-range {} or <preInletRange> {} </preInletRange>, which selects the first; a range "
-        "that contains several selects them all",
-        several->text, toString(several->first), toString(several->first)));
+  if (place.ranges.empty()) requireOneOutline(all, axis, plane);
   Node lo{}, nodes{};
   for (int k = 0; k < 3; ++k) {
     lo[k] = std::max(section.lo[k] - border, 0);
@@ -215,7 +193,6 @@ PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place,
   nodes[axis] = lengthN + 1 + 2 * border;
   const int flags = std::clamp(slice + (place.atHighEnd ? -1 : 1), 0, all.nodes()[axis] - 1);
   PreInlet inlet{{}, Lattice(nodes, all.dx()), slice, flags};
-  inlet.severalOutlines = std::move(several);
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   for (const int k : {u, v})
     inlet.reachesBorder = inlet.reachesBorder || section.lo[k] == 0 || section.hi[k] == all.nodes()[k] - 1;

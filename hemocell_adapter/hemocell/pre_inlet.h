@@ -2,7 +2,6 @@
 /// @file The inlet of a case with a `<preInlet>`, into which HemoCell loads the .pos files.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,38 +11,16 @@
 
 namespace packmesh::hemocell {
 
-/// Position of the inlet, from the case's C++ code (Direction::Xpos and the slice).
+/// Position of the inlet in the case's C++ code (Direction::Xpos and the slice).
 struct PreInletPlace {
   int axis = 0;                      ///< axis of the inflow
   bool atHighEnd = true;             ///< Xpos: beyond the high end; Xneg: before the low one
   std::optional<NodePlane> slice;    ///< plane of the frame; empty: the outermost with fluid nodes
   std::vector<NodeRange> ranges;     ///< part of the slice that is used; at most one range per axis
-  bool allOutlines = false;          ///< the inlet is known to be the whole slice, even with several outlines
   std::string origin = "as stated";  ///< "AR2.cpp:71", for messages
 
   /// "Xpos", "zneg"...
   static PreInletPlace named(const std::string& direction);
-
-  bool isTowards(const PreInletPlace& other) const {
-    return axis == other.axis && atHighEnd == other.atHighEnd;
-  }
-  /// True if both denote the same nodes of a lattice with `nodes` nodes.
-  bool isSame(const PreInletPlace& other, const std::array<int, 3>& nodes) const;
-};
-
-/// The inlet that is packed.
-struct PreInletChoice {
-  PreInletPlace place;
-  std::optional<PreInletPlace> inCode;  ///< in the case's C++ code, if a different one is stated
-};
-
-/// "slice last - 5, y 0 42".
-std::string toString(const PreInletPlace& place);
-
-/// Description of a slice that cuts the vessel more than once.
-struct SeveralOutlines {
-  std::string text;  ///< "the pre-inlet slice, plane 4 of nodes along x, has 2 outlines: ..."
-  NodeRange first;   ///< a range that selects only the largest outline, if there is one
 };
 
 /// The inlet in its own coordinate system: origin at the low corner of its box.
@@ -55,14 +32,13 @@ struct PreInlet {
   /// True if fluid nodes of the slice lie at the border of the case's lattice. Vessels reach it only at their
   /// openings, so the slice is probably not a cross-section.
   bool reachesBorder = false;
-  std::optional<SeveralOutlines> severalOutlines = {};  ///< if set, the inlet contains all outlines
 };
 
 /// The box of the fluid nodes of a slice, enlarged by one node within the lattice, lengthN + 3 planes long.
 /// As in HemoCell, all nodes in it have the flags of the plane before the slice (of the one after it if the
 /// inflow comes from the low end).
-/// @throws InputError, MeshError if the slice has no fluid node, has several outlines of which none is
-/// chosen, or has a cross-section that is not a simple polygon
+/// @throws InputError, MeshError if the slice has no fluid node, has several outlines and no range, or has a
+/// cross-section that is not a simple polygon
 PreInlet makePreInlet(const VesselOnLattice& vessel, const PreInletPlace& place, int lengthN);
 
 }  // namespace packmesh::hemocell

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/base/value.h"
 #include "hemocell_adapter/settings/value_specs.h"
 
 namespace packmesh::hemocell {
@@ -139,15 +140,14 @@ void settleDistancesFromSolid(const Case& simulation, std::vector<SpeciesPlan>& 
 
 namespace {
 
-/// The place in the code, if it is unique: at least its direction.
+/// The call that says the inlet's direction, if all calls say the same; with a slice if they agree on it.
 std::optional<PreInletCall> callOf(const CaseSource& source) {
   std::optional<PreInletCall> one;
   for (const PreInletCall& call : source.preInlets) {
-    if (!call.direction) return {};
-    if (one && one->direction != call.direction) return {};
+    if (!call.direction || (one && one->direction != call.direction)) return {};
     if (!one)
       one = call;
-    else if (one->slice != call.slice || !(one->ranges == call.ranges))
+    else if (one->slice != call.slice)
       one->slice.reset();
   }
   return one;
@@ -157,23 +157,34 @@ std::optional<PreInletCall> callOf(const CaseSource& source) {
 [[noreturn]] void refuseUnknownPreInlet(const Case& simulation) {
   std::string calls;
   for (const PreInletCall& call : simulation.source.preInlets)
-    calls += fmt::format(" {}: {} cannot be evaluated, since its arguments are not literals.", call.where,
-                         call.text);
+    calls += fmt::format(" {}: {}.", call.where, call.text);
   throw InputError(fmt::format(
       "{}: the case has a <preInlet>: HemoCell then reads the .pos files for the inlet only. Its position "
-      "is defined in the case's C++ code.{} Find preInletFromSlice(Direction::Xpos, slice) or "
-      "autoPreinletFromBoundary(Direction::Xpos) there, and specify --pre-inlet Xpos or <packing><preInlet> "
-      "Xpos "
-      "</preInlet> (and the plane by <preInletSlice>, where the slice is not the outermost plane). Or "
-      "describe "
-      "the inlet in <packing><container>, with its low corner at the origin",
+      "is defined in the case's C++ code, of which only autoPreinletFromBoundary(Direction::Xpos) is "
+      "read.{} Find preInletFromSlice(Direction::Xpos, slice) there, and specify the direction by "
+      "--pre-inlet Xpos or <packing><preInlet> Xpos </preInlet>, and the plane by <preInletSlice> where "
+      "the slice is not the outermost plane with fluid. Or describe the inlet in <packing><container>, "
+      "with its low corner at the origin. The plug-in needs none of this",
       simulation.file.string(), calls));
+}
+
+/// The parts of the plane that are stated. @throws InputError if one is along the inlet
+std::vector<NodeRange> statedRanges(const Request& request, int axis) {
+  std::vector<NodeRange> ranges = request.preInletRanges;
+  std::sort(ranges.begin(), ranges.end(),
+            [](const NodeRange& a, const NodeRange& b) { return a.axis < b.axis; });
+  for (const NodeRange& range : ranges)
+    if (range.axis == axis)
+      throw InputError(fmt::format(
+          "--pre-inlet-range {}: the inlet is along {}; its ranges are those of the other two axes",
+          toString(range), "xyz"[axis]));
+  return ranges;
 }
 
 }  // namespace
 
-std::optional<PreInletChoice> choosePreInlet(const Request& request, const Case* simulation,
-                                             std::vector<std::string>& warnings) {
+std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* simulation,
+                                            std::vector<std::string>& warnings) {
   const bool detailed = request.preInletSlice || !request.preInletRanges.empty();
   const bool needed = simulation && simulation->hasPreInlet && !request.container;
   if (!request.preInlet && !needed) {
@@ -195,43 +206,23 @@ std::optional<PreInletChoice> choosePreInlet(const Request& request, const Case*
         ": a pre-inlet (--pre-inlet) is packed in cases with a <geometry>; describe another inlet in "
         "<packing><container>, with its low corner at the origin");
   PreInletPlace place = PreInletPlace::named(request.preInlet ? *request.preInlet : *call->direction);
-  const bool same = call && PreInletPlace::named(*call->direction).isTowards(place);
+  const bool same = call && lowered(*call->direction) == lowered(request.preInlet.value_or(*call->direction));
   if (call && !same)
     warnings.push_back(
-        fmt::format("the pre-inlet is stated to be {}, but {} says Direction::{}: the "
-                    "stated one is taken",
+        fmt::format("the pre-inlet is stated to be {}, but {} says Direction::{}: the stated one is taken",
                     *request.preInlet, call->where, *call->direction));
-  if (same) {
+  place.slice = request.preInletSlice;
+  if (same && !place.slice) {
     place.slice = call->slice;
-    place.ranges = call->ranges;
-    place.origin = call->where;
-    place.allOutlines = call->slice.has_value();
-    if (!call->slice && !request.preInletSlice)
-      warnings.push_back(fmt::format(
-          "{}: {}: the slice cannot be determined from the code; the outermost one with fluid is taken "
-          "(--pre-inlet-slice, --pre-inlet-range state it)",
-          call->where, call->text));
+    if (!detailed) place.origin = call->where;
+    if (!place.slice)
+      warnings.push_back(
+          fmt::format("{}: {}: slices are not read from the code; the outermost one with fluid is taken "
+                      "(--pre-inlet-slice, --pre-inlet-range state it)",
+                      call->where, call->text));
   }
-  const PreInletPlace inCode = place;
-  if (request.preInletSlice) place.slice = request.preInletSlice;
-  if (!request.preInletRanges.empty()) {
-    place.ranges = request.preInletRanges;
-    std::sort(place.ranges.begin(), place.ranges.end(),
-              [](const NodeRange& a, const NodeRange& b) { return a.axis < b.axis; });
-    for (const NodeRange& range : place.ranges)
-      if (range.axis == place.axis)
-        throw InputError(fmt::format(
-            "--pre-inlet-range {}: the inlet is along {}; its ranges are those of the other two axes",
-            toString(range), "xyz"[place.axis]));
-  }
-  const bool differs = place.slice != inCode.slice || !(place.ranges == inCode.ranges);
-  if (differs) {
-    place.origin = "as stated";
-    place.allOutlines = false;
-  }
-  PreInletChoice choice{place, {}};
-  if (differs && inCode.slice) choice.inCode = inCode;
-  return choice;
+  place.ranges = statedRanges(request, place.axis);
+  return place;
 }
 
 }  // namespace packmesh::hemocell

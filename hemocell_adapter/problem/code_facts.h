@@ -13,11 +13,11 @@
 
 namespace packmesh::hemocell {
 
-/// The place of the pre-inlet: as requested, otherwise from the code; empty if none is packed. Contradictions
-/// and code that is not understood cause a warning.
+/// The place of the pre-inlet: as requested, otherwise from the code; empty if none is packed. A
+/// contradiction and a slice that is not read cause a warning.
 /// @throws UsageError, InputError if it cannot be determined
-std::optional<PreInletChoice> choosePreInlet(const Request& request, const Case* simulation,
-                                             std::vector<std::string>& warnings);
+std::optional<PreInletPlace> choosePreInlet(const Request& request, const Case* simulation,
+                                            std::vector<std::string>& warnings);
 
 /// The minimum distance from solid of each species: as specified, otherwise from the code (or of the running
 /// system), otherwise 0; warnings as above, and if there is no code.

@@ -18,7 +18,7 @@ namespace packmesh::hemocell {
 struct CompletedRequest {
   Request request;
   std::shared_ptr<const Case> simulation;  ///< nullptr: none
-  std::optional<PreInletChoice> preInlet;  ///< of a case whose pre-inlet is packed
+  std::optional<PreInletPlace> preInlet;   ///< of a case whose pre-inlet is packed
   std::vector<std::string> warnings;       ///< how the input was interpreted, for the user
 };
 

@@ -11,7 +11,7 @@
 namespace packmesh::hemocell {
 
 Lumen makeLumen(const Request& request, const Case* simulation,
-                const std::optional<PreInletChoice>& preInlet) {
+                const std::optional<PreInletPlace>& preInlet) {
   if (request.container) return containerLumen(request, simulation);
   if (simulation && simulation->running) return runningLumen(request, *simulation->running);
   if (request.boxSize) return boxLumen(request);

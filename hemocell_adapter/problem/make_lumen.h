@@ -13,8 +13,7 @@ namespace packmesh::hemocell {
 /// periodic: the cells it keeps do not cross them, so that none of those can overlap the image of another
 /// one.
 /// @throws InputError, MeshError
-Lumen makeLumen(const Request& request, const Case* simulation,
-                const std::optional<PreInletChoice>& preInlet);
+Lumen makeLumen(const Request& request, const Case* simulation, const std::optional<PreInletPlace>& preInlet);
 
 /// The wall for packing one species; nullptr: the container's own.
 std::shared_ptr<const Wall> speciesWall(const Lumen& lumen, int minimumDistanceFromSolid, double reach,

@@ -255,7 +255,7 @@ Problem builtWith(const CompletedRequest& completed, const Communicator& ranks,
   problem.request = completed.request;
   problem.demanded = completed.request.demanded();
   problem.simulation = completed.simulation;
-  if (completed.preInlet) problem.preInlet = completed.preInlet->place;
+  problem.preInlet = completed.preInlet;
   problem.ranks = ranks;
   problem.team = teamOf(problem.request.threads, ranks);
   problem.notices = completed.warnings;
@@ -275,11 +275,9 @@ void settleDistances(const Problem& problem, std::vector<SpeciesPlan>& plans,
   if (problem.simulation) settleDistancesFromSolid(*problem.simulation, plans, warnings);
 }
 
-/// Lumen and species. @param inlet that is packed
-void addLumenAndSpecies(Problem& problem, const std::optional<PreInletChoice>& inlet,
-                        std::vector<SpeciesPlan> plans) {
+void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
   problem.inputs = recordedInputs();
-  problem.lumen = makeLumen(problem.request, problem.simulation.get(), inlet);
+  problem.lumen = makeLumen(problem.request, problem.simulation.get(), problem.preInlet);
   addSpecies(problem, std::move(plans));
 }
 
@@ -289,7 +287,7 @@ Problem problemToPack(const CompletedRequest& completed, const Communicator& ran
   return builtWith(completed, ranks, [&](Problem& problem) {
     std::vector<SpeciesPlan> plans = plansToPack(problem.request, problem.simulation.get(), problem.notices);
     settleDistances(problem, plans, problem.notices);
-    addLumenAndSpecies(problem, completed.preInlet, std::move(plans));
+    addLumenAndSpecies(problem, std::move(plans));
     preparePacking(problem);
   });
 }
@@ -299,7 +297,7 @@ Problem problemToCheck(const CompletedRequest& completed, const Communicator& ra
     CheckedSpecies found = plansToCheck(problem.request, problem.simulation.get(), problem.notices);
     problem.unchecked = std::move(found.unchecked);
     settleDistances(problem, found.plans, problem.notices);
-    addLumenAndSpecies(problem, completed.preInlet, std::move(found.plans));
+    addLumenAndSpecies(problem, std::move(found.plans));
   });
 }
 
@@ -366,7 +364,7 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
   return builtWith(big, problem.ranks, [&](Problem& made) {
     made.demanded = clearances;
-    addLumenAndSpecies(made, {}, tiledPlans(problem, result));
+    addLumenAndSpecies(made, tiledPlans(problem, result));
     preparePacking(made);
   });
 }

@@ -33,7 +33,7 @@ Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string>
 }  // namespace
 
 Lumen vesselLumen(const Request& request, const Case& simulation,
-                  const std::optional<PreInletChoice>& preInlet) {
+                  const std::optional<PreInletPlace>& preInlet) {
   const Domain& domain = simulation.domain;
   if (!isThere(*domain.geometry)) {
     throw InputError(fmt::format(
@@ -73,23 +73,12 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
       fmt::format("the volume is that of the STL, {:.6g} µm long, without the continuation of its ends",
                   boundingBox(vessel.surface).size().x());
   if (preInlet) {
-    ends.axis = preInlet->place.axis;
-    PreInlet inlet =
-        located([&] { return makePreInlet(vessel, preInlet->place, *simulation.preInletLength); });
+    ends.axis = preInlet->axis;
+    PreInlet inlet = located([&] { return makePreInlet(vessel, *preInlet, *simulation.preInletLength); });
     note = fmt::format(
         "the pre-inlet: plane {} of nodes along {} ({}), repeated with the fluid nodes of plane "
         "{}; frame of its own",
-        inlet.slice, "xyz"[ends.axis], preInlet -> place.origin, inlet.flags);
-    if (preInlet->inCode && !preInlet->place.isSame(*preInlet->inCode, vessel.lattice.nodes()))
-      lumen.notices.push_back(
-          fmt::format("the pre-inlet is stated to be {}, but {} says {}: the stated one is taken",
-                      toString(preInlet->place), preInlet->inCode->origin, toString(*preInlet->inCode)));
-    if (inlet.severalOutlines)
-      lumen.notices.push_back(fmt::format(
-          "{}. All of them are used, since {} does not narrow the slice. To use only the first, narrow it "
-          "there "
-          "(slice.y1 = 42); if code that packMesh does not read does so, specify it by --pre-inlet-range {}",
-          inlet.severalOutlines->text, preInlet->place.origin, toString(inlet.severalOutlines->first)));
+        inlet.slice, "xyz"[ends.axis], preInlet -> origin, inlet.flags);
     if (inlet.reachesBorder)
       lumen.notices.push_back(fmt::format(
           "the pre-inlet, plane {} of nodes along {}, reaches the border of the lattice: it is "

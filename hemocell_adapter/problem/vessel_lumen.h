@@ -9,6 +9,6 @@ namespace packmesh::hemocell {
 
 /// A case with an STL: the vessel as HemoCell places it, open along x.
 Lumen vesselLumen(const Request& request, const Case& simulation,
-                  const std::optional<PreInletChoice>& preInlet);
+                  const std::optional<PreInletPlace>& preInlet);
 
 }  // namespace packmesh::hemocell

@@ -77,17 +77,17 @@ std::vector<Setting> lumenSettings() {
       setting("pre-inlet", {choice("direction", {"Xneg", "Xpos", "Yneg", "Ypos", "Zneg", "Zpos"})},
               "direction of the pre-inlet to pack, as in the C++ code of the case (Direction::Xpos)",
               [](Request& s, const Values& v) { s.preInlet = text(v[0]); })
-          .byDefault("that in the C++ code beside config.xml")
+          .byDefault("that in the C++ code beside config.xml, if it is a literal")
           .withTag("preInlet"),
       setting("pre-inlet-slice", {plain(Kind::plane, "n")},
               "plane of nodes that the case passes to preInletFromSlice: 101, last, last-5",
               [](Request& s, const Values& v) { s.preInletSlice = whole(v[0]); })
-          .byDefault("that in the C++ code, or the outermost with fluid")
+          .byDefault("that of autoPreinletFromBoundary in the C++ code, or the outermost with fluid")
           .withTag("preInletSlice"),
       setting("pre-inlet-range", {axis, plain(Kind::plane, "lo"), plain(Kind::plane, "hi")},
               "nodes of that plane that form the inlet, if the plane has several outlines: y 0 42",
               setPreInletRange)
-          .byDefault("those in the C++ code, or the whole plane")
+          .byDefault("the whole plane")
           .withTag("preInletRange")
           .mayRepeat(),
       flagSetting(

@@ -139,29 +139,14 @@ TEST_CASE("A slice with several outlines requires the choice of one", "[pre_inle
   CHECK(second.lattice.nodes() == std::array<int, 3>{43, 33, 33});
   CHECK(second.lattice.fluidNodes() == first.lattice.fluidNodes());
   CHECK(boundingBox(second.surface).lo.y() == Approx(boundingBox(first.surface).lo.y()));
-  // Both, where that is known.
+  // Both.
   place.ranges = {{1, 0, -1}};
   CHECK(makePreInlet(tubes, place, 40).lattice.fluidNodes() == 2 * first.lattice.fluidNodes());
-  place.ranges.clear();
-  place.allOutlines = true;
   CHECK(makePreInlet(tubes, place, 40).surface.vertices.size() == 384);
   place.ranges = {{1, 34, 38}};
   CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("has no fluid node in that range"));
   place.ranges = {{1, 30, 20}};
   CHECK_THROWS_WITH(makePreInlet(tubes, place, 40), Contains("y 30 20 is invalid"));
-}
-
-TEST_CASE("Positions of pre-inlets are compared in their lattice", "[pre_inlet]") {
-  PreInletPlace a = PreInletPlace::named("Xpos"), b = a;
-  a.slice = 405;
-  b.slice = -6;
-  CHECK(a.isSame(b, {411, 20, 30}));
-  CHECK_FALSE(a.isSame(b, {412, 20, 30}));
-  b.ranges = {{1, 0, 19}};
-  CHECK(a.isSame(b, {411, 20, 30}));
-  b.ranges = {{1, 0, 18}};
-  CHECK_FALSE(a.isSame(b, {411, 20, 30}));
-  CHECK(toString(b) == "slice last - 5, y 0 18");
 }
 
 TEST_CASE("A slice perpendicular to the vessel has the frame of its own box", "[pre_inlet]") {
@@ -206,47 +191,20 @@ TEST_CASE("A case with a pre-inlet is packed in the frame of the inlet", "[execu
   CHECK(ran.exitCode == 1);
   CHECK_THAT(ran.err, Contains("need its direction"));
   CHECK(run(folder.path(), "config.xml --hematocrit 0.25 --pre-inlet X").exitCode == 1);
-  // The C++ code alone says it, too; what contradicts it is a warning.
+  // The C++ code alone says it, too, if it has no slice of its own.
   writeText(folder.path() / "case.cpp",
-            "int main() { Box3D slice = flagMatrix->getBoundingBox(); slice.x1 -= 5; slice.x0 = slice.x1;\n"
-            "hemocell.preInlet->preInletFromSlice(Direction::Xpos, slice); }");
+            "int main() {\nhemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos); }");
   ran = run(folder.path(), "config.xml --hematocrit 0.25 --report r.json");
   INFO(ran.all());
   CHECK(ran.exitCode == 0);
   CHECK(ran.err.empty());
   CHECK_THAT(ran.out,
-             Contains("plane 45 of nodes along x (case.cpp:2), repeated with the fluid nodes of plane 44"));
-  CHECK_THAT(readText(folder.path() / "r.json"), Contains("\"preInletSlice\": \"last - 5\""));
-  CHECK(run(folder.path(), "check config.xml --pre-inlet-slice 45").err.empty());
-  CHECK_THAT(run(folder.path(), "check config.xml --pre-inlet-slice 44").err,
-             Contains("stated to be slice 44, but case.cpp:2 says slice last - 5"));
+             Contains("plane 49 of nodes along x (case.cpp:2), repeated with the fluid nodes of plane 48"));
+  CHECK_THAT(readText(folder.path() / "r.json"), Contains("\"preInletSlice\": \"last - 1\""));
+  CHECK(run(folder.path(), "check config.xml --pre-inlet-slice 49").err.empty());
   const SampleCase without;
   ran = run(without.path(), "config.xml --hematocrit 0.25 --pre-inlet Xpos");
   CHECK(ran.exitCode == 2);
   CHECK_THAT(ran.err, Contains("<lengthN>"));
   CHECK(!fs::exists(without.path() / "RBC.pos"));
-}
-
-TEST_CASE("Several outlines that the C++ code uses together give a warning", "[executable][pre_inlet]") {
-  const PreInletCase folder;
-  writeText(folder.path() / "tube.stl", stlText(twoTubes()));
-  writeText(folder.path() / "config.xml",
-            "<hemocell>" + preInletTag +
-                "<domain><geometry>tube.stl</geometry><dx>5e-7</dx><refDir>2</refDir><refDirN>30</refDirN>"
-                "</domain></hemocell>");
-  const auto warningsWith = [&](const std::string& narrowing, const std::string& options = "") {
-    writeText(folder.path() / "case.cpp",
-              "int main() { Box3D slice = flagMatrix->getBoundingBox(); slice.x0 = slice.x1;" + narrowing +
-                  "\nhemocell.preInlet->preInletFromSlice(Direction::Xpos, slice); }");
-    const Ran ran = run(folder.path(), "config.xml --rbc 3 --plt 1 --dry-run " + options);
-    INFO(ran.all());
-    CHECK(ran.exitCode == 0);
-    return ran.err;
-  };
-  CHECK_THAT(warningsWith(""),
-             Contains("has 2 outlines: y 1 to 31, z 1 to 31 (") && Contains("; y 41 to 71, z 1 to 31 (") &&
-                 Contains("All of them are used, since case.cpp:2 does not narrow the slice") &&
-                 Contains("--pre-inlet-range y 0 32\n"));
-  CHECK(warningsWith(" slice.y1 = 36;").empty());
-  CHECK_THAT(warningsWith("", "--pre-inlet-range y 0 32"), !Contains("outlines"));
 }

@@ -64,9 +64,9 @@ std::string warningsOf(const Any& any) {
   return text;
 }
 
-const std::string inletCode =
-    "Box3D slice = flagMatrix->getBoundingBox();\nslice.x1 = slice.x1 - 5;\nslice.x0 = slice.x1;\n"
-    "hemocell.preInlet->preInletFromSlice(Direction::Xpos, slice);\n";
+const std::string inletCode = "hemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos);\n";
+const std::string sliceCode =
+    "slice.x0 = slice.x1;\nhemocell.preInlet->preInletFromSlice(Direction::Xpos, slice);\n";
 
 /// A case with a pre-inlet and this C++ file.
 CompletedRequest inletOf(const std::string& cpp, const std::vector<std::string>& options = {}) {
@@ -132,50 +132,49 @@ TEST_CASE("A stated minimum distance overrides the C++ code, with a warning if t
   CHECK(warningsOf(found).empty());
 }
 
-TEST_CASE("The pre-inlet is taken from the case's C++ code", "[job_source][pre_inlet]") {
+TEST_CASE("The pre-inlet is taken from literals in the case's C++ code", "[job_source][pre_inlet]") {
   CompletedRequest inlet = inletOf(inletCode);
   REQUIRE(inlet.preInlet);
-  CHECK(inlet.preInlet->place.axis == 0);
-  CHECK(inlet.preInlet->place.atHighEnd);
-  CHECK(inlet.preInlet->place.slice == -6);
-  CHECK(inlet.preInlet->place.ranges.empty());
-  CHECK(inlet.preInlet->place.allOutlines);
-  CHECK(inlet.preInlet->place.origin == "case.cpp:6");
-  inlet = inletOf(
-      "Box3D slice = flagMatrix->getBoundingBox(); slice.x0 = slice.x1; slice.y1 = 42;"
-      "hemocell.preInlet->preInletFromSlice(Direction::Xpos, slice);");
-  CHECK(inlet.preInlet->place.slice == -1);
-  CHECK(inlet.preInlet->place.ranges == std::vector<NodeRange>{{1, 0, 42}});
+  CHECK(inlet.preInlet->axis == 0);
+  CHECK(inlet.preInlet->atHighEnd);
+  CHECK(inlet.preInlet->slice == -2);
+  CHECK(inlet.preInlet->ranges.empty());
+  CHECK(inlet.preInlet->origin == "case.cpp:3");
   // With what is stated.
   inlet = inletOf(inletCode, {"--pre-inlet", "Xpos"});
-  CHECK(inlet.preInlet->place.slice == -6);
-  CHECK_FALSE(inlet.preInlet->inCode);
+  CHECK(inlet.preInlet->slice == -2);
+  CHECK(inlet.warnings.empty());
   inlet = inletOf(inletCode, {"--pre-inlet-slice", "last - 4", "--pre-inlet-range", "z", "1", "last"});
-  CHECK(toString(inlet.preInlet->place) == "slice last - 4, z 1 last");
-  CHECK_FALSE(inlet.preInlet->place.allOutlines);
-  REQUIRE(inlet.preInlet->inCode);
-  CHECK(toString(*inlet.preInlet->inCode) == "slice last - 5");
+  CHECK(inlet.preInlet->slice == -5);
+  CHECK(inlet.preInlet->ranges == std::vector<NodeRange>{{2, 1, -1}});
+  CHECK(inlet.preInlet->origin == "as stated");
   inlet = inletOf(inletCode, {"--pre-inlet", "Xneg"});
-  CHECK_FALSE(inlet.preInlet->place.slice);
-  CHECK_THAT(warningsOf(inlet), Contains("stated to be Xneg, but case.cpp:6 says Direction::Xpos"));
+  CHECK_FALSE(inlet.preInlet->slice);
+  CHECK_THAT(warningsOf(inlet), Contains("stated to be Xneg, but case.cpp:3 says Direction::Xpos"));
+  // The direction alone: the slice is stated, or the outermost.
   inlet = inletOf(
       "hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());",
-      {"--pre-inlet-slice", "7", "--pre-inlet-range", "x", "0", "8", "--pre-inlet-range", "y", "2", "last"});
-  CHECK(inlet.preInlet->place.axis == 2);
-  CHECK(inlet.preInlet->place.ranges == std::vector<NodeRange>{{0, 0, 8}, {1, 2, -1}});
-  inlet = inletOf("hemocell.preInlet->preInletFromSlice(Direction::Zpos, place());", {"--pre-inlet", "Zpos"});
-  CHECK_THAT(warningsOf(inlet), Contains("the slice cannot be determined from the code"));
+      {"--pre-inlet-slice", "7", "--pre-inlet-range", "y", "2", "last", "--pre-inlet-range", "x", "0", "8"});
+  CHECK(inlet.preInlet->axis == 2);
+  CHECK(inlet.preInlet->slice == 7);
+  CHECK(inlet.preInlet->ranges == std::vector<NodeRange>{{0, 0, 8}, {1, 2, -1}});
+  CHECK(inlet.warnings.empty());
+  inlet = inletOf(sliceCode, {"--pre-inlet", "Xpos"});
+  CHECK_FALSE(inlet.preInlet->slice);
+  CHECK_THAT(warningsOf(inlet), Contains("case.cpp:4: preInletFromSlice(Direction::Xpos, slice): slices are "
+                                         "not read from the code; the outermost one with fluid is taken"));
 }
 
 TEST_CASE("A pre-inlet that cannot be determined is rejected, and the calls are listed",
           "[job_source][pre_inlet]") {
-  using Catch::Matchers::Predicate;
-  CHECK_THROWS_WITH(inletOf(""), Contains("is defined in the case's C++ code. Find preInletFromSlice"));
+  CHECK_THROWS_WITH(inletOf(""), Contains("is defined in the case's C++ code, of which only") &&
+                                     Contains("Find preInletFromSlice"));
+  CHECK_THROWS_WITH(inletOf(sliceCode), Contains("case.cpp:4: preInletFromSlice(Direction::Xpos, slice). ") &&
+                                            Contains("<preInletSlice>"));
   CHECK_THROWS_WITH(inletOf("hemocell.preInlet->preInletFromSlice(direction, slice);"),
-                    Contains("case.cpp:3: preInletFromSlice(direction, slice) cannot be evaluated, since its "
-                             "arguments are not literals"));
-  CHECK_THROWS_WITH(inletOf(inletCode + "hemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos);"),
-                    Contains("case.cpp:6: ") && Contains("case.cpp:7: "));
+                    Contains("case.cpp:3: preInletFromSlice(direction, slice). "));
+  CHECK_THROWS_WITH(inletOf(inletCode + "hemocell.preInlet->autoPreinletFromBoundary(Direction::Zpos);"),
+                    Contains("case.cpp:3: ") && Contains("case.cpp:4: "));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "3"}), Contains("need its direction"));
   CHECK_THROWS_WITH(inletOf("", {"--pre-inlet-slice", "first"}),
                     Contains("a plane of nodes: 0, 1, ... or last"));
