@@ -22,7 +22,7 @@ status=$?
 
 interrupted=130  # exit code of packMesh: SIGTERM made it save its state and end
 if [[ $status -eq 0 ]]; then
-  rm -f {,realisation_*/}state.{h5,xdmf}
+  rm -f {,realisation_*/}state.h5
 elif [[ $status -eq $interrupted && -n $(last_state) ]]; then
   echo "The time limit is near: job $SLURM_JOB_ID continues from $(last_state)"
   scontrol requeue "$SLURM_JOB_ID"

@@ -55,15 +55,6 @@ bool isInvisible(std::uint32_t code) {
 
 }  // namespace
 
-bool isPlainText(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t length = characterOf(text).bytes;
-    if (length == 0) return false;
-    text.remove_prefix(length);
-  }
-  return true;
-}
-
 bool isVisible(std::string_view text) {
   while (!text.empty()) {
     const Character character = characterOf(text);

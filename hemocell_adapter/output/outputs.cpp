@@ -118,8 +118,6 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
   for (const fs::path& converted : convertedFiles(problem, output, counts)) files.push_back(converted);
   for (const fs::path& file : files) requireReplaceable(file);
   if (output.stateFile) files.push_back(*output.stateFile);
-  if (output.stateFile && companionOf(*output.stateFile) != *output.stateFile)
-    files.push_back(companionOf(*output.stateFile));
   std::set<fs::path> known;
   for (const fs::path& file : files) {
     std::error_code error;
@@ -132,7 +130,7 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
           file.string()));
     if (!known.insert(real).second)
       throw OutputError(fmt::format(
-          "{}: two outputs have this name (report, state with its .xdmf, pictures, cells)", file.string()));
+          "{}: two outputs have this name (report, state, pictures, cells)", file.string()));
   }
 }
 

@@ -10,7 +10,6 @@
 #include "hemocell_adapter/base/exit_codes.h"
 #include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
-#include "hemocell_adapter/base/plain_text.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/state_words.h"
@@ -18,7 +17,6 @@
 #include "packMesh/core/input_file.h"
 #include "packMesh/io/atomic_files.h"
 #include "packMesh/packing/state_file.h"
-#include "packMesh/packing/xdmf.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -67,21 +65,12 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
   return continued;
 }
 
-std::filesystem::path companionOf(const std::filesystem::path& stateFile) {
-  return std::filesystem::path(stateFile).replace_extension(".xdmf");
-}
-
 void requireReplaceableState(const Request& request) {
   const std::filesystem::path& file = *request.output.stateFile;
   for (const char* kind : {".pos", ".pov"})
     if (file.extension() == kind)
       throw OutputError(
           fmt::format("{}: {} files are used for cells; the state needs another name", file.string(), kind));
-  if (!isPlainText(file.filename().string()))
-    throw OutputError(fmt::format(
-        "{}: the file beside it that ParaView opens cannot name it: expected UTF-8 without control "
-        "characters",
-        file.string()));
   try {
     requireReplaceable(file);
     std::error_code ignored;
@@ -111,9 +100,6 @@ void StateFiles::save(const PackingState& state) {
     writeState(*request_.output.stateFile, problem_, storedWords(request_.words, *request_.output.stateFile),
                state);
     saved_ = true;
-    const std::filesystem::path companion = companionOf(*request_.output.stateFile);
-    if (problem_.execution.communicator.rank() == 0 && companion != *request_.output.stateFile)
-      writeXdmf(companion, *request_.output.stateFile, state.cellCount, problem_.physics.species);
   } catch (const OutputError& error) {
     log::warning(error.what());
   }

@@ -21,9 +21,6 @@ CommandLine parseOrContinue(const std::string& program, const std::vector<std::s
 /// may be replaced, or has the name of another output
 void requireReplaceableState(const Request& request);
 
-/// The file with which ParaView opens the state; not written if the state itself has that name.
-std::filesystem::path companionOf(const std::filesystem::path& stateFile);
-
 /// Writes the state of a run to the state file.
 class StateFiles {
  public:

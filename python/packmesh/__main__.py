@@ -17,7 +17,7 @@ COMMANDS = {
     "render": "a picture of a packing (packMesh --vtp), a case or a state; needs POV-Ray",
     "make-cell": "the mesh of a cell: sickle, discocyte, spherocyte",
     "make-vessel": "the mesh of a vessel: bifurcation, aneurysm, stenosis, bend",
-    "paraview-cells": "a picture of a state (packMesh --state) by ParaView; needs pvpython",
+    "paraview-cells": "a picture of VTK files (packMesh --vtp) by ParaView; needs pvpython",
     "paraview-growth": "pictures of growth (packMesh --growth-frames) by ParaView; needs pvpython",
 }
 

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Shows the cells of a state file as meshes in ParaView (5.10 or later).
+"""Shows the cells of the VTK files in a folder as meshes in ParaView (5.10 or later).
 
-    python3 -m packmesh paraview-cells state.xdmf picture.png [colour]
+    packMesh config.xml --vtp                (of a saved state: packmesh export state.h5 --format vtk)
+    python3 -m packmesh paraview-cells . picture.png [colour]
 
-renders a picture; colour: species (the default), gap, local_hematocrit, overlap, id, ... In ParaView itself: open the .xdmf file
-with "XDMF Reader", press Apply, then run this file in View > Python Shell: it takes the active source. The
-mesh of each species is drawn at its cells by the representation "3D Glyphs", so it is in memory only once.
+renders a picture; colour: species (the default), gap, local_hematocrit or id. In ParaView's View > Python Shell this file shows the
+cells of the working directory. The mesh of each species is drawn at its cells by the representation "3D Glyphs", so it is in memory
+only once.
 """
+import pathlib
 import sys
 
 from paraview import servermanager
-from paraview.simple import (ColorBy, ExtractBlock, ExtractSurface, GetActiveSource, GetActiveViewOrCreate, GetColorTransferFunction,
-                             GetScalarBar, Hide, Render, ResetCamera, SaveScreenshot, Show, XDMFReader)
+from paraview.simple import (ColorBy, GetActiveViewOrCreate, GetColorTransferFunction, GetScalarBar, Hide, Render, ResetCamera,
+                             SaveScreenshot, Show, XMLPolyDataReader)
 from vtkmodules.numpy_interface import dataset_adapter
 
-TITLES = {"gap": "gap [µm]", "overlap": "overlap [µm]", "local_hematocrit": "local hematocrit"}
+TITLES = {"gap": "gap [µm]", "local_hematocrit": "local hematocrit"}
 SIZE = [1200, 900]  # [pixels]
 BLACK, WHITE = [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]
 #: As in the report: RBC, PLT, WBC and others.
@@ -27,20 +29,44 @@ def colour_of(name, number):
     return found[0] if found else PALETTE[number % len(PALETTE)]
 
 
-def name_species(names):
+def read(file):
+    source = XMLPolyDataReader(FileName=[str(file)])
+    source.UpdatePipeline()
+    return source
+
+
+def data_of(source, name):
+    return dataset_adapter.WrapDataObject(servermanager.Fetch(source)).PointData[name]
+
+
+def species_in(folder):
+    """Name, cells and mesh of each species with cells, by its number."""
+    found = {}
+    for mesh in sorted(folder.glob("*_mesh.vtp")):
+        name = mesh.name[:-len("_mesh.vtp")]
+        if (folder / (name + ".vtp")).exists():
+            cells = read(folder / (name + ".vtp"))
+            found[int(data_of(cells, "species")[0])] = (name, cells, read(mesh))
+    if not found:
+        sys.exit(f"(packMesh) (Error) {folder}: has no VTK files of packMesh, such as RBC.vtp and RBC_mesh.vtp (--vtp)")
+    return dict(sorted(found.items()))
+
+
+def name_species(species):
     """The colours of species have names instead of numbers."""
     scale = GetColorTransferFunction("species")
     scale.InterpretValuesAsCategories = 1
-    scale.Annotations = [text for number, name in enumerate(names) for text in (str(number), name)]
-    scale.IndexedColors = [x for number, name in enumerate(names) for x in colour_of(name, number)]
+    scale.Annotations = [text for number, (name, _, _) in species.items() for text in (str(number), name)]
+    scale.IndexedColors = [x for number, (name, _, _) in species.items() for x in colour_of(name, number)]
 
 
-def spread_gaps(cells):
-    """Nine of ten cells have a colour of their own; those with larger gaps have the last one. States of unfinished runs have none."""
-    blocks = dataset_adapter.WrapDataObject(servermanager.Fetch(cells)).PointData["gap"].Arrays
-    gaps = sorted(gap for block in blocks for gap in block if gap == gap)
-    if gaps:
-        GetColorTransferFunction("gap").RescaleTransferFunction(0.0, max(0.02, gaps[9 * len(gaps) // 10]))
+def spread(colour, species):
+    """All values have a colour; of gaps nine of ten, and those that are larger the last one."""
+    values = sorted(x for _, cells, _ in species.values() for x in data_of(cells, colour) if x == x)
+    if colour == "gap" and values:
+        GetColorTransferFunction("gap").RescaleTransferFunction(0.0, max(0.02, values[9 * len(values) // 10]))
+    elif values:
+        GetColorTransferFunction(colour).RescaleTransferFunction(values[0], values[-1])
 
 
 def style_bar(colour, view):
@@ -53,46 +79,37 @@ def style_bar(colour, view):
     bar.TitleColor = bar.LabelColor = BLACK
 
 
-def show(source, view, colour):
-    source.UpdatePipeline()
-    hierarchy = source.GetDataInformation().DataInformation.GetHierarchy()
-    names = [hierarchy.GetNodeName(node) for node in hierarchy.GetChildNodes(0)]
-    cells = ExtractBlock(Input=source, Selectors=["/Root/" + names[0]])
-    meshes = ExtractSurface(Input=ExtractBlock(Input=source, Selectors=["/Root/" + name for name in names[1:]]))
-    Hide(source, view)
+def show(cells, mesh, view, colour):
+    """The mesh at the cells of a species."""
+    Hide(mesh, view)
     display = Show(cells, view)
     display.SetRepresentationType("3D Glyphs")
     display.GlyphType = "Pipeline Connection"
-    display.GlyphType.Input = meshes
-    display.UseGlyphTable = display.UseCompositeGlyphTable = 1
-    display.GlyphTableIndexArray = "species"
+    display.GlyphType.Input = mesh
     display.Orient = 1
     display.OrientationMode = "Quaternion"
     display.SelectOrientationVectors = "orientation"
-    display.Scaling = 1
-    display.ScaleFactor = 1.0  # ParaView proposes one of its own
-    display.ScaleMode = "Magnitude"
-    display.SelectScaleArray = "scale"
+    display.Scaling = 0
     ColorBy(display, ("POINTS", colour))
-    if colour == "species":
-        name_species([name[:-len("_mesh")] for name in names[1:]])
-    elif colour == "gap":
-        spread_gaps(cells)
-    else:
-        display.RescaleTransferFunctionToDataRange(True)
-    display.SetScalarBarVisibility(view, True)
-    style_bar(colour, view)
+    return display
 
 
 def main():
     arguments = sys.argv[1:]
-    source = XDMFReader(FileNames=[arguments[0]]) if arguments else GetActiveSource()
+    colour = arguments[2] if len(arguments) > 2 else "species"
+    species = species_in(pathlib.Path(arguments[0] if arguments else "."))
     view = GetActiveViewOrCreate("RenderView")
     view.UseColorPaletteForBackground, view.Background = 0, WHITE
     view.OrientationAxesLabelColor = BLACK
     if len(arguments) > 1:
         view.ViewSize = SIZE
-    show(source, view, arguments[2] if len(arguments) > 2 else "species")
+    displays = [show(cells, mesh, view, colour) for _, cells, mesh in species.values()]
+    if colour == "species":
+        name_species(species)
+    else:
+        spread(colour, species)
+    displays[0].SetScalarBarVisibility(view, True)
+    style_bar(colour, view)
     view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [3, -2, 2], [0, 0, 0], [0, 0, 1]
     ResetCamera(view)
     view.CameraViewAngle = 21  # of 30: the sphere around the cells is larger than what is seen of them

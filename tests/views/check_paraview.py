@@ -34,10 +34,10 @@ def main():
     pictures = os.path.realpath(sys.argv[3]) if len(sys.argv) > 3 else None
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(pictures or folder)
-        subprocess.run([program, *"25 25 25 --hematocrit 0.35 --plt_ratio 0.3 --state state.h5 --quiet".split()], check=True)
+        subprocess.run([program, *"25 25 25 --hematocrit 0.35 --plt_ratio 0.3 --vtp --quiet".split()], check=True)
         shown = {}
         for colour in ("species", "gap"):
-            draw("paraview-cells", "state.xdmf", colour + ".png", colour)
+            draw("paraview-cells", ".", colour + ".png", colour)
             pixels = shown[colour] = read(colour + ".png")
             assert pixels.shape == (900, 1200, 3)
             assert 0.3 < is_white(pixels).mean() < 0.8, is_white(pixels).mean()  # cells fill half of it

@@ -67,7 +67,7 @@ TEST_CASE("A second run with the same state is rejected in any folder", "[execut
   CHECK(run(folder.path(), small + " --state s.h5").exitCode == 0);
   CHECK_FALSE(fs::exists(temporary("s.h5")));
   CHECK(fs::exists(temporary("t.h5")));
-  CHECK(folder.files() == 5);  // RBC.pos, s, s.h5, s.xdmf, what is left of t.h5
+  CHECK(folder.files() == 4);  // RBC.pos, s, s.h5, what is left of t.h5
 }
 
 TEST_CASE("A lock ends with its process, however the process ends", "[executable]") {

@@ -7,7 +7,6 @@ using namespace packmesh::hemocell;
 
 TEST_CASE("Plain text is UTF-8 without control characters") {
   for (const char* good : {"", "RBC", "µm", "血", "\xF0\x9F\xA9\xB8"}) {
-    CHECK(isPlainText(good));
     CHECK(plainText(good) == good);
   }
   CHECK(plainText("a\tb\n") == "a\tb\n");
@@ -19,7 +18,6 @@ TEST_CASE("Plain text is UTF-8 without control characters") {
       {"\u2066", "???"},       {"\ufeffa", "???a"}};
   for (const auto& [text, plain] : bad) {
     INFO(plain);
-    CHECK_FALSE(isPlainText(text));
     CHECK(plainText(text) == plain);
   }
 }
@@ -45,6 +43,6 @@ TEST_CASE("Overlong names are shortened in the middle") {
   // Characters stay whole.
   std::string greek;
   for (int i = 0; i < 300; ++i) greek += "µ";
-  CHECK(isPlainText(withShortenedNames("a" + greek)));
+  CHECK(plainText(withShortenedNames("a" + greek)) == withShortenedNames("a" + greek));
   CHECK(withShortenedNames("a" + greek).size() < 310);
 }

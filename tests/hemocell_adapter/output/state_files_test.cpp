@@ -246,17 +246,13 @@ TEST_CASE(
   CHECK_THAT(ran.err, Contains("/proc"));
 }
 
-TEST_CASE("The folder of a state is created, and its companion is written there") {
+TEST_CASE("The folder of a state is created") {
   const TemporaryFolder folder;
   const Ran ran = run(folder.path(), "20 20 20 --hematocrit 0.2 --checkpoint-every 1000 --output-dir a/b");
   INFO(ran.all());
   REQUIRE(ran.exitCode == 0);
   REQUIRE(ran.err.empty());
   REQUIRE(readStateHead(folder.path() / "a/b/state.h5").cells > 10);
-  REQUIRE_THAT(readText(folder.path() / "a/b/state.xdmf"), Contains("state.h5:/cells/gap"));
-  // A state of that name is not written over.
-  REQUIRE(run(folder.path(), "20 20 20 --hematocrit 0.2 --state own.xdmf").exitCode == 0);
-  REQUIRE(readStateHead(folder.path() / "own.xdmf").cells > 10);
 }
 
 TEST_CASE("A file that is not a state is not overwritten, which is reported before work begins", "[ranks]") {
