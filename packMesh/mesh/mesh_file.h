@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Reading and writing mesh files: STL, OFF, PLY (each as text and binary) and OBJ.
+/// @file Reading and writing mesh files: STL and PLY (as text and binary), OFF and OBJ (as text).
 ///
 /// Files are read by packMesh's own strict readers, in double precision (see polygon_soup.h for the reasons).
 #pragma once
