@@ -3,178 +3,114 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
+#include "hemocell_adapter/base/interruption.h"
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/base/ranks.h"
+#include "hemocell_adapter/output/python_command.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/tetrahedralise.h"
-#include "packMesh/io/vtp.h"
+#include "packMesh/io/hdf5_meshes.h"
 #include "packMesh/packing/gathered_cells.h"
+#include "packMesh/packing/packing_file.h"
 
 namespace packmesh::hemocell {
 namespace {
 
 namespace fs = std::filesystem;
-using Place = VtpArray::Place;
-using Type = VtpArray::Type;
 
-/// A surface of a frame.
-struct Surface {
-  std::shared_ptr<const TriangleMesh> mesh;
-  Placement placement;
-  std::int32_t id, species;
-  float scale;
-};
-
-float scaleOf(const PlacedCell& cell) {
-  return static_cast<float>(std::cbrt(cell.placement.linear.determinant()));
+bool isState(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return file.extension() == ".h5" && (name.rfind("state_", 0) == 0 || name.rfind("cat_cells_", 0) == 0);
 }
 
-/// Numbers of points and triangles.
-std::pair<std::int64_t, std::int64_t> sizesOf(const std::vector<Surface>& surfaces) {
-  std::int64_t points = 0, triangles = 0;
-  for (const Surface& s : surfaces) {
-    points += std::int64_t(s.mesh->vertices.size());
-    triangles += std::int64_t(s.mesh->triangles.size());
+PackingTables tablesOf(const std::vector<PlacedCell>& own, const PackingProblem& problem) {
+  PackingTables tables;
+  std::vector<std::int64_t> counts(problem.physics.species.size());
+  CellColumn scales{"scale", 1, {}};
+  for (const PlacedCell& cell : own) {
+    const double scale = std::cbrt(cell.placement.linear.determinant());
+    tables.kind.push_back(cell.species);
+    tables.poses.push_back(
+        {scale, Quaternion(Mat3(cell.placement.linear / scale)), cell.placement.translation});
+    scales.values.push_back(scale);
+    ++counts[cell.species];
   }
-  return {points, triangles};
+  problem.execution.communicator.sum(counts);
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    tables.kinds.push_back(
+        {problem.physics.species[s].name, &problem.physics.species[s].shape->mesh(), counts[s]});
+  tables.columns.push_back(std::move(scales));
+  return tables;
 }
 
-/// All ranks call, each with its own surfaces.
-void writeSurfaces(const fs::path& file, const std::vector<Surface>& own, const Communicator& ranks) {
-  const auto [points, triangles] = sizesOf(own);
-  std::vector<std::int64_t> all = {points, triangles};
-  const std::vector<std::int64_t> before = ranks.sumBefore(all);
-  ranks.sum(all);
-  SharedFiles files(ranks);
-  files.begin(file);
-  const auto data = [&](const char* name, Type type) { return VtpArray{Place::data, name, type, 1, all[1]}; };
-  const std::vector<VtpArray> arrays = {
-      {Place::points, "", Type::float32, 3, all[0]},
-      {Place::polygonConnectivity, "", Type::int64, 1, 3 * all[1]},
-      {Place::polygonOffsets, "", Type::int64, 1, all[1]},
-      data("id", Type::int32),
-      data("species", Type::int32),
-      data("scale", Type::float32),
-  };
-  files.append([&] { return vtpHead({all[0], 0, all[1]}, arrays); });
-  std::size_t written = 0;
-  const auto append = [&](const auto& numbers) {
-    files.append([&] { return vtpBegin(arrays[written]); });
-    files.appendParts(vtpNumbers(numbers));
-    ++written;
-  };
-  std::vector<float> positions, scales;
-  std::vector<std::int64_t> corners, ends(triangles);
-  std::vector<std::int32_t> ids, species;
-  std::int64_t first = before[0];
-  for (const Surface& s : own) {
-    for (const Vec3& v : s.mesh->vertices) {
-      const Vec3 p = s.placement(v);
-      positions.insert(positions.end(), {float(p.x()), float(p.y()), float(p.z())});
-    }
-    for (const Triangle& t : s.mesh->triangles)
-      for (const int v : t) corners.push_back(first + v);
-    first += std::int64_t(s.mesh->vertices.size());
-    ids.insert(ids.end(), s.mesh->triangles.size(), s.id);
-    species.insert(species.end(), s.mesh->triangles.size(), s.species);
-    scales.insert(scales.end(), s.mesh->triangles.size(), s.scale);
+/// The CAT cells in the order of the cells; none if TetGen fails.
+std::vector<NamedMesh> catCellsOf(const std::vector<PlacedCell>& all, const Physics& physics) {
+  TetrahedraInput input;
+  for (const PlacedCell& cell : all)
+    input.objects.push_back({&physics.species[cell.species].shape->hierarchy(), cell.placement});
+  std::optional<MeshHierarchy> lumen;
+  if (physics.container->wall()) lumen.emplace(physics.container->surface());
+  input.container = lumen ? &*lumen : nullptr;
+  input.period = physics.container->period();
+  input.bounds = physics.container->bounds();
+  input.explain = false;
+  std::vector<NamedMesh> meshes;
+  try {
+    const CatCells cells = catCells(tetrahedralise(input), WallFaces::atWall);
+    for (std::size_t i = 0; i < cells.cells.size(); ++i)
+      meshes.push_back({std::to_string(i), cells.cells[i], "cell"});
+  } catch (const std::runtime_error&) {  // TetGen failed, or the lumen's surface touches a cell
+    meshes.clear();
   }
-  for (std::int64_t i = 0; i < triangles; ++i) ends[i] = 3 * (before[1] + i + 1);
-  append(positions);
-  append(corners);
-  append(ends);
-  append(ids);
-  append(species);
-  append(scales);
-  files.append(vtpEnd);
-  files.end();
-  files.commit();
+  return meshes;
 }
 
 }  // namespace
 
 GrowthFrames::GrowthFrames(const PackingProblem& problem, fs::path folder, std::int64_t every)
     : problem_(problem), folder_(std::move(folder)), every_(every) {
-  SharedFiles(problem_.execution.communicator).makeFolder(folder_);
+  const Communicator& ranks = problem_.execution.communicator;
+  SharedFiles(ranks).makeFolder(folder_);
+  onFirstRank(ranks, [&] {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_, ignored))
+      if (isState(entry.path())) fs::remove(entry.path(), ignored);
+  });
 }
 
 void GrowthFrames::add(const std::vector<PlacedCell>& own) {
   const std::int64_t state = states_++;
   if (state % every_ != 0) return;
   const Communicator& ranks = problem_.execution.communicator;
-  Frame frame{std::int64_t(frames_.size()), state, false};
-  const auto count = std::int64_t(own.size());
-  const std::int64_t all = ranks.sum(count);
-  std::int64_t id = ranks.sumBefore({count}).front();
-  std::vector<Surface> membranes;
-  for (const PlacedCell& cell : own) {
-    const auto& shape = problem_.physics.species[cell.species].shape;
-    membranes.push_back({{shape, &shape->mesh()},
-                         cell.placement,
-                         std::int32_t(id++),
-                         std::int32_t(cell.species),
-                         scaleOf(cell)});
+  const PackingTables tables = tablesOf(own, problem_);
+  try {
+    writePacking(folder_ / fmt::format("state_{:06}.h5", state), tables, ranks);
+  } catch (const OutputError& error) {  // the same on all ranks
+    throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }
-  writeSurfaces(folder_ / fmt::format("membranes_{:04}.vtp", frame.number), membranes, ranks);
-  if (all <= mostWithCatCells) writeCatCells(gatheredCells(own, ranks), frame);
-  frames_.push_back(frame);
-  writeSeries();
+  if (ranks.sum(std::int64_t(own.size())) > mostWithCatCells) return;
+  const std::vector<PlacedCell> all = gatheredCells(own, ranks);
+  onFirstRank(ranks, [&] {
+    const std::vector<NamedMesh> cells = catCellsOf(all, problem_.physics);
+    if (!cells.empty()) writeMeshes(folder_ / fmt::format("cat_cells_{:06}.h5", state), cells);
+  });
 }
 
-/// The first rank alone makes them; if TetGen fails, the frame has none.
-void GrowthFrames::writeCatCells(const std::vector<PlacedCell>& all, Frame& frame) {
-  const Communicator& ranks = problem_.execution.communicator;
-  std::vector<Surface> surfaces;
-  if (ranks.rank() == 0) {
-    TetrahedraInput input;
-    for (const PlacedCell& cell : all)
-      input.objects.push_back({&problem_.physics.species[cell.species].shape->hierarchy(), cell.placement});
-    std::optional<MeshHierarchy> lumen;
-    if (problem_.physics.container->wall()) lumen.emplace(problem_.physics.container->surface());
-    input.container = lumen ? &*lumen : nullptr;
-    input.period = problem_.physics.container->period();
-    input.bounds = problem_.physics.container->bounds();
-    input.explain = false;
-    try {
-      const CatCells cells = catCells(tetrahedralise(input), WallFaces::atWall);
-      for (std::size_t i = 0; i < cells.cells.size(); ++i)
-        surfaces.push_back({std::make_shared<const TriangleMesh>(cells.cells[i]), Placement(),
-                            std::int32_t(i), std::int32_t(all[i].species), scaleOf(all[i])});
-    } catch (const std::runtime_error&) {  // TetGen failed, or the lumen's surface touches a cell
-      surfaces.clear();
-    }
-  }
-  frame.catCells = ranks.any(!surfaces.empty());
-  if (frame.catCells)
-    writeSurfaces(folder_ / fmt::format("cat_cells_{:04}.vtp", frame.number), surfaces, ranks);
-}
-
-void GrowthFrames::writeSeries() const {
-  SharedFiles files(problem_.execution.communicator);
-  const auto write = [&](const char* name, const char* file, bool catCells) {
-    files.begin(folder_ / name);
-    files.append([&] {
-      std::string text =
-          "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
-          "byte_order=\"LittleEndian\">\n"
-          "  <Collection>\n";
-      for (const Frame& frame : frames_)
-        if (!catCells || frame.catCells)
-          text += fmt::format("    <DataSet timestep=\"{}\" file=\"{}_{:04}.vtp\"/>\n", frame.state, file,
-                              frame.number);
-      return text + "  </Collection>\n</VTKFile>\n";
-    });
-    files.end();
-  };
-  write("growth.pvd", "membranes", false);
-  if (std::any_of(frames_.begin(), frames_.end(), [](const Frame& frame) { return frame.catCells; }))
-    write("cat_cells.pvd", "cat_cells", true);
-  files.commit();
+void GrowthFrames::convert() const {
+  onFirstRank(problem_.execution.communicator, [&] {
+    const std::vector<std::string> words = {"growth-frames", folder_.string(), "--remove"};
+    const CommandEnd end = runPackmesh(words, interrupted);
+    for (const std::string& line : end.lines) log::detail(line);
+    if (end.kind != CommandEnd::Kind::done)
+      log::warning(
+          fmt::format("the states of growth in {} are not yet series for ParaView ({}); this makes them: {}",
+                      folder_.string(), end.message, asTyped(words)));
+  });
 }
 
 }  // namespace packmesh::hemocell

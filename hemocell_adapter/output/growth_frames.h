@@ -10,15 +10,15 @@
 
 namespace packmesh::hemocell {
 
-/// Writes growth.pvd and membranes_0000.vtp, membranes_0001.vtp ..., all membranes at their current scales;
-/// with up to `mostWithCatCells` cells also cat_cells.pvd and cat_cells_0000.vtp ..., the cells of the
-/// chordal axis transform in which they grow. Polygons have the data `id`, `species` and `scale`.
+/// Writes the states to a folder, as state_<number>.h5 (packing_file.h, with `scale`), and with up to
+/// `mostWithCatCells` cells cat_cells_<number>.h5 (hdf5_meshes.h): the cells of the chordal axis transform in
+/// which they grow. The command packmesh makes the series of them.
 class GrowthFrames {
  public:
   /// CAT cells of more cells would take longer than growth.
   static constexpr std::int64_t mostWithCatCells = 300;
 
-  /// References the problem, which must outlive it.
+  /// Removes files of earlier series. References the problem, which must outlive it. All ranks call.
   /// @param every which states are written: the first one and every so many after it
   GrowthFrames(const PackingProblem& problem, std::filesystem::path folder, std::int64_t every);
 
@@ -26,19 +26,15 @@ class GrowthFrames {
   /// @throws AgreedFailure on all ranks if a file cannot be written
   void add(const std::vector<PlacedCell>& own);
 
+  /// Has packmesh make growth.pvd and membranes_0000.vtp ..., all membranes at their current scales, and
+  /// cat_cells.pvd and cat_cells_0000.vtp ...; then the states are removed. A warning says if it cannot. All
+  /// ranks call.
+  void convert() const;
+
  private:
-  struct Frame {
-    std::int64_t number, state;
-    bool catCells;
-  };
-
-  void writeCatCells(const std::vector<PlacedCell>& all, Frame& frame);
-  void writeSeries() const;
-
   const PackingProblem& problem_;
   std::filesystem::path folder_;
   std::int64_t every_, states_ = 0;
-  std::vector<Frame> frames_;
 };
 
 }  // namespace packmesh::hemocell

@@ -6,7 +6,7 @@
 
 namespace packmesh {
 
-void writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
+void writeMeshes(const std::filesystem::path& file, const std::vector<NamedMesh>& meshes) {
   const Communicator alone;
   AtomicFiles files;
   files.begin(file);
@@ -17,6 +17,7 @@ void writeHdf5(const std::filesystem::path& file, const std::vector<NamedMesh>& 
     const std::string path = "/meshes/" + std::to_string(i);
     out.group(path);
     out.attribute(path, "name", meshes[i].name);
+    out.attribute(path, "kind", meshes[i].kind);
     writeMesh(out, path, meshes[i].mesh);
   }
   files.skipTo(out.close());

@@ -76,7 +76,7 @@ void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& 
   out.attribute("/", "writer", std::string("packMesh ") + version() + " (" + gitHash() + ")");
   out.attribute("/", "unit", std::string("µm"));
   writeKinds(out, tables.kinds);
-  writeLumen(out, *tables.lumen);
+  if (tables.lumen) writeLumen(out, *tables.lumen);
   writeCells(out, tables, ranks);
   if (tables.certificate) writeFaults(out, *tables.certificate);
 }

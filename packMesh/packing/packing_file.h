@@ -42,7 +42,7 @@ struct PackingTables {
     std::string unlikeFile = {};
   };
   std::vector<Kind> kinds;  ///< the same on all ranks
-  const Container* lumen = nullptr;
+  const Container* lumen = nullptr;  ///< nullptr: is not written
   /// Cells of this rank, preceded by those of lower ranks.
   std::vector<std::int32_t> kind;  ///< indices into `kinds`
   std::vector<Pose> poses;

@@ -11,6 +11,8 @@ import sys
 COMMANDS = {
     "view": "cells and report on a page for the browser; needs h5py and Jinja2",
     "export": "the cells of a state for other programs, and for ParaView; needs h5py",
+    "growth-frames": "states of growth (packMesh --growth-frames) as series for ParaView; needs h5py",
+    "cat-cells": "cells that catCells made (--output cells.h5) in other formats; needs h5py",
     "plot": "plots of a report (packMesh --report report.json), or its numbers as tables; needs matplotlib",
     "compare": "mean and spread of realisations by their reports, as tables and as a page",
     "run": "what a HemoCell run does to its cells: a table, and a page with plots over time; needs h5py",

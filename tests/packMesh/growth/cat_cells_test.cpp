@@ -9,7 +9,6 @@
 #include <set>
 #include <sstream>
 
-#include "packMesh/growth/cat_export.h"
 #include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/growth/touching_parts.h"
 #include "packMesh/mesh/mesh_file.h"
@@ -243,18 +242,6 @@ TEST_CASE("CAT cells fill a periodic cylinder", "[cat]") {
     if (wall == WallFaces::midGap) CHECK(sum < 0.9 * scene.containerVolume());
     CHECK(cells.wallLayer.triangles.empty());
   }
-}
-
-TEST_CASE("CAT cells are written with the names of their objects", "[cat]") {
-  const CatScene scene = fourCubes();
-  const auto file = std::filesystem::temp_directory_path() / "packMesh_cat_cells_test.obj";
-  writeCatCells(file, catCells(tetrahedralise(scene.input), WallFaces::midGap), {"cube A"});
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  for (const char* name : {"cube A", "cell 1", "cell 2", "cell 3", "wall layer"})
-    CHECK_THAT(text.str(), Catch::Contains(std::string("\no ") + name + "\n"));
-  CHECK(signedVolume(readMesh(file)) == Approx(scene.containerVolume()));
-  std::filesystem::remove(file);
 }
 
 TEST_CASE("Touching parts of a surface get separate vertices", "[cat]") {

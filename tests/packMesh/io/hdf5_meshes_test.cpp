@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/io/mesh_collection.h"
+#include "packMesh/io/hdf5_meshes.h"
 
 #include <hdf5.h>
 
@@ -18,49 +18,17 @@ using Catch::Contains;
 namespace {
 
 std::vector<NamedMesh> twoMeshes() {
-  return {{"RBC 1", test::icosphere(1, 1.0 / 3.0)},
-          {"a box\nwith a line break", sample::box({1, 1, 1}, {2, 3, 4})}};
+  return {{"RBC 1", test::icosphere(1, 1.0 / 3.0), "cell"},
+          {"a box\nwith a line break", sample::box({1, 1, 1}, {2, 3, 4}), "wall layer"}};
 }
 
 std::filesystem::path scratch(const std::string& name) {
-  const auto folder = std::filesystem::temp_directory_path() / "packMesh_mesh_collection_test";
+  const auto folder = std::filesystem::temp_directory_path() / "packMesh_hdf5_meshes_test";
   std::filesystem::create_directories(folder);
   return folder / name;
 }
 
-/// Both meshes, one after the other.
-void checkMesh(const TriangleMesh& read) {
-  TriangleMesh both;
-  for (const NamedMesh& named : twoMeshes()) sample::append(both, named.mesh);
-  CHECK(read.vertices == both.vertices);
-  CHECK(read.triangles == both.triangles);
-}
-
 }  // namespace
-
-TEST_CASE("Meshes in an OBJ file are named objects", "[io]") {
-  const auto file = scratch("two.obj");
-  writeMeshes(file, twoMeshes());
-  const std::string text = test::readText(file);
-  CHECK_THAT(text, Contains("\no RBC 1\n") && Contains("\no a box with a line break\n"));
-  checkMesh(readMesh(file));
-}
-
-TEST_CASE("Meshes in a PLY file are numbered parts", "[io]") {
-  const auto file = scratch("two.ply");
-  writeMeshes(file, twoMeshes());
-  const std::string text = test::readText(file);
-  CHECK_THAT(text,
-             Contains("comment part 0 RBC 1\n") && Contains("comment part 1 a box with a line break\n"));
-  std::istringstream lines(text.substr(text.find("end_header\n") + 11));
-  std::string line;
-  for (std::size_t v = 0; v < 42 + 8; ++v) std::getline(lines, line);
-  for (int t = 0; t < 80 + 12; ++t) {
-    std::getline(lines, line);
-    CHECK(line.substr(line.rfind(' ') + 1) == (t < 80 ? "0" : "1"));
-  }
-  checkMesh(readMesh(file));
-}
 
 TEST_CASE("Meshes in an HDF5 file are numbered groups", "[io]") {
   const auto file = scratch("two.h5");
@@ -81,6 +49,7 @@ TEST_CASE("Meshes in an HDF5 file are numbered groups", "[io]") {
     const hid_t group = H5Gopen2(in, ("/meshes/" + std::to_string(i)).c_str(), H5P_DEFAULT);
     REQUIRE(group >= 0);
     CHECK(text(group, "name") == meshes[i].name);
+    CHECK(text(group, "kind") == meshes[i].kind);
     TriangleMesh mesh;
     mesh.vertices.resize(meshes[i].mesh.vertices.size());
     mesh.triangles.resize(meshes[i].mesh.triangles.size());
@@ -104,9 +73,6 @@ TEST_CASE("Meshes in an HDF5 file are numbered groups", "[io]") {
 }
 
 TEST_CASE("Mesh collections that cannot be written are errors that name the file", "[io]") {
-  CHECK_THROWS_WITH(writeMeshes(scratch("two.stl"), twoMeshes()),
-                    Contains("two.stl") && Contains(".obj, .ply or .h5"));
-  for (const char* name : {"no/such/folder/two.obj", "no/such/folder/two.ply", "no/such/folder/two.h5"})
-    CHECK_THROWS_WITH(writeMeshes(scratch(name), twoMeshes()),
-                      Contains(name) && Contains("cannot write to the folder"));
+  CHECK_THROWS_WITH(writeMeshes(scratch("no/such/folder/two.h5"), twoMeshes()),
+                    Contains("no/such/folder/two.h5"));
 }

@@ -4,15 +4,16 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
+#include "hemocell_adapter/base/log.h"
+#include "hemocell_adapter/output/python_command.h"
 #include "packMesh/core/error.h"
-#include "packMesh/growth/cat_export.h"
+#include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/tetrahedralise.h"
-#include "packMesh/io/atomic_files.h"
-#include "packMesh/io/mesh_collection.h"
-#include "packMesh/io/vtp_surface.h"
+#include "packMesh/io/hdf5_meshes.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 
@@ -31,7 +32,9 @@ constexpr const char* usage =
     "  --output f      output file for the cells: .obj, .ply or .h5 (default: cells.obj)\n"
     "  --mid-gap       end cells halfway between object and container, not at the container\n"
     "  --vtp f         write container, objects and cells to one file (.vtp) for ParaView and for pictures\n"
-    "                  (python3 -m packmesh render)\n";
+    "                  (python3 -m packmesh render)\n"
+    "\n"
+    "Files other than .h5 are written by the command packmesh of the Python package.\n";
 
 struct UsageError : InputError {
   using InputError::InputError;
@@ -82,7 +85,9 @@ Options parse(int argc, char** argv) {
       files.push_back(argument);
   }
   if (files.size() < 2) throw UsageError("give a container and at least one object; see catCells --help");
-  requireMeshCollectionEnding(options.output);
+  const std::string ending = std::filesystem::path(options.output).extension().string();
+  if (ending != ".obj" && ending != ".ply" && ending != ".h5")
+    throw InputError(options.output + ": the file extension must be .obj, .ply or .h5");
   options.container = files.front();
   options.objects.assign(files.begin() + 1, files.end());
   return options;
@@ -119,30 +124,42 @@ void printCases(const Tetrahedra& tetrahedra, WallFaces wall) {
       tetrahedra.tetrahedra.size(), n[1], n[2], n[3], n[4], split.faces.size());
 }
 
-/// Container, objects and cells. Triangles have the number of their object, the first is 1, and of the
-/// container 0; and `cell`: 1 for those of CAT cells.
-void writeSurfaces(const std::string& file, const TetrahedraInput& input, const CatCells& cells) {
-  VtpSurface all;
-  std::vector<std::int64_t> object, cell;
-  const auto add = [&](const TriangleMesh& mesh, const Placement& placement, std::size_t number,
-                       bool isCell) {
-    const int first = int(all.points.size());
-    for (const Vec3& v : mesh.vertices) all.points.push_back(placement(v));
-    for (const Triangle& t : mesh.triangles)
-      all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-    object.resize(all.triangles.size(), std::int64_t(number));
-    cell.resize(all.triangles.size(), isCell);
-  };
-  add(input.container->mesh(), {}, 0, false);
-  for (std::size_t i = 0; i < input.objects.size(); ++i) {
-    add(input.objects[i].mesh->mesh(), input.objects[i].placement, i + 1, false);
-    add(cells.cells[i], {}, i + 1, true);
+std::vector<NamedMesh> namedCells(const CatCells& cells, const std::vector<std::string>& names) {
+  std::vector<NamedMesh> named;
+  for (std::size_t i = 0; i < names.size(); ++i) named.push_back({names[i], cells.cells[i], "cell"});
+  if (!cells.wallLayer.triangles.empty()) named.push_back({"wall layer", cells.wallLayer, "wall layer"});
+  return named;
+}
+
+/// Writes the requested files. All but .h5 are made by packmesh from a .h5 with container, objects and cells.
+void write(const Options& options, const TetrahedraInput& input, std::vector<NamedMesh> meshes) {
+  const std::filesystem::path output = options.output;
+  std::vector<std::string> converted;
+  if (output.extension() != ".h5") converted.push_back(options.output);
+  if (!options.surfaces.empty()) converted.push_back(options.surfaces);
+  if (output.extension() == ".h5") {
+    writeMeshes(output, meshes);
+    hemocell::log::info("Wrote " + options.output);
   }
-  all.data = {{"object", std::move(object)}, {"cell", std::move(cell)}};
-  AtomicFiles files;
-  files.add(file, vtpText(all));
-  files.commit();
-  fmt::print("(packMesh) Wrote {}\n", file);
+  if (converted.empty()) return;
+  meshes.push_back({"container", input.container->mesh(), "container"});
+  for (std::size_t i = 0; i < input.objects.size(); ++i) {
+    TriangleMesh mesh = input.objects[i].mesh->mesh();
+    for (Vec3& v : mesh.vertices) v = input.objects[i].placement(v);
+    meshes.push_back({input.names[i], std::move(mesh), "object"});
+  }
+  std::filesystem::path file = converted.front();
+  file.replace_filename("." + file.filename().string() + ".h5");
+  writeMeshes(file, meshes);
+  std::vector<std::string> words = {"cat-cells", file.string()};
+  words.insert(words.end(), converted.begin(), converted.end());
+  const hemocell::CommandEnd end = hemocell::runPackmesh(words);
+  std::filesystem::remove(file);
+  for (const std::string& line : end.lines) hemocell::log::info(line);
+  if (end.kind == hemocell::CommandEnd::Kind::unusable)
+    throw InputError("the Python package packmesh " + end.message +
+                     ": only --output cells.h5 can be written without it");
+  if (end.kind != hemocell::CommandEnd::Kind::done) throw OutputError(end.message);
 }
 
 void run(const Options& options) {
@@ -164,9 +181,8 @@ void run(const Options& options) {
   }
   fmt::print("(packMesh) The cells fill {:.6f} % of the container\n",
              100.0 * sum / signedVolume(container.mesh()));
-  writeCatCells(options.output, cells, options.objects);
-  fmt::print("(packMesh) Wrote {}\n", options.output);
-  if (!options.surfaces.empty()) writeSurfaces(options.surfaces, input, cells);
+  std::fflush(stdout);
+  write(options, input, namedCells(cells, options.objects));
 }
 
 }  // namespace

@@ -57,7 +57,10 @@ TEST_CASE("catCells writes a cell for each object, and all surfaces", "[executab
     CHECK_THAT(ran.text, Contains("ball.off@-2,0,0: cell of 236") && Contains("100.000000 %"));
     CHECK(std::filesystem::file_size(folder.path() / ("c." + kind)) > 1000);
   }
-  CHECK(signedVolume(readMesh(folder.path() / "c.obj")) == Approx(512.0));
+  for (const char* name : {"c.obj", "c.ply"})
+    CHECK(signedVolume(readMesh(folder.path() / name)) == Approx(512.0));
+  CHECK_THAT(test::readText(folder.path() / "c.obj"), Contains("\no ball.off@-2,0,0\n"));
+  CHECK_THAT(test::readText(folder.path() / "c.ply"), Contains("\ncomment part 1 ball.off@2,0,0\n"));
   std::ifstream in(folder.path() / "c.vtp");
   const std::string surfaces{std::istreambuf_iterator<char>(in), {}};
   CHECK_THAT(surfaces, Contains("Name=\"object\"") && Contains("Name=\"cell\""));

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Makes series for ParaView of states of growth, which packMesh does at the end of a run:
+
+    packMesh 20 20 20 --rbc 30 --method cat --growth-frames 4
+    packmesh growth-frames growth_frames
+
+reads state_<number>.h5 and cat_cells_<number>.h5 in the folder, and writes growth.pvd with membranes_0000.vtp, ..., and cat_cells.pvd
+with cat_cells_0000.vtp, ... there. Polygons have the data id, species and scale.
+"""
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from typing import Dict, List, Tuple
+
+import numpy as np
+
+from packmesh import cat_cells, files
+from packmesh.errors import InputError
+from packmesh.formats import File, vtk
+
+
+class State:
+    """Cells in the order of the file. @raises InputError"""
+
+    def __init__(self, path: str) -> None:
+        import h5py  # only reading needs it
+
+        try:
+            with h5py.File(path, "r") as file:
+                species = [file[f"species/{i}"] for i in range(len(file["species"]))]
+                self.meshes = [(one["vertices"][()], one["triangles"][()]) for one in species]
+                cells = {name: table[()] for name, table in file["cells"].items()}
+        except (OSError, KeyError, ValueError, TypeError, RuntimeError):
+            raise InputError(f"{path}: is no state of growth, or is damaged") from None
+        self.species, self.scale, self.position = cells["species"], cells["scale"], cells["position"]
+        self.data = {"id": ("<i4", np.arange(len(self.species))), "species": ("<i4", self.species), "scale": ("<f4", self.scale)}
+        w, x, y, z = cells["orientation"].T
+        rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+        self.linear = self.scale[:, None, None] * np.array(rows).reshape(3, 3, -1).transpose(2, 0, 1)
+
+    def membranes(self, name: str) -> File:
+        def group(kind: int, vertices: np.ndarray, triangles: np.ndarray) -> Tuple:
+            return (len(vertices), np.flatnonzero(self.species == kind), triangles,
+                    lambda one: vertices @ self.linear[one].transpose(0, 2, 1) + self.position[one][:, None])
+
+        return vtk.membranes_of(name, [group(kind, *mesh) for kind, mesh in enumerate(self.meshes)], self.data)
+
+    def cat_cells(self, name: str, path: str) -> File:
+        def group(cell: int, vertices: np.ndarray, triangles: np.ndarray) -> Tuple:
+            return len(vertices), np.array([cell]), triangles, lambda one: vertices
+
+        meshes = cat_cells.read(path)
+        if len(meshes) != len(self.species):
+            raise InputError(f"{path}: has {len(meshes)} cells, and the state {len(self.species)}")
+        return vtk.membranes_of(name, [group(cell, *mesh) for cell, (_, _, mesh) in enumerate(meshes)], self.data)
+
+
+def series(frames: List[Tuple[int, str]]) -> bytes:
+    """A .pvd file of states and their files."""
+    return ('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
+            + "".join(f'    <DataSet timestep="{state}" file="{name}"/>\n' for state, name in frames)
+            + "  </Collection>\n</VTKFile>\n").encode()
+
+
+def write(folder: str) -> List[str]:
+    """@return the files that were read @raises InputError, OutputError"""
+    found: Dict[str, List[int]] = {"state": [], "cat_cells": []}
+    for name in sorted(os.listdir(folder) if os.path.isdir(folder) else []):
+        match = re.fullmatch(r"(state|cat_cells)_(\d+)\.h5", name)
+        if match:
+            found[match.group(1)].append(int(match.group(2)))
+    if not found["state"]:
+        raise InputError(f"{folder}: has no states of growth (packMesh --growth-frames), such as state_000000.h5")
+    read = []
+    membranes, cells = [], []
+    with files.Outputs() as outputs:
+        for number, state in enumerate(found["state"]):
+            read.append(os.path.join(folder, f"state_{state:06}.h5"))
+            frame = State(read[-1])
+            made = [frame.membranes(f"membranes_{number:04}.vtp")]
+            membranes.append((state, made[0].name))
+            if state in found["cat_cells"]:
+                read.append(os.path.join(folder, f"cat_cells_{state:06}.h5"))
+                made.append(frame.cat_cells(f"cat_cells_{number:04}.vtp", read[-1]))
+                cells.append((state, made[1].name))
+            for file in made:
+                outputs.write(os.path.join(folder, file.name), file.pieces())
+        for name, frames in (("growth.pvd", membranes), ("cat_cells.pvd", cells)):
+            if frames:
+                outputs.write(os.path.join(folder, name), [series(frames)])
+        outputs.commit()
+    return read
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", help="growth_frames")
+    parser.add_argument("--remove", action="store_true", help="the states that were read")
+    words = parser.parse_args()
+
+    def work() -> None:
+        read = write(words.folder)
+        if words.remove:
+            for path in read:
+                os.remove(path)
+        files.say(f"Wrote {os.path.join(words.folder, 'growth.pvd')}")
+
+    return files.run_command(work)
