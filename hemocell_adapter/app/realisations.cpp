@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <system_error>
 
+#include "hemocell_adapter/base/interruption.h"
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/output/shared_files.h"
+#include "hemocell_adapter/output/python_command.h"
+#include "hemocell_adapter/output/realisation_table.h"
 #include "hemocell_adapter/problem/realisation_folders.h"
 #include "packMesh/io/atomic_files.h"
 
@@ -55,6 +57,15 @@ void warnOfFilesBeside(const Request& request) {
   }
 }
 
+/// Mean and standard deviation of each figure, as packmesh prints them.
+void tellSpread(const fs::path& table) {
+  const std::vector<std::string> words = {"compare", table.string()};
+  const CommandEnd end = runPackmesh(words, interrupted);
+  for (const std::string& line : end.lines) log::info(line);
+  if (end.kind != CommandEnd::Kind::done)
+    log::info(fmt::format("For means and standard deviations: {}", asTyped(words)));
+}
+
 }  // namespace
 
 ExitCode runRealisations(const CompletedRequest& series, const Communicator& ranks,
@@ -62,14 +73,11 @@ ExitCode runRealisations(const CompletedRequest& series, const Communicator& ran
   const Request& all = series.request;
   const std::int64_t first = firstOf(all);
   const fs::path file = all.output.folder / "realisations.csv";
-  std::vector<Realisation> rows;
-  if (ranks.rank() == 0) rows = readRealisations(file, first, all.seed);
+  RealisationTable table(ranks.rank() == 0 ? file : fs::path(), first, all.seed);
   ExitCode worst = ExitCode::ok;
   std::string failed;
   const auto tellWritten = [&] {
-    const auto written =
-        std::count_if(rows.begin(), rows.end(), [](const Realisation& r) { return r.written(); });
-    log::info(fmt::format("Realisations: {} of {} written", written, all.realisations));
+    log::info(fmt::format("Realisations: {} of {} written", table.written(), all.realisations));
   };
   for (std::int64_t i = first; i <= all.realisations; ++i) {
     const CompletedRequest one = realisationOf(series, i);
@@ -80,17 +88,17 @@ ExitCode runRealisations(const CompletedRequest& series, const Communicator& ran
       tellWritten();
       return end.code;
     }
-    rows.push_back({i, one.request.seed, end.code, end.figures});
+    table.add(i, one.request.seed, end.code, end.figures);
     onFirstRank(ranks, [&] {
       AtomicFiles files;
-      files.add(file, realisationsText(rows));
+      files.add(file, table.text());
       files.commit();
     });
     if (end.code == ExitCode::ok) continue;
     failed += fmt::format("{}{}", failed.empty() ? "" : ", ", i);
     if (worst == ExitCode::ok) worst = end.code;
   }
-  for (const std::string& line : realisationLines(rows)) log::info(line);
+  if (ranks.rank() == 0 && table.written() > 1) tellSpread(file);
   log::info(fmt::format("Wrote {}", file.string()));
   if (all.output.reportFile) {
     const fs::path report = all.output.folder / "realisation_*" / all.output.reportFile->filename();

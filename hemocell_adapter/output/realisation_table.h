@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Results of realisations: a row for each in realisations.csv, means and standard deviations for the
-/// summary.
+/// @file Results of realisations: a row for each in realisations.csv.
 #pragma once
 
 #include <cstdint>
@@ -25,25 +24,21 @@ struct RealisationFigures {
   double cpuSeconds = 0.0, wallSeconds = 0.0;                       ///< [s]
 };
 
-struct Realisation {
-  std::int64_t number = 1;
-  std::uint64_t seed = 1;
-  ExitCode code = ExitCode::ok;
-  RealisationFigures figures;  ///< when written
+/// The rows of a series, and how many realisations were written.
+class RealisationTable {
+ public:
+  /// Keeps the rows of realisations before `first` in an earlier file of the same series.
+  /// @param seed of the first realisation of the series
+  RealisationTable(const std::filesystem::path& file, std::int64_t first, std::uint64_t seed);
 
-  bool written() const { return code == ExitCode::ok; }
+  /// @param figures used if `code` is ok
+  void add(std::int64_t number, std::uint64_t seed, ExitCode code, const RealisationFigures& figures);
+
+  std::string text() const;
+  std::int64_t written() const;
+
+ private:
+  std::vector<std::string> rows_;
 };
-
-/// Text of realisations.csv: a header, then one row each.
-std::string realisationsText(const std::vector<Realisation>& rows);
-
-/// The rows of realisations before `first` in a file written by realisationsText for the same seeds; none if
-/// there is no such file. @param seed of the first realisation of the series
-std::vector<Realisation> readRealisations(const std::filesystem::path& file, std::int64_t first,
-                                          std::uint64_t seed);
-
-/// Mean, standard deviation (of a sample), least and largest of each figure, as text; empty for fewer than
-/// two packings.
-std::vector<std::string> realisationLines(const std::vector<Realisation>& rows);
 
 }  // namespace packmesh::hemocell

@@ -7,8 +7,13 @@ prints number, mean, standard deviation, least and largest of hematocrit, gaps, 
 figures and the same of each layer of the profiles, each step of the gaps and of the directions, as tables, one file each.
 --page writes a page with tables and plots, which needs no network. Reports of different problems are refused; seeds, starts,
 limits and outputs may differ.
+
+    python3 -m packmesh compare realisations.csv
+
+prints the same of the table that packMesh writes without reports.
 """
 import argparse
+import csv
 import json
 import math
 import os
@@ -294,17 +299,35 @@ def compare(names, folder, page):
         write_page(page, page_data(names, reports, found, curves, page))
 
 
+#: Of realisations.csv: names and decimals of columns.
+COLUMNS = {"hematocrit": ("hematocrit of the lumen", 5), "minimum_gap_um": ("minimum gap [µm]", 5),
+           "minimum_wall_gap_um": ("minimum gap to the wall [µm]", 5), "sweeps": ("sweeps", 1), "cpu_s": ("CPU time [s]", 3)}
+
+
+def compare_rows(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["outcome"] != "failed"]
+    print(f"(packMesh) Of {len(rows)} realisations:")
+    found = [row_of(*COLUMNS[column], spread([float(row[column]) if row[column] else None for row in rows])) for column in COLUMNS]
+    for line in table_lines([["", *HEADS], *found]):
+        print("(packMesh)   " + line)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("reports", nargs="+", metavar="report", help="report.json of each realisation")
+    parser.add_argument("reports", nargs="+", metavar="report", help="report.json of each realisation, or realisations.csv alone")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     parser.add_argument("--page", metavar="file", help="write a page with tables and plots (HTML)")
     words = parser.parse_args()
-    if len(words.reports) < 2:
+    of_table = len(words.reports) == 1 and words.reports[0].endswith(".csv")
+    if len(words.reports) < 2 and not of_table:
         plot.fail("a comparison needs at least two reports")
     try:
-        compare(words.reports, words.csv, words.page)
+        if of_table:
+            compare_rows(words.reports[0])
+        else:
+            compare(words.reports, words.csv, words.page)
     except (OSError, ValueError) as error:
         plot.fail(error)
     except (KeyError, TypeError, IndexError) as error:
-        plot.fail(f"a report is incomplete: {error!r}")
+        plot.fail(f"a report or table is incomplete: {error!r}")
