@@ -2,12 +2,9 @@
 #include "packMesh/mesh/mesh_file.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include "packMesh/core/error.h"
-#include "packMesh/core/exact_text.h"
 #include "packMesh/core/input_file.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/mesh/coordinate_limit.h"
@@ -76,31 +73,6 @@ void cutPolygon(const std::vector<Vec3>& vertices, const int* corner, int n, std
     out.push_back({corner[apex], corner[(apex + k) % n], corner[(apex + k + 1) % n]});
 }
 
-ExactText textOf(const TriangleMesh& mesh, const std::string& kind) {
-  ExactText out;
-  if (kind == "stl") {
-    out << "solid packMesh\n";
-    for (const Triangle& t : mesh.triangles) {
-      const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-      out << "facet normal " << Vec3((b - a).cross(c - a).stableNormalized()) << "\nouter loop\n";
-      out << "vertex " << a << "\nvertex " << b << "\nvertex " << c << "\nendloop\nendfacet\n";
-    }
-    return out << "endsolid packMesh\n";
-  }
-  if (kind == "off") {
-    out << "OFF\n" << mesh.vertices.size() << " " << mesh.triangles.size() << " 0\n";
-  } else if (kind == "ply") {
-    out << "ply\nformat ascii 1.0\ncomment by packMesh, lengths in micrometres\nelement vertex "
-        << mesh.vertices.size() << "\nproperty double x\nproperty double y\nproperty double z\nelement face "
-        << mesh.triangles.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
-  }
-  const bool obj = kind == "obj";
-  for (const Vec3& v : mesh.vertices) out << (obj ? "v " : "") << v << "\n";
-  for (const Triangle& t : mesh.triangles)
-    out << (obj ? "f " : "3 ") << t[0] + obj << " " << t[1] + obj << " " << t[2] + obj << "\n";
-  return out;
-}
-
 }  // namespace
 
 TriangleMesh readMesh(const std::filesystem::path& file) {
@@ -122,14 +94,6 @@ TriangleMesh readMesh(const std::filesystem::path& file) {
     first = end;
   }
   return mesh;
-}
-
-void writeMesh(const std::filesystem::path& file, const TriangleMesh& mesh) {
-  const ExactText text = textOf(mesh, kindOf(file));
-  std::ofstream stream(file, std::ios::binary);
-  stream << text.str();
-  stream.close();
-  if (!stream) throw OutputError(file.string() + ": the mesh file cannot be written");
 }
 
 }  // namespace packmesh

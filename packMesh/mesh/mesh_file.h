@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file Reading and writing mesh files: STL and PLY (as text and binary), OFF and OBJ (as text).
+/// @file Reading mesh files: STL and PLY (as text and binary), OFF and OBJ (as text).
 ///
 /// Files are read by packMesh's own strict readers, in double precision (see polygon_soup.h for the reasons).
 #pragma once
@@ -16,9 +16,5 @@ namespace packmesh {
 /// @throws InputError naming the file, and the line of a text, if it is missing, unreadable, empty, of an
 ///   unknown format, truncated, malformed, without triangles, or has coordinates that are not finite
 TriangleMesh readMesh(const std::filesystem::path& file);
-
-/// Writes `mesh` as text that reads back to the same numbers; the format is determined by the extension.
-/// @throws OutputError if the file cannot be written
-void writeMesh(const std::filesystem::path& file, const TriangleMesh& mesh);
 
 }  // namespace packmesh

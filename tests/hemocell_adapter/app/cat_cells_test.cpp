@@ -7,6 +7,7 @@
 
 #include "packMesh/mesh/mesh_file.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/packMesh/write_mesh.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 
@@ -23,19 +24,19 @@ struct Ran {
 /// A folder with a container, a ball and some meshes that are at fault.
 struct Meshes : test::TemporaryFolder {
   Meshes() {
-    writeMesh(path() / "box.off", sample::box(Vec3::Constant(-4.0), Vec3::Constant(4.0)));
+    test::writeMesh(path() / "box.off", sample::box(Vec3::Constant(-4.0), Vec3::Constant(4.0)));
     const TriangleMesh ball = sample::sphere(Vec3::Zero(), 1.0, 8, 12);
-    writeMesh(path() / "ball.off", ball);
+    test::writeMesh(path() / "ball.off", ball);
     TriangleMesh open = ball;
     open.triangles.pop_back();
-    writeMesh(path() / "open.off", open);
+    test::writeMesh(path() / "open.off", open);
     TriangleMesh crossing = sample::torus(Vec3::Zero(), 1.0, 0.4, 16, 8);
     for (Vec3& v : crossing.vertices)
       if (v.x() > 1.0) v.x() -= 3.0;
-    writeMesh(path() / "crossing.off", crossing);
+    test::writeMesh(path() / "crossing.off", crossing);
     TriangleMesh flat = sample::box(Vec3::Constant(-1.0), Vec3::Constant(1.0));
     for (Vec3& v : flat.vertices) v.z() = 0.0;
-    writeMesh(path() / "flat.off", flat);
+    test::writeMesh(path() / "flat.off", flat);
   }
   Ran run(const std::string& arguments) const {
     const std::string command = "cd '" + path().string() + "' && '" + test::programFolder + "/catCells' " +

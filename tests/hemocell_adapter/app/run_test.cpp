@@ -9,6 +9,7 @@
 #include "tests/hemocell_adapter/sample_case.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/packMesh/write_mesh.h"
 
 using namespace packmesh;
 using namespace packmesh::test;

@@ -15,6 +15,7 @@
 #include "packMesh/shape/shape.h"
 #include "tests/packMesh/mesh/test_meshes.h"
 #include "tests/packMesh/sample_meshes.h"
+#include "tests/packMesh/write_mesh.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace packmesh;
@@ -201,7 +202,7 @@ TEST_CASE("Coordinates are limited", "[geometry][reading][messages]") {
     for (Vec3& v : mesh.vertices) v *= factor;
     CHECK_THROWS_WITH(repairClosed(mesh, "x"), Contains("at most 1e+12 is possible"));
     for (const char* name : {"cell.off", "cell.stl", "cell.obj", "cell.ply"}) {
-      writeMesh(folder.path() / name, mesh);
+      test::writeMesh(folder.path() / name, mesh);
       CHECK_THROWS_WITH(readMesh(folder.path() / name), Contains("expected a coordinate of at most 1e+12"));
     }
   }
@@ -222,7 +223,7 @@ TEST_CASE("Work on a mesh can be ended at every poll", "[geometry][reading]") {
   struct Ended {};
   const test::TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "cell.off";
-  writeMesh(file, test::redCell(1));
+  test::writeMesh(file, test::redCell(1));
   const auto prepare = [&] {
     TriangleMesh mesh = readMesh(file);
     repairClosed(mesh, "x");
