@@ -140,7 +140,6 @@ void refuseStrayPacking(const tinyxml2::XMLDocument& document, const fs::path& f
 void takePacking(const XMLElement& root, Case& read) {
   const XMLElement* packing = onlyChild(root, "packing", read.file);
   if (!packing) return;
-  read.hasPacking = true;
   read.packing = readPackingSection(*packing, read.file);
 }
 

@@ -59,7 +59,6 @@ struct Case {
   Domain domain;
   bool hasPreInlet = false;
   std::optional<int> preInletLength;  ///< `<preInlet><parameters><lengthN>` [nodes]
-  bool hasPacking = false;            ///< config.xml has a `<packing>` section
   Request packing;    ///< its contents; relative paths are made relative to the working directory
   CaseSource source;  ///< what the C++ code beside config.xml says
   std::optional<RunningSystem> running;

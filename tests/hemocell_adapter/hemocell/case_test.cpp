@@ -30,7 +30,6 @@ TEST_CASE("The lattice of a vessel case is read from config.xml", "[case]") {
   CHECK(config.domain.refDir == 1);
   CHECK(config.domain.refDirN == 50);
   CHECK_FALSE(config.domain.boxNodes);
-  CHECK_FALSE(config.hasPacking);
 }
 
 TEST_CASE("Cases without a geometry are boxes of nodes", "[case]") {
@@ -68,7 +67,6 @@ TEST_CASE("The packing section is read from config.xml", "[case]") {
     </container>
   </packing>)"));
   const Request& s = config.packing;
-  CHECK(config.hasPacking);
   CHECK(s.hematocrit == 0.4);
   CHECK(s.fluidVolume == true);
   CHECK(s.redCellVolume == 97.0);
