@@ -108,6 +108,37 @@ def test_a_signal_ends_both(alone, tmp_path):
     assert sorted(file.name for file in (tmp_path / "work").iterdir()) == ["RBC.pos"]
 
 
+def test_where_it_is_missing_states_of_growth_are_kept_for_it(alone, tmp_path):
+    words = "--cylinder x 6 12 --rbc 3 --method cat --growth-frames 20".split()
+    done = alone(*words)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "not yet series for ParaView (is not installed); this makes them: packmesh growth-frames ./growth_frames" in done.stderr
+    frames = tmp_path / "work/growth_frames"
+    assert all(file.suffix == ".h5" for file in frames.iterdir())
+    made = run_packmesh("growth-frames", "growth_frames", "--remove", cwd=tmp_path / "work")
+    assert made.returncode == 0, made.stderr
+    states = (frames / "growth.pvd").read_text().count("<DataSet")
+    assert states > 1 and len(list(frames.glob("membranes_*.vtp"))) == states and not list(frames.glob("*.h5"))
+    (tmp_path / "whole").mkdir()
+    subprocess.run([PROGRAM, *words], cwd=tmp_path / "whole", check=True, capture_output=True)
+    for file in frames.glob("membranes_*.vtp"):
+        assert file.read_bytes() == (tmp_path / "whole/growth_frames" / file.name).read_bytes()
+    none = run_packmesh("growth-frames", "growth_frames", cwd=tmp_path / "work")
+    assert none.returncode == 2 and "growth_frames: has no states of growth" in none.stderr
+
+
+def test_cells_of_catcells_in_other_formats_need_it(tmp_path):
+    with h5py.File(tmp_path / "c.h5", "w") as file:
+        file["meshes/0/vertices"], file["meshes/0/triangles"] = np.eye(3), [[0, 1, 2]]
+        file["meshes/0"].attrs.update(name="a", kind="cell")
+    assert run_packmesh("cat-cells", "c.h5", "c.obj", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "c.obj").read_text().splitlines()[1:] == ["o a", "v 1 0 0", "v 0 1 0", "v 0 0 1", "f 1 2 3"]
+    for words, message in ((["c.h5", "c.vtk"], "ending in .obj, .ply or .vtp"), (["d.h5", "c.obj"], "there is no such file"),
+                           (["c.obj", "d.obj"], "is no file of catCells")):
+        refused = run_packmesh("cat-cells", *words, cwd=tmp_path)
+        assert refused.returncode == 2 and message in refused.stderr
+
+
 def test_ranks_of_mpi_are_not_passed_on(alone, tmp_path):
     folder = stand_in(tmp_path / "path", "import os, sys\n"
                       "print('(packMesh)', sorted(k for k in os.environ if k.startswith(('OMPI', 'PMI'))))")

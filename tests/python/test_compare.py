@@ -39,6 +39,18 @@ def three(program):
     return folder, names, read(folder, *names), output
 
 
+def test_table_of_a_series(tmp_path):
+    rows = ["realisation,seed,outcome,cells,hematocrit,minimum_gap_um,minimum_wall_gap_um,sweeps,cpu_s,wall_s",
+            "1,5,certified,10,0.4,0.01,,12,0.1,0.2", "2,6,failed,,,,,,,", "3,7,bestEffort,11,0.5,0.03,,13,0.3,0.4"]
+    (tmp_path / "realisations.csv").write_text("\n".join(rows) + "\n")
+    text = compare("realisations.csv", cwd=tmp_path)
+    assert "Of 2 realisations:" in text
+    assert re.search(r"hematocrit of the lumen +2 +0.45000 +0.07071 +0.40000 +0.50000\n", text)
+    assert re.search(r"minimum gap to the wall \[µm\] +0 +- +- +- +-\n", text) and re.search(r"sweeps +2 +12.5 ", text)
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    assert "a report or table is incomplete" in compare("other.csv", cwd=tmp_path, code=1)
+
+
 def figures(file):
     with open(file, newline="", encoding="utf-8") as stream:
         return {row.pop("quantity"): row for row in csv.DictReader(stream)}
@@ -55,10 +67,10 @@ def test_figures(three):
     folder, names, reports, printed = three
     text = compare(*names, "--csv", "tables", cwd=folder)
     assert "3 realisations: cylinder along x" in text
-    # The lines that the program prints of its realisations, with the number of values before them.
+    # The lines that the program prints of its realisations.
     for name in ("hematocrit of the lumen", "minimum gap [µm]", "sweeps"):
         theirs = re.search(rf"{re.escape(name)} +(.*)", printed)[1].split()
-        assert re.search(rf"{re.escape(name)} +(.*)", text)[1].split() == ["3", *theirs]
+        assert re.search(rf"{re.escape(name)} +(.*)", text)[1].split() == theirs
     table = figures(folder / "tables/figures.csv")
     assert_spread(table["CPU time [s]"], [one["times"]["cpu"] for one in reports])
     assert_spread(table["minimum gap to the wall [µm]"], [one["certificate"]["minimumWallGap"] for one in reports])
