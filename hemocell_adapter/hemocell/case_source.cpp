@@ -93,6 +93,7 @@ std::optional<Call> callAt(const Code& code, std::size_t at, std::size_t open, c
       first = i + 1;
     }
     if (depth == 0 && closes) {
+      if (c != ')') return {};
       const auto line = 1 + std::count(code.bare.begin(), code.bare.begin() + std::ptrdiff_t(at), '\n');
       call.where = fmt::format("{}:{}", file, line);
       call.text = shortened(code.withLiterals.substr(at, i + 1 - at));

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from typing import Any, Iterator, List, Tuple
+from typing import Any, Iterable, Iterator, List, Tuple
 
 import numpy as np
 
@@ -64,23 +64,21 @@ def ply(meshes: List[Tuple[str, Mesh]]) -> Iterator[bytes]:
         first += len(vertices)
 
 
-def surfaces(meshes: List[Tuple[str, str, Mesh]]) -> Iterator[bytes]:
+def surfaces(meshes: List[Tuple[str, str, Mesh]]) -> Iterable[bytes]:
     """Triangles have the number of their object, the first is 1, and of the container 0; and `cell`: 1 for those of cells."""
-    points, triangles, object_, cell = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty(0, int)], [np.empty(0, int)]
-    count = {"cell": 0, "object": 0}
+    of_kind = {which: [mesh for kind, _, mesh in meshes if kind == which] for which in ("container", "object", "cell")}
+    parts = [(mesh, 0, 0) for mesh in of_kind["container"]]
+    for number, (object_, cell) in enumerate(zip(of_kind["object"], of_kind["cell"]), 1):
+        parts += [(object_, number, 0), (cell, number, 1)]
+    points, triangles, data = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty((2, 0), int)]
     first = 0
-    for kind, _, (vertices, corners) in meshes:
-        if kind == "wall layer":
-            continue
-        if kind != "container":
-            count[kind] += 1
+    for (vertices, corners), number, is_cell in parts:
         points.append(vertices)
         triangles.append(corners.astype(int) + first)
-        object_.append(np.full(len(corners), count.get(kind, 0)))
-        cell.append(np.full(len(corners), int(kind == "cell")))
+        data.append(np.repeat([[number], [is_cell]], len(corners), axis=1))
         first += len(vertices)
-    return iter(vtk.surface("", np.concatenate(points), np.concatenate(triangles),
-                            data={"object": np.concatenate(object_), "cell": np.concatenate(cell)}).pieces())
+    numbers_, cells = np.concatenate(data, axis=1)
+    return vtk.surface("", np.concatenate(points), np.concatenate(triangles), data={"object": numbers_, "cell": cells}).pieces()
 
 
 def main() -> int:

@@ -41,18 +41,6 @@ TriangleMesh twoTubes() {
   return both;
 }
 
-std::string stlText(const TriangleMesh& mesh) {
-  std::ostringstream out;
-  out << "solid\n";
-  for (const Triangle& t : mesh.triangles) {
-    out << "facet normal 0 0 0\nouter loop\n";
-    for (const int v : t) out << "vertex " << mesh.vertices[v].transpose() << '\n';
-    out << "endloop\nendfacet\n";
-  }
-  out << "endsolid\n";
-  return out.str();
-}
-
 VesselOnLattice vessel() {
   const SampleCase folder;
   return placeVessel(readMesh(folder.path() / "tube.stl"), 0.5, 1, 30);
