@@ -109,7 +109,7 @@ def test_a_signal_ends_both(alone, tmp_path):
 
 
 def test_where_it_is_missing_states_of_growth_are_kept_for_it(alone, tmp_path):
-    words = "--cylinder x 6 12 --rbc 3 --method cat --growth-frames 20".split()
+    words = "--cylinder x 6 12 --rbc 3 --method cat --growth-frames 4".split()
     done = alone(*words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "not yet series for ParaView (is not installed); this makes them: packmesh growth-frames ./growth_frames" in done.stderr
