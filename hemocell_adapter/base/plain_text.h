@@ -10,8 +10,8 @@ namespace packmesh::hemocell {
 /// True if `text` is plain (see plainText()) and, apart from blanks of ASCII, without invisible characters.
 bool isVisible(std::string_view text);
 
-/// `text` with `?` for every byte that is not plain: not UTF-8, or of control characters, byte order marks and
-/// characters that change the direction of the text after them. Line ends and tabs are kept.
+/// `text` with `?` for every byte that is not plain: not UTF-8, or of control characters, byte order marks
+/// and characters that change the direction of the text after them. Line ends and tabs are kept.
 std::string plainText(std::string_view text);
 
 /// `text` with the middle of every excessively long word replaced by "...". Pre: UTF-8.

@@ -129,8 +129,8 @@ void requireWritableOutputs(const Problem& problem, const OutputRequest& output,
           "under another name",
           file.string()));
     if (!known.insert(real).second)
-      throw OutputError(fmt::format(
-          "{}: two outputs have this name (report, state, pictures, cells)", file.string()));
+      throw OutputError(
+          fmt::format("{}: two outputs have this name (report, state, pictures, cells)", file.string()));
   }
 }
 

@@ -41,7 +41,7 @@ struct PackingTables {
     std::optional<Vec3> originInFile = {};
     std::string unlikeFile = {};
   };
-  std::vector<Kind> kinds;  ///< the same on all ranks
+  std::vector<Kind> kinds;           ///< the same on all ranks
   const Container* lumen = nullptr;  ///< nullptr: is not written
   /// Cells of this rank, preceded by those of lower ranks.
   std::vector<std::int32_t> kind;  ///< indices into `kinds`
