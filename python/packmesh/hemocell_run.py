@@ -25,12 +25,20 @@ Path = Union[str, "os.PathLike[str]"]
 def hemocell_output(folder: Path, *, config: Optional[Path] = None, period: Optional[Sequence[float]] = None) -> "Run":
     """Reads the output folder of a HemoCell run, which contains the folder hdf5. Nothing but names is read yet.
 
-    config: config.xml of the case: for the density of the fluid, by which forces in lattice units become pN, and for the templates
+    config: config.xml of the case, or its folder: for the density of the fluid, by which forces in lattice units become pN, and for the templates
         of cells, which tell what a cell is if neither triangles nor ids were written
     period: of the flow along x, y, z [µm], 0 where it is not periodic; default: the extent of the fluid that HemoCell wrote, or
         else the shift between cells of the same shape
     """
-    return Run(os.fspath(folder), None if config is None else os.fspath(config), period)
+    return Run(os.fspath(folder), config_of(config), period)
+
+
+def config_of(case: Optional[Path]) -> Optional[str]:
+    """Of a case: config.xml, or its folder."""
+    if case is None:
+        return None
+    name = os.fspath(case)
+    return os.path.join(name, "config.xml") if os.path.isdir(name) else name
 
 
 class Run:
@@ -169,6 +177,11 @@ class Step:
             raise InputError(f"{self._place(name)}: has no triangles; expected OUTPUT_TRIANGLES among the outputs of the case")
         return layout.triangles
 
+    def has_triangles(self, name: str) -> bool:
+        """Whether triangles() has them."""
+        layout = self._layout_of(name)
+        return layout is not None and layout.triangles is not None
+
     def vertices(self, name: str) -> np.ndarray:
         """The membranes of a type [µm], shape (N, V, 3). For many cells, chunks() takes less memory."""
         cells = self.joined(name)
@@ -250,7 +263,7 @@ class Step:
         """
         from packmesh.deformed_packing import DeformedPacking
 
-        return DeformedPacking(self, self.run.config if config is None else os.fspath(config))
+        return DeformedPacking(self, self.run.config if config is None else config_of(config))
 
     @property
     def domain(self) -> Optional[Domain]:

@@ -70,6 +70,13 @@ def shapes_of(vertices: np.ndarray, triangles: np.ndarray) -> Shapes:
                   np.swapaxes(vectors[:, :, ::-1], 1, 2), vertices.min(axis=1), vertices.max(axis=1))
 
 
+def points_of(vertices: np.ndarray) -> Shapes:
+    """What is known without triangles: means of the vertices as centres, and boxes; the rest is NaN."""
+    n, unknown = len(vertices), np.nan
+    return Shapes(np.full(n, unknown), np.full(n, unknown), vertices.mean(axis=1), np.full((n, 3), unknown), np.full((n, 3, 3), unknown),
+                  vertices.min(axis=1), vertices.max(axis=1))
+
+
 def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """np.cross() in half the time."""
     found = np.empty_like(u)

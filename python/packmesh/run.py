@@ -102,7 +102,7 @@ def has_exact_test() -> bool:
 
 def analysed(run: Run, iterations: List[int], words: argparse.Namespace) -> Tuple[List[Dict[str, Any]], RunAnalysis]:
     """The figures of these steps. @raises InputError"""
-    config = words.case
+    config = run.config
     analysis = RunAnalysis(lumen_of(config), near_wall=words.near_wall, envelope=envelope_of(config, run.at(iterations[0])),
                            overlaps=not words.no_overlaps and has_exact_test())
     if analysis.lumen is not None and np.any(analysis.lumen.period > 0):
@@ -185,7 +185,7 @@ def chosen_of(iterations: List[int], words: argparse.Namespace) -> List[int]:
 def parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="output folder of the run")
-    parser.add_argument("--case", metavar="config.xml", help="of the run: its lumen, density and particleEnvelope")
+    parser.add_argument("--case", metavar="config.xml", help="of the run, or its folder: lumen, density and particleEnvelope")
     parser.add_argument("--from", dest="begin", type=int, metavar="iteration", help="first step")
     parser.add_argument("--to", dest="end", type=int, metavar="iteration", help="last step")
     parser.add_argument("--every", type=int, default=1, metavar="n", help="only every n-th step")

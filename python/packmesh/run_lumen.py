@@ -16,10 +16,11 @@ class RunLumen:
     flow_axis: the periodic axis, or the longest one"""
 
     def __init__(self, config: str) -> None:
-        """Its open ends are taken as periodic, as HemoCell's flow is. @raises InputError"""
+        """That in which the cells flow, behind a pre-inlet if there is one, with periodic ends; with closed ones if their outlines
+        differ. @raises InputError"""
         from packmesh import _packmesh  # the rest of the analysis runs without it
 
-        self._lumen = _packmesh.lumen([b"check", os.fsencode(config), b"--ends", b"periodic"])
+        self._lumen = _packmesh.lumen([b"check", os.fsencode(config)])
         self.volume: float = self._lumen.volume
         self.description: str = self._lumen.description
         self.has_wall: bool = self._lumen.has_wall
@@ -59,4 +60,4 @@ class RunLumen:
         points = self.low + places * (self.high - self.low)
         depth = self.distances(points)
         inside = depth > 0
-        return points[inside], depth[inside], self.volume / max(1, int(inside.sum()))
+        return points[inside], depth[inside], float(np.prod(self.high - self.low)) / SAMPLES

@@ -10,7 +10,7 @@ import numpy as np
 from packmesh.errors import InputError
 from packmesh.fluid_files import flow_rates
 from packmesh.hemocell_run import Step
-from packmesh.membrane_measures import Shapes, joined_shapes, shapes_of, volume_in_layers, volume_points
+from packmesh.membrane_measures import Shapes, joined_shapes, points_of, shapes_of, volume_in_layers, volume_points
 from packmesh.run_lumen import SECTORS_ALONG, SECTORS_AROUND, RunLumen
 from packmesh.run_overlaps import overlapping
 
@@ -76,28 +76,29 @@ class RunAnalysis:
             self._first.setdefault(name, one)
         before = len(self.lost)
         uncounted = self._compare_with_step_before(step, found)
-        volume = sum(float(one.shapes.volume.sum()) for name, one in found.items() if is_red(name))
+        volume: Optional[float] = sum(float(one.shapes.volume.sum()) for name, one in found.items() if is_red(name))
+        volume = None if np.isnan(volume) else volume
         inlet = step.pre_inlet
         figures: Dict[str, Any] = {
             "iteration": step.iteration, "time": step.time, "lost": len(self.lost) - before + uncounted,
             "species": {name: self._figures(name, one) for name, one in found.items()},
             "preInlet": {} if inlet is None else inlet.counts,
-            "redVolume": volume, "hematocrit": volume / self.lumen.volume if self.lumen else None,
+            "redVolume": volume, "hematocrit": volume / self.lumen.volume if self.lumen and volume is not None else None,
             "cellFreeLayer": profiles.cell_free_layer(), "flow": self._flow(step), "overlaps": None}
         figures.update(profiles.fractions(self._layers() if self.lumen else None))
         if self.overlaps:
-            pairs = overlapping(step, step.species_names, progress)
-            figures["overlaps"] = len(pairs)
+            pairs = overlapping(step, [name for name in step.species_names if step.has_triangles(name)], progress)
+            figures["overlaps"] = len(pairs) if all(map(step.has_triangles, step.species_names)) else None
             figures["overlapping"] = [[_named(step, found, cell) for cell in pair] for pair in pairs[:20]]
         self._before = (step.iteration, found)
         return figures
 
     def _species(self, step: Step, name: str, profiles: "_Profiles", progress: Advance) -> OfSpecies:
         cells = step.joined(name, progress)
-        count, triangles = len(cells.cells), step.triangles(name) if len(cells.cells) else None
+        count, triangles = len(cells.cells), step.triangles(name) if step.has_triangles(name) else None
         order, parts, wall = [], [], []
         for chosen, vertices in step.chunks(name):
-            shapes = shapes_of(vertices, triangles)
+            shapes = points_of(vertices) if triangles is None else shapes_of(vertices, triangles)
             order.append(chosen)
             parts.append(shapes)
             wall.append(profiles.add(name, vertices, triangles, count))
@@ -121,8 +122,8 @@ class RunAnalysis:
 
     def _figures(self, name: str, one: OfSpecies) -> Dict[str, Any]:
         shapes, first = one.shapes, self._first[name]
-        if len(shapes.volume) == 0:
-            return {"count": 0}
+        if len(shapes.volume) == 0 or np.isnan(shapes.volume).any():
+            return {"count": len(shapes.volume)}
         axis = shapes.flat_axis
         drifts = {key: _drift(one, first, key) for key in ("volume", "area")}
         order = 1.5 * np.mean(axis ** 2, axis=0) - 0.5
@@ -208,26 +209,33 @@ class _Profiles:
         self._by_depth: Dict[str, np.ndarray] = {}
         self._nearest = np.full(SECTORS_ALONG * SECTORS_AROUND, np.inf)
 
-    def add(self, name: str, vertices: np.ndarray, triangles: np.ndarray, count: int) -> Optional[np.ndarray]:
+    def add(self, name: str, vertices: np.ndarray, triangles: Optional[np.ndarray], count: int) -> Optional[np.ndarray]:
         """count: cells of this type. @return least distance of each cell's vertices to the wall [µm], None without a wall"""
         lumen = self._lumen
         if lumen is None:
             return None
-        k = lumen.flow_axis
-        along = volume_in_layers(vertices, triangles, k, lumen.low[k], _width_along(lumen), _layers_along(lumen), lumen.period[k] > 0)
-        self._along[name] = self._along.get(name, 0) + along
+        if triangles is not None:
+            self._add_volume(name, vertices, triangles, count)
         if not lumen.has_wall:
             return None
-        points, weights = volume_points(vertices, triangles, int(np.clip(_POINTS / count, _FEWEST_POINTS, _MOST_POINTS)), self._seed)
-        layers = np.floor(np.maximum(lumen.distances(points), 0) / LAYER).astype(int)
-        own, old = np.bincount(layers, weights), self._by_depth.get(name, np.zeros(0))
-        size = max(len(own), len(old))
-        self._by_depth[name] = np.pad(own, (0, size - len(own))) + np.pad(old, (0, size - len(old)))
         flat = vertices.reshape(-1, 3)
         distances = lumen.distances(flat)
         if is_red(name):
             np.minimum.at(self._nearest, lumen.sectors(flat), distances)
         return distances.reshape(len(vertices), -1).min(axis=1)
+
+    def _add_volume(self, name: str, vertices: np.ndarray, triangles: np.ndarray, count: int) -> None:
+        lumen = self._lumen
+        k = lumen.flow_axis
+        along = volume_in_layers(vertices, triangles, k, lumen.low[k], _width_along(lumen), _layers_along(lumen), lumen.period[k] > 0)
+        self._along[name] = self._along.get(name, 0) + along
+        if not lumen.has_wall:
+            return
+        points, weights = volume_points(vertices, triangles, int(np.clip(_POINTS / count, _FEWEST_POINTS, _MOST_POINTS)), self._seed)
+        layers = np.floor(np.maximum(lumen.distances(points), 0) / LAYER).astype(int)
+        own, old = np.bincount(layers, weights), self._by_depth.get(name, np.zeros(0))
+        size = max(len(own), len(old))
+        self._by_depth[name] = np.pad(own, (0, size - len(own))) + np.pad(old, (0, size - len(old)))
 
     def cell_free_layer(self) -> Optional[float]:
         """Mean over the sectors of the least distance of a red cell's vertices to the wall [µm]."""

@@ -47,21 +47,27 @@ py::tuple tupleOf(const Box& box) {
   return py::make_tuple(tupleOf(box.lo), tupleOf(box.hi));
 }
 
+/// The lumen in which the cells of a case flow, behind a pre-inlet if there is one. Its ends are taken to be
+/// periodic, so that only its wall counts as wall, unless their outlines differ.
+Lumen flowLumen(const CompletedRequest& completed) {
+  Request request = completed.request;
+  try {
+    request.periodicEnds = true;
+    return makeLumen(request, completed.simulation.get(), {});
+  } catch (const InputError&) {
+    request.periodicEnds = false;
+    return makeLumen(request, completed.simulation.get(), {});
+  }
+}
+
 std::unique_ptr<PythonLumen> lumenOf(const std::vector<std::string>& words) {
   return Caller().run([&] {
-    const CompletedRequest completed = requestToCheck(parseCommandLine("packMesh", words));
     auto made = std::make_unique<PythonLumen>();
-    made->lumen = makeLumen(completed.request, completed.simulation.get(), completed.preInlet);
+    made->lumen = flowLumen(requestToCheck(parseCommandLine("packMesh", words)));
     const Container& container = *made->lumen.container;
     if (container.wall()) made->depth = std::make_unique<WallDepth>(*container.wall(), container.bounds());
     return made;
   });
-}
-
-/// Where HemoCell keeps vertices; None if that is not known.
-py::object nodesOf(const PythonLumen& self) {
-  if (self.lumen.lattice) return tupleOf(self.lumen.lattice->keptRegion());
-  return self.lumen.keptBox ? py::object(tupleOf(*self.lumen.keptBox)) : py::object(py::none());
 }
 
 /// Of points, shape (n, 3): positive inside [µm], shape (n,). Without a wall they are infinite.
@@ -168,9 +174,7 @@ void addRunAnalysis(py::module_& module) {
       .def_property_readonly("volume", [](const PythonLumen& self) { return self.lumen.container->volume(); })
       .def_property_readonly("description",
                              [](const PythonLumen& self) { return self.lumen.container->describe(); })
-      .def_property_readonly("notices", [](const PythonLumen& self) { return self.lumen.notices; })
       .def_property_readonly("has_wall", [](const PythonLumen& self) { return self.depth != nullptr; })
-      .def_property_readonly("nodes", &nodesOf)
       .def("distances", &distancesOf)
       .def("violations", &violationsOf);
   module.def("lumen", &lumenOf);
