@@ -17,8 +17,8 @@ namespace packmesh {
 /// @param largestGap larger gaps are not measured [µm]
 Certificate certify(const CertificateInput& input, double largestGap = gapOfInterest);
 
-/// The overlapping pairs that contain at least one of `movedCells`, sorted by cell; without gaps and walls.
-/// For stages that move a few cells at a time: all other pairs are unchanged.
+/// The overlapping pairs that contain at least one of `movedCells` (each once), sorted by cell; without gaps
+/// and walls. For stages that move a few cells at a time: all other pairs are unchanged.
 std::vector<OverlappingPair> findOverlaps(const CertificateInput& input,
                                           const std::vector<std::int64_t>& movedCells);
 

@@ -29,6 +29,7 @@ class ChordPlanes : public PlaneFunction {
 
   /// Planes for chords that are short enough to be relevant in the request.
   PlaneConstraints operator()(const PlaneRequest& request) override;
+  bool isConcurrent() const override { return true; }
 
   /// Only the planes at walls and at the boundaries of regions.
   PlaneConstraints atWalls(const PlaneRequest& request) const;

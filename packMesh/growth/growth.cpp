@@ -52,7 +52,9 @@ Growth::Growth(const Physics& physics, const Execution& execution, const GrowthS
       lengths_(lengthsOf(physics)),
       cells_(physics, execution, own, range(), planeFunction.cellsAtOnce()),
       anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
-      stepHalving_(physics, execution) {
+      stepHalving_(physics, execution),
+      planeThreads_(planeFunction.isConcurrent() ? execution.threads : Threads()),
+      programs_(planeThreads_) {
   requireValid();
 }
 
@@ -198,30 +200,46 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
   for (const Body& cell : cells) reach.push_back(reachOf(cell, barrier));
   const CellSurroundings surroundings(physics_, cells, std::move(reach));
   if (anew) wake(barrier, surroundings);
-  PlaneRequest request{surroundings, {}, detailAt(barrier), largestMotion(barrier), 0, anew};
-  std::vector<std::int64_t> sums = {0, -program_.pivots()};
+  if (anew) planeFunction_.begin(batches_.size());
   for (std::size_t i = 0; i < cells.size(); ++i) steps[i].scale = cells[i].scale;
-  for (request.batch = 0; request.batch < batches_.size(); ++request.batch) {
-    request.wanted.clear();
-    for (const std::int64_t i : batches_[request.batch])
-      if (awake_[i]) request.wanted.push_back(i);
-    PlaneConstraints planes;
-    {
-      const Timer watch(statistics_.planeSeconds);
-      planes = planeFunction_(request);
-    }
-    const Timer watch(statistics_.programSeconds);
-    for (std::size_t k = 0; k < request.wanted.size(); ++k) {
-      const std::int64_t i = request.wanted[k];
-      steps[i] = program_.solve(cells[i].pose(), planes[k], boundsOf(cells[i], barrier));
-      cells_.addWork(i, 1 + static_cast<std::int64_t>(planes[k].size()));
-      sums[0] += static_cast<std::int64_t>(planes[k].size());
-    }
+  PerThread<ProposalSums> sums(planeThreads_);
+  const Timer watch;
+  planeThreads_.forEach(static_cast<std::int64_t>(batches_.size()), [&](std::int64_t batch, int thread) {
+    proposeFor(static_cast<std::size_t>(batch), thread, surroundings, barrier, anew, steps, sums[thread]);
+  });
+  std::vector<std::int64_t> counts = {0, 0};
+  double programSeconds = 0.0;
+  sums.forEach([&](const ProposalSums& of) {
+    counts[0] += of.planes;
+    counts[1] += of.pivots;
+    programSeconds += of.programSeconds;
+  });
+  statistics_.programSeconds += programSeconds;
+  statistics_.planeSeconds += watch.cpu() - programSeconds;
+  execution_.communicator.sum(counts);
+  statistics_.planes += counts[0];
+  statistics_.pivots += counts[1];
+}
+
+/// The steps of the cells of a batch.
+void Growth::proposeFor(std::size_t batch, int thread, const CellSurroundings& surroundings, double barrier,
+                        bool anew, std::vector<GrowthStep>& steps, ProposalSums& sums) {
+  const std::vector<Body>& cells = cells_.all();
+  PlaneRequest request{surroundings, {}, detailAt(barrier), largestMotion(barrier), batch, anew, thread};
+  for (const std::int64_t i : batches_[batch])
+    if (awake_[i]) request.wanted.push_back(i);
+  const PlaneConstraints planes = planeFunction_(request);
+  GrowthProgram& program = programs_[thread];
+  const ThreadTimer watch(sums.programSeconds);
+  sums.pivots -= program.pivots();
+  for (std::size_t k = 0; k < request.wanted.size(); ++k) {
+    const std::int64_t i = request.wanted[k];
+    steps[i] = program.solve(cells[i].pose(), planes[k], boundsOf(cells[i], barrier));
+    cells_.addWork(
+        i, 1 + static_cast<std::int64_t>(planes[k].size()));  // all cells of its block are in this batch
+    sums.planes += static_cast<std::int64_t>(planes[k].size());
   }
-  sums[1] += program_.pivots();
-  execution_.communicator.sum(sums);
-  statistics_.planes += sums[0];
-  statistics_.pivots += sums[1];
+  sums.pivots += program.pivots();
 }
 
 double Growth::detailAt(double barrier) const {

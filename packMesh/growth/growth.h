@@ -10,10 +10,11 @@
 #include "packMesh/growth/growth_settings.h"
 #include "packMesh/growth/plane_function.h"
 #include "packMesh/growth/step_halving.h"
+#include "packMesh/parallel/per_thread.h"
 
 namespace packmesh {
 
-/// Statistics of growth: sums over all ranks, CPU times of this rank.
+/// Statistics of growth: sums over all ranks, CPU times of this rank with all its threads.
 struct GrowthStatistics {
   std::int64_t iterations = 0;
   std::int64_t relaxations = 0, relaxationsKept = 0;  ///< at a barrier; whose result was free of overlap
@@ -92,7 +93,14 @@ class Growth {
   Missing missing(double scale) const;
   bool growTo(double barrier, std::int64_t iterations);
   void iterate(double barrier);
+  /// What a thread sums while it makes planes and solves programmes.
+  struct ProposalSums {
+    std::int64_t planes = 0, pivots = 0;
+    double programSeconds = 0.0;
+  };
   void propose(double barrier, bool anew, std::vector<GrowthStep>& steps);
+  void proposeFor(std::size_t batch, int thread, const CellSurroundings& surroundings, double barrier,
+                  bool anew, std::vector<GrowthStep>& steps, ProposalSums& sums);
   void wake(double barrier, const CellSurroundings& surroundings);
   double detailAt(double barrier) const;
   double paddingAt(double barrier, const SpeciesLengths& lengths) const;
@@ -116,7 +124,8 @@ class Growth {
   std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since the last distribution
   std::vector<char> awake_;                         ///< per cell of cells_: those that take steps
   StepHalving stepHalving_;
-  GrowthProgram program_;
+  Threads planeThreads_;  ///< that request planes
+  PerThread<GrowthProgram> programs_;
 };
 
 /// Complete growth of cells. All ranks call. @return whether all cells reached scale 1

@@ -20,6 +20,7 @@ struct PlaneRequest {
   /// same order as in the previous request, and the same cells are requested.
   std::size_t batch = 0;
   bool anew = true;
+  int thread = 0;  ///< that requests
 };
 
 /// Constructs, from a state free of overlap, the planes that constrain each cell. Between two cells that both
@@ -29,9 +30,16 @@ class PlaneFunction {
  public:
   virtual ~PlaneFunction() = default;
 
+  /// Called on one thread before requests of batches 0 ... batches - 1 that are all `anew`.
+  virtual void begin(std::size_t /*batches*/) {}
+
   /// @return the planes of each requested cell, in that order
-  /// Pre: no two cells overlap. Ranks call it independently of each other.
+  /// Pre: no two cells overlap. Ranks call it independently of each other; if isConcurrent(), threads too,
+  /// each for batches of its own.
   virtual PlaneConstraints operator()(const PlaneRequest& request) = 0;
+
+  /// Whether several threads may request planes at the same time.
+  virtual bool isConcurrent() const { return false; }
 
   /// Number of iterations for which data about the surroundings can be reused.
   virtual std::int64_t lifetime() const { return 1; }
