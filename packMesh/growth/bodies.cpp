@@ -23,6 +23,7 @@ Placement placementOf(const TetrahedraInput& input, const TetrahedraBody& body) 
 
 std::vector<TetrahedraBody> bodiesAround(const TetrahedraInput& input, double margin) {
   std::vector<TetrahedraBody> bodies = input.bodies;
+  for (std::size_t b = 0; b < bodies.size(); ++b) bodies[b].given = static_cast<int>(b);
   const std::size_t complete = bodies.empty() ? input.objects.size() : 0;
   for (std::size_t i = 0; i < complete; ++i) {
     const Sphere sphere = boundingSphere(*input.objects[i].mesh, input.objects[i].placement);
@@ -33,7 +34,7 @@ std::vector<TetrahedraBody> bodiesAround(const TetrahedraInput& input, double ma
     forEachImage(sphere.center + home, sphere.radius + margin, input.bounds, input.period,
                  [&](const ImageShift& n) {
                    const Vec3 shift = home + displacement(n, input.period);
-                   bodies.push_back({static_cast<int>(i), shift, n == ImageShift{0, 0, 0}, 0});
+                   bodies.push_back({static_cast<int>(i), shift, n == ImageShift{0, 0, 0}});
                  });
   }
   const auto before = [&](const TetrahedraBody& a, const TetrahedraBody& b) {

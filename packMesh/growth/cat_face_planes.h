@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "packMesh/growth/chord_planes.h"
-#include "packMesh/growth/chordal_split.h"
+#include "packMesh/growth/reached_bodies.h"
 #include "packMesh/growth/tetrahedra.h"
 #include "packMesh/problem/execution.h"
 
@@ -20,15 +22,16 @@ struct TetrahedraSums {
   std::int64_t attempts = 0;  ///< of TetGen; more than runs if it had to be repeated in other modes
   std::int64_t finer = 0;     ///< runs repeated on a finer level because the coarse ones overlapped
   std::int64_t failures = 0;  ///< TetGen failed: planes were those of ChordPlanes
-  std::string lastFailure;    ///< description
+  std::string lastFailure;    ///< description, of the last request of those with failures
   double tetrahedraSeconds = 0.0, faceSeconds = 0.0;  ///< CPU [s]
 };
 
 /// Planes from CAT faces, except for those of slivers: TetGen divides the space between the cells. Planes at
 /// walls are those of ChordPlanes: the distance to the wall is exact, a triangulation of it is not.
 ///
-/// Cells that are requested together are tetrahedralised together with those that they can reach before the
-/// next run, independently of the rank. If TetGen fails, their planes are those of ChordPlanes.
+/// Cells that are requested together are tetrahedralised together with what is within their reach,
+/// independently of the rank; as many requests at the same time as there are threads. If TetGen fails, their
+/// planes are those of ChordPlanes.
 class CatFacePlanes : public PlaneFunction {
  public:
   /// References physics, execution and sums, which must outlive this.
@@ -37,7 +40,10 @@ class CatFacePlanes : public PlaneFunction {
   CatFacePlanes(const Physics& physics, const Execution& execution, TetrahedraSums& sums,
                 int failingAttempts = 0);
 
+  void begin(const std::vector<PlaneRequest>& requests) override;
+  /// Pre: begin() was called for the last one of this batch that was `anew`
   PlaneConstraints operator()(const PlaneRequest& request) override;
+  bool isConcurrent() const override { return true; }
   std::int64_t cellsAtOnce() const override;
   std::int64_t lifetime() const override;
 
@@ -45,29 +51,26 @@ class CatFacePlanes : public PlaneFunction {
   /// The tetrahedra around one group of cells.
   struct Around {
     std::vector<std::int64_t> members;  ///< the cells included
-    std::vector<NearPair> pairs;        ///< that can come within reach
     std::vector<PlacedMesh> objects;    ///< these, at their positions when the points were last moved
     Tetrahedra tetrahedra;
-    bool failed = false;
+    TetrahedraSums sums;  ///< of this run
   };
-
   /// The level of detail of a species that is at most `coarsest`, and fine enough for the request.
   int levelOf(const PlaneRequest& request, int species, int coarsest) const;
-  void choosePoints(const PlaneRequest& request, const Around& around, int coarsest);
-  void tetrahedralise(const PlaneRequest& request, Around& around);
-  void chooseBodies(const PlaneRequest& request, Around& around);
+  void tetrahedralise(const PlaneRequest& request, const std::function<bool()>& stop, Around& around) const;
+  /// Places the members at a level of detail.
+  void place(const PlaneRequest& request, const ReachedBodies& reached, int level,
+             TetrahedraInput& input) const;
   void follow(const PlaneRequest& request, Around& around) const;
 
   const Physics& physics_;
   const Execution& execution_;
   ChordPlanes chords_;
-  std::vector<std::vector<std::unique_ptr<MeshHierarchy>>> levels_;  ///< per species, finest first
-  /// Per species and level, which vertices are those of the coarsest level.
-  std::vector<std::vector<std::vector<char>>> outlines_;
-  TetrahedraInput input_;
-  std::vector<Around> around_;  ///< per batch
-  ChordalFaces split_;
+  std::vector<std::vector<std::unique_ptr<const ReachingMesh>>> levels_;  ///< per species, finest first
+  TetrahedraInput input_;                                                 ///< what is common to all
+  std::vector<Around> around_;                                            ///< per batch
   TetrahedraSums& sums_;
+  std::mutex sumsMutex_;  ///< of sums_.faceSeconds
 };
 
 }  // namespace packmesh

@@ -96,7 +96,7 @@ PlaneConstraints ChordPlanes::atWalls(const PlaneRequest& request) const {
 }
 
 void ChordPlanes::markWithinReach(const PlaneRequest& request, const NearPair& pair,
-                                  const std::array<const TriangleMesh*, 2>& meshes,
+                                  const std::array<Vertices, 2>& vertices,
                                   const std::array<std::vector<char>*, 2>& marks) const {
   const Cell cells[] = {cellOf(pair.first, request), cellOf(pair.second, request)};
   const double limit = cells[0].reach + cells[1].reach + physics_.clearance;
@@ -107,9 +107,9 @@ void ChordPlanes::markWithinReach(const PlaneRequest& request, const NearPair& p
     const Mat3 linear = a.scale * toBody * a.rotation;
     const Vec3 offset = toBody * (a.position - b.position - (k == 0 ? pair.shift : Vec3(-pair.shift)));
     for (std::size_t v = 0; v < marks[k]->size(); ++v) {
-      const Vec3 p = linear * meshes[k]->vertices[v] + offset;
-      if (!(*marks[k])[v] && !field.isBeyond(p, limit / b.scale))
-        (*marks[k])[v] = field.sample(p).distance <= limit / b.scale;
+      const Vec3 p = linear * (*vertices[k].points)[v] + offset;
+      const double most = std::min(limit, a.scale * (*vertices[k].within)[v]) / b.scale;
+      if (!(*marks[k])[v] && !field.isBeyond(p, most)) (*marks[k])[v] = field.sample(p).distance <= most;
     }
   }
 }

@@ -34,10 +34,14 @@ class ChordPlanes : public PlaneFunction {
   /// Only the planes at walls and at the boundaries of regions.
   PlaneConstraints atWalls(const PlaneRequest& request) const;
 
-  /// Marks the vertices of meshes of the two cells of a pair, in their body frames, that are within reach of
-  /// the surface of the other cell.
+  /// Vertices of a cell in its body frame.
+  struct Vertices {
+    const std::vector<Vec3>* points;
+    const std::vector<double>* within;  ///< distances beyond which they do not count [µm at scale 1]
+  };
+  /// Marks the vertices of the two cells of a pair that are within reach of the surface of the other cell.
   void markWithinReach(const PlaneRequest& request, const NearPair& pair,
-                       const std::array<const TriangleMesh*, 2>& meshes,
+                       const std::array<Vertices, 2>& vertices,
                        const std::array<std::vector<char>*, 2>& marks) const;
 
   const LevelsOfDetail& levels(int species) const { return species_[species].levels; }

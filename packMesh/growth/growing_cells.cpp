@@ -21,6 +21,28 @@ double blockEdge(const Box& bounds, std::int64_t cells, std::int64_t cellsPerBlo
   return std::cbrt(std::max(bounds.volume() / mostBlocks, perCell * static_cast<double>(cellsPerBlock)));
 }
 
+/// Divides cells into `parts` of about equal numbers by planes across the longest extent of their centres.
+/// @param cells indices; their order changes
+void divide(const std::vector<Body>& bodies, std::int64_t* begin, std::int64_t* end, std::int64_t parts,
+            std::vector<std::vector<std::int64_t>>& out) {
+  if (parts < 2) {
+    out.emplace_back(begin, end);
+    std::sort(out.back().begin(), out.back().end());
+    return;
+  }
+  Box extent;
+  for (const std::int64_t* cell = begin; cell != end; ++cell) extent.add(bodies[*cell].position);
+  int axis = 0;
+  extent.size().maxCoeff(&axis);
+  std::int64_t* middle = begin + (end - begin) * (parts / 2) / parts;
+  std::nth_element(begin, middle, end, [&](std::int64_t a, std::int64_t b) {
+    const double x = bodies[a].position[axis], y = bodies[b].position[axis];
+    return x != y ? x < y : bodies[a].id < bodies[b].id;
+  });
+  divide(bodies, begin, middle, parts / 2, out);
+  divide(bodies, middle, end, parts - parts / 2, out);
+}
+
 }  // namespace
 
 GrowingCells::GrowingCells(const Physics& physics, const Execution& execution, std::vector<Body> own,
@@ -151,6 +173,14 @@ std::vector<std::vector<std::int64_t>> GrowingCells::batches(std::size_t most) c
   }
   for (std::vector<std::int64_t>& batch : batches) std::sort(batch.begin(), batch.end());
   return batches;
+}
+
+std::vector<std::vector<std::int64_t>> GrowingCells::partsOfBlocks(std::size_t most) const {
+  std::vector<std::vector<std::int64_t>> parts;
+  for (std::vector<std::int64_t>& block : batches(0))
+    divide(bodies_, block.data(), block.data() + block.size(),
+           static_cast<std::int64_t>((block.size() + most - 1) / most), parts);
+  return parts;
 }
 
 }  // namespace packmesh

@@ -49,6 +49,9 @@ class GrowingCells {
   /// This rank's cells (indices, ascending) in groups of neighbouring cells: those of several blocks, up to
   /// about `most` cells in total, or of one block each if `most` is 0.
   std::vector<std::vector<std::int64_t>> batches(std::size_t most) const;
+  /// The same in groups of at most `most` cells: blocks with more are divided into compact parts of about
+  /// equal numbers. They are the same on any number of ranks. Pre: distributed since cells moved
+  std::vector<std::vector<std::int64_t>> partsOfBlocks(std::size_t most) const;
 
   /// A block of this rank.
   struct Block {

@@ -7,6 +7,7 @@
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
+#include "packMesh/core/thread_timer.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/growth/is_fixed.h"
@@ -50,7 +51,8 @@ Growth::Growth(const Physics& physics, const Execution& execution, const GrowthS
       statistics_(statistics),
       at_(from),
       lengths_(lengthsOf(physics)),
-      cells_(physics, execution, own, range(), planeFunction.cellsAtOnce()),
+      // Blocks become larger than asked for, because a whole number of them has to fit.
+      cells_(physics, execution, own, range(), planeFunction.cellsAtOnce() / 2),
       anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
       stepHalving_(physics, execution),
       planeThreads_(planeFunction.isConcurrent() ? execution.threads : Threads()),
@@ -158,7 +160,8 @@ void Growth::iterate(double barrier) {
   const bool anew = at_.iteration % planeFunction_.lifetime() == 0;
   if (anew) {
     cells_.distribute();
-    batches_ = cells_.batches(planeFunction_.cellsAtOnce() > 0 ? 0 : cellsPerBatch);
+    const std::int64_t atOnce = planeFunction_.cellsAtOnce();
+    batches_ = atOnce > 0 ? cells_.partsOfBlocks(atOnce) : cells_.batches(cellsPerBatch);
   }
   std::vector<GrowthStep> steps(cells_.all().size());
   propose(barrier, anew, steps);
@@ -195,18 +198,27 @@ void Growth::wake(double barrier, const CellSurroundings& surroundings) {
 
 /// The step of each cell of this rank within its planes.
 void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) {
+  const Timer watch;
   const std::vector<Body>& cells = cells_.all();
   std::vector<double> reach;
   for (const Body& cell : cells) reach.push_back(reachOf(cell, barrier));
   const CellSurroundings surroundings(physics_, cells, std::move(reach));
   if (anew) wake(barrier, surroundings);
-  if (anew) planeFunction_.begin(batches_.size());
+  std::vector<PlaneRequest> requests;
+  for (std::size_t batch = 0; batch < batches_.size(); ++batch) {
+    requests.push_back({surroundings, {}, detailAt(barrier), largestMotion(barrier), batch, anew});
+    for (const std::int64_t i : batches_[batch])
+      if (awake_[i]) requests.back().wanted.push_back(i);
+  }
+  if (anew) planeFunction_.begin(requests);
   for (std::size_t i = 0; i < cells.size(); ++i) steps[i].scale = cells[i].scale;
   PerThread<ProposalSums> sums(planeThreads_);
-  const Timer watch;
+  std::vector<std::int32_t> work(cells.size(), 0);
   planeThreads_.forEach(static_cast<std::int64_t>(batches_.size()), [&](std::int64_t batch, int thread) {
-    proposeFor(static_cast<std::size_t>(batch), thread, surroundings, barrier, anew, steps, sums[thread]);
+    requests[batch].thread = thread;
+    proposeFor(requests[batch], barrier, steps, work, sums[thread]);
   });
+  for (std::size_t i = 0; i < cells.size(); ++i) cells_.addWork(static_cast<std::int64_t>(i), work[i]);
   std::vector<std::int64_t> counts = {0, 0};
   double programSeconds = 0.0;
   sums.forEach([&](const ProposalSums& of) {
@@ -222,21 +234,18 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
 }
 
 /// The steps of the cells of a batch.
-void Growth::proposeFor(std::size_t batch, int thread, const CellSurroundings& surroundings, double barrier,
-                        bool anew, std::vector<GrowthStep>& steps, ProposalSums& sums) {
+/// @param work set for each of these cells, see GrowingCells::addWork()
+void Growth::proposeFor(const PlaneRequest& request, double barrier, std::vector<GrowthStep>& steps,
+                        std::vector<std::int32_t>& work, ProposalSums& sums) {
   const std::vector<Body>& cells = cells_.all();
-  PlaneRequest request{surroundings, {}, detailAt(barrier), largestMotion(barrier), batch, anew, thread};
-  for (const std::int64_t i : batches_[batch])
-    if (awake_[i]) request.wanted.push_back(i);
   const PlaneConstraints planes = planeFunction_(request);
-  GrowthProgram& program = programs_[thread];
+  GrowthProgram& program = programs_[request.thread];
   const ThreadTimer watch(sums.programSeconds);
   sums.pivots -= program.pivots();
   for (std::size_t k = 0; k < request.wanted.size(); ++k) {
     const std::int64_t i = request.wanted[k];
     steps[i] = program.solve(cells[i].pose(), planes[k], boundsOf(cells[i], barrier));
-    cells_.addWork(
-        i, 1 + static_cast<std::int64_t>(planes[k].size()));  // all cells of its block are in this batch
+    work[i] = 1 + static_cast<std::int32_t>(planes[k].size());
     sums.planes += static_cast<std::int64_t>(planes[k].size());
   }
   sums.pivots += program.pivots();

@@ -99,8 +99,8 @@ class Growth {
     double programSeconds = 0.0;
   };
   void propose(double barrier, bool anew, std::vector<GrowthStep>& steps);
-  void proposeFor(std::size_t batch, int thread, const CellSurroundings& surroundings, double barrier,
-                  bool anew, std::vector<GrowthStep>& steps, ProposalSums& sums);
+  void proposeFor(const PlaneRequest& request, double barrier, std::vector<GrowthStep>& steps,
+                  std::vector<std::int32_t>& work, ProposalSums& sums);
   void wake(double barrier, const CellSurroundings& surroundings);
   double detailAt(double barrier) const;
   double paddingAt(double barrier, const SpeciesLengths& lengths) const;

@@ -30,8 +30,8 @@ class PlaneFunction {
  public:
   virtual ~PlaneFunction() = default;
 
-  /// Called on one thread before requests of batches 0 ... batches - 1 that are all `anew`.
-  virtual void begin(std::size_t /*batches*/) {}
+  /// Called on one thread before each of these requests is made, if they are `anew`: those of all batches.
+  virtual void begin(const std::vector<PlaneRequest>& /*requests*/) {}
 
   /// @return the planes of each requested cell, in that order
   /// Pre: no two cells overlap. Ranks call it independently of each other; if isConcurrent(), threads too,
@@ -44,8 +44,8 @@ class PlaneFunction {
   /// Number of iterations for which data about the surroundings can be reused.
   virtual std::int64_t lifetime() const { return 1; }
 
-  /// Number of cells per request, of the same blocks on any number of ranks because the planes of a cell
-  /// depend on the others in its request; 0: any.
+  /// Number of cells per request, at most, if the planes of a cell depend on the others in its request: these
+  /// are then parts of blocks, the same ones on any number of ranks; 0: any.
   virtual std::int64_t cellsAtOnce() const { return 0; }
 };
 

@@ -34,6 +34,7 @@ struct TetrahedraBody {
   int object;
   Vec3 shift;          ///< translation from the given position [µm]
   bool primary;        ///< the tetrahedra at it are wanted
+  int given = -1;      ///< its index in TetrahedraInput::bodies
   int firstPoint = 0;  ///< its points are numbered from here on, its mesh's vertices first
 };
 
@@ -58,8 +59,9 @@ struct TetrahedraInput {
   /// Objects and images of them to be tetrahedralised, in any order; only `object`, `shift` and `primary` are
   /// read. Empty: all objects within the bounds, as primary bodies, and their images up to the margin.
   std::vector<TetrahedraBody> bodies;
-  /// Per object, which of its vertices are points, and with them the triangles between these; empty: all. For
-  /// TetrahedraKept::joining, where parts of surfaces that face no other within reach can do with few.
+  /// Per entry of `bodies`, which of its vertices are points, and with them the triangles between these;
+  /// empty: all. For TetrahedraKept::joining, where parts of surfaces that face no other within reach can do
+  /// without.
   std::vector<std::vector<char>> points;
   /// Images of objects up to this distance outside the bounds are included [µm]; 0: as far as necessary for
   /// the tetrahedra at primary bodies to be those of the infinite periodic arrangement.

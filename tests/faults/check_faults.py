@@ -308,23 +308,25 @@ def tetgen():
                 if said not in done.stdout or (folder.path / "RBC.pos").read_text() != chords:
                     failures.append(f"packmesh-tetgen {name}, {ranks} ranks")
                     print(done.stdout)
-        for name, more, codes, said in (("time limit", ["--max-time", "3"], [3], ""), ("signal", [], [130] if ranks == 1 else [130, 1], "interrupted")):
-            with Folder() as folder, tempfile.TemporaryDirectory() as other:
-                environment = tetgen_stand_in(other, "exec sleep 100000")
-                process = subprocess.Popen([*of_ranks(ranks), PROGRAM, *words, "cat-faces", *more], cwd=folder.path, env=environment,
-                                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-                runs = pathlib.Path(other) / "runs"
-                if name == "signal":
-                    while not (runs.exists() and runs.read_text().endswith("\n")):
-                        assert process.poll() is None, process.communicate()
-                    process.send_signal(signal.SIGTERM)
-                _, err = process.communicate(timeout=HANGS)
-                expect(f"packmesh-tetgen that never answers, {name}, {ranks} ranks", folder, (process.returncode, err), codes, said,
-                       kept=False)
-                begun = runs.read_text().split() if runs.exists() else []  # on a slow machine, not before the time limit
-                stays = [number for number in begun if pathlib.Path("/proc", number).exists()]
-                if stays:
-                    failures.append(f"packmesh-tetgen still runs: {stays}")
+        for several in (1, 2):  # side by side, of the two halves of 172 cells
+            for name, more, codes, said in (("time limit", ["--max-time", "3"], [3], ""), ("signal", [], [130] if ranks == 1 else [130, 1], "interrupted")):
+                with Folder() as folder, tempfile.TemporaryDirectory() as other:
+                    environment = tetgen_stand_in(other, "exec sleep 100000")
+                    of = words if several == 1 else [*"36 36 36 --ends periodic --hematocrit 0.3 --threads 2".split(), *words[5:]]
+                    process = subprocess.Popen([*of_ranks(ranks), PROGRAM, *of, "cat-faces", *more], cwd=folder.path, env=environment,
+                                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                    runs = pathlib.Path(other) / "runs"
+                    if name == "signal":
+                        while not (runs.exists() and runs.read_text().count("\n") >= several):
+                            assert process.poll() is None, process.communicate()
+                        process.send_signal(signal.SIGTERM)
+                    _, err = process.communicate(timeout=HANGS)
+                    expect(f"{several} packmesh-tetgen that never answer, {name}, {ranks} ranks", folder, (process.returncode, err), codes, said,
+                           kept=False)
+                    begun = runs.read_text().split() if runs.exists() else []  # on a slow machine, not before the time limit
+                    stays = [number for number in begun if pathlib.Path("/proc", number).exists()]
+                    if stays:
+                        failures.append(f"packmesh-tetgen still runs: {stays}")
         for name, environment in (("missing", dict(os.environ, PACKMESH_TETGEN="/no/such/program")),
                                   ("of another version", dict(os.environ, PACKMESH_TETGEN="/bin/cat"))):
             with Folder() as folder:

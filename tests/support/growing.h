@@ -36,6 +36,7 @@ inline PlaneConstraints planesOf(PlaneFunction& planeFunction, const Physics& ph
   PlaneRequest request{surroundings, {}, detail, reach};
   request.wanted.resize(cells.size());
   std::iota(request.wanted.begin(), request.wanted.end(), std::int64_t{0});
+  planeFunction.begin({request});
   return planeFunction(request);
 }
 

@@ -255,6 +255,7 @@ TEST_CASE("With fewer points on surfaces, the tetrahedra of the remaining points
   scene.input.kept = TetrahedraKept::joining;
   const Tetrahedra all = tetrahedralise(scene.input);
   for (const PlacedMesh& object : scene.input.objects) {
+    scene.input.bodies.push_back({static_cast<int>(scene.input.bodies.size()), Vec3::Zero(), true});
     scene.input.points.emplace_back();
     int v = 0;
     for (const Vec3& vertex : object.mesh->mesh().vertices)
