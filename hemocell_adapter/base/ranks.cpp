@@ -10,10 +10,12 @@
 #include <optional>
 #include <string>
 
+#include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/stopped.h"
 #include "packMesh/core/environment.h"
 #include "packMesh/parallel/cores.h"
 #include "packMesh/parallel/launcher.h"
+#include "packMesh/parallel/mpi_session.h"
 
 namespace packmesh::hemocell {
 
@@ -82,6 +84,15 @@ Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks)
     threads = *number;
   } else if (const auto cpus = numberInEnvironment("SLURM_CPUS_PER_TASK"); cpus && *cpus > 0) {
     threads = std::min<std::int64_t>(*cpus, cores);
+  }
+  if (threads > 1 && !ranks.alone() && !mpiPermitsThreads()) {
+    const char* why = "MPI was initialised for one thread per rank (MPI_THREAD_SINGLE)";
+    if (requested)
+      throw UsageError(fmt::format(
+          "threads: {} requested, but {}; call MPI_Init_thread() with MPI_THREAD_FUNNELED, or use more ranks",
+          threads, why));
+    log::warning(fmt::format("{}: one thread instead of {}", why, threads));
+    threads = 1;
   }
   return Threads(static_cast<int>(std::min<std::int64_t>(threads, std::max(16, 4 * cores))));
 }

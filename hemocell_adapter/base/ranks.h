@@ -32,7 +32,9 @@ inline constexpr int maxThreads = 1024;
 /// The threads of each rank. There are not more than four per core, or sixteen: more never help.
 /// @param requested if empty: OMP_NUM_THREADS; if that is not set: SLURM_CPUS_PER_TASK, as far as the rank
 /// may use so many cores; otherwise as many as there are cores for a single rank, one for each of several
-/// @throws UsageError if OMP_NUM_THREADS is not 1 ... maxThreads
+/// @throws UsageError if OMP_NUM_THREADS is not 1 ... maxThreads, or if several are requested of each of
+/// several ranks whose MPI permits one thread only; where they were not requested, one is used, with a
+/// warning
 Threads teamOf(std::optional<std::int64_t> requested, const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

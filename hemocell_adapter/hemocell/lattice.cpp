@@ -56,11 +56,11 @@ Lattice::Lattice(std::array<int, 3> nodes, double dx) : nodes_(nodes), dx_(dx), 
     words_[w] = usedBits(nodes[0], static_cast<int>(w % wordsPerRow_));
 }
 
-Lattice::Lattice(std::shared_ptr<const LatticePages> pages, double dx, std::optional<std::int64_t> fluidNodes)
-    : nodes_(pages->nodes()),
+Lattice::Lattice(std::shared_ptr<const LatticeView> view, double dx, std::optional<std::int64_t> fluidNodes)
+    : nodes_(view->nodes()),
       dx_(dx),
-      wordsPerRow_((nodes_[0] + 63) / 64),
-      pages_(std::move(pages)),
+      wordsPerRow_(view->wordsPerRow()),
+      view_(std::move(view)),
       fluidNodes_(fluidNodes) {}
 
 void Lattice::setFluid(int i, int j, int k, bool fluid) {
@@ -83,10 +83,10 @@ void Lattice::setFluid(int from, int to, int j, int k, bool fluid) {
 std::int64_t Lattice::fluidNodes() const {
   if (fluidNodes_) return *fluidNodes_;
   std::int64_t count = 0;
-  if (pages_) {
+  if (view_) {
     for (int k = 0; k < nodes_[2]; ++k)
       for (int j = 0; j < nodes_[1]; ++j)
-        for (int w = 0; w < wordsPerRow_; ++w) count += popcount(pages_->word(w, j, k));
+        for (int w = 0; w < wordsPerRow_; ++w) count += popcount(view_->word(w, j, k));
     return count;
   }
   for (std::uint64_t word : words_) count += word == allBits ? 64 : popcount(word);
@@ -94,14 +94,12 @@ std::int64_t Lattice::fluidNodes() const {
 }
 
 bool Lattice::hasFluidNodes() const {
-  if (!pages_) return fluidNodes() > 0;
+  if (!view_) return fluidNodes() > 0;
   if (fluidNodes_) return *fluidNodes_ > 0;
-  const std::vector<bool>& blocks = pages_->coarse().all->flags;
-  if (std::find(blocks.begin(), blocks.end(), true) != blocks.end()) return true;
   for (int k = 0; k < nodes_[2]; ++k)
     for (int j = 0; j < nodes_[1]; ++j)
       for (int w = 0; w < wordsPerRow_; ++w)
-        if (pages_->word(w, j, k) != 0) return true;
+        if (view_->word(w, j, k) != 0) return true;
   return false;
 }
 
@@ -129,7 +127,7 @@ double Lattice::fluidVolume() const {
 Lattice Lattice::eroded(int radius) const {
   Lattice out = *this;
   if (radius <= 0) return out;
-  if (pages_) return {erodedPages(pages_, radius), dx_, {}};
+  if (view_) return {erodedView(view_, radius), dx_, {}};
   const auto [nx, ny, nz] = nodes_;
   // One axis after the other, since the cube is the product of three intervals.
   std::vector<std::uint64_t> before(wordsPerRow_), after(wordsPerRow_);
@@ -160,7 +158,7 @@ Lattice Lattice::eroded(int radius) const {
 }
 
 Lattice Lattice::repeated(const std::array<int, 3>& margin) const {
-  if (pages_) return {repeatedPages(pages_, margin), dx_, {}};
+  if (view_) return {repeatedView(view_, margin), dx_, {}};
   std::array<int, 3> extended = nodes_;
   for (int k = 0; k < 3; ++k) extended[k] += 2 * margin[k];
   Lattice out(extended, dx_);

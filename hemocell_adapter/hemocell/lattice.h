@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "hemocell_adapter/hemocell/lattice_pages.h"
+#include "hemocell_adapter/hemocell/lattice_view.h"
 #include "packMesh/core/box.h"
 #include "packMesh/mesh/triangle_mesh.h"
 
@@ -26,8 +26,8 @@ inline Box keptRegion(const std::array<int, 3>& nodes, double dx) {
 /// Nodes of HemoCell's lattice with their flags; node (i,j,k) is at (i,j,k)·dx µm in the coordinate system of
 /// .pos files.
 ///
-/// One bit per node; each row along x starts with a new word, whose unused bits are 0. A lattice can also
-/// consist of pages, which are made when they are read (lattice_pages.h).
+/// One bit per node; each row along x starts with a new word, whose unused bits are 0. The words of a large
+/// lattice are elsewhere (lattice_view.h).
 class Lattice {
  public:
   /// Initially all nodes are fluid.
@@ -36,22 +36,22 @@ class Lattice {
   /// finite
   Lattice(std::array<int, 3> nodes, double dx);
 
-  /// A lattice of pages.
+  /// A view of a large lattice.
   /// @param fluidNodes their number, if known
-  Lattice(std::shared_ptr<const LatticePages> pages, double dx, std::optional<std::int64_t> fluidNodes);
+  Lattice(std::shared_ptr<const LatticeView> view, double dx, std::optional<std::int64_t> fluidNodes);
 
   std::array<int, 3> nodes() const { return nodes_; }
   double dx() const { return dx_; }  ///< [µm]
   /// Pre: the node exists.
   bool fluid(int i, int j, int k) const { return word(i >> 6, j, k) >> (i & 63) & 1u; }
-  /// Pre: not of pages.
+  /// Pre: no view.
   void setFluid(int i, int j, int k, bool fluid);
   /// Sets the flags of the nodes from..to (inclusive, clipped to the lattice) of one row.
   void setFluid(int from, int to, int j, int k, bool fluid);
-  /// Counts those of a lattice of pages, if their number is not known: reads all.
+  /// Counts those of a view, if their number is not known: reads all.
   std::int64_t fluidNodes() const;
   bool hasFluidNodes() const;
-  /// The range of the fluid nodes, corners included; reads no pages if it is known. Nothing if there are
+  /// The range of the fluid nodes, corners included; reads nothing if it is known. Nothing if there are
   /// none.
   std::optional<std::array<std::array<int, 3>, 2>> fluidRange() const;
   void setFluidRange(const std::array<std::array<int, 3>, 2>& range) { fluidRange_ = range; }
@@ -66,14 +66,13 @@ class Lattice {
   /// The lattice extended by `margin` nodes of its periodic images at both ends of each axis.
   Lattice repeated(const std::array<int, 3>& margin) const;
 
-  /// Flags of one row along x: node i is bit i % 64 of word i / 64. Pre: not of pages.
+  /// Flags of one row along x: node i is bit i % 64 of word i / 64. Pre: no view.
   const std::uint64_t* row(int j, int k) const { return &words_[rowStart(j, k)]; }
   /// Word w of that row.
   std::uint64_t word(int w, int j, int k) const {
-    return pages_ ? pages_->word(w, j, k) : words_[rowStart(j, k) + w];
+    return view_ ? view_->word(w, j, k) : words_[rowStart(j, k) + w];
   }
-  /// nullptr if all flags are here.
-  const LatticePages* pages() const { return pages_.get(); }
+  bool isView() const { return view_ != nullptr; }
   int wordsPerRow() const { return wordsPerRow_; }
 
  private:
@@ -85,8 +84,8 @@ class Lattice {
   double dx_;
   int wordsPerRow_;
   std::vector<std::uint64_t> words_;
-  std::shared_ptr<const LatticePages> pages_;
-  std::optional<std::int64_t> fluidNodes_;  ///< of pages
+  std::shared_ptr<const LatticeView> view_;
+  std::optional<std::int64_t> fluidNodes_;  ///< of a view
   std::optional<std::array<std::array<int, 3>, 2>> fluidRange_;
 };
 

@@ -141,6 +141,26 @@ BrickCodes codesOf(const std::array<std::array<unsigned, window>, window>& patte
   return codes;
 }
 
+constexpr int blockNodes = 8;
+
+/// The blocks of blockNodes³ nodes that all exist and are fluid, as the nodes of a lattice.
+Lattice fluidBlocks(const Lattice& lattice) {
+  std::array<int, 3> count = lattice.nodes();
+  for (int& n : count) n = (n + blockNodes - 1) / blockNodes;
+  Lattice blocks(count, 1.0);
+  for (int k = 0; k < count[2]; ++k)
+    for (int j = 0; j < count[1]; ++j)
+      for (int w = 0; w < lattice.wordsPerRow(); ++w) {
+        std::uint64_t all = ~std::uint64_t(0);
+        for (int c = blockNodes * k; c < blockNodes * (k + 1); ++c)
+          for (int b = blockNodes * j; b < blockNodes * (j + 1) && all != 0; ++b)
+            all &= b < lattice.nodes()[1] && c < lattice.nodes()[2] ? lattice.word(w, b, c) : 0;
+        for (int i = 8 * w; i < std::min(8 * (w + 1), count[0]); ++i)
+          blocks.setFluid(i, j, k, (all >> (blockNodes * (i - 8 * w)) & 0xff) == 0xff);
+      }
+  return blocks;
+}
+
 /// Distances [nodes] represented by the codes -codeLimit ... codeLimit.
 struct Decoder {
   Decoder() {
@@ -255,17 +275,13 @@ void VoxelDistance::transform(const Lattice& of, int step, const std::array<int,
 }
 
 WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
-  constexpr double edge = LatticePages::blockNodes;
   std::call_once(transformed_, [&] {
-    const BlockFlagsOfLattice& flags = *inside_.pages()->coarse().all;
-    Lattice blocks(flags.blocks, 1.0);
-    for (int k = 0; k < flags.blocks[2]; ++k)
-      for (int j = 0; j < flags.blocks[1]; ++j)
-        for (int i = 0; i < flags.blocks[0]; ++i) blocks.setFluid(i, j, k, flags.fluid(i, j, k));
-    transform(blocks, 1, {flags.blocks[0] + 1, flags.blocks[1] + 1, flags.blocks[2] + 1});
+    const Lattice blocks = fluidBlocks(inside_);
+    const std::array<int, 3> count = blocks.nodes();
+    transform(blocks, 1, {count[0] + 1, count[1] + 1, count[2] + 1});
   });
-  WallDistance result = transform_.sample(w / edge);
-  result.distance = edge * (result.distance - coarsenesses[0].error);
+  WallDistance result = transform_.sample(w / blockNodes);
+  result.distance = blockNodes * (result.distance - coarsenesses[0].error);
   std::array<int, 3> node;
   for (int k = 0; k < 3; ++k) node[k] = std::clamp(static_cast<int>(w[k]), 0, nodes_[k] - 1);
   const bool isInside = inside_.fluid(node[0], node[1], node[2]);
@@ -274,7 +290,7 @@ WallDistance VoxelDistance::farByBlocks(const Vec3& w) const {
 }
 
 WallDistance VoxelDistance::far(const Vec3& w) const {
-  if (inside_.pages()) return farByBlocks(w);
+  if (inside_.isView()) return farByBlocks(w);
   std::call_once(transformed_, [&] {
     const int step = coarsenessOf(nodes_).step;
     std::array<int, 3> samples;

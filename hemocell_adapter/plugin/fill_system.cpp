@@ -8,7 +8,7 @@
 
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
-#include "hemocell_adapter/hemocell/shared_nodes.h"
+#include "hemocell_adapter/hemocell/lattice_of_runs.h"
 #include "hemocell_adapter/plugin/periodic_exchange.h"
 #include "hemocell_adapter/session/fill.h"
 #include "packMesh/hemocell_system.h"

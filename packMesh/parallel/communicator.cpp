@@ -38,6 +38,13 @@ int count(std::size_t bytes) {
   return static_cast<int>(bytes);
 }
 
+/// Calls piece(offset, length) for consecutive pieces of `bytes` bytes that MPI can count.
+template <class Piece>
+void forEachPiece(std::size_t bytes, const Piece& piece) {
+  for (std::size_t at = 0; at < bytes; at += Communicator::longestMessage)
+    piece(at, static_cast<int>(std::min(Communicator::longestMessage, bytes - at)));
+}
+
 /// Reduction operation of sumAndMax(): the first word is the number of sums, which follow it; then the
 /// maxima.
 void addAndCompare(void* in, void* inOut, int* length, MPI_Datatype* type) {
@@ -142,50 +149,81 @@ std::string Communicator::broadcast(const std::string& text, int root) const {
   return result;
 }
 
-std::vector<Communicator::Bytes> Communicator::exchangeBytes(std::vector<Bytes> to) const {
-  if (!impl_) return to;
-  const int ranks = impl_->size;
-  std::vector<std::int64_t> sending(ranks), receiving(ranks);
-  for (int r = 0; r < ranks; ++r) sending[r] = count(to[r].size());
-  MPI_Alltoall(sending.data(), 1, MPI_INT64_T, receiving.data(), 1, MPI_INT64_T, impl_->comm);
-  std::vector<Bytes> received(ranks);
-  std::vector<MPI_Request> requests;
-  constexpr int tag = 1;
-  for (int r = 0; r < ranks; ++r) {
-    if (r == impl_->rank || receiving[r] == 0) continue;
-    received[r].resize(receiving[r]);
-    requests.emplace_back();
-    MPI_Irecv(received[r].data(), count(received[r].size()), MPI_BYTE, r, tag, impl_->comm, &requests.back());
-  }
-  for (int r = 0; r < ranks; ++r) {
-    if (r == impl_->rank || sending[r] == 0) continue;
-    requests.emplace_back();
-    MPI_Isend(to[r].data(), count(to[r].size()), MPI_BYTE, r, tag, impl_->comm, &requests.back());
-    ++impl_->traffic.messages;
-    impl_->traffic.bytes += sending[r];
-  }
-  MPI_Waitall(count(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
-  received[impl_->rank] = std::move(to[impl_->rank]);
-  return received;
+std::size_t Communicator::longestMessage = std::size_t(1) << 30;
+
+std::vector<std::int64_t> Communicator::exchangedLengths(const std::vector<std::int64_t>& to) const {
+  std::vector<std::int64_t> from(to.size());
+  MPI_Alltoall(to.data(), 1, MPI_INT64_T, from.data(), 1, MPI_INT64_T, impl_->comm);
+  return from;
 }
 
-Communicator::Bytes Communicator::toFirstRank(int from, const Bytes& bytes) const {
-  constexpr int tag = 3;
-  if (impl_->rank == from) {
-    MPI_Send(bytes.data(), count(bytes.size()), MPI_BYTE, 0, tag, impl_->comm);
-    ++impl_->traffic.messages;
-    impl_->traffic.bytes += static_cast<std::int64_t>(bytes.size());
+std::vector<std::int64_t> Communicator::gatheredLengths(std::int64_t mine) const {
+  std::vector<std::int64_t> all(impl_->size);
+  MPI_Allgather(&mine, 1, MPI_INT64_T, all.data(), 1, MPI_INT64_T, impl_->comm);
+  return all;
+}
+
+void Communicator::exchangeParts(const std::vector<Outgoing>& to, const std::vector<Incoming>& from) const {
+  constexpr int tag = 1;
+  std::vector<MPI_Request> requests;
+  for (int r = 0; r < impl_->size; ++r) {
+    if (r == impl_->rank) continue;
+    forEachPiece(from[r].bytes, [&](std::size_t at, int length) {
+      requests.emplace_back();
+      MPI_Irecv(static_cast<std::byte*>(from[r].data) + at, length, MPI_BYTE, r, tag, impl_->comm,
+                &requests.back());
+    });
   }
-  Bytes received;
-  if (impl_->rank == 0) {
-    MPI_Status status;
-    int length = 0;
-    MPI_Probe(from, tag, impl_->comm, &status);
-    MPI_Get_count(&status, MPI_BYTE, &length);
-    received.resize(length);
-    MPI_Recv(received.data(), length, MPI_BYTE, from, tag, impl_->comm, MPI_STATUS_IGNORE);
+  for (int r = 0; r < impl_->size; ++r) {
+    if (r == impl_->rank) continue;
+    forEachPiece(to[r].bytes, [&](std::size_t at, int length) {
+      requests.emplace_back();
+      MPI_Isend(static_cast<const std::byte*>(to[r].data) + at, length, MPI_BYTE, r, tag, impl_->comm,
+                &requests.back());
+      impl_->traffic.add(length);
+    });
   }
-  return received;
+  MPI_Waitall(count(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
+}
+
+void Communicator::gatherParts(const void* mine, const std::vector<std::int64_t>& lengths, void* all,
+                               std::size_t bytesPerItem) const {
+  std::vector<std::size_t> starts = {0};
+  for (const std::int64_t length : lengths)
+    starts.push_back(starts.back() + static_cast<std::size_t>(length) * bytesPerItem);
+  auto* const out = static_cast<std::byte*>(all);
+  const std::size_t own = starts[impl_->rank + 1] - starts[impl_->rank];
+  if (starts.back() <= longestMessage) {
+    const std::vector<int> offsets(starts.begin(), starts.end() - 1);
+    std::vector<int> counts;
+    for (const std::int64_t length : lengths) counts.push_back(static_cast<int>(length * bytesPerItem));
+    MPI_Allgatherv(mine, count(own), MPI_BYTE, out, counts.data(), offsets.data(), MPI_BYTE, impl_->comm);
+  } else {
+    if (own > 0) std::memcpy(out + starts[impl_->rank], mine, own);
+    for (int r = 0; r < impl_->size; ++r)
+      forEachPiece(starts[r + 1] - starts[r], [&](std::size_t at, int length) {
+        MPI_Bcast(out + starts[r] + at, length, MPI_BYTE, r, impl_->comm);
+      });
+  }
+  if (own > 0) impl_->traffic.add(static_cast<std::int64_t>(own));
+}
+
+namespace {
+constexpr int tagToFirst = 3;
+}
+
+void Communicator::sendToFirst(const Outgoing& part) const {
+  forEachPiece(part.bytes, [&](std::size_t at, int length) {
+    MPI_Send(static_cast<const std::byte*>(part.data) + at, length, MPI_BYTE, 0, tagToFirst, impl_->comm);
+    impl_->traffic.add(length);
+  });
+}
+
+void Communicator::receiveOnFirst(int from, const Incoming& part) const {
+  forEachPiece(part.bytes, [&](std::size_t at, int length) {
+    MPI_Recv(static_cast<std::byte*>(part.data) + at, length, MPI_BYTE, from, tagToFirst, impl_->comm,
+             MPI_STATUS_IGNORE);
+  });
 }
 
 void Communicator::beginSwap(std::vector<Peer>& peers) const {
@@ -200,8 +238,7 @@ void Communicator::beginSwap(std::vector<Peer>& peers) const {
     impl_->sends.emplace_back();
     MPI_Isend(peer.send.data(), count(peer.send.size()), MPI_BYTE, peer.rank, tag, impl_->comm,
               &impl_->sends.back());
-    ++impl_->traffic.messages;
-    impl_->traffic.bytes += static_cast<std::int64_t>(peer.send.size());
+    impl_->traffic.add(static_cast<std::int64_t>(peer.send.size()));
   }
 }
 

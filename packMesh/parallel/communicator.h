@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -13,9 +13,14 @@
 
 namespace packmesh {
 
-/// Messages sent by this rank since the program began.
+/// Messages sent by this rank since the program began, its shares of gathers among them; without reductions.
 struct Traffic {
   std::int64_t messages = 0, bytes = 0;
+
+  void add(std::int64_t length) {
+    ++messages;
+    bytes += length;
+  }
 };
 
 /// A group of MPI ranks, or a single rank without MPI. Copies refer to the same group.
@@ -52,23 +57,37 @@ class Communicator {
 
   /// Sends to[r] to rank r, for every r. @return what each rank sent to this one, by rank
   template <class T>
-  std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to) const {
-    std::vector<Bytes> send;
-    send.reserve(to.size());
-    for (const std::vector<T>& items : to) send.push_back(bytesOf(items));
-    std::vector<std::vector<T>> received;
-    received.reserve(to.size());
-    for (const Bytes& bytes : exchangeBytes(std::move(send))) received.push_back(itemsOf<T>(bytes));
+  std::vector<std::vector<T>> exchange(std::vector<std::vector<T>> to) const {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (alone()) return to;
+    std::vector<std::int64_t> lengths;
+    for (const std::vector<T>& items : to) lengths.push_back(static_cast<std::int64_t>(items.size()));
+    lengths = exchangedLengths(lengths);
+    std::vector<std::vector<T>> received(to.size());
+    std::vector<Outgoing> out;
+    std::vector<Incoming> in;
+    for (std::size_t r = 0; r < to.size(); ++r) {
+      if (static_cast<int>(r) != rank()) received[r].resize(static_cast<std::size_t>(lengths[r]));
+      in.push_back({received[r].data(), received[r].size() * sizeof(T)});
+      out.push_back({to[r].data(), to[r].size() * sizeof(T)});
+    }
+    exchangeParts(out, in);
+    received[rank()] = std::move(to[rank()]);
     return received;
   }
 
   /// The items of all ranks, in rank order.
   template <class T>
   std::vector<T> gatherAll(const std::vector<T>& mine) const {
-    if (alone()) return mine;
+    static_assert(std::is_trivially_copyable_v<T>);
     std::vector<T> all;
-    for (const std::vector<T>& items : exchange(std::vector<std::vector<T>>(size(), mine)))
-      all.insert(all.end(), items.begin(), items.end());
+    if (alone()) {
+      all = mine;
+      return all;
+    }
+    const std::vector<std::int64_t> lengths = gatheredLengths(static_cast<std::int64_t>(mine.size()));
+    all.resize(static_cast<std::size_t>(std::accumulate(lengths.begin(), lengths.end(), std::int64_t(0))));
+    gatherParts(mine.data(), lengths, all.data(), sizeof(T));
     return all;
   }
 
@@ -76,12 +95,22 @@ class Communicator {
   /// time. `visit` must not throw.
   template <class T, class Visit>
   void visitInOrder(const std::vector<T>& mine, Visit&& visit) const {
+    static_assert(std::is_trivially_copyable_v<T>);
     if (rank() == 0) visit(mine);
+    if (alone()) return;
+    const std::vector<std::int64_t> lengths = gatheredLengths(static_cast<std::int64_t>(mine.size()));
     for (int r = 1; r < size(); ++r) {
-      const Bytes bytes = toFirstRank(r, rank() == r ? bytesOf(mine) : Bytes());
-      if (rank() == 0) visit(itemsOf<T>(bytes));
+      if (rank() == r) sendToFirst({mine.data(), mine.size() * sizeof(T)});
+      if (rank() != 0) continue;
+      std::vector<T> items(static_cast<std::size_t>(lengths[r]));
+      receiveOnFirst(r, {items.data(), items.size() * sizeof(T)});
+      visit(std::as_const(items));
     }
   }
+
+  /// Longer data are sent in pieces of so many bytes: MPI counts by int. Tests set less; the same on all
+  /// ranks.
+  static std::size_t longestMessage;
 
   using Bytes = std::vector<std::byte>;
   /// A rank with which messages are exchanged repeatedly.
@@ -111,23 +140,23 @@ class Communicator {
  private:
   struct Impl;
   explicit Communicator(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
-  std::vector<Bytes> exchangeBytes(std::vector<Bytes> to) const;
-  /// The bytes of rank `from`, on rank 0.
-  Bytes toFirstRank(int from, const Bytes& bytes) const;
-
-  template <class T>
-  static Bytes bytesOf(const std::vector<T>& items) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    Bytes bytes(items.size() * sizeof(T));
-    if (!items.empty()) std::memcpy(bytes.data(), items.data(), bytes.size());
-    return bytes;
-  }
-  template <class T>
-  static std::vector<T> itemsOf(const Bytes& bytes) {
-    std::vector<T> items(bytes.size() / sizeof(T));
-    if (!items.empty()) std::memcpy(items.data(), bytes.data(), bytes.size());
-    return items;
-  }
+  struct Outgoing {
+    const void* data;
+    std::size_t bytes;
+  };
+  struct Incoming {
+    void* data;
+    std::size_t bytes;
+  };
+  std::vector<std::int64_t> exchangedLengths(const std::vector<std::int64_t>& to) const;
+  std::vector<std::int64_t> gatheredLengths(std::int64_t mine) const;
+  /// Between this rank and all others. Pre: the lengths were exchanged.
+  void exchangeParts(const std::vector<Outgoing>& to, const std::vector<Incoming>& from) const;
+  /// @param lengths items of each rank
+  void gatherParts(const void* mine, const std::vector<std::int64_t>& lengths, void* all,
+                   std::size_t bytesPerItem) const;
+  void sendToFirst(const Outgoing& part) const;
+  void receiveOnFirst(int from, const Incoming& part) const;
 
   std::shared_ptr<Impl> impl_;
 };

@@ -6,8 +6,14 @@
 namespace packmesh {
 
 MpiSession::MpiSession() {
-  int provided = 0;  // one thread at a time: SharedPages
-  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
+  int provided = 0;  // see mpiPermitsThreads()
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+}
+
+bool mpiPermitsThreads() {
+  int provided = MPI_THREAD_SINGLE;
+  MPI_Query_thread(&provided);
+  return provided >= MPI_THREAD_FUNNELED;
 }
 
 MpiSession::~MpiSession() {

@@ -13,4 +13,8 @@ class MpiSession {
   MpiSession& operator=(const MpiSession&) = delete;
 };
 
+/// Whether a rank may have threads of which one uses MPI: whoever initialised MPI, this program or its host,
+/// asked for that and was given it. Pre: MPI is initialised
+bool mpiPermitsThreads();
+
 }  // namespace packmesh

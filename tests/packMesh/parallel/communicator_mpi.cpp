@@ -27,25 +27,29 @@ TEST_CASE("Reductions include all ranks", "[mpi]") {
     REQUIRE(ranks.broadcast("rank " + std::to_string(r), root) == "rank " + std::to_string(root));
 }
 
-TEST_CASE("exchange delivers all items, including empty messages", "[mpi]") {
+TEST_CASE("exchange and gathers deliver all items, whole or in pieces, and empty messages", "[mpi]") {
   const Communicator ranks = Communicator::world();
   const int n = ranks.size(), r = ranks.rank();
+  const std::size_t longest = Communicator::longestMessage;
+  Communicator::longestMessage = GENERATE(as<std::size_t>(), 1 << 30, 7, 4);
   std::vector<std::vector<int>> to(n);
   for (int other = 0; other < n; ++other) to[other].assign((r + other) % 3, 100 * r + other);
   const std::vector<std::vector<int>> received = ranks.exchange(to);
-  REQUIRE(static_cast<int>(received.size()) == n);
+  CHECK(static_cast<int>(received.size()) == n);
   for (int other = 0; other < n; ++other)
-    REQUIRE(received[other] == std::vector<int>((r + other) % 3, 100 * other + r));
+    CHECK(received[other] == std::vector<int>((r + other) % 3, 100 * other + r));
 
   std::vector<int> expected;
   for (int other = 0; other < n; ++other) expected.insert(expected.end(), other, other);
-  REQUIRE(ranks.gatherAll(std::vector<int>(r, r)) == expected);
+  CHECK(ranks.gatherAll(std::vector<int>(r, r)) == expected);
+  CHECK(ranks.gatherAll(std::vector<int>()).empty());
 
   std::vector<int> visited;
   ranks.visitInOrder(std::vector<int>(r, r), [&](const std::vector<int>& part) {
     visited.insert(visited.end(), part.begin(), part.end());
   });
-  REQUIRE(visited == (r == 0 ? expected : std::vector<int>()));
+  CHECK(visited == (r == 0 ? expected : std::vector<int>()));
+  Communicator::longestMessage = longest;
 }
 
 TEST_CASE("Peers exchange messages of any length up to the longest, repeatedly", "[mpi]") {

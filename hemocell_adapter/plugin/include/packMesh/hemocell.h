@@ -34,7 +34,7 @@ struct PackingOptions {
   std::string posFolder;  ///< to write .pos files to, too
   bool periodic = true;   ///< cells cross the periodic faces of the system; false: none does
   std::int64_t mostNodesOnEveryRank =
-      -1;                         ///< larger lattices are distributed over the ranks; negative: the default
+      -1;                         ///< the ranks of a computer share larger lattices; negative: the default
   std::vector<std::string> more;  ///< any further options of the program: {"--max-time", "3600"}
 };
 

@@ -37,7 +37,7 @@ struct System {
   bool isPreInlet = false;
   int particleEnvelope = 0;  ///< [nodes]
   std::int64_t mostNodesOnEveryRank =
-      -1;              ///< larger lattices are distributed; negative: the default. For tests
+      -1;              ///< the ranks of a computer share larger lattices; negative: the default. For tests
   std::string config;  ///< config.xml, each tag in the line that it has in the file
   std::vector<CellType> types;
   std::vector<Block> blocks;

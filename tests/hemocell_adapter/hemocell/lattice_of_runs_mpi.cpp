@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "hemocell_adapter/hemocell/shared_nodes.h"
+#include "hemocell_adapter/hemocell/lattice_of_runs.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -41,24 +41,24 @@ int differences(const Lattice& a, const Lattice& b) {
   int count = 0;
   for (int k = 0; k < a.nodes()[2]; ++k)
     for (int j = 0; j < a.nodes()[1]; ++j)
-      for (int i = 0; i < a.nodes()[0]; ++i) count += a.fluid(i, j, k) != b.fluid(i, j, k);
+      for (int w = 0; w < a.wordsPerRow(); ++w) count += a.word(w, j, k) != b.word(w, j, k);
   return count;
 }
 
 }  // namespace
 
-TEST_CASE("A lattice that is distributed over the ranks has the nodes of one that is not", "[mpi]") {
+TEST_CASE("A lattice that ranks share has the nodes of one that each of them has", "[mpi]") {
   const Communicator ranks = Communicator::world();
+  const int ranksPerNode = GENERATE(1, 2, 1000);
   for (const std::array<int, 3> nodes : {std::array<int, 3>{130, 50, 41}, {64, 8, 8}, {7, 30, 61}}) {
     CAPTURE(nodes[0]);
     const std::vector<FluidRun> runs = runsOf(nodes, ranks, nodes[0]);
     const auto whole = latticeOfRuns(nodes, 0.5, runs, ranks, 1 << 30);
-    const auto shared = latticeOfRuns(nodes, 0.5, runs, ranks, 0);
-    REQUIRE(!whole->pages());
-    REQUIRE(shared->pages());
+    const auto shared = latticeOfRuns(nodes, 0.5, runs, ranks, 0, ranksPerNode);
+    REQUIRE(!whole->isView());
+    REQUIRE(shared->isView());
     CHECK(shared->fluidNodes() == whole->fluidNodes());
     CHECK(shared->fluidRange() == whole->fluidRange());
-    CHECK(shared->pages()->pagesHere() == 0);  // until one is read
     CHECK(differences(*shared, *whole) == 0);
     for (const int radius : {1, 2, 9}) CHECK(differences(shared->eroded(radius), whole->eroded(radius)) == 0);
     for (const std::array<int, 3> margin : {std::array<int, 3>{5, 0, 0}, {0, 8, 3}, {33, 33, 33}}) {
@@ -68,7 +68,7 @@ TEST_CASE("A lattice that is distributed over the ranks has the nodes of one tha
   }
 }
 
-TEST_CASE("Distances in a distributed lattice have the right sign and are lower bounds", "[mpi]") {
+TEST_CASE("Distances in a lattice that ranks share have the right sign and are lower bounds", "[mpi]") {
   const Communicator ranks = Communicator::world();
   const std::array<int, 3> nodes = {100, 60, 50};
   const std::vector<FluidRun> runs = runsOf(nodes, ranks, 5);
@@ -91,6 +91,6 @@ TEST_CASE("Distances in a distributed lattice have the right sign and are lower 
   CHECK(tooFar == 0);
 }
 
-TEST_CASE("A distributed lattice without fluid is refused on all ranks", "[mpi]") {
+TEST_CASE("A lattice that ranks share without fluid is refused on all ranks", "[mpi]") {
   CHECK_THROWS_AS(latticeOfRuns({9, 9, 9}, 0.5, {}, Communicator::world(), 0), InputError);
 }

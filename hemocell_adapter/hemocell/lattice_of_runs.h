@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file The nodes of a lattice whose flags are distributed over the ranks.
+/// @file The lattice of a running HemoCell, of which each rank knows a part.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -15,14 +17,16 @@ struct FluidRun {
   std::int32_t from, to, j, k;
 };
 
-/// Lattices of more nodes are distributed: this many flags are 2 MB.
+/// The ranks of a computer share the flags of lattices of more nodes: this many flags are 2 MB.
 constexpr std::int64_t mostNodesOnEveryRank = 1 << 24;
 
 /// The lattice in which the runs of all ranks are fluid, and all other nodes solid. On every rank, or, if it
-/// is larger than `mostOnEveryRank` nodes, in pages: each rank has a share of them and copies of those it has
-/// read. All ranks call; they all release it together, too.
+/// is larger than `mostOnEveryRank` nodes, once on every computer. All ranks call; they all release it
+/// together, too.
+/// @param ranksPerNode at most this many ranks share its flags; for tests
 std::shared_ptr<const Lattice> latticeOfRuns(const std::array<int, 3>& nodes, double dx,
                                              const std::vector<FluidRun>& runs, const Communicator& ranks,
-                                             std::int64_t mostOnEveryRank);
+                                             std::int64_t mostOnEveryRank,
+                                             int ranksPerNode = std::numeric_limits<int>::max());
 
 }  // namespace packmesh::hemocell
