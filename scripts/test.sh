@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs the tests: scripts/test.sh [preset] [CMake options], arguments as in scripts/build.sh.
-# scripts/test.sh all takes hours: the tests with the presets release, dev and asan, then 300 random problems.
+# scripts/test.sh all takes hours: the tests with the presets release, dev and asan, those of threads with tsan, then 300
+# random problems.
 # The last line is the summary of the tests.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ ${1:-} == all ]]; then
   shift
-  for preset in release dev asan; do scripts/test.sh "$preset" "$@"; done
+  for preset in release dev asan tsan; do scripts/test.sh "$preset" "$@"; done
   exec scripts/soak.py --no-corpus --count 300
 fi
 preset=release

@@ -70,14 +70,13 @@ inline Look sampled(const WallGrid& grid, const Point& p) {
     node[k] = whole + grid.base[k];
   }
   const Ints index = BrickView::brickOf(node, bricks.bricks);
-  Ints begin = gather(bricks.begins, index);
+  Ints begin = gatherAcquire(bricks.begins, index);
   if (const unsigned unknown = bitsOf(begin < 0)) {
     for (int lane = 0; lane < width; ++lane)
       if (unknown >> lane & 1u) bricks.evaluate(*bricks.sampled, laneOf(index, lane));
-    begin = gather(bricks.begins, index);
+    begin = gatherAcquire(bricks.begins, index);
   }
   const Ints first = begin + BrickView::placeOf(node);
-  __atomic_thread_fence(__ATOMIC_ACQUIRE);
   const std::int16_t* values = __atomic_load_n(bricks.values, __ATOMIC_RELAXED);
   Lanes c[8];
   for (int k = 0; k < 4; ++k) {  // two neighbours along x at a time

@@ -6,6 +6,8 @@
 /// for a different instruction set.
 #pragma once
 
+#include <cstdint>
+
 #if defined(__AVX2__)
 #include <immintrin.h>
 #endif
@@ -206,6 +208,24 @@ inline Ints gather(const Element* base, const Ints& at) {
   return eachMask([&](int k) { return gather(base, at.r[k]); });
 }
 
+/// Of elements that other threads store meanwhile, with release: each is read as a whole, and what was stored
+/// before it is seen afterwards. The gathers of AVX2 and AVX-512 read every aligned element in one access, and
+/// these processors do not exchange reads; only the compiler must not either.
+inline Ints gatherAcquire(const std::int32_t* base, const Ints& at) {
+#if defined(__AVX512F__) || defined(__AVX2__)
+  const Ints out = gather(base, at);
+  __atomic_signal_fence(__ATOMIC_ACQUIRE);
+  return out;
+#else
+  return eachMask([&](int k) {
+    MaskRegister out{};
+    for (int lane = 0; lane < registerLanes; ++lane)
+      out[lane] = __atomic_load_n(base + at.r[k][lane], __ATOMIC_ACQUIRE);
+    return out;
+  });
+#endif
+}
+
 /// Bit k is set if lane k of the mask is set.
 inline unsigned bitsOf(const Mask& m) {
 #if defined(__AVX512F__)
@@ -273,6 +293,8 @@ inline int laneOf(const Ints& a, int lane) {
 /// Combines lanes k and k + 8, then k and k + 4: the remaining four lanes of a sum or an extremum.
 template <class Operation>
 inline __attribute__((always_inline)) Four folded(const Lanes& a, Operation operation) {
+#include <cstdint>
+
 #if defined(__AVX2__)
 #if defined(__AVX512F__)
   const Register all = a.r[0];

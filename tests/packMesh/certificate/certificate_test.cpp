@@ -343,7 +343,7 @@ TEST_CASE("A stopped certificate is not clean, and cells that cannot be examined
 }
 
 TEST_CASE("A limited search lists all pairs below its limit, otherwise a few, and walls and gaps completely",
-          "[certificate]") {
+          "[certificate][threads]") {
   const auto one = ball(1.0);
   std::vector<PlacedCell> cells(150);
   const std::size_t clean = GENERATE(0, 20);  // cells that overlap nothing come first

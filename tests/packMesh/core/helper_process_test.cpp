@@ -108,7 +108,7 @@ TEST_CASE("A helper does not react to signals that ask programs to stop, and is 
   REQUIRE(helper.fault().empty());
 }
 
-TEST_CASE("Many helpers run side by side, started by several threads", "[helper]") {
+TEST_CASE("Many helpers run side by side, started by several threads", "[helper][threads]") {
   std::vector<std::thread> threads;
   std::array<int, 4> right{};
   for (std::size_t t = 0; t < right.size(); ++t)

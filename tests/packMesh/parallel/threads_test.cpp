@@ -18,7 +18,7 @@
 
 using namespace packmesh;
 
-TEST_CASE("Threads do every item of a loop once", "[parallel]") {
+TEST_CASE("Threads do every item of a loop once", "[parallel][threads]") {
   for (const int count : {1, 2, 3, 8}) {
     const Threads threads = count == 1 ? Threads() : Threads(count);
     REQUIRE(threads.count() == count);
@@ -38,7 +38,7 @@ TEST_CASE("Threads do every item of a loop once", "[parallel]") {
   }
 }
 
-TEST_CASE("Parts of a loop cover its items without overlap", "[parallel]") {
+TEST_CASE("Parts of a loop cover its items without overlap", "[parallel][threads]") {
   const Threads threads(3);
   for (const std::int64_t items : {0, 1, 9, 10, 11, 95}) {
     std::vector<std::atomic<int>> done(items);
@@ -52,7 +52,7 @@ TEST_CASE("Parts of a loop cover its items without overlap", "[parallel]") {
   }
 }
 
-TEST_CASE("Threads are started when there are items for them", "[parallel]") {
+TEST_CASE("Threads are started when there are items for them", "[parallel][threads]") {
   const auto running = [] {
     const std::filesystem::directory_iterator tasks("/proc/self/task");
     return std::distance(begin(tasks), end(tasks));
@@ -75,7 +75,7 @@ TEST_CASE("Threads are started when there are items for them", "[parallel]") {
   REQUIRE(running() == before + 4);
 }
 
-TEST_CASE("Each of many loops sees what the one before has written", "[parallel]") {
+TEST_CASE("Each of many loops sees what the one before has written", "[parallel][threads]") {
   const Threads threads(4);
   std::vector<int> values(64, 0);
   for (int loop = 0; loop < 2000; ++loop) {
@@ -85,7 +85,7 @@ TEST_CASE("Each of many loops sees what the one before has written", "[parallel]
   }
 }
 
-TEST_CASE("The exception of the smallest item that fails is thrown, and the threads go on", "[parallel]") {
+TEST_CASE("The exception of the smallest item that fails is thrown, and the threads go on", "[parallel][threads]") {
   const Threads threads(3);
   for (int repeat = 0; repeat < 50; ++repeat) {
     std::string message;
@@ -103,7 +103,7 @@ TEST_CASE("The exception of the smallest item that fails is thrown, and the thre
   REQUIRE(done == 100);
 }
 
-TEST_CASE("Copies share the threads", "[parallel]") {
+TEST_CASE("Copies share the threads", "[parallel][threads]") {
   Threads copy;
   REQUIRE(copy.alone());
   {
@@ -129,7 +129,7 @@ TEST_CASE("A forked process does loops alone", "[parallel]") {
   REQUIRE(status == 0);
 }
 
-TEST_CASE("Values that several threads need are the same for all of them", "[parallel]") {
+TEST_CASE("Values that several threads need are the same for all of them", "[parallel][threads]") {
   MadeOnce<int, std::string> texts;
   const Threads threads(4);
   std::vector<const std::string*> found(1000);
@@ -144,7 +144,7 @@ TEST_CASE("Values that several threads need are the same for all of them", "[par
   }
 }
 
-TEST_CASE("Each thread has a value of its own, far from those of the others", "[parallel]") {
+TEST_CASE("Each thread has a value of its own, far from those of the others", "[parallel][threads]") {
   const Threads threads(3);
   PerThread<std::int64_t> sums(threads, 1);
   threads.forEach(1000, [&](std::int64_t i, int thread) { sums[thread] += i; });
@@ -156,6 +156,6 @@ TEST_CASE("Each thread has a value of its own, far from those of the others", "[
   REQUIRE(reinterpret_cast<char*>(&sums[1]) - reinterpret_cast<char*>(&sums[0]) >= 128);
 }
 
-TEST_CASE("There is at least one core", "[parallel]") {
+TEST_CASE("There is at least one core", "[parallel][threads]") {
   REQUIRE(availableCores() >= 1);
 }

@@ -143,7 +143,7 @@ TEST_CASE("Pairs are stored at the block of the smaller id, in order of ids and 
   }
 }
 
-TEST_CASE("Several threads list the pairs that one lists", "[relaxation]") {
+TEST_CASE("Several threads list the pairs that one lists", "[relaxation][threads]") {
   for (unsigned seed = 0; seed < 8; ++seed) {
     const Scene s = randomScene(seed, 200, 1.0, 25.0);
     REQUIRE(keys(s, list(s, Threads(3))) == keys(s, list(s)));
