@@ -13,12 +13,12 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
-#include "hemocell_adapter/problem/choose_species.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_record.h"
@@ -383,6 +383,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
     physics.species.push_back(part.cells);
+    physics.species.back().kind = part.species;
     if (species.ratio && part.cells.count == species.count)
       physics.species.back().asked = *species.ratio * redCells;
   }

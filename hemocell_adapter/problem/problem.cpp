@@ -18,15 +18,6 @@ std::string columnsInstead(const Problem& problem) {
   return possible ? "; --order columns packs red cells up to 0.65, not at random" : "";
 }
 
-std::vector<std::int64_t> namedBySpecies(const std::vector<Part>& parts, PackingResult& result) {
-  std::vector<std::int64_t> counts(parts.size(), 0);
-  for (PlacedCell& cell : result.cells) {
-    ++counts[cell.species];
-    cell.species = parts[cell.species].species;
-  }
-  return counts;
-}
-
 Physics physicsOf(const Problem& problem) {
   Physics physics;
   for (const CellSpecies& one : problem.species) {

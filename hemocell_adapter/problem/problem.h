@@ -63,10 +63,6 @@ struct Problem {
 /// not possible for that problem.
 std::string columnsInstead(const Problem& problem);
 
-/// Replaces the species of a result, which are parts, by those of the problem.
-/// @return number of cells of each part on this rank
-std::vector<std::int64_t> namedBySpecies(const std::vector<Part>& parts, PackingResult& result);
-
 /// The species as the user states them, all their cells together, with the clearances demanded: to examine
 /// and measure cells, not to pack them.
 Physics physicsOf(const Problem& problem);

@@ -30,11 +30,8 @@ Lumen voxelLumen(VesselOnLattice vessel, bool periodic, std::vector<std::string>
   return lumen;
 }
 
-}  // namespace
-
-Lumen vesselLumen(const Request& request, const Case& simulation,
-                  const std::optional<PreInletPlace>& preInlet) {
-  const Domain& domain = simulation.domain;
+/// @throws InputError if the STL does not exist
+void requireGeometry(const Domain& domain) {
   if (!isThere(*domain.geometry)) {
     throw InputError(fmt::format(
         "{}: '{}' does not exist. Some HemoCell cases build their lumen in C++ and refer to a missing STL; "
@@ -45,6 +42,14 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
         "lists all elements",
         domain.geometryWhere, domain.geometry->string()));
   }
+}
+
+}  // namespace
+
+Lumen vesselLumen(const Request& request, const Case& simulation,
+                  const std::optional<PreInletPlace>& preInlet) {
+  const Domain& domain = simulation.domain;
+  requireGeometry(domain);
   Lumen lumen;
   const auto located = [&](auto&& work) {
     try {

@@ -58,7 +58,7 @@ void requireWritableState(const Request& request, const Communicator& ranks) {
 /// A measured cell in a message between ranks.
 struct MeasuredCell {
   std::int64_t id;
-  double gap, localHematocrit;
+  MeasuresOfCell of;
 };
 
 bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
@@ -195,9 +195,9 @@ void writePosFiles(const fs::path& folder,
 void savePacking(const HeldPacking& held, const std::vector<std::string>& words, const fs::path& file) {
   const Packing& packing = held.packing;
   const Communicator& ranks = held.ranks;
-  if (packing.ownParts.empty())
-    throw InputError(fmt::format("the packing was loaded from {}: copy that file", held.file.string()));
   const PackingResult& result = packing.result;
+  if (result.counts.empty())
+    throw InputError(fmt::format("the packing was loaded from {}: copy that file", held.file.string()));
   PackingState state;
   state.position.stage = Stage::certificate;
   state.position.fewer = result.outcome == Outcome::outOfReach;
@@ -206,8 +206,8 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
   std::vector<BodyState> bodies;
   std::vector<MeasuredCell> measured;
   std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
-  for (std::size_t part = 0, i = 0; part < packing.ownParts.size(); ++part)
-    for (std::int64_t n = 0; n < packing.ownParts[part]; ++n, ++i, ++id) {
+  for (std::size_t part = 0, i = 0; part < result.counts.size(); ++part)
+    for (std::int64_t n = 0; n < result.counts[part]; ++n, ++i, ++id) {
       BodyState body{};
       Eigen::Map<Vec3>(body.pose.position) = result.poses[i].position;
       Eigen::Map<Eigen::Vector4d>(body.pose.orientation) = result.poses[i].orientation.coeffs();
@@ -215,14 +215,13 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
       body.species = std::int32_t(part);
       body.id = id;
       bodies.push_back(body);
-      measured.push_back({id, own.gap[i], own.localHematocrit[i]});
+      measured.push_back({id, measuresOfCell(own, i)});
     }
   const IdShares shares(result.cellCount, ranks);
   state.cells = shares.collect(std::move(bodies));
-  for (const MeasuredCell& cell : shares.collect(measured)) {
-    state.measures.gap.push_back(cell.gap);
-    state.measures.localHematocrit.push_back(cell.localHematocrit);
-  }
+  const std::vector<MeasuredCell> sorted = shares.collect(measured);
+  state.measures.resize(sorted.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i) setMeasuresOfCell(state.measures, i, sorted[i].of);
   writeState(file, packingProblemOf(*packing.problem, packing.packed), storedWords(words, file), state);
 }
 

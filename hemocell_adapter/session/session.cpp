@@ -42,10 +42,9 @@ std::string failureText(const Problem& problem, const PackingResult& result, con
          roomText(problem, forecast);
 }
 
-/// Names the cells of a result by the user's species and counts them.
-Counted counted(const Problem& problem, std::vector<std::int64_t> ofParts, const PackingResult& result) {
+Counted counted(const Problem& problem, const PackingResult& result) {
   Counted counted;
-  counted.parts = std::move(ofParts);
+  counted.parts = result.counts;
   problem.ranks.sum(counted.parts);
   std::vector<std::int64_t> counts = countsOf(problem, result.cells);
   problem.ranks.sum(counts);
@@ -147,8 +146,7 @@ Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts pa
   done.problem = std::move(problem);
   done.packed = std::move(packed);
   done.result = std::move(result);
-  done.ownParts = namedBySpecies(done.packed.parts, done.result);
-  done.cells = counted(*done.problem, done.ownParts, done.result);
+  done.cells = counted(*done.problem, done.result);
   const Tally& tally = done.cells.tally;
   requireEnough(*done.problem, done.result, tally, delivery_);
   done.kept = delivery_.countedLater ? Kept{tally.counts, {}} : keptOf(*done.problem, done.result.cells);
@@ -158,7 +156,6 @@ Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts pa
 
 Packing Session::repeatedInTiles(Packing before) const {
   const Problem& problem = *before.problem;
-  before.ownParts = namedBySpecies(before.packed.parts, before.result);
   std::shared_ptr<const Problem> big;
   together(ranks_, [&] {
     big = std::make_shared<const Problem>(tiledProblem(problem, before.packed.clearances, before.result));

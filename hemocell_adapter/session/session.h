@@ -57,9 +57,8 @@ struct Counted {
 /// Each rank has its share of the cells.
 struct Packing {
   std::shared_ptr<const Problem> problem;
-  PackedParts packed;                  ///< with the clearances that were kept
-  PackingResult result;                ///< with the species of the problem
-  std::vector<std::int64_t> ownParts;  ///< number of this rank's cells in each part
+  PackedParts packed;    ///< with the clearances that were kept
+  PackingResult result;  ///< its cells are named by the species of the problem
   Counted cells;
   Kept kept;
   RunTimes times;

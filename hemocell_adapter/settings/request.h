@@ -22,7 +22,7 @@ struct Clearances {
   double membranes = 0.0, wall = 0.0;
 };
 
-/// One requested species. Empty members have defaults that depend on the name (see choose_species.h).
+/// One requested species. Empty members have defaults that depend on the name (see species_plans.h).
 struct SpeciesRequest {
   std::string name;
   std::optional<std::int64_t> count;

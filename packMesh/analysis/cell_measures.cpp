@@ -184,6 +184,26 @@ class Measuring {
 
 }  // namespace
 
+std::size_t CellMeasures::size() const {
+  std::size_t cells = gap.size();
+  for (const Column& column : columns) cells = std::min(cells, (this->*column.values).size());
+  return cells;
+}
+
+void CellMeasures::resize(std::size_t cells) {
+  for (const Column& column : columns) (this->*column.values).resize(cells);
+}
+
+MeasuresOfCell measuresOfCell(const CellMeasures& measures, std::size_t cell) {
+  MeasuresOfCell of;
+  for (std::size_t c = 0; c < of.size(); ++c) of[c] = (measures.*CellMeasures::columns[c].values)[cell];
+  return of;
+}
+
+void setMeasuresOfCell(CellMeasures& measures, std::size_t cell, const MeasuresOfCell& of) {
+  for (std::size_t c = 0; c < of.size(); ++c) (measures.*CellMeasures::columns[c].values)[cell] = of[c];
+}
+
 CellMeasures measureCells(const Physics& physics, const Execution& execution, const CertificateInput& input,
                           const std::vector<bool>& leftOut) {
   return Measuring(physics, execution, input, leftOut)();

@@ -2,6 +2,8 @@
 /// @file Measurements of individual cells.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "packMesh/certificate/certificate_input.h"
@@ -14,11 +16,29 @@ namespace packmesh {
 /// without a neighbour within it get this value.
 constexpr double farthestGap = gapOfInterest;
 
-/// Measurements per cell; empty: not measured. See measureCells().
+/// Measurements per cell; empty: not measured. See measureCells(). All columns have the same length.
 struct CellMeasures {
   std::vector<double> gap;              ///< gap to the nearest other membrane [µm]
   std::vector<double> localHematocrit;  ///< volume fraction of red cells around it
+
+  /// A column, by its name in files.
+  struct Column {
+    const char* name;
+    std::vector<double> CellMeasures::*values;
+  };
+  static const std::array<Column, 2> columns;
+
+  std::size_t size() const;  ///< number of cells of which all numbers are known
+  void resize(std::size_t cells);
 };
+
+inline constexpr std::array<CellMeasures::Column, 2> CellMeasures::columns = {
+    {{"gap", &CellMeasures::gap}, {"local_hematocrit", &CellMeasures::localHematocrit}}};
+
+/// The numbers of one cell, for messages between ranks.
+using MeasuresOfCell = std::array<double, CellMeasures::columns.size()>;
+MeasuresOfCell measuresOfCell(const CellMeasures& measures, std::size_t cell);
+void setMeasuresOfCell(CellMeasures& measures, std::size_t cell, const MeasuresOfCell& of);
 
 /// Measures this rank's own cells, in their order among all cells of `input`. Collective.
 ///

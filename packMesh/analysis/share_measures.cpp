@@ -8,7 +8,7 @@ namespace {
 
 struct Measured {
   int index;
-  double gap, localHematocrit;
+  MeasuresOfCell of;
 };
 
 }  // namespace
@@ -27,17 +27,13 @@ CellMeasures measureShare(const Physics& physics, const Execution& execution,
   std::size_t n = 0;
   for (std::size_t i = 0; i < here.cells.size(); ++i) {
     if (!here.own[i]) continue;
-    back[here.origins[i].rank].push_back({here.origins[i].index, found.gap[n], found.localHematocrit[n]});
+    back[here.origins[i].rank].push_back({here.origins[i].index, measuresOfCell(found, n)});
     ++n;
   }
   CellMeasures measures;
-  measures.gap.resize(own.size());
-  measures.localHematocrit.resize(own.size());
+  measures.resize(own.size());
   for (const std::vector<Measured>& some : ranks.exchange(back))
-    for (const Measured& one : some) {
-      measures.gap[one.index] = one.gap;
-      measures.localHematocrit[one.index] = one.localHematocrit;
-    }
+    for (const Measured& one : some) setMeasuresOfCell(measures, one.index, one.of);
   return measures;
 }
 

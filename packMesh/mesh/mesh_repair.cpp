@@ -301,6 +301,39 @@ std::string edgeText(const TriangleMesh& mesh, const TriangleSide& side) {
   return "from " + toText(mesh.vertices[side.lo]) + " to " + toText(mesh.vertices[side.hi]);
 }
 
+/// @param notCapped why openings were not capped
+void refuseFaults(const TriangleMesh& mesh, const EdgeFaults& faults, const std::string& notCapped,
+                  const std::string& name) {
+  if (faults.open > 0)
+    throw MeshError(name + ": the surface is not closed: it has " +
+                    counted(faults.open, "open edge", "open edges") + ", the first " +
+                    edgeText(mesh, faults.firstOpen) + notCapped);
+  if (faults.crowded > 0)
+    throw MeshError(name + ": the surface is not manifold: more than two triangles meet at " +
+                    counted(faults.crowded, "edge", "edges") + ", the first " +
+                    edgeText(mesh, faults.firstCrowded));
+}
+
+/// Removes flat triangles with rounded corners if they cross their neighbours. @return their number
+/// @throws MeshError if the surface intersects itself otherwise
+std::size_t removeSlivers(TriangleMesh& mesh, const std::string& name) {
+  const std::optional<TrianglePair> pair = findSelfIntersection(mesh);
+  if (!pair) return 0;
+  TriangleMesh mended = mesh;
+  const std::size_t slivers = removeFlatTriangles(mended, tolerance::sliverFlatness);
+  if (slivers > 0 && !findSelfIntersection(mended)) {
+    mesh = std::move(mended);
+    return slivers;
+  }
+  const auto middle = [&](int t) {
+    return Vec3((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0);
+  };
+  if (pair->first == pair->second)
+    throw MeshError(name + ": the triangle at " + toText(middle(pair->first)) + " has no area");
+  throw MeshError(name + ": the surface intersects itself: the triangles at " + toText(middle(pair->first)) +
+                  " and " + toText(middle(pair->second)) + " intersect");
+}
+
 }  // namespace
 
 std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
@@ -345,15 +378,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
                   ". Cut the end off by a plane, or close it in a mesh editor";
     }
   }
-  if (faults.open > 0)
-    throw MeshError(name + ": the surface is not closed: it has " +
-                    counted(faults.open, "open edge", "open edges") + ", the first " +
-                    edgeText(mesh, faults.firstOpen) + notCapped);
-  if (faults.crowded > 0)
-    throw MeshError(name + ": the surface is not manifold: more than two triangles meet at " +
-                    counted(faults.crowded, "edge", "edges") + ", the first " +
-                    edgeText(mesh, faults.firstCrowded));
-
+  refuseFaults(mesh, faults, notCapped, name);
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles cancel each other");
 
   std::vector<int> component;
@@ -365,25 +390,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
     throw MeshError(name + ": the surface is not manifold: several parts of it touch at the vertex " +
                     toText(mesh.vertices[*pinched]));
   note(removeFlatTriangles(mesh), "repaired", "triangle without area", "triangles without area");
-  std::optional<TrianglePair> pair = findSelfIntersection(mesh);
-  if (pair) {  // flat triangles with rounded corners cross their neighbours
-    TriangleMesh mended = mesh;
-    const std::size_t slivers = removeFlatTriangles(mended, tolerance::sliverFlatness);
-    if (slivers > 0 && !findSelfIntersection(mended)) {
-      note(slivers, "repaired", "sliver", "slivers");
-      mesh = std::move(mended);
-      pair.reset();
-    }
-  }
-  if (pair) {
-    const auto middle = [&](int t) {
-      return Vec3((mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0);
-    };
-    if (pair->first == pair->second)
-      throw MeshError(name + ": the triangle at " + toText(middle(pair->first)) + " has no area");
-    throw MeshError(name + ": the surface intersects itself: the triangles at " +
-                    toText(middle(pair->first)) + " and " + toText(middle(pair->second)) + " intersect");
-  }
+  note(removeSlivers(mesh, name), "repaired", "sliver", "slivers");
   note(orientComponents(mesh, component, name), "flipped", "surface that was inside out",
        "surfaces that were inside out");
   return repairs;

@@ -3,30 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/certificate/certify.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/tolerances.h"
-#include "packMesh/packing/calibration.h"
 #include "packMesh/packing/placed_cells.h"
 #include "packMesh/relaxation/schedule.h"
 
 namespace packmesh {
 namespace {
-
-/// Number of repair rounds after which a packing counts as unresolved, and sweeps in each.
-constexpr int repairRounds = 60;
-constexpr std::int64_t repairSweeps = 400;
-
-/// The same of calibration.
-constexpr int calibrationRounds = 30;
-constexpr std::int64_t calibrationSweeps = 300;
-
-/// Thin parts of cells can pierce each other between their sample points, where a small increase of the
-/// clearance has no effect: for pairs that fail more often than this, the increase doubles every time.
-constexpr int patience = 2;
 
 bool isUnmoved(const BodyState& before, const BodyState& after) {
   const auto& a = before.pose;
@@ -50,6 +36,7 @@ Attempt::Attempt(const PackingProblem& problem, RunControl& control)
       control_(control),
       cells_(problem.physics.cellCount()),
       shares_(cells_, problem.execution.communicator),
+      repairs_(problem.physics),
       written_(problem) {}
 
 bool Attempt::certifyAll(std::int64_t sweeps) {
@@ -63,8 +50,10 @@ bool Attempt::certifyAll(std::int64_t sweeps) {
     if (startsClean()) return true;
     if (at_.fewer) return certified();
   }
-  while (relaxed(most))
+  while (!control_.outOfTime()) {
+    if (at_.stage == Stage::relaxation && !relaxed(most)) break;
     if (certified()) return true;
+  }
   const bool suspended = most < problem_.execution.limits.maxSweeps && relaxation_->sweeps() >= most;
   if (suspended || control_.interrupted()) return false;
   over_ = true;
@@ -79,6 +68,7 @@ PackingResult Attempt::takeResult() {
   if (!delivered_ || control_.interrupted()) {
     result_.cells.clear();
     result_.poses.clear();
+    result_.counts.clear();
     result_.cellCount = 0;
     result_.certificate = {};
   }
@@ -111,8 +101,7 @@ void Attempt::resume(const PackingState& state) {
   at_ = state.position;
   if (at_.fewer) at_ = {Stage::certificate, true, 0, {}};
   result_.statistics.repairs = state.repairs;
-  failures_ = state.failures;
-  demandedOfWall_ = state.demandedOfWall;
+  repairs_.restore(state);
   shares_ = IdShares(std::max(cells_, state.cellCount), problem_.execution.communicator);
   relaxFrom(bodiesOf(state.cells), state.relaxation);
 }
@@ -157,16 +146,20 @@ bool Attempt::startsClean() {
 bool Attempt::cleanByChance() {
   const Timer watch(result_.statistics.certificateSeconds);
   relaxation_->dropLists();
-  written_.take(*relaxation_);
-  CertificateInput input = written_.certificateInput();
-  input.stop = [this] { return control_.outOfTimeHere(); };
+  CertificateInput input = inputNow();
   input.upToFirstFault = true;
   const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
   written_ = WrittenCells(problem_);
-  if (!found.clean()) return false;
-  result_.certificate = found;
-  deliver();
-  return true;
+  if (found.clean()) deliver(found);
+  return found.clean();
+}
+
+/// The cells as they would be written now. Pre: the lists of the relaxation were dropped.
+CertificateInput Attempt::inputNow() {
+  written_.take(*relaxation_);
+  CertificateInput input = written_.certificateInput();
+  input.stop = [this] { return control_.outOfTimeHere(); };
+  return input;
 }
 
 /// Stores the state that is saved if the run ends before the next call. Pre: there are cells; the relaxation
@@ -178,8 +171,7 @@ void Attempt::keepState() {
     kept_.position = at_;
     kept_.repairs = result_.statistics.repairs;
     kept_.relaxation = relaxation_->state();
-    kept_.failures = failures_;
-    kept_.demandedOfWall = demandedOfWall_;
+    repairs_.store(kept_);
     kept_.cellCount = relaxation_->cellCount();
     kept_.cells = shares_.collect(relaxation_->cells());
     if (result_.statistics.growth) kept_.growth.iterations = result_.statistics.growth->iterations;
@@ -198,11 +190,12 @@ void Attempt::keepState() {
 bool Attempt::keepMeasures() {
   if (!problem_.resume) return false;
   const PackingState& from = *problem_.resume;
-  bool same = from.cells.size() == kept_.cells.size() && from.measures.gap.size() == from.cells.size() &&
-              from.measures.localHematocrit.size() == from.cells.size();
-  for (std::size_t i = 0; same && i < from.cells.size(); ++i)
-    same = isUnmoved(from.cells[i], kept_.cells[i]) && std::isfinite(from.measures.gap[i]) &&
-           std::isfinite(from.measures.localHematocrit[i]);
+  bool same = from.cells.size() == kept_.cells.size() && from.measures.size() == from.cells.size();
+  for (std::size_t i = 0; same && i < from.cells.size(); ++i) {
+    const MeasuresOfCell of = measuresOfCell(from.measures, i);
+    same = isUnmoved(from.cells[i], kept_.cells[i]) &&
+           std::all_of(of.begin(), of.end(), [](double number) { return std::isfinite(number); });
+  }
   if (problem_.execution.communicator.any(!same)) return false;
   kept_.measures = from.measures;
   return true;
@@ -211,29 +204,24 @@ bool Attempt::keepMeasures() {
 /// Measures the cells of the stored state.
 void Attempt::measure() {
   relaxation_->dropLists();
-  written_.take(*relaxation_);
-  const CertificateInput input = written_.certificateInput();
+  CertificateInput input = inputNow();
+  input.stop = {};
   const CellMeasures measured = measureCells(problem_.physics, problem_.execution, input);
   struct Measure {
     std::int64_t id;
-    double gap, localHematocrit;
+    MeasuresOfCell of;
   };
   std::vector<Measure> own;
   for (std::size_t i = 0; i < input.own->size(); ++i)
-    if ((*input.own)[i])
-      own.push_back({written_.ids()[i], measured.gap[own.size()], measured.localHematocrit[own.size()]});
-  kept_.measures = {};
-  for (const Measure& m : shares_.collect(own)) {
-    kept_.measures.gap.push_back(m.gap);
-    kept_.measures.localHematocrit.push_back(m.localHematocrit);
-  }
+    if ((*input.own)[i]) own.push_back({written_.ids()[i], measuresOfCell(measured, own.size())});
+  const std::vector<Measure> sorted = shares_.collect(own);
+  kept_.measures.resize(sorted.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i) setMeasuresOfCell(kept_.measures, i, sorted[i].of);
   written_ = WrittenCells(problem_);
 }
 
 /// Whether all contacts could be resolved within the limits.
 bool Attempt::relaxed(std::int64_t maxSweeps) {
-  if (control_.outOfTime()) return false;
-  if (at_.stage != Stage::relaxation) return true;  // already done
   Timer watch(result_.statistics.relaxationSeconds);
   ScheduleLimits all = limits(maxSweeps);
   all.sweepsForFew = problem_.execution.limits.sweepsForFew;
@@ -258,120 +246,67 @@ ScheduleLimits Attempt::limits(std::int64_t maxSweeps) {
 /// Certifies the cells of the relaxation; pairs and cells that fail get more clearance and are relaxed again.
 /// Post: if false, the position is at relaxation, or the run is interrupted.
 bool Attempt::certified() {
-  if (isCompaction(at_.schedule.part)) return calibrated();
+  const std::int64_t part = at_.schedule.part;
+  const RepairPolicy& policy = RepairPolicy::after(part);
   std::optional<Certifier> certifier;
   written_ = WrittenCells(problem_);
-  for (; at_.round < repairRounds; ++at_.round) {
+  for (; at_.round < policy.rounds; ++at_.round) {
     if (at_.stage == Stage::certificate) {
       relaxation_->dropLists();
       keepState();
-      if (certifiedOnce(certifier)) return true;
+      if (certifiedOnce(policy, certifier)) return true;
       if (control_.outOfTime()) return false;
       ++result_.statistics.repairs;
       at_.stage = Stage::repair;
-      at_.schedule = {};
+      at_.schedule = {policy.calibrates ? part : 0, 0};
     }
-    if (!settled(repairSweeps)) break;
+    if (!settled(policy)) break;
     at_.stage = Stage::certificate;
   }
-  at_ = {Stage::relaxation, at_.fewer, 0, {}};
+  at_ = {Stage::relaxation, at_.fewer, 0, {policy.calibrates ? part + 1 : 0, 0}};
   return false;
 }
 
 /// The certificate of the current cells of the relaxation.
-Certificate Attempt::examined(std::optional<Certifier>& certifier) {
+Certificate Attempt::examined(const RepairPolicy& policy, std::optional<Certifier>& certifier) {
+  const Timer watch(result_.statistics.certificateSeconds);
   const auto changed = certifier ? written_.update(*relaxation_) : std::nullopt;
   if (changed) {
     certifier->update(*changed);
   } else {
-    written_.take(*relaxation_);
-    CertificateInput input = written_.certificateInput();
-    input.stop = [this] { return control_.outOfTimeHere(); };
+    CertificateInput input = inputNow();
+    input.requiredGap += policy.range;
     certifier.emplace(input);
   }
   return ofAllRanks(certifier->certificate(), written_.ids(), problem_.execution.communicator);
 }
 
 /// @return whether the certificate is clean; if not, additional clearances have been demanded
-bool Attempt::certifiedOnce(std::optional<Certifier>& certifier) {
-  Timer watch(result_.statistics.certificateSeconds);
-  const Certificate found = examined(certifier);
-  if (found.clean()) {
-    result_.certificate = found;
+bool Attempt::certifiedOnce(const RepairPolicy& policy, std::optional<Certifier>& certifier) {
+  const Certificate found = examined(policy, certifier);
+  if (repairs_.isMet(policy, found)) {
     certifier.reset();
+    if (policy.range > 0.0) return cleanByChance();  // `found` has pairs that are far enough apart
     written_ = WrittenCells(problem_);
-    deliver();
+    deliver(found);
     return true;
   }
-  if (!found.complete) return false;
-  for (const OverlappingPair& pair : found.overlapping) {
-    const std::int64_t again = std::max<std::int64_t>(0, ++failures_[{pair.first, pair.second}] - patience);
-    relaxation_->demandClearance(pair.first, pair.second,
-                                 std::ldexp(tolerance::repairClearance, static_cast<int>(again)));
-  }
-  for (const MisplacedCell& cell : found.misplaced) demandDistance(cell);
+  if (found.complete) repairs_.demand(policy, found, *relaxation_);
   return false;
 }
 
-/// As certified(), after a compaction. Post: if false, the position is at the next one, or the run is
-/// interrupted.
-bool Attempt::calibrated() {
-  const std::int64_t part = at_.schedule.part;
-  for (; at_.round < calibrationRounds; ++at_.round) {
-    if (at_.stage == Stage::certificate) {
-      relaxation_->dropLists();
-      keepState();
-      if (calibratedOnce()) return true;
-      if (control_.outOfTime()) return false;
-      ++result_.statistics.repairs;
-      at_.stage = Stage::repair;
-      at_.schedule.sweep = 0;
-    }
-    const Timer watch(result_.statistics.relaxationSeconds);
-    const std::int64_t most = relaxation_->sweeps() + calibrationSweeps - at_.schedule.sweep;
-    settleCompacted(*relaxation_, tolerance::relaxationTolerance, calibrationSweeps, limits(most),
-                    at_.schedule);
-    if (control_.stopped() || isTooDeepToCalibrate(*relaxation_)) break;
-    at_.stage = Stage::certificate;
-  }
-  at_ = {Stage::relaxation, at_.fewer, 0, {part + 1, 0}};
-  return false;
-}
-
-/// @return whether the certificate is clean; if not, the clearances have been corrected
-bool Attempt::calibratedOnce() {
-  Timer watch(result_.statistics.certificateSeconds);
-  written_.take(*relaxation_);
-  CertificateInput input = written_.certificateInput();
-  input.requiredGap += Calibration::range;  // all nearer pairs are listed, with their gaps
-  input.stop = [this] { return control_.outOfTimeHere(); };
-  const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
-  if (!found.complete) return false;
-  const double required = problem_.physics.clearance;
-  const bool clean = found.misplaced.empty() &&
-                     std::none_of(found.overlapping.begin(), found.overlapping.end(),
-                                  [&](const OverlappingPair& p) { return p.gap <= 0.0 || p.gap < required; });
-  if (clean) return cleanByChance();
-  const ExtraClearances extra = relaxation_->state().extraClearance;
-  for (const OverlappingPair& pair : found.overlapping) {
-    const auto known = extra.find(std::minmax(pair.first, pair.second));
-    const double correction =
-        Calibration::correction(pair.gap, required, known == extra.end() ? 0.0 : known->second);
-    if (correction != 0.0) relaxation_->demandClearance(pair.first, pair.second, correction);
-  }
-  for (const MisplacedCell& cell : found.misplaced) demandDistance(cell);
-  return false;
-}
-
-/// Continues with settle().
-bool Attempt::settled(std::int64_t sweeps) {
+/// Relaxes what a certificate has demanded. @return whether it is worth another certificate
+bool Attempt::settled(const RepairPolicy& policy) {
   Timer watch(result_.statistics.relaxationSeconds);
-  const std::int64_t most = relaxation_->sweeps() + sweeps - at_.schedule.sweep;
-  return settle(*relaxation_, tolerance::relaxationTolerance, sweeps, limits(most), at_.schedule);
+  const ScheduleLimits most = limits(relaxation_->sweeps() + policy.sweeps - at_.schedule.sweep);
+  constexpr double deepest = tolerance::relaxationTolerance;
+  if (!policy.calibrates) return settle(*relaxation_, deepest, policy.sweeps, most, at_.schedule);
+  settleCompacted(*relaxation_, deepest, policy.sweeps, most, at_.schedule);
+  return !control_.stopped() && !isTooDeepToCalibrate(*relaxation_);
 }
 
-/// Assigns every rank its share of the cells, sorted by id.
-void Attempt::deliver() {
+/// Assigns every rank its share of the certified cells, sorted by id.
+void Attempt::deliver(const Certificate& certificate) {
   const std::vector<BodyState> states = shares_.collect(relaxation_->cells());
   result_.poses.resize(states.size());
   result_.cells.resize(states.size());
@@ -379,25 +314,14 @@ void Attempt::deliver() {
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i) {
           const Pose pose = result_.poses[i] = bodyOf(states[i]).pose();
-          result_.cells[i] = {states[i].species, problem_.physics.placement(pose)};
+          result_.cells[i] = {problem_.physics.kindOf(states[i].species), problem_.physics.placement(pose)};
         }
       });
+  result_.counts.assign(problem_.physics.species.size(), 0);
+  for (const BodyState& state : states) ++result_.counts[state.species];
   result_.cellCount = relaxation_->cellCount();
+  result_.certificate = certificate;
   delivered_ = true;
-}
-
-/// Additional clearance of a misplaced cell: what relaxation missed because it interpolates the distance to
-/// the wall.
-void Attempt::demandDistance(const MisplacedCell& cell) {
-  constexpr double growth = 0.5;  // its depth in the wall is unknown: demand more each time
-  double& demanded = demandedOfWall_[cell.cell];
-  const double wanted = cell.gap > 0.0
-                            ? problem_.physics.wallClearance - cell.gap + tolerance::repairClearance
-                            : std::max(tolerance::repairClearance, growth * demanded);
-  const double most = problem_.physics.container->bounds().size().norm();
-  const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
-  demanded += extra;
-  relaxation_->demandWallClearance(cell.cell, extra);
 }
 
 bool Attempt::leaveOutFailing() {
@@ -406,60 +330,37 @@ bool Attempt::leaveOutFailing() {
   leftOut_ = true;
   Timer watch(result_.statistics.certificateSeconds);
   while (!control_.outOfTime()) {
-    relaxation_->dropLists();
-    written_.take(*relaxation_);
-    CertificateInput input = written_.certificateInput();
-    input.stop = [this] { return control_.outOfTimeHere(); };
-    const Certificate found = ofAllRanks(certify(input), written_.ids(), problem_.execution.communicator);
+    const Certificate found =
+        ofAllRanks(certify(inputNow()), written_.ids(), problem_.execution.communicator);
     if (!found.complete) break;
     if (found.clean()) {
-      result_.certificate = found;
-      deliver();
+      deliver(found);
       return true;
     }
-    std::map<std::int64_t, int> failures;
-    std::set<std::int64_t> out;
-    for (const MisplacedCell& cell : found.misplaced) out.insert(cell.cell);
-    for (const OverlappingPair& pair : found.overlapping) ++failures[pair.first], ++failures[pair.second];
-    for (const OverlappingPair& pair : found.overlapping) {
-      if (out.count(pair.first) || out.count(pair.second)) continue;
-      const bool first =
-          isFixed(pair.second) || (!isFixed(pair.first) && failures[pair.first] > failures[pair.second]);
-      out.insert(first ? pair.first : pair.second);
-    }
+    const std::set<std::int64_t> out = failingCells(found, problem_.physics);
     relaxation_->remove({out.begin(), out.end()});
-  }
-  return false;
-}
-
-bool Attempt::isFixed(std::int64_t id) const {
-  for (const Species& species : problem_.physics.species) {
-    if (id < species.count) return species.freedom.fixed;
-    id -= species.count;
   }
   return false;
 }
 
 void Attempt::take(const PackingResult& fewer) {
   // Ids of the cells in the complete problem: the first ones of every species.
-  std::vector<std::int64_t> counts(problem_.physics.species.size(), 0);
-  for (const PlacedCell& cell : fewer.cells) ++counts[cell.species];
-  std::vector<std::int64_t> before = problem_.execution.communicator.sumBefore(counts);
+  const std::vector<std::int64_t> before = problem_.execution.communicator.sumBefore(fewer.counts);
   std::vector<Body> bodies;
-  for (std::size_t i = 0; i < fewer.cells.size(); ++i) {
-    const int of = fewer.cells[i].species;
-    std::int64_t id = before[of]++;
-    for (int s = 0; s < of; ++s) id += problem_.physics.species[s].count;
-    bodies.push_back(makeBody(id, of, fewer.poses[i]));
+  std::int64_t first = 0;  // id
+  for (std::size_t s = 0; s < fewer.counts.size(); ++s) {
+    for (std::int64_t n = 0; n < fewer.counts[s]; ++n)
+      bodies.push_back(makeBody(first + before[s] + n, static_cast<int>(s), fewer.poses[bodies.size()]));
+    first += problem_.physics.species[s].count;
   }
   RelaxationState state;
   state.sweeps = relaxation_ ? relaxation_->sweeps() : 0;
   relaxFrom(std::move(bodies), state);
   at_ = {Stage::certificate, true, 0, {}};
-  failures_.clear();
-  demandedOfWall_.clear();
+  repairs_.clear();
   result_.cells = fewer.cells;
   result_.poses = fewer.poses;
+  result_.counts = fewer.counts;
   result_.cellCount = fewer.cellCount;
   result_.certificate = fewer.certificate;
   delivered_ = true;

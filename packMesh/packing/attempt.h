@@ -4,9 +4,7 @@
 
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "packMesh/certificate/certifier.h"
@@ -14,6 +12,7 @@
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_problem.h"
 #include "packMesh/packing/packing_result.h"
+#include "packMesh/packing/repairs.h"
 #include "packMesh/packing/run_control.h"
 #include "packMesh/packing/written_cells.h"
 #include "packMesh/relaxation/relaxation.h"
@@ -64,27 +63,26 @@ class Attempt {
   PackingResult takeResult();
 
  private:
+  // Stages: placement or growth, relaxation, certificate and repair.
   void begin();
   void resume(const PackingState& state);
   bool grown(std::int64_t iterations);
-  void takeGrown();
-  void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
+  bool relaxed(std::int64_t maxSweeps);
+  bool certified();
+  bool certifiedOnce(const RepairPolicy& policy, std::optional<Certifier>& certifier);
+  bool settled(const RepairPolicy& policy);
+  bool cleanByChance();
   bool startsClean();
+
+  void relaxFrom(std::vector<Body> bodies, const RelaxationState& state = {});
+  void takeGrown();
+  ScheduleLimits limits(std::int64_t maxSweeps);
+  CertificateInput inputNow();
+  Certificate examined(const RepairPolicy& policy, std::optional<Certifier>& certifier);
+  void deliver(const Certificate& certificate);
   void keepState();
   bool keepMeasures();
   void measure();
-  bool relaxed(std::int64_t maxSweeps);
-  ScheduleLimits limits(std::int64_t maxSweeps);
-  bool certified();
-  bool certifiedOnce(std::optional<Certifier>& certifier);
-  bool cleanByChance();
-  Certificate examined(std::optional<Certifier>& certifier);
-  bool settled(std::int64_t sweeps);
-  bool calibrated();
-  bool calibratedOnce();
-  void deliver();
-  void demandDistance(const MisplacedCell& cell);
-  bool isFixed(std::int64_t id) const;
 
   const PackingProblem& problem_;
   RunControl& control_;
@@ -92,9 +90,8 @@ class Attempt {
   IdShares shares_;
   std::optional<GrowthStage> growth_;     ///< Method::cat
   std::optional<Relaxation> relaxation_;  ///< empty until cells are placed, or grown
-  RunPosition at_;
-  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
-  std::map<std::int64_t, double> demandedOfWall_;  ///< of misplaced cells (ids) [µm]
+  RunPosition at_;                        ///< the next stage, once there is a relaxation
+  Repairs repairs_;
   WrittenCells written_;
   PackingState kept_;
   bool delivered_ = false;

@@ -84,10 +84,11 @@ void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& 
 }  // namespace
 
 std::vector<CellColumn> columnsOf(const CellMeasures& measures, std::size_t cells) {
-  std::vector<CellColumn> columns = {{"gap", 1, measures.gap},
-                                     {"local_hematocrit", 1, measures.localHematocrit}};
-  for (CellColumn& column : columns)
-    column.values.resize(cells * column.width, std::numeric_limits<double>::quiet_NaN());
+  std::vector<CellColumn> columns;
+  for (const CellMeasures::Column& column : CellMeasures::columns) {
+    columns.push_back({column.name, 1, measures.*column.values});
+    columns.back().values.resize(cells, std::numeric_limits<double>::quiet_NaN());
+  }
   return columns;
 }
 

@@ -84,7 +84,7 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
 
 void addSpecies(const Physics& physics, const Species& species, const Box& bounds, Digest& digest) {
   // The hematocrit and the numbers before rounding only determine how fewer cells are tried.
-  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked] = species;
+  const auto& [name, shape, count, wall, inHematocrit, start, freedom, inColumns, asked, kind] = species;
   digest.add(name);
   digest.add(count);
   digest.add(shape->mesh());

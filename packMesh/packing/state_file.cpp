@@ -361,8 +361,9 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
     using Number = typename std::decay_t<decltype(table)>::value_type;
     table = in.table<Number>(std::string("/cells/") + name, columns, from, count);
   });
-  state.measures.gap = in.table<double>("/cells/gap", 1, first, end - first);
-  state.measures.localHematocrit = in.table<double>("/cells/local_hematocrit", 1, first, end - first);
+  for (const CellMeasures::Column& column : CellMeasures::columns)
+    state.measures.*column.values =
+        in.table<double>(std::string("/cells/") + column.name, 1, first, end - first);
   state.cells = cellsOf(cells);
   if (state.position.stage == Stage::growth) {
     if (in.size("/growth/taken")[0] != state.cellCount) in.fail(misfit);

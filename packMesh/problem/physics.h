@@ -35,6 +35,8 @@ struct Physics {
     for (const Species& one : species) cells += one.count;
     return cells;
   }
+  /// The kind by which results name the cells of a species.
+  int kindOf(int s) const { return species[s].kind < 0 ? s : species[s].kind; }
   const Shape& shapeOf(int s) const { return *species[s].shape; }
   /// The wall for a species; nullptr: none.
   const Wall* wallOf(const Species& one) const { return one.wall ? one.wall.get() : container->wall(); }

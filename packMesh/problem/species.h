@@ -31,6 +31,9 @@ struct Species {
   /// Requested number before rounding to `count`; 0: the same. If fewer cells are tried, their numbers are
   /// derived from this one, so that larger and smaller requests try the same numbers of every species.
   double asked = 0.0;
+  /// Of cells of one kind with several constraints, each a species here: the number of their kind, by which
+  /// results name them; -1: a kind of its own, with the number of this species.
+  int kind = -1;
 };
 
 }  // namespace packmesh

@@ -209,8 +209,8 @@ inline Ints gather(const Element* base, const Ints& at) {
 }
 
 /// Of elements that other threads store meanwhile, with release: each is read as a whole, and what was stored
-/// before it is seen afterwards. The gathers of AVX2 and AVX-512 read every aligned element in one access, and
-/// these processors do not exchange reads; only the compiler must not either.
+/// before it is seen afterwards. The gathers of AVX2 and AVX-512 read every aligned element in one access,
+/// and these processors do not exchange reads; only the compiler must not either.
 inline Ints gatherAcquire(const std::int32_t* base, const Ints& at) {
 #if defined(__AVX512F__) || defined(__AVX2__)
   const Ints out = gather(base, at);

@@ -3,6 +3,7 @@
 """Checks the rules of the code layout that docs/contributing.md states: check_layout.py [folder of the project]
 
 - Includes point down the lists of folders in contributing.md, never up; the library never includes the adapter.
+- In that list, the engines and what judges and measures their results stand before packing/, which calls them.
 - No cycle between files; a header and its source count as one.
 - A class is declared in the header that has its name.
 - A small literal like 1e-9 stands in tolerances.h or has a comment that gives its reason.
@@ -12,6 +13,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent.parent.parent).resolve()
+ENGINES = [f"packMesh/{name}" for name in ("certificate", "analysis", "relaxation", "placement", "growth", "escape")]
 faults = []
 
 
@@ -45,6 +47,8 @@ def layers():
 
 def check_includes():
     order = layers()
+    faults.extend(f"docs/contributing.md lists {engine} after packMesh/packing, which calls it" for engine in ENGINES
+                  if engine not in order[:order.index("packMesh/packing")])
     folders = {folder_of(path) for path in sources()}
     for folder in sorted(folders - set(order)):
         faults.append(f"{folder} is missing in the layout of docs/contributing.md")

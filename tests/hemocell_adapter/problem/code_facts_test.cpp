@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/problem/code_facts.h"
-#include "hemocell_adapter/problem/choose_species.h"
+#include "hemocell_adapter/problem/species_plans.h"
 
 #include <catch2/catch.hpp>
 

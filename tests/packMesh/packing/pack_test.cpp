@@ -93,13 +93,27 @@ TEST_CASE("Red cells are packed without overlap for any seed", "[packing]") {
     }
 }
 
+TEST_CASE("Species of one kind have one number in the result, and numbers of cells of their own",
+          "[packing]") {
+  PackingProblem problem = redCellProblem(periodicCube(25.0), 0.2, 3);
+  Species others = problem.physics.species[0];
+  others.name = "RBC, others";
+  others.count = 5;
+  others.kind = 0;
+  problem.physics.species.push_back(others);
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  CHECK(result.counts == std::vector<std::int64_t>{problem.physics.species[0].count, 5});
+  CHECK(countOf(result, 0) == problem.physics.cellCount());
+}
+
 TEST_CASE("The packing has the same bits for the same problem and differs for another seed", "[packing]") {
   const PackingResult first = pack(redCellProblem(periodicCube(25.0), 0.45, 5));
   REQUIRE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 5)), first));
   REQUIRE_FALSE(test::sameBits(pack(redCellProblem(periodicCube(25.0), 0.45, 6)), first));
 }
 
-TEST_CASE("The packing has the same bits on any number of threads", "[packing]") {
+TEST_CASE("The packing has the same bits on any number of threads", "[packing][threads]") {
   const TriangleMesh tube = sample::tube(
       0.0, 80.0, 81, 16, [](double x) { return Vec3(x, 2.0 * std::sin(2.0 * M_PI * x / 80.0), 0.0); },
       [](double) { return 9.0; });

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/species_plans.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "hemocell_adapter/base/exit_codes.h"
+#include "hemocell_adapter/hemocell/read_pos.h"
+#include "hemocell_adapter/problem/choose_species.h"
+#include "packMesh/core/input_file.h"
+#include "packMesh/packing/state_cells.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
+  if (!request.axis) {
+    if (request.spread) throw InputError(fmt::format("cell '{}' has a spread, but no axis", request.name));
+    return {};
+  }
+  if (!(request.axis->norm() > 0.0))
+    throw InputError(fmt::format("cell '{}': its axis 0 0 0 is not a direction", request.name));
+  constexpr double degree = 3.14159265358979323846 / 180.0;
+  return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
+}
+
+/// The cells of a kind in a state, as their lines in a .pos file.
+std::vector<PosLine> linesOfState(const fs::path& file, const std::string& name) {
+  const StateCells state = readStateCells(file, Communicator());
+  std::vector<PosLine> lines;
+  for (const StateCell& cell : state.cells)
+    if (state.species[cell.species].name == name) lines.push_back(posLineOf(cell.pose));
+  return lines;
+}
+
+/// Reads existing cells.
+void readPresent(const SpeciesRequest& request, SpeciesPlan& species, std::vector<std::string>& warnings) {
+  std::error_code ignored;
+  if (request.fixed && request.start && fs::equivalent(*request.fixed, *request.start, ignored))
+    throw InputError(
+        fmt::format("cell '{}': the cells of {} cannot be both fixed (fixed) and movable (start)",
+                    request.name, request.fixed->string()));
+  const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
+    if (!file) return;
+    lines = isState(*file) ? linesOfState(*file, request.name) : readPos(*file, &warnings);
+    from = file->string();
+  };
+  read(request.fixed, species.fixed, species.fixedFrom);
+  read(request.start, species.start, species.startFrom);
+}
+
+/// "A, B and C".
+std::string enumerated(const std::vector<std::string>& names) {
+  if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));
+  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+/// The cells described in a folder, for requests of one that is not: "; the folder has PLT.xml and RBC_HO.xml
+/// ...".
+std::string cellsInstead(const fs::path& folder, const SpeciesRequest& request) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path& file = entry->path();
+    constexpr std::uintmax_t largest = 1 << 20;  // [bytes]
+    std::error_code ignored;
+    if (file.extension() != ".xml" || !fs::is_regular_file(file, ignored)) continue;
+    if (fs::file_size(file, ignored) > largest) continue;
+    try {
+      if (contentOf(file, "a cell").find("<MaterialModel") != std::string::npos)
+        names.push_back(file.stem().string());
+    } catch (const InputError&) {
+      continue;  // only a hint
+    }
+  }
+  if (names.empty()) return "";
+  std::sort(names.begin(), names.end());
+  std::vector<std::string> files;
+  for (const std::string& name : names) files.push_back(name + ".xml");
+  const std::string text = "; the folder has " + enumerated(files);
+  const bool red = isRedCell(request);
+  const auto like = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+    SpeciesRequest other;
+    other.name = name;
+    return red ? isRedCell(other) : name.compare(0, request.name.size(), request.name) == 0;
+  });
+  if (like == names.end()) return text;
+  return text + fmt::format(". For that cell: <packing> <species name=\"{}\"{}/> </packing>", *like,
+                            red ? "" : " count=\"n\"");
+}
+
+/// How the number of cells is determined. Pre: the species has its existing cells.
+void resolveNumber(const Request& all, const SpeciesRequest& request, SpeciesPlan& species) {
+  species.statedCount = request.count;
+  species.ratio = request.ratio;
+  species.stock = request.stock.value_or(0);
+  if (!species.statedCount && !species.ratio && !(all.hematocrit && species.redCell))
+    species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
+  species.sharesHematocrit = species.redCell && !(all.packCellsConventions && species.statedCount);
+}
+
+void useMesh(const SpeciesRequest& request, SpeciesPlan& species) {
+  species.kind = SpeciesPlan::Template::mesh;
+  species.meshFile = *request.meshFile;
+  species.meshScale = request.meshScale.value_or(1.0);
+  species.meshFrame = request.meshFrame.value_or(MeshFrame::hemocell);
+  species.origin = fmt::format(
+      "{}, {}", request.meshFile->filename().string(),
+      species.meshFrame == MeshFrame::hemocell ? toString(Construction::meshFromStl) : "axes of the file");
+}
+
+void useEllipsoid(const Vec3& axes, const char* origin, SpeciesPlan& species) {
+  species.kind = SpeciesPlan::Template::ellipsoid;
+  species.ellipsoidAxes = axes;
+  species.origin = origin;
+}
+
+/// The model of the case's XML file.
+void useCase(const Case& simulation, const SpeciesRequest& request, SpeciesPlan& species) {
+  const fs::path xml = simulation.folder / (request.name + ".xml");
+  if (!isThere(xml))
+    throw InputError(fmt::format("{}: no such file; it must define how HemoCell builds the cell '{}'{}",
+                                 xml.string(), request.name, cellsInstead(simulation.folder, request)));
+  species.model = readCellXml(xml, request.name, request.construction);
+  species.origin = fmt::format("{}, {}", xml.filename().string(), toString(species.model.construction));
+}
+
+/// The template of a running HemoCell.
+void useRunning(const RunningSystem& running, const SpeciesRequest& request, SpeciesPlan& species) {
+  const BuiltCell* built = running.cell(request.name);
+  if (!built) {
+    std::vector<std::string> names;
+    for (const BuiltCell& cell : running.cells) names.push_back(cell.name);
+    throw InputError(
+        fmt::format("the case has no cell type '{}'; it has {}", request.name, enumerated(names)));
+  }
+  species.kind = SpeciesPlan::Template::built;
+  species.builtMesh = built->mesh;
+  species.model.hemocellVolume = built->hemocellVolume;
+  species.origin = "built by HemoCell";
+}
+
+/// The shape of cells of this name in HemoCell and packCells.
+void useDefault(SpeciesPlan& species) {
+  if (const auto model = defaultModel(species.name)) {
+    species.model = *model;
+    species.origin = fmt::format("HemoCell's defaults, {}", toString(species.model.construction));
+  } else if (const auto axes = defaultEllipsoid(species.name)) {
+    useEllipsoid(Vec3((*axes)[0], (*axes)[1], (*axes)[2]), "packCells' ellipsoid", species);
+  } else {
+    throw UsageError(
+        fmt::format("cell '{}' is unknown: give it axes (--cell) or a mesh (--cell-mesh)", species.name));
+  }
+}
+
+/// The shape of the cells.
+void resolveTemplate(const Case* simulation, const SpeciesRequest& request, SpeciesPlan& species) {
+  if (simulation && simulation->running) return useRunning(*simulation->running, request, species);
+  if (request.meshFile) return useMesh(request, species);
+  if (request.meshScale || request.meshFrame)
+    throw UsageError(fmt::format("cell '{}' has a mesh {} but no mesh file (--cell-mesh)", request.name,
+                                 request.meshScale ? "scale" : "frame"));
+  if (request.ellipsoidAxes) return useEllipsoid(*request.ellipsoidAxes, "ellipsoid", species);
+  if (simulation) return useCase(*simulation, request, species);
+  useDefault(species);
+}
+
+SpeciesPlan planOf(const SpeciesRequest& request, const Request& all, const Case* simulation,
+                   std::vector<std::string>& warnings) {
+  SpeciesPlan species;
+  species.name = request.name;
+  species.redCell = isRedCell(request);
+  species.statedDistanceFromSolid = request.minimumDistanceFromSolid;
+  species.ownWallClearance =
+      std::max(request.wallClearance.value_or(0.0), species.redCell ? all.cellFreeLayer : 0.0);
+  species.cone = coneOf(request);
+  readPresent(request, species, warnings);
+  resolveNumber(all, request, species);
+  resolveTemplate(simulation, request, species);
+  return species;
+}
+
+/// More than one cell per red cell is probably unintended.
+void warnOfLargeRatios(const std::vector<SpeciesPlan>& all, std::vector<std::string>& warnings) {
+  for (const SpeciesPlan& species : all)
+    if (!species.redCell && species.ratio.value_or(0.0) > 1.0)
+      warnings.push_back(fmt::format(
+          "a ratio of {0:.15g} is {0:.15g} {1} for each red cell, not per cent; {2:.15g} may be meant",
+          *species.ratio, species.name, *species.ratio / 100.0));
+}
+
+/// Constraints of a species that the request contradicts.
+void refuseContradictions(const SpeciesPlan& species, const Request& request) {
+  if (species.cone && !request.rotate)
+    throw InputError(
+        fmt::format("cell '{}' has an axis, but --noRotate (<rotate> false) keeps every orientation at 0 0 0",
+                    species.name));
+  if (species.stock > 0 && !request.escape)
+    throw InputError(fmt::format("cell '{}' has a reserve (stock), which only --escape uses", species.name));
+}
+
+/// Sorts names of cells as packing orders them: those of the settings, before them RBC and PLT if they are
+/// not among those, then the others alphabetically.
+void sortAsPacked(std::vector<std::string>& names, const Request& all) {
+  std::vector<std::string> order;
+  for (const SpeciesRequest& request : all.species) order.push_back(request.name);
+  const auto place = [&](const std::string& name) { return std::find(order.begin(), order.end(), name); };
+  if (place("RBC") == order.end()) order.insert(order.begin(), "RBC");
+  if (place("PLT") == order.end()) order.insert(order.begin() + 1, "PLT");
+  std::sort(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+    return std::pair(place(a), a) < std::pair(place(b), b);
+  });
+}
+
+}  // namespace
+
+std::vector<SpeciesPlan> plansToPack(const Request& request, const Case* simulation,
+                                     std::vector<std::string>& warnings) {
+  std::vector<SpeciesPlan> plans;
+  for (const SpeciesRequest& one : request.species)
+    plans.push_back(planOf(one, request, simulation, warnings));
+  warnOfLargeRatios(plans, warnings);
+  for (const SpeciesPlan& plan : plans) refuseContradictions(plan, request);
+  return plans;
+}
+
+CheckedSpecies plansToCheck(const Request& request, const Case* simulation,
+                            std::vector<std::string>& warnings) {
+  const fs::path& folder = request.output.folder;
+  std::error_code error;
+  std::vector<std::string> names;
+  if (!request.startStates.empty()) {
+    for (const SpeciesRequest& one : request.species)
+      if (one.start) names.push_back(one.name);
+  } else {
+    for (const auto& entry : fs::directory_iterator(folder, error))
+      if (entry.path().extension() == ".pos") names.push_back(entry.path().stem().string());
+  }
+  if (error) throw InputError(fmt::format("{}: cannot be read as a folder", folder.string()));
+  sortAsPacked(names, request);
+  for (const SpeciesRequest& one : request.species)
+    if (request.startStates.empty() && std::find(names.begin(), names.end(), one.name) == names.end())
+      warnings.push_back(fmt::format("there is no {}.pos", one.name));
+  CheckedSpecies found;
+  for (const std::string& name : names) {
+    SpeciesRequest one;
+    if (const SpeciesRequest* asked = findSpecies(request, name)) one = *asked;
+    one.name = name;
+    const bool own = one.meshFile || one.ellipsoidAxes;
+    const bool known =
+        own || (simulation ? isThere(simulation->folder / (name + ".xml"))
+                           : defaultModel(name).has_value() || defaultEllipsoid(name).has_value());
+    if (known) {
+      found.plans.push_back(planOf(one, request, simulation, warnings));
+    } else {
+      found.unchecked.push_back(name + ".pos");
+      warnings.push_back(fmt::format("{}.pos is not checked: {}", name,
+                                     simulation ? "there is no " + name + ".xml"
+                                                : "its shape is unknown (--cell or --cell-mesh defines it)"));
+    }
+  }
+  if (found.plans.empty())
+    throw InputError(found.unchecked.empty() ? fmt::format("{}: no .pos files to check", folder.string())
+                                             : fmt::format("nothing to check: {}", warnings.back()));
+  return found;
+}
+
+}  // namespace packmesh::hemocell

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "packMesh/packing/repairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "packMesh/core/tolerances.h"
+#include "packMesh/packing/calibration.h"
+#include "packMesh/relaxation/schedule.h"
+
+namespace packmesh {
+namespace {
+
+constexpr RepairPolicy repair{60, 400, 0.0, false}, calibration{30, 300, Calibration::range, true};
+
+/// Thin parts of cells can pierce each other between their sample points, where a small increase of the
+/// clearance has no effect: for pairs that fail more often than this, the increase doubles every time.
+constexpr int patience = 2;
+
+bool isFixed(std::int64_t id, const Physics& physics) {
+  for (const Species& species : physics.species) {
+    if (id < species.count) return species.freedom.fixed;
+    id -= species.count;
+  }
+  return false;
+}
+
+}  // namespace
+
+const RepairPolicy& RepairPolicy::after(std::int64_t part) {
+  return isCompaction(part) ? calibration : repair;
+}
+
+bool Repairs::isMet(const RepairPolicy& policy, const Certificate& found) const {
+  if (!policy.calibrates) return found.clean();
+  return found.complete && found.misplaced.empty() &&
+         std::none_of(found.overlapping.begin(), found.overlapping.end(),
+                      [&](const OverlappingPair& p) { return p.gap <= 0.0 || p.gap < physics_.clearance; });
+}
+
+void Repairs::demand(const RepairPolicy& policy, const Certificate& found, Relaxation& relaxation) {
+  if (policy.calibrates)
+    calibratePairs(found, relaxation);
+  else
+    demandOfPairs(found, relaxation);
+  for (const MisplacedCell& cell : found.misplaced) demandOfWall(cell, relaxation);
+}
+
+void Repairs::demandOfPairs(const Certificate& found, Relaxation& relaxation) {
+  for (const OverlappingPair& pair : found.overlapping) {
+    const std::int64_t again = std::max<std::int64_t>(0, ++failures_[{pair.first, pair.second}] - patience);
+    relaxation.demandClearance(pair.first, pair.second,
+                               std::ldexp(tolerance::repairClearance, static_cast<int>(again)));
+  }
+}
+
+void Repairs::calibratePairs(const Certificate& found, Relaxation& relaxation) const {
+  const ExtraClearances extra = relaxation.state().extraClearance;
+  for (const OverlappingPair& pair : found.overlapping) {
+    const auto known = extra.find(std::minmax(pair.first, pair.second));
+    const double correction =
+        Calibration::correction(pair.gap, physics_.clearance, known == extra.end() ? 0.0 : known->second);
+    if (correction != 0.0) relaxation.demandClearance(pair.first, pair.second, correction);
+  }
+}
+
+/// Additional clearance of a misplaced cell: what relaxation missed because it interpolates the distance to
+/// the wall.
+void Repairs::demandOfWall(const MisplacedCell& cell, Relaxation& relaxation) {
+  constexpr double growth = 0.5;  // its depth in the wall is unknown: demand more each time
+  double& demanded = demandedOfWall_[cell.cell];
+  const double wanted = cell.gap > 0.0 ? physics_.wallClearance - cell.gap + tolerance::repairClearance
+                                       : std::max(tolerance::repairClearance, growth * demanded);
+  const double most = physics_.container->bounds().size().norm();
+  const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));
+  demanded += extra;
+  relaxation.demandWallClearance(cell.cell, extra);
+}
+
+void Repairs::restore(const PackingState& state) {
+  failures_ = state.failures;
+  demandedOfWall_ = state.demandedOfWall;
+}
+
+void Repairs::store(PackingState& state) const {
+  state.failures = failures_;
+  state.demandedOfWall = demandedOfWall_;
+}
+
+void Repairs::clear() {
+  failures_.clear();
+  demandedOfWall_.clear();
+}
+
+std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics) {
+  std::map<std::int64_t, int> failures;
+  std::set<std::int64_t> out;
+  for (const MisplacedCell& cell : found.misplaced) out.insert(cell.cell);
+  for (const OverlappingPair& pair : found.overlapping) ++failures[pair.first], ++failures[pair.second];
+  for (const OverlappingPair& pair : found.overlapping) {
+    if (out.count(pair.first) || out.count(pair.second)) continue;
+    const bool first = isFixed(pair.second, physics) ||
+                       (!isFixed(pair.first, physics) && failures[pair.first] > failures[pair.second]);
+    out.insert(first ? pair.first : pair.second);
+  }
+  return out;
+}
+
+}  // namespace packmesh

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file How a relaxed packing becomes a certified one: more clearance for what failed the exact test.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "packMesh/certificate/certificate.h"
+#include "packMesh/packing/packing_state.h"
+#include "packMesh/problem/physics.h"
+#include "packMesh/relaxation/relaxation.h"
+
+namespace packmesh {
+
+/// Rounds of certificate, larger clearances, and sweeps.
+struct RepairPolicy {
+  std::int64_t rounds;  ///< after which a packing counts as unresolved
+  std::int64_t sweeps;  ///< in each round
+  double range;         ///< pairs whose gap exceeds the required one by at most this are listed, too [µm]
+  bool
+      calibrates;  ///< clearances follow the gaps of pairs (see Calibration), otherwise how often they failed
+
+  /// That of a part of relax(): after a compaction, clearances are calibrated.
+  static const RepairPolicy& after(std::int64_t part);
+};
+
+/// The clearances that the certificates of a run have demanded beyond those of the problem.
+class Repairs {
+ public:
+  /// References `physics`, which must outlive it.
+  explicit Repairs(const Physics& physics) : physics_(physics) {}
+
+  /// Whether the packing is certified, apart from gaps that only calibration asks for.
+  bool isMet(const RepairPolicy& policy, const Certificate& found) const;
+
+  /// Demands clearance of the pairs and cells that were found. Pre: !isMet()
+  void demand(const RepairPolicy& policy, const Certificate& found, Relaxation& relaxation);
+
+  void restore(const PackingState& state);
+  void store(PackingState& state) const;
+  void clear();
+
+ private:
+  void demandOfPairs(const Certificate& found, Relaxation& relaxation);
+  void calibratePairs(const Certificate& found, Relaxation& relaxation) const;
+  void demandOfWall(const MisplacedCell& cell, Relaxation& relaxation);
+
+  const Physics& physics_;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::int64_t> failures_;  ///< of pairs in the exact test
+  std::map<std::int64_t, double> demandedOfWall_;  ///< of misplaced cells (ids) [µm]
+};
+
+/// Cells (ids) without which none of the others fails: all misplaced ones, and of each pair the cell that
+/// fails in more pairs, but no fixed one.
+std::set<std::int64_t> failingCells(const Certificate& found, const Physics& physics);
+
+}  // namespace packmesh
