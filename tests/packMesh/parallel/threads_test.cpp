@@ -85,7 +85,8 @@ TEST_CASE("Each of many loops sees what the one before has written", "[parallel]
   }
 }
 
-TEST_CASE("The exception of the smallest item that fails is thrown, and the threads go on", "[parallel][threads]") {
+TEST_CASE("The exception of the smallest item that fails is thrown, and the threads go on",
+          "[parallel][threads]") {
   const Threads threads(3);
   for (int repeat = 0; repeat < 50; ++repeat) {
     std::string message;
