@@ -8,6 +8,7 @@
 
 #include "packMesh/certificate/certificate_input.h"
 #include "packMesh/certificate/periodic_neighbors.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_intersection.h"
 
 namespace packmesh {
@@ -33,8 +34,23 @@ class CertifiedCells {
 
   PeriodicNeighbors neighbors() const {
     std::vector<Sphere> spheres(count());
-    for (std::int64_t i = 0; i < count(); ++i) spheres[i] = sphere(i);
+    input_.threads.forEachPart(count(), [&](std::int64_t begin, std::int64_t end, int) {
+      for (std::int64_t i = begin; i < end; ++i) spheres[i] = sphere(i);
+    });
     return {std::move(spheres), input_.container ? input_.container->period() : Vec3(Vec3::Zero())};
+  }
+
+  /// Whether the convex bounds of the two cells are certainly further apart than `gap` [µm], judged by the
+  /// plane across the line between their centres alone.
+  bool boundsApart(const NearPair& pair, double gap) const {
+    const Placement &a = placement(pair.first), &b = placement(pair.second);
+    const Vec3 between = a.translation - b.translation - pair.shift;
+    const double distance = between.norm();
+    if (!(distance > 0.0)) return false;
+    const Vec3 n = between / distance;
+    const double reach = shape(pair.first).bound().support(a.linear.transpose() * n) +
+                         shape(pair.second).bound().support(b.linear.transpose() * n);
+    return distance - reach > gap + tolerance::culling;
   }
 
   /// The first cell in place, the second moved by the shift. The sum is part of what is proven: the image of

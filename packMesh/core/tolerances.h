@@ -63,4 +63,8 @@ inline constexpr double sameOutlineFraction = 1e-3;
 /// times the rounding error of about thirty pivots in double precision.
 inline constexpr double linearProgram = 1e-9;
 
+/// The same for programmes whose rows are in single precision (variables and rows in µm): several times their
+/// rounding error, so that a step of zero is always a solution, and far below the padding of planes.
+inline constexpr double singlePrecisionProgram = 1e-6;
+
 }  // namespace packmesh::tolerance

@@ -73,12 +73,12 @@ void CatFacePlanes::begin(const std::vector<PlaneRequest>& requests) {
   }
 }
 
-PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
+void CatFacePlanes::operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) {
   Around& around = around_[request.batch];
   if (!request.anew) follow(request, around);
-  if (around.sums.failures > 0) return chords_(request);
+  if (around.sums.failures > 0) return chords_(request, planes);
   double seconds = 0.0;
-  PlaneConstraints planes = chords_.atWalls(request);
+  chords_.addAtWalls(request, planes);
   {
     const ThreadTimer watch(seconds);
     ChordalFaces split;
@@ -91,13 +91,12 @@ PlaneConstraints CatFacePlanes::operator()(const PlaneRequest& request) {
       const std::int64_t cell = around.members[object];
       const auto at = std::lower_bound(request.wanted.begin(), request.wanted.end(), cell);
       if (at == request.wanted.end() || *at != cell) continue;
-      std::vector<PlaneConstraint>& of = planes[at - request.wanted.begin()];
-      of.insert(of.end(), found[object].begin(), found[object].end());
+      const Pose pose = request.surroundings.cells()[cell].pose();
+      for (const PlaneConstraint& plane : found[object]) planes[at - request.wanted.begin()].add(pose, plane);
     }
   }
   const std::lock_guard lock(sumsMutex_);
   sums_.faceSeconds += seconds;
-  return planes;
 }
 
 int CatFacePlanes::levelOf(const PlaneRequest& request, int species, int coarsest) const {

@@ -7,30 +7,49 @@
 namespace packmesh {
 namespace {
 
+/// @param extent becomes how much larger the spheres are than cells and their reach
 std::vector<Sphere> spheresAround(const Physics& physics, const std::vector<Body>& cells,
-                                  const std::vector<double>& reach) {
+                                  const std::vector<double>& reach, std::vector<double>& extent) {
   std::vector<Sphere> spheres;
   spheres.reserve(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    spheres.push_back(
-        {cells[i].position, cells[i].scale * physics.shapeOf(cells[i].species).radius() + reach[i]});
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const double least = cells[i].scale * physics.shapeOf(cells[i].species).radius() + reach[i];
+    extent[i] = std::max(0.0, extent[i] - least);
+    spheres.push_back({cells[i].position, least + extent[i]});
+  }
   return spheres;
 }
 
 }  // namespace
 
 CellSurroundings::CellSurroundings(const Physics& physics, const std::vector<Body>& cells,
-                                   std::vector<double> reach)
+                                   std::vector<double> reach, std::vector<double> extent)
     : cells_(cells),
       reach_(std::move(reach)),
+      beyond_(std::move(extent)),
       clearance_(physics.clearance),
-      neighbors_(spheresAround(physics, cells, reach_), physics.container->period()) {}
+      neighbors_(spheresAround(physics, cells, reach_, beyond_), physics.container->period()) {}
+
+template <class Visit>
+void CellSurroundings::forEachNear(std::int64_t cell, double further, const Visit& visit) const {
+  neighbors_.forEachNear(cell, clearance_ + further, false, [&](const NearPair& pair) {
+    if (pair.apart + (beyond_[pair.first] + beyond_[pair.second]) < clearance_ + further) visit(pair);
+  });
+}
+
+bool CellSurroundings::isNear(std::int64_t cell, const std::vector<char>& marked) const {
+  bool near = false;
+  forEachNear(cell, 0.0, [&](const NearPair& pair) {
+    near = near || marked[pair.first == cell ? pair.second : pair.first];
+  });
+  return near;
+}
 
 std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted,
                                                 double further) const {
   std::vector<NearPair> pairs;
   for (const std::int64_t cell : wanted)
-    neighbors_.forEachNear(cell, clearance_ + further, false, [&](const NearPair& pair) {
+    forEachNear(cell, further, [&](const NearPair& pair) {
       const std::int64_t other = pair.first == cell ? pair.second : pair.first;
       if (other < cell && std::binary_search(wanted.begin(), wanted.end(), other)) return;  // already visited
       pairs.push_back(pair);

@@ -15,9 +15,11 @@ namespace packmesh {
 /// Sorted so that any two cells are in the same order on every rank that has both.
 class CellSurroundings {
  public:
-  /// References `cells`, which must outlive it.
-  /// @param reach upper bound of the displacement of any point of each cell [µm]
-  CellSurroundings(const Physics& physics, const std::vector<Body>& cells, std::vector<double> reach);
+  /// References `physics` and `cells`, which must outlive it; neighbours remain those of the present cells.
+  /// @param reach upper bound of the displacement of any point of each cell for which planes are made [µm]
+  /// @param extent radius of a sphere around the centre that contains each cell after its step [µm]
+  CellSurroundings(const Physics& physics, const std::vector<Body>& cells, std::vector<double> reach,
+                   std::vector<double> extent);
 
   const std::vector<Body>& cells() const { return cells_; }
   double reach(std::int64_t cell) const { return reach_[cell]; }
@@ -26,9 +28,20 @@ class CellSurroundings {
   /// depend on the rank.
   std::vector<NearPair> pairsOf(const std::vector<std::int64_t>& wanted, double further = 0.0) const;
 
+  /// Whether a cell can come within the clearance of one that is marked.
+  bool isNear(std::int64_t cell, const std::vector<char>& marked) const;
+
+  /// Of spheres that contain the cells before and after their steps.
+  const PeriodicNeighbors& neighbors() const { return neighbors_; }
+
  private:
+  /// Calls visit(pair) for pairs within the clearance, or within `further` of that.
+  template <class Visit>
+  void forEachNear(std::int64_t cell, double further, const Visit& visit) const;
+
   const std::vector<Body>& cells_;
   std::vector<double> reach_;
+  std::vector<double> beyond_;  ///< by which the spheres are larger than planes require [µm]
   double clearance_;
   PeriodicNeighbors neighbors_;
 };

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "packMesh/field/sampled_distance.h"
+#include "packMesh/growth/chord_kernel.h"
 #include "packMesh/growth/levels_of_detail.h"
 #include "packMesh/growth/plane_function.h"
 #include "packMesh/growth/resampling.h"
@@ -28,11 +29,11 @@ class ChordPlanes : public PlaneFunction {
   explicit ChordPlanes(const Physics& physics);
 
   /// Planes for chords that are short enough to be relevant in the request.
-  PlaneConstraints operator()(const PlaneRequest& request) override;
+  void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) override;
   bool isConcurrent() const override { return true; }
 
-  /// Only the planes at walls and at the boundaries of regions.
-  PlaneConstraints atWalls(const PlaneRequest& request) const;
+  /// Adds only the planes at walls and at the boundaries of regions.
+  void addAtWalls(const PlaneRequest& request, std::vector<CellPlanes>& planes) const;
 
   /// Vertices of a cell in its body frame.
   struct Vertices {
@@ -53,7 +54,10 @@ class ChordPlanes : public PlaneFunction {
     const Wall* wall;
     std::shared_ptr<const SampledDistance> sampledWall;  ///< used instead if the wall has no closed form
     LevelsOfDetail levels;
+    FieldView view;                    ///< of the shape
     std::vector<SamplePoints> points;  ///< of each level
+    /// Of each level, per cluster: which points are no repetitions, as bits.
+    std::vector<std::vector<std::uint16_t>> distinct;
 
     WallDistance toWall(const Vec3& p) const {
       return sampledWall ? sampledWall->sample(p) : wall->distance(p);
@@ -65,13 +69,13 @@ class ChordPlanes : public PlaneFunction {
     Mat3 rotation;
     Vec3 position;
     double scale, reach;
-    const SamplePoints* points;
+    int level;  ///< of detail
     bool fixed;
-    PlaneConstraints::pointer planes;  ///< receives its planes; nullptr: they are not requested
+    CellPlanes* planes;  ///< receives its planes; nullptr: they are not requested
   };
 
-  Cell cellOf(std::int64_t index, const PlaneRequest& request) const;
-  void meetSurroundings(const PlaneRequest& request, PlaneConstraints& planes) const;
+  std::vector<int> levelsOf(const PlaneRequest& request) const;
+  Cell cellOf(std::int64_t index, const PlaneRequest& request, const std::vector<int>& levels) const;
   void joinPair(const NearPair& pair, const Cell& a, const Cell& b) const;
   void dropChords(const Cell& from, const Cell& onto, const Vec3& ontoShift) const;
   void meetWall(const Cell& cell) const;
@@ -79,6 +83,7 @@ class ChordPlanes : public PlaneFunction {
 
   const Physics& physics_;
   std::vector<Species> species_;
+  ChordKernel kernel_;
 };
 
 }  // namespace packmesh

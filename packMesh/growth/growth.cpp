@@ -9,6 +9,7 @@
 #include "packMesh/core/random.h"
 #include "packMesh/core/thread_timer.h"
 #include "packMesh/core/timer.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/growth/barrier_relaxation.h"
 #include "packMesh/growth/is_fixed.h"
 #include "packMesh/growth/resampling.h"
@@ -32,8 +33,14 @@ constexpr std::int64_t iterationsPerCheckpoint = 4;
 /// Factor by which the number of sweeps increases after each failed relaxation at a barrier.
 constexpr double moreSweeps = 1.5;
 
-/// Planes are constructed for this many cells at a time: all of them would take some 30 kB per cell.
-constexpr std::size_t cellsPerBatch = 128;
+/// Planes are constructed for this many cells at a time: all of them would take some 10 kB per cell. Pairs of
+/// cells of different batches are visited twice. With threads there are a few batches for each, of so many
+/// cells at least.
+constexpr std::int64_t cellsPerBatch = 512, fewestPerBatch = 16, batchesPerThread = 4;
+
+/// Neighbours are searched from the growing cells if those are less than this part of all; otherwise from the
+/// others, which threads can share.
+constexpr std::int64_t searchFromGrowing = 4;
 
 /// Unit in which scales are summed as integers, so that the sum does not depend on the order.
 constexpr double unitsOfScale = 0x1p24;
@@ -56,6 +63,7 @@ Growth::Growth(const Physics& physics, const Execution& execution, const GrowthS
       anyFrozen_(std::any_of(own.begin(), own.end(), [](const Body& cell) { return cell.frozen; })),
       stepHalving_(physics, execution),
       planeThreads_(planeFunction.isConcurrent() ? execution.threads : Threads()),
+      planes_(planeThreads_),
       programs_(planeThreads_) {
   requireValid();
 }
@@ -66,7 +74,8 @@ std::vector<Growth::SpeciesLengths> Growth::lengthsOf(const Physics& physics) {
     const Shape& shape = *species.shape;
     const double size = std::cbrt(shape.volume());
     const double meanArea = surfaceArea(shape.mesh()) / static_cast<double>(shape.mesh().triangles.size());
-    lengths.push_back({shape.radius(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
+    lengths.push_back(
+        {shape.radius(), shape.reach(), size, std::min(std::sqrt(meanArea), largestFacet * size)});
   }
   return lengths;
 }
@@ -161,14 +170,15 @@ void Growth::iterate(double barrier) {
   if (anew) {
     cells_.distribute();
     const std::int64_t atOnce = planeFunction_.cellsAtOnce();
-    batches_ = atOnce > 0 ? cells_.partsOfBlocks(atOnce) : cells_.batches(cellsPerBatch);
+    batches_ = atOnce > 0 ? cells_.partsOfBlocks(atOnce) : cells_.batches(batchSize());
   }
   std::vector<GrowthStep> steps(cells_.all().size());
-  propose(barrier, anew, steps);
+  const CellSurroundings surroundings = surroundingsFor(barrier);
+  propose(surroundings, barrier, anew, steps);
   {
     const Timer watch(statistics_.stepHalvingSeconds);
     StepHalvingSums own;
-    stepHalving_.take(steps, cells_, own);
+    stepHalving_.take(steps, surroundings, cells_, own);
     std::vector<std::int64_t> sums = {own.steps, own.violatingPairs, own.misplaced, own.stayed};
     execution_.communicator.sum(sums);
     StepHalvingSums& all = statistics_.stepHalving;
@@ -181,28 +191,57 @@ void Growth::iterate(double barrier) {
   if (callbacks_.accepted) callbacks_.accepted(cells_.own());
 }
 
+std::size_t Growth::batchSize() const {
+  if (planeThreads_.alone()) return cellsPerBatch;
+  const auto cells = static_cast<std::int64_t>(cells_.all().size());
+  return std::clamp(cells / (batchesPerThread * planeThreads_.count()), fewestPerBatch, cellsPerBatch);
+}
+
 /// If few cells are still below the barrier, the others stay, except for those that could make space. While
 /// data about the surroundings is reused, no others wake up.
 void Growth::wake(double barrier, const CellSurroundings& surroundings) {
   const std::vector<Body>& cells = cells_.all();
   std::vector<std::int64_t> growing;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    if (!isFixed(physics_, cells[i]) && cells[i].scale < barrier)
-      growing.push_back(static_cast<std::int64_t>(i));
+  std::int64_t fixed = 0;
   awake_.assign(cells.size(), 0);
-  for (const std::int64_t i : growing) awake_[i] = 1;
-  for (const NearPair& pair : surroundings.pairsOf(growing)) awake_[pair.first] = awake_[pair.second] = 1;
   for (std::size_t i = 0; i < cells.size(); ++i)
-    if (isFixed(physics_, cells[i])) awake_[i] = 0;
+    if (isFixed(physics_, cells[i])) {
+      ++fixed;
+    } else if (cells[i].scale < barrier) {
+      awake_[i] = 1;
+      growing.push_back(static_cast<std::int64_t>(i));
+    }
+  const auto all = static_cast<std::int64_t>(cells.size()), grow = static_cast<std::int64_t>(growing.size());
+  if (grow + fixed == all) return;
+  if (grow < all / searchFromGrowing) {
+    for (const NearPair& pair : surroundings.pairsOf(growing))
+      for (const std::int64_t i : {pair.first, pair.second}) awake_[i] = !isFixed(physics_, cells[i]);
+    return;
+  }
+  const std::vector<char> marked = awake_;
+  execution_.threads.forEachPart(all, [&](std::int64_t begin, std::int64_t end, int) {
+    for (std::int64_t i = begin; i < end; ++i)
+      if (!marked[i] && !isFixed(physics_, cells[i])) awake_[i] = surroundings.isNear(i, marked);
+  });
+}
+
+CellSurroundings Growth::surroundingsFor(double barrier) const {
+  const std::vector<Body>& cells = cells_.all();
+  std::vector<double> reach(cells.size()), extent(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const SpeciesLengths& l = lengths_[cells[i].species];
+    reach[i] = reachOf(cells[i], barrier);
+    const double farthest = std::sqrt(3.0) * settings_.translationBound * l.size;
+    extent[i] = std::max(cells[i].scale, barrier) * l.reach + farthest + tolerance::culling;
+  }
+  return {physics_, cells, std::move(reach), std::move(extent)};
 }
 
 /// The step of each cell of this rank within its planes.
-void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) {
+void Growth::propose(const CellSurroundings& surroundings, double barrier, bool anew,
+                     std::vector<GrowthStep>& steps) {
   const Timer watch;
   const std::vector<Body>& cells = cells_.all();
-  std::vector<double> reach;
-  for (const Body& cell : cells) reach.push_back(reachOf(cell, barrier));
-  const CellSurroundings surroundings(physics_, cells, std::move(reach));
   if (anew) wake(barrier, surroundings);
   std::vector<PlaneRequest> requests;
   for (std::size_t batch = 0; batch < batches_.size(); ++batch) {
@@ -238,7 +277,10 @@ void Growth::propose(double barrier, bool anew, std::vector<GrowthStep>& steps) 
 void Growth::proposeFor(const PlaneRequest& request, double barrier, std::vector<GrowthStep>& steps,
                         std::vector<std::int32_t>& work, ProposalSums& sums) {
   const std::vector<Body>& cells = cells_.all();
-  const PlaneConstraints planes = planeFunction_(request);
+  std::vector<CellPlanes>& planes = planes_[request.thread];
+  if (planes.size() < request.wanted.size()) planes.resize(request.wanted.size());
+  for (CellPlanes& of : planes) of.clear();
+  planeFunction_(request, planes);
   GrowthProgram& program = programs_[request.thread];
   const ThreadTimer watch(sums.programSeconds);
   sums.pivots -= program.pivots();

@@ -79,7 +79,8 @@ class Growth {
  private:
   /// Lengths that scale with the mesh of a species [µm].
   struct SpeciesLengths {
-    double radius, size, facet;  ///< bounding radius, cube root of the volume, root of the mean facet area
+    double radius, reach, size, facet;  ///< bounding radius, Shape::reach(), cube root of the volume, root of
+                                        ///< the mean facet area
   };
   /// Deficit with respect to a scale, over all ranks.
   struct Missing {
@@ -93,12 +94,15 @@ class Growth {
   Missing missing(double scale) const;
   bool growTo(double barrier, std::int64_t iterations);
   void iterate(double barrier);
+  std::size_t batchSize() const;
   /// What a thread sums while it makes planes and solves programmes.
   struct ProposalSums {
     std::int64_t planes = 0, pivots = 0;
     double programSeconds = 0.0;
   };
-  void propose(double barrier, bool anew, std::vector<GrowthStep>& steps);
+  CellSurroundings surroundingsFor(double barrier) const;
+  void propose(const CellSurroundings& surroundings, double barrier, bool anew,
+               std::vector<GrowthStep>& steps);
   void proposeFor(const PlaneRequest& request, double barrier, std::vector<GrowthStep>& steps,
                   std::vector<std::int32_t>& work, ProposalSums& sums);
   void wake(double barrier, const CellSurroundings& surroundings);
@@ -124,7 +128,8 @@ class Growth {
   std::vector<std::vector<std::int64_t>> batches_;  ///< of cells_, since the last distribution
   std::vector<char> awake_;                         ///< per cell of cells_: those that take steps
   StepHalving stepHalving_;
-  Threads planeThreads_;  ///< that request planes
+  Threads planeThreads_;                       ///< that request planes
+  PerThread<std::vector<CellPlanes>> planes_;  ///< of the cells of a batch
   PerThread<GrowthProgram> programs_;
 };
 

@@ -2,8 +2,10 @@
 #include "packMesh/growth/growth_program.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+
+#include "packMesh/core/tolerances.h"
 
 namespace packmesh {
 namespace {
@@ -11,9 +13,6 @@ namespace {
 /// Factor by which the displacement of vertices can exceed its first-order approximation, for θ_max up to
 /// π/12.
 constexpr double secondOrder = 1.3;
-
-/// Rows that keep the axis of a cell in its cone.
-constexpr int rowsOfCone = 5;
 
 /// Rotation by `r` as in GrowthStep.
 Quaternion quaternionOf(const Vec3& r) {
@@ -40,28 +39,19 @@ Pose stepped(const Pose& pose, const GrowthStep& step, double fraction, const Ax
 }
 
 /// The planes that a step within the bounds could reach.
-void GrowthProgram::takeRows(const Pose& pose, const std::vector<PlaneConstraint>& planes,
-                             const GrowthBounds& bounds) {
-  rows_.clear();
-  rows_.reserve(planes.size());
-  const Mat3 rotation = pose.orientation.toRotationMatrix();
-  axis_ = rotation * Vec3::UnitY();
-  for (const PlaneConstraint& plane : planes) {
-    const Vec3 arm = rotation * plane.vertex;
-    const double toPlane = plane.normal.dot(plane.point - pose.position);
-    const double along = plane.normal.dot(arm), now = pose.scale * along;
-    const double limit = std::max(toPlane - bounds.padding, now);
-    const double most = std::max(now, bounds.scale * along) + bounds.translation * plane.normal.lpNorm<1>() +
-                        secondOrder * bounds.rotation * bounds.scale * arm.cross(plane.normal).lpNorm<1>();
-    if (most + bounds.margin > limit) rows_.push_back({arm, plane.normal, limit});
-  }
-}
-
-/// Least distance of any vertex from its limit if the cell only grows [µm].
-double GrowthProgram::roomAt(double scale) const {
-  double room = std::numeric_limits<double>::infinity();
-  for (const Row& row : rows_) room = std::min(room, row.limit - scale * row.normal.dot(row.arm));
-  return room;
+void GrowthProgram::takeReached(const Pose& pose, const CellPlanes& planes, const GrowthBounds& bounds) {
+  const StepReach reach{static_cast<float>(pose.scale),
+                        static_cast<float>(bounds.scale),
+                        static_cast<float>(bounds.padding),
+                        static_cast<float>(bounds.translation),
+                        static_cast<float>(secondOrder * bounds.rotation),
+                        static_cast<float>(bounds.margin)};
+  std::array<const float*, CellPlanes::columns> from;
+  for (int k = 0; k < CellPlanes::columns; ++k) from[k] = planes.column(k);
+  reached_.clear();
+  const std::array<float*, CellPlanes::columns> to = reached_.room(planes.size());
+  reached_.grow(kernel_.reached(from.data(), static_cast<int>(planes.size()), reach, to.data(), room_));
+  axis_ = pose.orientation * Vec3::UnitY();
 }
 
 /// Solves the programme linearised around `step`. The variables are the scale (at the barrier: the margin),
@@ -69,16 +59,17 @@ double GrowthProgram::roomAt(double scale) const {
 bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthStep& step) {
   const Quaternion turned = quaternionOf(step.rotation);
   const Mat3 rotation = turned.toRotationMatrix();
-  program_.clear(static_cast<int>(rows_.size()) + rowsOfCone);
-  LinearProgram::Vector a;
-  for (const Row& row : rows_) {
-    const Vec3 arm = rotation * row.arm;
-    const double along = row.normal.dot(arm);
-    a[0] = atBarrier ? 1.0 : along;
-    a.segment<3>(1) = step.scale * arm.cross(row.normal);
-    a.segment<3>(4) = row.normal;
-    program_.addRow(a, atBarrier ? row.limit - bounds.scale * along : row.limit);
-  }
+  program_.clear();
+  program_.accuracy = tolerance::singlePrecisionProgram;
+  const auto count = static_cast<int>(reached_.size());
+  std::array<const float*, CellPlanes::columns> from;
+  for (int k = 0; k < CellPlanes::columns; ++k) from[k] = reached_.column(k);
+  float matrix[9];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) matrix[3 * r + c] = static_cast<float>(rotation(r, c));
+  kernel_.rows(from.data(), count, matrix, static_cast<float>(step.scale), atBarrier,
+               program_.room(count).data());
+  program_.grow(count);
   if (bounds.cone) addCone(*bounds.cone, rotation);
   program_.objective << 1.0, bounds.turn, bounds.push;
   program_.lower << 0.0, Vec3::Constant(-bounds.rotation) - step.rotation,
@@ -88,9 +79,10 @@ bool GrowthProgram::improve(const GrowthBounds& bounds, bool atBarrier, GrowthSt
   const LinearProgram::Solution solution = program_.solve();
   pivots_ += solution.pivots;
   if (solution.status != LinearProgram::Status::optimal) return false;
-  if (!atBarrier) step.scale = std::min(solution.x[0], bounds.scale);
-  if (bounds.rotation > 0.0) step.rotation = vectorOf(quaternionOf(solution.x.segment<3>(1)) * turned);
-  step.translation = solution.x.segment<3>(4);
+  const LinearProgram::Vector x = solution.x.cwiseMax(program_.lower).cwiseMin(program_.upper);
+  if (!atBarrier) step.scale = x[0];
+  if (bounds.rotation > 0.0) step.rotation = vectorOf(quaternionOf(x.segment<3>(1)) * turned);
+  step.translation = x.segment<3>(4);
   return true;
 }
 
@@ -110,14 +102,13 @@ void GrowthProgram::addCone(const AxisCone& cone, const Mat3& rotation) {
   }
 }
 
-GrowthStep GrowthProgram::solve(const Pose& pose, const std::vector<PlaneConstraint>& planes,
-                                const GrowthBounds& bounds) {
-  takeRows(pose, planes, bounds);
+GrowthStep GrowthProgram::solve(const Pose& pose, const CellPlanes& planes, const GrowthBounds& bounds) {
+  takeReached(pose, planes, bounds);
   GrowthStep step;
   step.scale = bounds.scale;
-  if (roomAt(bounds.scale) >= bounds.margin) return step;
+  if (room_ >= bounds.margin) return step;
   step.scale = pose.scale;
-  bool atBarrier = roomAt(bounds.scale) >= 0.0;
+  bool atBarrier = room_ >= 0.0f;
   for (int k = 0; k < bounds.linearisations && !atBarrier; ++k) {
     if (!improve(bounds, false, step)) break;
     atBarrier = k == 0 && step.scale >= bounds.scale;

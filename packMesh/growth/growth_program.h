@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "packMesh/core/pose.h"
+#include "packMesh/growth/cell_planes.h"
+#include "packMesh/growth/growth_row_kernel.h"
 #include "packMesh/growth/linear_program.h"
-#include "packMesh/growth/plane_constraint.h"
 #include "packMesh/problem/freedom.h"
 
 namespace packmesh {
@@ -48,23 +49,18 @@ class GrowthProgram {
  public:
   /// Largest scale within the planes, never less than the pose's; at the barrier, largest distance from them.
   /// Without planes the cell grows to the barrier at its position.
-  GrowthStep solve(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
+  GrowthStep solve(const Pose& pose, const CellPlanes& planes, const GrowthBounds& bounds);
 
   int pivots() const { return pivots_; }  ///< of all programmes so far
 
  private:
-  /// A plane and its vertex, relative to the centre of the cell.
-  struct Row {
-    Vec3 arm;  ///< vertex, rotated by the initial pose, at scale 1 [µm]
-    Vec3 normal;
-    double limit;  ///< upper bound of normal · (vertex - initial centre) [µm]
-  };
-  void takeRows(const Pose& pose, const std::vector<PlaneConstraint>& planes, const GrowthBounds& bounds);
-  double roomAt(double scale) const;
+  void takeReached(const Pose& pose, const CellPlanes& planes, const GrowthBounds& bounds);
   bool improve(const GrowthBounds& bounds, bool atBarrier, GrowthStep& step);
   void addCone(const AxisCone& cone, const Mat3& rotation);
 
-  std::vector<Row> rows_;
+  CellPlanes reached_;  ///< planes that a step within the bounds could reach, with limits as distances
+  float room_ = 0.0f;   ///< least distance of any vertex from its limit at the largest scale [µm]
+  GrowthRowKernel kernel_ = growthRowKernel(chosenInstructionSet());
   Vec3 axis_ = Vec3::UnitY();  ///< of the cell, initially
   LinearProgram program_;
   int pivots_ = 0;

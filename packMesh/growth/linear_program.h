@@ -6,6 +6,9 @@
 #include <array>
 #include <vector>
 
+#include "packMesh/core/tolerances.h"
+#include "packMesh/growth/linear_program_kernel.h"
+
 namespace packmesh {
 
 /// Maximises objective · x subject to a_i · x <= b_i and lower <= x <= upper, in seven variables: scale,
@@ -17,37 +20,40 @@ namespace packmesh {
 /// no progress, Bland's rule is used, so that degenerate programmes terminate too.
 class LinearProgram {
  public:
-  static constexpr int size = 7;  ///< variables
+  static constexpr int size = LinearProgramView::size;  ///< variables
   using Vector = Eigen::Matrix<double, size, 1>;
 
-  enum class Status {
-    optimal,
-    infeasible,
-    unsolved,  ///< rounding errors: some inequality is violated by more than the tolerance
-  };
+  using Status = LinearProgramStatus;
   struct Solution {
     Status status = Status::unsolved;
-    Vector x = Vector::Zero();  ///< when optimal: violates no normalised row by more than the tolerance
+    Vector x = Vector::Zero();  ///< when optimal: violates no normalised row by more than the accuracy
     int pivots = 0;
   };
 
   Vector objective = Vector::Zero(), lower = Vector::Zero(), upper = Vector::Zero();
+  double accuracy = tolerance::linearProgram;  ///< for variables and normalised rows of order 1
 
-  /// Removes all rows. @param rows that there is to be room for
-  void clear(int rows);
+  void clear();  ///< Removes all rows.
   /// a · x <= b. Pre: finite
   void addRow(const Vector& a, double b);
+  /// Makes room for `more` rows of unit length, and as many as are done at once. @return where the columns
+  /// and the right-hand sides continue; grow() then says how many were written
+  std::array<double*, size + 1> room(int more);
+  void grow(int more);
   int rows() const { return rows_; }
 
   /// Pre: lower <= upper, all finite
   Solution solve() const;
 
  private:
-  friend class DualSimplex;
-  std::array<std::vector<double>, size> column_;  ///< rows of unit length, one array per variable
-  std::vector<double> rhs_;
+  void reserve(int rows);
+  void fillUp();
+
+  std::array<std::vector<double>, size + 1>
+      column_;  ///< of rows of unit length: coefficients, right-hand side
   int rows_ = 0;
   bool contradiction_ = false;  ///< a row without coefficients that is infeasible
+  LinearProgramKernel kernel_ = linearProgramKernel(chosenInstructionSet());
 };
 
 }  // namespace packmesh

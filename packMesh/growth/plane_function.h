@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "packMesh/growth/cell_planes.h"
 #include "packMesh/growth/cell_surroundings.h"
-#include "packMesh/growth/plane_constraint.h"
 
 namespace packmesh {
 
@@ -33,10 +33,10 @@ class PlaneFunction {
   /// Called on one thread before each of these requests is made, if they are `anew`: those of all batches.
   virtual void begin(const std::vector<PlaneRequest>& /*requests*/) {}
 
-  /// @return the planes of each requested cell, in that order
+  /// Adds the planes of each requested cell to planes[0], planes[1] ..., in that order.
   /// Pre: no two cells overlap. Ranks call it independently of each other; if isConcurrent(), threads too,
   /// each for batches of its own.
-  virtual PlaneConstraints operator()(const PlaneRequest& request) = 0;
+  virtual void operator()(const PlaneRequest& request, std::vector<CellPlanes>& planes) = 0;
 
   /// Whether several threads may request planes at the same time.
   virtual bool isConcurrent() const { return false; }

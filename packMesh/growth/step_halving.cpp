@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "packMesh/certificate/certify.h"
+#include "packMesh/certificate/overlap_finder.h"
 #include "packMesh/core/tolerances.h"
 #include "packMesh/growth/is_fixed.h"
 #include "packMesh/mesh/mesh_intersection.h"
@@ -14,6 +15,9 @@ namespace {
 
 /// Smaller fractions of a step are not tried.
 constexpr double shortestPart = 1.0 / 8.0;
+
+/// Cells that a thread tests against the wall at a time.
+constexpr std::int64_t cellsPerPart = 64;
 
 bool moves(const Body& body, const GrowthStep& step) {
   return step.scale != body.scale || !step.rotation.isZero(0.0) || !step.translation.isZero(0.0);
@@ -74,24 +78,14 @@ Certificate StepHalving::examine(const std::vector<Body>& cells,
   return faults;
 }
 
-void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells,
-                       StepHalvingSums& sums) const {
+void StepHalving::take(const std::vector<GrowthStep>& steps, const CellSurroundings& surroundings,
+                       GrowingCells& cells, StepHalvingSums& sums) const {
   std::vector<Body>& bodies = cells.all();
   const Box bounds = physics_.container->bounds();
   const Vec3 period = physics_.container->period();
   std::vector<Pose> before(bodies.size());
+  std::vector<Vec3> listed(bodies.size());    // positions before the steps
   std::vector<char> tried(bodies.size(), 0);  // own cells that have a step to take
-  std::vector<std::int64_t> changed;
-  for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
-    Body& body = bodies[i];
-    body.touched = false;
-    if (!cells.isOwn(i)) continue;
-    body.stepTaken = 1.0;
-    if (isFixed(physics_, body) || !moves(body, steps[i])) continue;
-    before[i] = body.pose();
-    tried[i] = 1;
-    changed.push_back(i);
-  }
   const auto place = [&](std::int64_t i) {
     Body& body = bodies[i];
     const std::optional<AxisCone>& cone = physics_.species[body.species].freedom.cone;
@@ -100,28 +94,57 @@ void StepHalving::take(const std::vector<GrowthStep>& steps, GrowingCells& cells
     body.setPose(pose);
     body.changed = body.touched = true;
   };
-  for (const std::int64_t i : changed) place(i);
-  sums.steps += static_cast<std::int64_t>(changed.size());
+  const auto forAll = [&](const auto& work) {
+    execution_.threads.forEachPart(static_cast<std::int64_t>(bodies.size()),
+                                   [&](std::int64_t begin, std::int64_t end, int) {
+                                     for (std::int64_t i = begin; i < end; ++i) work(i);
+                                   });
+  };
+  forAll([&](std::int64_t i) {
+    Body& body = bodies[i];
+    listed[i] = body.position;
+    body.touched = false;
+    if (!cells.isOwn(i)) return;
+    body.stepTaken = 1.0;
+    if (isFixed(physics_, body) || !moves(body, steps[i])) return;
+    before[i] = body.pose();
+    tried[i] = 1;
+    place(i);
+  });
+  sums.steps += std::count(tried.begin(), tried.end(), 1);
 
   std::vector<PlacedCell> placedCells(bodies.size());
+  CertificateInput input = certificateInputOf(physics_, placedCells, execution_.threads);
+  input.own = &cells.ownFlags();
+  const OverlapFinder overlaps(input, surroundings.neighbors(), std::move(listed));
+  std::vector<std::int64_t> changed;
   for (bool first = true;; first = false) {
     cells.updateGhosts();
     changed.clear();
-    for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i) {
-      if (first || bodies[i].touched) placedCells[i] = placed(bodies[i]);
+    for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies.size()); ++i)
       if (bodies[i].touched) changed.push_back(i);
+    forAll([&](std::int64_t i) {
+      if (first || bodies[i].touched) placedCells[i] = placed(bodies[i]);
       bodies[i].touched = false;
-    }
-    CertificateInput input = certificateInputOf(physics_, placedCells, execution_.threads);
-    input.own = &cells.ownFlags();
+    });
     std::vector<char> offends(bodies.size(), 0);
-    for (const OverlappingPair& pair : findOverlaps(input, changed)) {
+    for (const OverlappingPair& pair : overlaps(changed)) {
       offends[pair.first] = offends[pair.second] = 1;
       sums.violatingPairs += first && cells.isOwn(pair.first);
     }
-    for (const std::int64_t i : changed) {
-      if (!cells.isOwn(i) || !misplacement(bodies[i], placedCells[i])) continue;
-      offends[i] = 1;
+    std::vector<char> misplaced(changed.size(), 0);
+    execution_.threads.forEachPart(
+        static_cast<std::int64_t>(changed.size()),
+        [&](std::int64_t begin, std::int64_t end, int) {
+          for (std::int64_t k = begin; k < end; ++k) {
+            const std::int64_t i = changed[k];
+            misplaced[k] = cells.isOwn(i) && misplacement(bodies[i], placedCells[i]);
+          }
+        },
+        cellsPerPart);
+    for (std::size_t k = 0; k < changed.size(); ++k) {
+      if (!misplaced[k]) continue;
+      offends[changed[k]] = 1;
       sums.misplaced += first;
     }
     bool any = false;

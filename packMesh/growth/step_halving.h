@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "packMesh/certificate/certificate.h"
+#include "packMesh/growth/cell_surroundings.h"
 #include "packMesh/growth/growing_cells.h"
 #include "packMesh/growth/growth_program.h"
 
@@ -41,7 +42,9 @@ class StepHalving {
   /// Takes the steps as far as possible; Body::stepTaken is then the fraction taken, 1 for cells without a
   /// step. All ranks call. Pre: the state is valid; one step for each of cells.all(), those of ghosts are
   /// ignored.
-  void take(const std::vector<GrowthStep>& steps, GrowingCells& cells, StepHalvingSums& sums) const;
+  /// @param surroundings of these cells, which contain them after their steps, too
+  void take(const std::vector<GrowthStep>& steps, const CellSurroundings& surroundings, GrowingCells& cells,
+            StepHalvingSums& sums) const;
 
  private:
   PlacedCell placed(const Body& body) const { return {body.species, physics_.placement(body.pose())}; }

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "packMesh/shape/field_view.h"
 #include "packMesh/simd/instruction_set.h"
 
 namespace packmesh {
@@ -13,34 +14,6 @@ namespace packmesh {
 /// A set of clusters: bit k represents the 2^bitShift clusters starting at k * 2^bitShift.
 using ClusterMask = std::uint64_t;
 constexpr ClusterMask allClusters = ~ClusterMask{0};
-
-/// The surface of a cell as the kernel uses it, in its body frame.
-struct FieldView {
-  bool onGrid;
-  // Closed form y² = P(a x² + c z²) (ProfileSurface).
-  float p[6], a, c;
-  float bend;       ///< beyond the rim P(s) = P'(1) (s - 1) + bend (s - 1)² [µm²]
-  float curvature;  ///< ProfileSurface::curvatureInside(), at least 1
-  // Sampled distance (DistanceGrid).
-  const float* value;
-  float origin[3], nodesPerLength;
-  int nodes[3];
-  // Disc + ellipsoid bound (SupportBound) and half extents: points outside of them are certainly apart.
-  float ring, thickness, extent[3];
-};
-
-/// Sample points of a cell (SamplePoints).
-struct SampleView {
-  int clusters;
-  int bitShift;  ///< cluster k is bit k >> bitShift of a ClusterMask
-  const float *x, *y, *z;
-  const float *centerX, *centerY, *centerZ, *radius;
-};
-
-/// Map from the sampled cell's body frame to the other's: x -> m x + t; `scale` is the factor of m.
-struct RelativeFrame {
-  float m[9], t[3], scale;
-};
 
 /// Sums over the points nearer than the clearance, weighted by how much nearer they are; in the other's
 /// frame.

@@ -7,7 +7,6 @@
 #include <limits>
 #include <map>
 #include <utility>
-#include <variant>
 
 #include "packMesh/core/tolerances.h"
 
@@ -29,44 +28,6 @@ constexpr double largestTurn = 0.4, largestStep = 0.5;
 /// direction between the centres is mixed in. A contact is deep beyond this depth [µm]; for thin cells, this
 /// fraction of half their thickness; for pairs that failed the exact test, always.
 constexpr double lockedNormal = 0.8, lockedDepth = 0.1, lockedFraction = 0.3;
-
-FieldView viewOf(const Shape& shape) {
-  FieldView view{};
-  if (const auto* profile = std::get_if<ProfileSurface>(&shape.field())) {
-    view.onGrid = false;
-    for (int k = 0; k < 6; ++k) view.p[k] = static_cast<float>(profile->p[k]);
-    view.a = static_cast<float>(profile->a);
-    view.c = static_cast<float>(profile->c);
-    view.bend = static_cast<float>(profile->bendBeyondRim());
-    view.curvature = static_cast<float>(profile->curvatureInside());
-  } else {
-    const auto& grid = std::get<DistanceGrid>(shape.field());
-    view.onGrid = true;
-    view.value = grid.value.data();
-    view.nodesPerLength = static_cast<float>(1.0 / grid.spacing);
-    for (int k = 0; k < 3; ++k) {
-      view.origin[k] = static_cast<float>(grid.origin[k]);
-      view.nodes[k] = grid.nodes[k];
-    }
-  }
-  const SupportBound& bound = shape.bound();
-  view.ring = static_cast<float>(bound.ring);
-  view.thickness = static_cast<float>(bound.semiAxes.maxCoeff());
-  const Box box = boundingBox(shape.mesh());
-  for (int k = 0; k < 3; ++k)
-    view.extent[k] = static_cast<float>(std::max(std::abs(box.lo[k]), std::abs(box.hi[k])));
-  return view;
-}
-
-SampleView viewOf(const SamplePoints& s) {
-  int shift = 0;
-  while (s.clusters > 64 << shift) ++shift;
-  return {s.clusters,       shift,
-          s.x.data(),       s.y.data(),
-          s.z.data(),       s.centerX.data(),
-          s.centerY.data(), s.centerZ.data(),
-          s.radius.data()};
-}
 
 /// Number of successive tests of a touching pair that only examine the clusters that touched last.
 constexpr int mostQuickLooks = 1;

@@ -7,7 +7,7 @@
 namespace packmesh {
 
 /// Distance of points from one shape, in its body frame, in double precision: from the closed form where
-/// there is one, else from the grid. (Relaxation has the same in lanes of floats: contact_kernel.h.)
+/// there is one, else from the grid. (Kernels have the same in lanes of floats: field_lanes.h.)
 class SurfaceDistance {
  public:
   /// References `shape`, which must outlive this.

@@ -282,6 +282,19 @@ inline void store(const Lanes& a, float* out) {
   for (int k = 0; k < registers; ++k) *reinterpret_cast<UnalignedRegister*>(out + k * registerLanes) = a.r[k];
 }
 
+/// Writes the lanes whose bit is set one after the other. Writes all of out[0 ... 15].
+inline void storeWhere(unsigned bits, const Lanes& a, float* out) {
+#if defined(__AVX512F__)
+  _mm512_storeu_ps(out, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), a.r[0]));
+#else
+  float all[laneCount];
+  store(a, all);
+  for (int k = 0; k < laneCount; ++k) out[k] = 0.0f;
+  int n = 0;
+  for (; bits != 0; bits &= bits - 1) out[n++] = all[__builtin_ctz(bits)];
+#endif
+}
+
 inline float laneOf(const Lanes& a, int lane) {
   return a.r[lane / registerLanes][lane % registerLanes];
 }

@@ -61,7 +61,8 @@ std::vector<double> scalesWithin(const PlaneConstraints& planes, const std::vect
 struct SideBySide {
   Shrunk packing{test::periodicCube(13.0), 0.40, 0.97};
   CellSurroundings surroundings{packing.problem.physics, packing.state,
-                                std::vector<double>(packing.state.size(), 0.5)};
+                                std::vector<double>(packing.state.size(), 0.5),
+                                std::vector<double>(packing.state.size(), 0.0)};
   std::vector<PlaneRequest> requests;
   TetrahedraSums sums;
   test::TemporaryFolder folder;
@@ -82,7 +83,8 @@ struct SideBySide {
                                       "')\" -lt 2 ]; do sleep 0.01; done\n" + run);
     CatFacePlanes planeFunction(packing.problem.physics, packing.execution, sums);
     planeFunction.begin(requests);
-    return {planeFunction(requests[0]), planeFunction(requests[1])};
+    return {test::constraintsFor(planeFunction, requests[0]),
+            test::constraintsFor(planeFunction, requests[1])};
   }
   std::size_t begun() const {
     std::ifstream file(runs);
@@ -171,7 +173,7 @@ TEST_CASE("Requests are tetrahedralised side by side, with the result of one aft
   CatFacePlanes planeFunction(single.packing.problem.physics, single.packing.execution, single.sums);
   planeFunction.begin(single.requests);
   for (int half = 0; half < 2; ++half) {
-    const PlaneConstraints alone = planeFunction(single.requests[half]);
+    const PlaneConstraints alone = test::constraintsFor(planeFunction, single.requests[half]);
     REQUIRE(alone.size() == together[half].size());
     for (std::size_t i = 0; i < alone.size(); ++i) {
       REQUIRE(alone[i].size() == together[half][i].size());
@@ -202,7 +204,8 @@ TEST_CASE("If all runs are killed, the planes are those of chords, and the signa
   CHECK(both.sums.failures == 2);
   CHECK_THAT(both.sums.lastFailure, Catch::Contains("was ended by signal 9 (Killed)"));
   ChordPlanes chords(both.packing.problem.physics);
-  for (int half = 0; half < 2; ++half) CHECK(countOf(planes[half]) == countOf(chords(both.requests[half])));
+  for (int half = 0; half < 2; ++half)
+    CHECK(countOf(planes[half]) == countOf(test::constraintsFor(chords, both.requests[half])));
   CHECK_FALSE(hasChildren());
 }
 

@@ -211,7 +211,7 @@ TEST_CASE("Linear programmes that cycle, are empty or have empty rows are solved
   CHECK(program.solve().status == Status::optimal);
   program.addRow(Vector::Zero(), -0.5);
   CHECK(program.solve().status == Status::infeasible);
-  program.clear(0);
+  program.clear();
   CHECK(program.solve().status == Status::optimal);
 }
 

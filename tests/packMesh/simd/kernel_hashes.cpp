@@ -2,7 +2,8 @@
 // Runs every kernel on fixed inputs with each instruction set there is, and prints a hash of what each
 // returns. Fails where instruction sets differ. Needs nothing but the kernels, so that it is easily built for
 // another processor; inputs take IEEE operations only, so that they are the same on all of them.
-// To measure one: kernel_hashes <repetitions> <contact, grid, hierarchy, triangles, form or sampled>
+// To measure one: kernel_hashes <repetitions> <contact, grid, growth, hierarchy, triangles, form or
+// sampled>
 // <0: portable, 1: AVX2, 2: AVX-512>.
 #include <cmath>
 #include <cstdint>
@@ -14,6 +15,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "packMesh/growth/chord_kernel.h"
+#include "packMesh/growth/growth_row_kernel.h"
+#include "packMesh/growth/linear_program_kernel.h"
 #include "packMesh/mesh/hierarchy_kernel.h"
 #include "packMesh/mesh/triangle_kernel.h"
 #include "packMesh/relaxation/contact_kernel.h"
@@ -178,6 +182,90 @@ Hash contacts(InstructionSet set, FieldView field, int clusters) {
       hash.add(sums.normal);
       hash.add(sums.gradient);
       hash.add(sums.deepest);
+    }
+  }
+  return hash;
+}
+
+/// Columns of planes, or of rows.
+template <class Value, int columns>
+struct Columns {
+  std::vector<Value> values[columns];
+  Value* at[columns];
+
+  explicit Columns(int rows) {
+    for (int k = 0; k < columns; ++k) {
+      values[k].resize(rows);
+      at[k] = values[k].data();
+    }
+  }
+  void addTo(Hash& hash, int rows) const {
+    for (const std::vector<Value>& column : values)
+      for (int i = 0; i < rows; ++i) hash.add(column[i]);
+  }
+};
+
+void solve(InstructionSet set, const Columns<double, 8>& rows, int count, bool atBarrier, Random& random,
+           Hash& hash) {
+  LinearProgramView program{};
+  for (int k = 0; k < 7; ++k) {
+    program.column[k] = rows.at[k];
+    program.objective[k] = k == 0 ? 1.0 : static_cast<double>(random.between(-1e-3f, 1e-3f));
+    program.lower[k] = k == 0 ? 0.0 : -0.15;
+    program.upper[k] = k == 0 && !atBarrier ? 1.0 : 0.15;
+  }
+  program.rhs = rows.at[7];
+  program.rows = count;
+  LinearProgramResult result;
+  linearProgramKernel(set)(program, 1e-9, result);
+  hash.add(result.status);
+  hash.add(result.x);
+  hash.add(result.pivots);
+}
+
+/// Chords between two cells, and the step of the second one within their planes.
+Hash growth(InstructionSet set, FieldView field) {
+  field.ring = axes[0] - axes[1];
+  field.thickness = axes[1];
+  for (int k = 0; k < 3; ++k) field.extent[k] = axes[k];
+  constexpr int clusters = 70, most = clusters * 16 + 16;
+  const Samples samples(clusters, axes);
+  std::vector<std::uint16_t> distinct;
+  for (int c = 0; c < clusters; ++c) distinct.push_back(c % 5 == 0 ? 0x5fff : 0xffff);
+  const GrowthRowKernel kernel = growthRowKernel(set);
+  Random random;
+  Hash hash;
+  for (int example = 0; example < 100; ++example) {
+    ChordFrame frame{};
+    random.rotation(frame.toSurface.m);
+    random.direction(frame.toSurface.t);
+    const float apart = random.between(1.5f, 7.0f);
+    for (float& t : frame.toSurface.t) t *= apart;
+    frame.toSurface.scale = 1.0f;
+    random.rotation(frame.sampled);
+    random.rotation(frame.surface);
+    frame.limit = random.between(0.3f, 3.0f);
+    frame.scale = 0.9f;
+    frame.shortChord = 1e-4f;
+    frame.share = 0.5f;
+    Columns<float, 7> sampled(most), surface(most), reached(most);
+    const int found =
+        chordKernel(set)(samples.view(), distinct.data(), frame, field, {sampled.at, surface.at});
+    hash.add(found);
+    sampled.addTo(hash, found);
+    surface.addTo(hash, found);
+    float room = 0.0f;
+    const StepReach reach{0.9f, 1.0f, 0.01f, 0.15f, 0.065f, 0.15f};
+    const int count = kernel.reached(surface.at, found, reach, reached.at, room);
+    hash.add(count);
+    hash.add(room);
+    for (const bool atBarrier : {false, true}) {
+      Columns<double, 8> rows(most);
+      kernel.rows(reached.at, count, frame.sampled, 0.9f, atBarrier, rows.at);
+      rows.addTo(hash, count);
+      for (int k = 0; k < 8; ++k)
+        for (int i = count; i < most; ++i) rows.at[k][i] = k == 7 ? 1e300 : 0.0;
+      solve(set, rows, count, atBarrier, random, hash);
     }
   }
   return hash;
@@ -422,6 +510,8 @@ std::map<std::string, std::uint64_t> hashes(InstructionSet set) {
   return {{"contact, closed form", contacts(set, closedForm(), 50).value()},
           {"contact, coarse bits", contacts(set, closedForm(), 100).value()},
           {"contact, grid", contacts(set, onGrid(values), 50).value()},
+          {"growth, closed form", growth(set, closedForm()).value()},
+          {"growth, grid", growth(set, onGrid(values)).value()},
           {"hierarchy", hierarchies(set).value()},
           {"triangles", triangles(set).value()},
           {"wall, closed form", walls(set, WallFrame::Kind::form).value()},
@@ -442,6 +532,7 @@ int main(int argc, char** argv) {
     for (int k = 0; k < std::atoi(argv[1]); ++k) {
       if (what == "contact") all += contacts(set, closedForm(), 50).value();
       if (what == "grid") all += contacts(set, onGrid(values), 50).value();
+      if (what == "growth") all += growth(set, closedForm()).value();
       if (what == "hierarchy") all += hierarchies(set).value();
       if (what == "triangles") all += triangles(set).value();
       if (what == "form") all += walls(set, WallFrame::Kind::form).value();

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+/// @file The planes of one cell, in arrays for kernels.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "packMesh/core/pose.h"
+#include "packMesh/growth/plane_constraint.h"
+
+namespace packmesh {
+
+/// The planes of one cell in single precision, relative to its centre: normal · (T(vertex) - centre) <=
+/// distance. Rounding, some 1e-7 of the size of the cell, is far below the padding.
+class CellPlanes {
+ public:
+  /// Columns: `arm` is the vertex rotated by the cell's orientation, at scale 1 [µm]; `normal` the unit
+  /// vector away from the cell; `distance` that of the plane from the centre [µm].
+  static constexpr int arm = 0, normal = 3, distance = 6, columns = 7;
+  /// There is room for so many entries beyond the last plane, which kernels may overwrite.
+  static constexpr std::size_t spare = 16;
+
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  void clear() { size_ = 0; }
+  const float* column(int k) const { return columns_[k].data(); }
+
+  /// Makes room for `more` planes. @return where each column continues; grow() then says how many were
+  /// written
+  std::array<float*, columns> room(std::size_t more) {
+    const std::size_t needed = size_ + more + spare;
+    std::array<float*, columns> out;
+    for (int k = 0; k < columns; ++k) {
+      if (columns_[k].size() < needed) columns_[k].resize(needed + needed / 2);
+      out[k] = columns_[k].data() + size_;
+    }
+    return out;
+  }
+  void grow(std::size_t more) { size_ += more; }
+
+  void add(const Vec3& rotatedVertex, const Vec3& away, double toPlane) {
+    const std::array<float*, columns> out = room(1);
+    for (int k = 0; k < 3; ++k) {
+      *out[arm + k] = static_cast<float>(rotatedVertex[k]);
+      *out[normal + k] = static_cast<float>(away[k]);
+    }
+    *out[distance] = static_cast<float>(toPlane);
+    grow(1);
+  }
+  void add(const Pose& pose, const PlaneConstraint& plane) {
+    add(pose.orientation.toRotationMatrix() * plane.vertex, plane.normal,
+        plane.normal.dot(plane.point - pose.position));
+  }
+
+ private:
+  std::array<std::vector<float>, columns> columns_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace packmesh
