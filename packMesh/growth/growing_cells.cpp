@@ -138,10 +138,11 @@ std::vector<GrowingCells::Block> GrowingCells::blocksOf(int colour) const {
   for (std::int64_t i = 0; i < static_cast<std::int64_t>(bodies_.size()); ++i) {
     const Body& body = bodies_[i];
     if (at[body.block] >= 0) blocks[at[body.block]].cells.push_back(i);
+    const BlockGrid::FaceDistances distances = blocks_.faceDistances(body.position, body.block);
     // As in SharedBodies::distribute(), so that a rank has all of them.
     for (const BlockGrid::Neighbor& neighbor : blocks_.neighbors(body.block)) {
       if (neighbor.block == body.block || at[neighbor.block] < 0) continue;
-      if (blocks_.squaredDistance(body.position, body.block, neighbor.step) >= range_ * range_) continue;
+      if (BlockGrid::squaredDistance(distances, neighbor.step) >= range_ * range_) continue;
       std::vector<std::int64_t>& around = blocks[at[neighbor.block]].around;
       if (around.empty() || around.back() != i) around.push_back(i);
     }

@@ -173,7 +173,7 @@ void Attempt::keepState() {
     kept_.relaxation = relaxation_->state();
     repairs_.store(kept_);
     kept_.cellCount = relaxation_->cellCount();
-    kept_.cells = shares_.collect(relaxation_->cells());
+    kept_.cells = shares_.collect(relaxation_->states());
     if (result_.statistics.growth) kept_.growth.iterations = result_.statistics.growth->iterations;
   } else {
     kept_.position.stage = Stage::growth;
@@ -307,7 +307,7 @@ bool Attempt::settled(const RepairPolicy& policy) {
 
 /// Assigns every rank its share of the certified cells, sorted by id.
 void Attempt::deliver(const Certificate& certificate) {
-  const std::vector<BodyState> states = shares_.collect(relaxation_->cells());
+  const std::vector<BodyState> states = shares_.collect(relaxation_->states());
   result_.poses.resize(states.size());
   result_.cells.resize(states.size());
   problem_.execution.threads.forEachPart(

@@ -73,6 +73,9 @@ void forEachTable(Tables& tables, Visit&& visit) {
 
 CellTables tablesOf(const std::vector<BodyState>& cells) {
   CellTables tables;
+  forEachTable(tables, [&](const char*, int columns, auto& table) {
+    table.reserve(cells.size() * static_cast<std::size_t>(columns));  // they are large
+  });
   for (const BodyState& cell : cells) {
     tables.id.push_back(cell.id);
     tables.species.push_back(cell.species);

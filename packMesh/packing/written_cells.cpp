@@ -26,26 +26,25 @@ double distanceBetween(const Vec3& a, const Vec3& b, const Vec3& period) {
 
 void WrittenCells::take(Relaxation& relaxation) {
   *this = WrittenCells(*problem_);
-  const std::vector<Body> bodies = relaxation.cellsAround();
-  ids_.reserve(bodies.size());
-  own_.reserve(bodies.size());
-  for (const Body& body : bodies) {
-    ids_.push_back(body.id);
-    own_.push_back(relaxation.owns(body));
+  const std::vector<BodyState> states = relaxation.statesAround();
+  ids_.reserve(states.size());
+  own_.reserve(states.size());
+  for (const BodyState& state : states) {
+    ids_.push_back(state.id);
+    own_.push_back(relaxation.owns(state));
   }
-  cells_.resize(bodies.size());
+  cells_.resize(states.size());
   problem_->execution.threads.forEachPart(
-      static_cast<std::int64_t>(bodies.size()), [&](std::int64_t begin, std::int64_t end, int) {
+      static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i)
-          cells_[i] = {bodies[i].species, problem_->physics.placement(bodies[i].pose())};
+          cells_[i] = {states[i].species, problem_->physics.placement(bodyOf(states[i]).pose())};
       });
   relaxation.forgetTouched();
 }
 
 std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxation) {
   const Communicator& ranks = problem_->execution.communicator;
-  std::vector<BodyState> moved;
-  for (const Body& body : relaxation.touchedCells()) moved.push_back(stateOf(body));
+  const std::vector<BodyState> moved = relaxation.touchedStates();
   const double few =
       std::max(static_cast<double>(alwaysFew), fewMoved * static_cast<double>(relaxation.cellCount()));
   if (static_cast<double>(ranks.sum(static_cast<std::int64_t>(moved.size()))) > few && !ranks.alone())

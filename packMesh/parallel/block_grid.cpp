@@ -101,14 +101,13 @@ std::vector<int> BlockGrid::around(int block) const {
   return around;
 }
 
-double BlockGrid::squaredDistance(const Vec3& p, int block, const Step& step) const {
+BlockGrid::FaceDistances BlockGrid::faceDistances(const Vec3& p, int block) const {
   const std::array<int, 3> index = indexOf(block);
-  double squared = 0.0;
+  FaceDistances squared{};
   for (int k = 0; k < 3; ++k) {
-    if (step[k] == 0) continue;
     const double edge = 1.0 / blocksPerLength_[k], fromLow = p[k] - bounds_.lo[k] - index[k] * edge;
-    const double distance = std::max(0.0, step[k] < 0 ? fromLow : edge - fromLow);
-    squared += distance * distance;
+    const double before = std::max(0.0, fromLow), behind = std::max(0.0, edge - fromLow);
+    squared[k] = {before * before, 0.0, behind * behind};
   }
   return squared;
 }

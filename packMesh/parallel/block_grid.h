@@ -58,8 +58,15 @@ class BlockGrid {
   /// different directions; even the block itself can.
   std::vector<Neighbor> neighbors(int block) const;
 
+  /// Squared distances between a point in a block and the block's faces [µm²], per axis the face before it,
+  /// 0, and the face behind it.
+  using FaceDistances = std::array<std::array<double, 3>, 3>;
+  FaceDistances faceDistances(const Vec3& p, int block) const;
+
   /// Squared distance between a point in a block and that block's neighbour in direction `step` [µm²].
-  double squaredDistance(const Vec3& p, int block, const Step& step) const;
+  static double squaredDistance(const FaceDistances& ofPoint, const Step& step) {
+    return ofPoint[0][step[0] + 1] + ofPoint[1][step[1] + 1] + ofPoint[2][step[2] + 1];
+  }
 
   /// Squared distance between a point, or its nearest periodic image, and a block [µm²]; 0 inside.
   double squaredDistance(const Vec3& p, int block) const;

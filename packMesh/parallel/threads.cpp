@@ -26,7 +26,7 @@ constexpr int looksBeforeSleep = 2000;
 }  // namespace
 
 struct Threads::Team {
-  explicit Team(int most) : count(most), looks(most > availableCores() ? 0 : looksBeforeSleep) {}
+  explicit Team(int most) : count(most), looks(most > cores ? 0 : looksBeforeSleep) {}
 
   /// Starts threads until there are `threads` with the calling one. Pre: no loop is running
   void grow(std::int64_t threads) {
@@ -117,6 +117,7 @@ struct Threads::Team {
   }
 
   const pid_t process = getpid();
+  const int cores = availableCores();
   int count;        ///< of threads, at most
   const int looks;  ///< none if threads have to share cores
   std::vector<std::thread> others;
@@ -137,6 +138,13 @@ Threads::Threads(int count) : team_(count > 1 ? std::make_shared<Team>(count) : 
 
 int Threads::count() const {
   return team_ ? team_->count : 1;
+}
+
+int Threads::atOnce() const {
+  if (!team_ || !team_->isHere()) return 1;
+  const int most = std::min(team_->count, team_->cores);
+  team_->grow(most);
+  return std::min(most, static_cast<int>(team_->others.size()) + 1);
 }
 
 void Threads::run(std::int64_t items, const std::function<void(std::int64_t, int)>& work) const {

@@ -26,6 +26,10 @@ class Threads {
   int count() const;
   bool alone() const { return team_ == nullptr; }
 
+  /// Items of a loop may wait for each other if it has no more of them than this: then each has a thread of
+  /// its own, and the threads have a core each as far as other programs permit. Starts the threads.
+  int atOnce() const;
+
   /// Calls work(item, thread) once for each item of 0 ... items - 1, where `thread` is that of the thread, 0
   /// ... count() - 1 (0: the calling one).
   /// @throws what work() throws, of the smallest such item among those begun; then others may be left out

@@ -2,8 +2,9 @@
 /// @file Relaxation: overlapping rigid cells are pushed apart, sweep by sweep.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -11,8 +12,10 @@
 #include "packMesh/problem/execution.h"
 #include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
+#include "packMesh/relaxation/body_state.h"
 #include "packMesh/relaxation/contact_solver.h"
 #include "packMesh/relaxation/pair_lister.h"
+#include "packMesh/relaxation/pair_order.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/shared_bodies.h"
 
@@ -24,6 +27,9 @@ namespace packmesh {
 /// Blocks of a colour are independent, and after each colour the ranks exchange what has changed.
 ///
 /// All ranks call every function that is not const together, with the same arguments.
+///
+/// relaxation_lists.cpp has the distribution of the bodies and the neighbour list, relaxation_sweep.cpp the
+/// sweeps.
 class Relaxation {
  public:
   /// References the shapes and walls of `physics`, which must outlive it.
@@ -52,6 +58,9 @@ class Relaxation {
   bool beginsAnew() const;
   const RelaxationState& state() const { return state_; }
 
+  /// Frees the lists, so that their memory can be used before a sweep that makes new ones. Pre: beginsAnew()
+  void forgetLists();
+
   /// Frees everything that can be recomputed, so that its memory can be used between sweeps, and updates the
   /// ghosts around the cells of each rank. All ranks must call.
   void dropLists();
@@ -60,15 +69,19 @@ class Relaxation {
   /// the certificate's gap of interest after both have moved by this [µm].
   static constexpr double certifiedMotion = 0.25;
 
-  /// This rank's cells that have been moved since forgetTouched().
-  std::vector<Body> touchedCells() const;
+  /// This rank's cells that have been moved since forgetTouched(), as states().
+  std::vector<BodyState> touchedStates() const;
   void forgetTouched();
 
   /// This rank's cells, sorted by id, positions wrapped into the bounds.
-  std::vector<Body> cells() const;
+  std::vector<BodyState> states() const;
   /// These and this rank's ghosts.
-  std::vector<Body> cellsAround() const;
-  bool owns(const Body& body) const { return shared_.owns(body.block); }
+  std::vector<BodyState> statesAround() const;
+  std::vector<Body> cells() const { return bodiesOf(states()); }
+  template <class Cell>  ///< a Body or a BodyState
+  bool owns(const Cell& cell) const {
+    return shared_.owns(cell.block);
+  }
   std::int64_t cellCount() const { return cellCount_; }  ///< on all ranks
   int blockCount() const { return blocks_.count(); }
 
@@ -81,10 +94,18 @@ class Relaxation {
   /// A neighbour list is used for at most this many sweeps, so that the states of long runs can be saved.
   static constexpr std::int64_t longestLived = 50;
 
+  /// Verlet skin of the neighbour list while cells move fast [fraction of the largest radius].
+  static constexpr double widestSkin = 0.2;
+
+  /// Interval at which the motion of the cells is measured [sweeps].
+  static constexpr std::int64_t foreseenFor = 10;
+
   void refreshLists(bool sleeping);
   void addUp(SweepSums& sums);
   void resolve(int colour, bool border, SweepSums& sums);
   void resolve(int block, SweepSums& sums);
+  void resolveTogether(int block, SweepSums& sums);
+  int threadsForPairs() const;
   void findBorder(const std::vector<int>& blocks);
   bool atBorder(int block) const { return !atBorder_.empty() && atBorder_[block]; }
   void activate(int block);
@@ -97,12 +118,16 @@ class Relaxation {
   void shareOut(std::vector<std::int64_t> workOfBlock);
   bool isUneven() const;
   void expectMotion();
-  double largestDisplacement() const;
+  void forgetOverlaps();
+  double largestDisplacement();
+  template <class Visit>
+  void forEachStirred(Visit&& visit) const;
   double allowedDisplacement() const;
   bool nearlyResolvedBefore() const;
   bool coarseWillDo() const;
   double range() const;
-  std::vector<Body> cellsThat(const std::function<bool(const Body&)>& fit) const;
+  template <class Fit>
+  std::vector<BodyState> statesThat(Fit&& fit) const;
   void distribute();
   void dropCopies();
   /// Calls visit(index, thread) for every body, own and ghosts.
@@ -132,19 +157,31 @@ class Relaxation {
   /// Blocks in which a sweep could change anything: those with a contact in the last sweep, and those where a
   /// cell moved that a cell of the block could touch.
   std::vector<char> active_;
-  std::vector<int> due_;  ///< blocks being resolved; those without contacts become `none`
+  /// Blocks of which a cell may have moved in the last sweep. The others are passed over.
+  std::vector<char> stirred_;
+  std::vector<double> displacements_;     ///< per block: square of its cells' largest [µm²]
+  std::vector<std::vector<int>> around_;  ///< BlockGrid::around() of the blocks for which it was needed
+  std::vector<int> due_;                  ///< blocks being resolved; those without contacts become `none`
   static constexpr int none = -1;
   std::vector<char> atBorder_;  ///< blocks that could change a body that another rank holds; empty: none
   std::vector<Body> bodies_;    ///< own and ghosts, sorted by block, then by id
   std::vector<std::int64_t> bodyStart_;  ///< first body of each block; one past the last at the end
   std::vector<Vec3> listedAt_;           ///< positions at the last rebuild of the lists
   PairList list_;
-  std::vector<char> isListed_;  ///< per block, whether its pairs are
+  std::vector<char> isListed_;                      ///< per block, whether its pairs are
+  std::vector<std::unique_ptr<PairOrder>> orders_;  ///< of the pairs of blocks that threads share
+  /// While other programs occupy cores, so many blocks are resolved by one thread each before threads share
+  /// one again, and how many are left.
+  int pause_ = 0, pauseLeft_ = 0;
   /// Exists while pairs of some blocks are not listed: if cells sleep, they are when a cell comes near.
   std::optional<PairLister> lister_;
-  bool mayBeDeep_ = true;       ///< whether pairs could be deep contacts at the last rebuild of the lists
+  bool mayBeDeep_ = true;  ///< whether pairs could be deep contacts at the last rebuild of the lists
+  /// Per body that another rank holds: bit `c` is set if a block of colour `c` could change it.
+  std::vector<std::uint8_t> exposed_;
   std::vector<char> isShared_;  ///< per body, whether another rank holds it
-  double movedBefore_ = 0.0;    ///< sum over all cells at the last estimate of the motion [µm]
+  /// The bodies exposed to each colour, ascending.
+  std::array<std::vector<std::int32_t>, BlockGrid::colours> exposedTo_;
+  double movedBefore_ = 0.0;  ///< sum over all cells at the last estimate of the motion [µm]
   std::int64_t foreseenInSweep_ = 0;
   std::vector<std::int64_t> workOfBlock_;  ///< on this rank, at the last rebuild of the lists [pairs]
   bool listed_ = false;

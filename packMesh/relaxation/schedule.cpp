@@ -105,7 +105,10 @@ bool sweepWith(const std::function<double(std::int64_t sweep)>& omega, std::int6
                Relaxation& relaxation, double tolerance, const ScheduleLimits& limits, std::int64_t& at,
                const char* stage, double slack = 0.0) {
   for (; at < sweeps && !spent(relaxation, limits); ++at) {
-    if (limits.anew && relaxation.beginsAnew()) limits.anew();
+    if (limits.anew && relaxation.beginsAnew()) {
+      relaxation.forgetLists();
+      limits.anew();
+    }
     const SweepSums sums = relaxation.sweep(omega(at), slack);
     if (limits.tell) limits.tell(stage);
     if (sums.thorough && sums.deepest <= tolerance) return true;

@@ -111,10 +111,12 @@ void SharedBodies::forEachHolder(const Body& body, double range, Visit&& visit) 
   visit(owner);
   if (body.block != lastBlock_) lastForeign_ = &foreignTo(lastBlock_ = body.block);
   const std::vector<ForeignNeighbor>& foreign = *lastForeign_;
+  if (foreign.empty()) return;
+  const BlockGrid::FaceDistances distances = blocks_.faceDistances(body.position, body.block);
   int last = owner;
   for (const ForeignNeighbor& neighbor : foreign) {
     if (neighbor.rank == last) continue;
-    if (blocks_.squaredDistance(body.position, body.block, neighbor.step) >= range * range) continue;
+    if (BlockGrid::squaredDistance(distances, neighbor.step) >= range * range) continue;
     last = neighbor.rank;
     visit(last);
   }
@@ -147,10 +149,17 @@ void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
 
 void SharedBodies::plan(const std::vector<Body>& bodies, double range) {
   std::vector<std::vector<std::int32_t>> common(communicator_.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i)
+  shared_.clear();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const auto index = static_cast<std::int32_t>(i);
+    bool isShared = false;
     forEachHolder(bodies[i], range, [&](int rank) {
-      if (rank != rank_) common[rank].push_back(static_cast<std::int32_t>(i));
+      if (rank == rank_) return;
+      common[rank].push_back(index);
+      isShared = true;
     });
+    if (isShared) shared_.push_back(index);
+  }
   peers_.clear();
   common_.clear();
   for (int rank = 0; rank < communicator_.size(); ++rank) {
@@ -164,21 +173,18 @@ void SharedBodies::plan(const std::vector<Body>& bodies, double range) {
   }
 }
 
-std::vector<char> SharedBodies::shared(std::size_t bodies) const {
-  std::vector<char> flags(bodies, 0);
-  for (const std::vector<std::int32_t>& indices : common_)
-    for (const std::int32_t i : indices) flags[i] = 1;
-  return flags;
-}
-
-void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies) {
+void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies, const std::vector<std::int32_t>& candidates) {
   if (peers_.empty()) return;
   communicator_.awaitSent();
   for (std::size_t p = 0; p < peers_.size(); ++p) {
+    const std::vector<std::int32_t>& common = common_[p];
     peers_[p].send.clear();
-    for (std::size_t slot = 0; slot < common_[p].size(); ++slot) {
-      const Body& body = bodies[common_[p][slot]];
-      if (!body.changed) continue;
+    std::size_t slot = 0;
+    for (const std::int32_t i : candidates) {
+      while (slot < common.size() && common[slot] < i) ++slot;
+      if (slot == common.size()) break;
+      const Body& body = bodies[i];
+      if (common[slot] != i || !body.changed) continue;
       const Change change{PlainPose::of(body), body.scale, body.moved, body.overlap,
                           static_cast<std::int64_t>(slot)};
       const auto* bytes = reinterpret_cast<const std::byte*>(&change);
@@ -186,8 +192,7 @@ void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies) {
     }
   }
   communicator_.beginSwap(peers_);
-  for (const std::vector<std::int32_t>& indices : common_)
-    for (const std::int32_t i : indices) bodies[i].changed = false;
+  for (const std::int32_t i : candidates) bodies[i].changed = false;
 }
 
 std::vector<int> SharedBodies::finishGhostUpdate(std::vector<Body>& bodies) {

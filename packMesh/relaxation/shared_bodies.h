@@ -35,12 +35,14 @@ class SharedBodies {
   /// surroundings of bodies are discarded.
   void distribute(std::vector<Body>& bodies, double range);
 
-  /// Per body: whether another rank holds it, too. Pre: bodies as distribute() left them; the same holds
-  /// below.
-  std::vector<char> shared(std::size_t bodies) const;
+  /// The bodies that another rank holds, too: indices, ascending. Pre: bodies as distribute() left them; the
+  /// same holds below.
+  const std::vector<std::int32_t>& shared() const { return shared_; }
 
-  /// Begins to send the other ranks all bodies that have `changed`.
-  void beginGhostUpdate(std::vector<Body>& bodies);
+  /// Begins to send the other ranks those of `candidates` (indices, ascending) that have `changed`; by
+  /// default of all.
+  void beginGhostUpdate(std::vector<Body>& bodies, const std::vector<std::int32_t>& candidates);
+  void beginGhostUpdate(std::vector<Body>& bodies) { beginGhostUpdate(bodies, shared_); }
   /// Receives the changes of the other ranks. Pre: after beginGhostUpdate(); no shared body has been changed
   /// since.
   /// @return blocks of the bodies they changed, with repetitions
@@ -72,6 +74,7 @@ class SharedBodies {
   std::vector<Communicator::Peer> peers_;
   /// For each peer the bodies that it holds as well: indices, in the same order on both ranks.
   std::vector<std::vector<std::int32_t>> common_;
+  std::vector<std::int32_t> shared_;  ///< of all peers together
 };
 
 }  // namespace packmesh

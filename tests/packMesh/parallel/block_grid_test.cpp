@@ -158,7 +158,7 @@ TEST_CASE("The distance of a block one step away is that of its nearest point", 
           if (period[k] > 0.0) index = (index + grid.counts()[k]) % grid.counts()[k];
           REQUIRE(index == grid.indexOf(neighbor.block)[k]);
         }
-        REQUIRE(grid.squaredDistance(p, block, neighbor.step) ==
+        REQUIRE(BlockGrid::squaredDistance(grid.faceDistances(p, block), neighbor.step) ==
                 Approx((nearest - p).squaredNorm()).margin(1e-9));
         ++seen;
       }

@@ -4,12 +4,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "packMesh/parallel/cores.h"
@@ -75,6 +77,21 @@ TEST_CASE("Threads are started when there are items for them", "[parallel][threa
   REQUIRE(running() == before + 4);
 }
 
+TEST_CASE("Items that wait for each other have a thread each", "[parallel][threads]") {
+  REQUIRE(Threads().atOnce() == 1);
+  for (const int count : {2, 5}) {
+    const Threads threads(count);
+    const int items = threads.atOnce();
+    REQUIRE(items == std::min(count, availableCores()));
+    std::atomic<int> begun{0};
+    threads.forEach(items, [&](std::int64_t, int) {
+      ++begun;
+      while (begun < items) std::this_thread::yield();
+    });
+    REQUIRE(begun == items);
+  }
+}
+
 TEST_CASE("Each of many loops sees what the one before has written", "[parallel][threads]") {
   const Threads threads(4);
   std::vector<int> values(64, 0);
@@ -123,7 +140,7 @@ TEST_CASE("A forked process does loops alone", "[parallel]") {
   if (child == 0) {
     int done = 0;
     threads.forEach(10, [&](std::int64_t, int) { ++done; });
-    _exit(done == 10 ? 0 : 1);
+    _exit(done == 10 && threads.atOnce() == 1 ? 0 : 1);
   }
   int status = 1;
   REQUIRE(waitpid(child, &status, 0) == child);

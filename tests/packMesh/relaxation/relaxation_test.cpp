@@ -122,6 +122,23 @@ TEST_CASE("Relaxation depends on the seed, not on the order of the cells", "[rel
   REQUIRE_FALSE(sameState(run(2, false), first));
 }
 
+TEST_CASE("Any number of threads gives the same result", "[relaxation]") {
+  const Physics physics = physicsIn(cube(35.0), {test::redCellShape()});  // a single block
+  const auto run = [&](const Threads& threads) {
+    Execution execution;
+    execution.threads = threads;
+    Relaxation relaxation(physics, execution, randomBodies(physics, 290, 1));
+    REQUIRE(relaxation.blockCount() == 1);
+    for (int k = 0; k < 40; ++k) relaxation.sweep(1.0);
+    return relaxation.cells();
+  };
+  const std::vector<Body> alone = run(Threads());
+  for (const int threads : {2, 4, 8}) {
+    CAPTURE(threads);
+    REQUIRE(sameState(run(Threads(threads)), alone));
+  }
+}
+
 TEST_CASE("Penetrations decrease, and vanish at a fraction of 0.4", "[relaxation]") {
   const auto shape = test::redCellShape();
   const Box bounds = cube(25.0);
