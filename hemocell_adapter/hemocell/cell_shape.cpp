@@ -10,6 +10,7 @@
 #include "hemocell_adapter/hemocell/units.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 
@@ -93,17 +94,22 @@ ProfileSurface ellipsoidAround(const TriangleMesh& mesh, const Vec3& semiAxes) {
 }
 
 /// Repairs the mesh of a file; repairs and errors are reported in coordinates of the file.
+/// @param holes if not null, receives those that are nearly flat, which are closed then
 TriangleMesh repaired(TriangleMesh mesh, const std::filesystem::path& file,
-                      std::vector<std::string>& warnings) {
-  const std::vector<std::string> repairs = repairClosed(mesh, file.string());
+                      std::vector<std::string>& warnings, std::vector<CappedOpening>* holes = nullptr) {
+  const std::vector<std::string> repairs =
+      repairClosed(mesh, file.string(), holes, tolerance::flatHoleFraction);
   warnings.insert(warnings.end(), repairs.begin(), repairs.end());
+  if (holes && !holes->empty())
+    warnings.push_back(fmt::format("{}: closed {} hole{} in the surface; HemoCell reads the file as it is",
+                                   file.string(), holes->size(), holes->size() == 1 ? "" : "s"));
   return mesh;
 }
 
 /// HemoCell builds its template from the unrepaired file; the mesh used for packing is repaired afterwards.
-std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name,
-                                          const Threads& threads) {
-  repairClosed(built, name);
+std::shared_ptr<const Shape> shapeFromStl(TriangleMesh built, const std::string& name, const Threads& threads,
+                                          std::vector<CappedOpening>* holes = nullptr) {
+  repairClosed(built, name, holes, tolerance::flatHoleFraction);
   return std::make_shared<const Shape>(built, threads);
 }
 
@@ -180,7 +186,8 @@ std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file
     throw InputError(
         fmt::format("{}: scale {}: expected the file's unit of length in µm", file.string(), scale));
   TriangleMesh asRead = readMesh(file);
-  TriangleMesh mesh = repaired(asRead, file, warnings);
+  std::vector<CappedOpening> holes;
+  TriangleMesh mesh = repaired(asRead, file, warnings, &holes);
   const double extent = scale * boundingBox(mesh).size().maxCoeff();
   const std::string hint = unitHint(extent, scale, smallestCell, largestCell);
   if (!hint.empty())
@@ -194,7 +201,7 @@ std::shared_ptr<const Shape> makeShapeFromFile(const std::filesystem::path& file
   if (frame == MeshFrame::hemocell) {
     for (Vec3& v : asRead.vertices) v *= scale;
     try {
-      return shapeFromStl(meshFromStl(std::move(asRead), dx), file.string(), threads);
+      return shapeFromStl(meshFromStl(std::move(asRead), dx), file.string(), threads, &holes);
     } catch (const MeshError& error) {  // inflation deforms so small a cell
       throw MeshError(error.what() + hint);
     }

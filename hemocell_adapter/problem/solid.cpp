@@ -10,18 +10,19 @@
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_repair.h"
 
 namespace packmesh::hemocell {
 
 VesselMesh readVessel(const std::filesystem::path& file, const std::string& where, bool capOpenings,
-                      std::vector<std::string>& notices) {
+                      double flatness, std::vector<std::string>& notices) {
   try {
     VesselMesh mesh;
     mesh.asRead = mesh.closed = readMesh(file);
     for (const std::string& repair :
-         repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr))
+         repairClosed(mesh.closed, file.string(), capOpenings ? &mesh.openings : nullptr, flatness))
       notices.push_back(repair);
     return mesh;
   } catch (const InputError& error) {
@@ -29,19 +30,17 @@ VesselMesh readVessel(const std::filesystem::path& file, const std::string& wher
   }
 }
 
-TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
-                        std::vector<std::string>& notices) {
-  return readVessel(file, where, false, notices).closed;
-}
-
 std::string cappedText(const std::filesystem::path& file, const std::vector<CappedOpening>& openings,
                        double unit) {
   if (openings.empty()) return {};
   std::vector<std::string> areas;
-  for (const CappedOpening& opening : openings)
+  for (const CappedOpening& opening : openings) {
     areas.push_back(fmt::format("{:.6g} µm²", opening.area * unit * unit));
+    if (opening.deviation > 0.0)
+      areas.back() += fmt::format(", its edges within {:.2g} µm of a plane", opening.deviation * unit);
+  }
   return fmt::format("{}: capped {} flat opening{} ({}); --flat-openings refuse makes them errors",
-                     file.string(), openings.size(), openings.size() == 1 ? "" : "s", fmt::join(areas, ", "));
+                     file.string(), openings.size(), openings.size() == 1 ? "" : "s", fmt::join(areas, "; "));
 }
 
 std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std::array<bool, 3>& periodic,
@@ -64,7 +63,7 @@ std::shared_ptr<const Container> makeSolid(const SolidRequest& solid, const std:
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", solid.where, error.what()));
   }
-  VesselMesh vessel = readVessel(solid.file, solid.where, capOpenings, notices);
+  VesselMesh vessel = readVessel(solid.file, solid.where, capOpenings, tolerance::flatHoleFraction, notices);
   if (std::string text = cappedText(solid.file, vessel.openings, solid.scale); !text.empty())
     notices.push_back(std::move(text));
   TriangleMesh mesh = std::move(vessel.closed);

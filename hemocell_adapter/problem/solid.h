@@ -17,20 +17,17 @@ namespace packmesh::hemocell {
 /// hundredths of a micrometre on smooth walls.
 inline constexpr double vesselDetail = 0.5;
 
-/// A closed surface; what was repaired is added to `notices`.
-/// @throws InputError that begins with `where`
-TriangleMesh readClosed(const std::filesystem::path& file, const std::string& where,
-                        std::vector<std::string>& notices);
-
 /// The closed surface of a vessel.
 struct VesselMesh {
   TriangleMesh closed, asRead;          ///< in the unit of the file; asRead: without repairs
   std::vector<CappedOpening> openings;  ///< that are closed
 };
 
-/// As readClosed(). @param capOpenings close flat openings
+/// What was repaired is added to `notices`.
+/// @param capOpenings close openings that are flat up to `flatness` (see repairClosed)
+/// @throws InputError that begins with `where`
 VesselMesh readVessel(const std::filesystem::path& file, const std::string& where, bool capOpenings,
-                      std::vector<std::string>& notices);
+                      double flatness, std::vector<std::string>& notices);
 
 /// What is said of openings that were closed: their number and areas; empty if there are none.
 /// @param unit [µm per unit of their mesh]

@@ -11,6 +11,7 @@
 #include "packMesh/container/vessel_ends.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_file.h"
+#include "packMesh/core/tolerances.h"
 
 namespace packmesh::hemocell {
 namespace {
@@ -59,7 +60,8 @@ Lumen vesselLumen(const Request& request, const Case& simulation,
           fmt::format("{}: {}: {}", domain.geometryWhere, domain.geometry->string(), error.what()));
     }
   };
-  VesselMesh stl = readVessel(*domain.geometry, domain.geometryWhere, request.capOpenings, lumen.notices);
+  VesselMesh stl = readVessel(*domain.geometry, domain.geometryWhere, request.capOpenings,
+                              tolerance::flatCapFraction, lumen.notices);
   const bool repaired = !lumen.notices.empty() && isFilledByParity(stl.asRead);
   const double extent = boundingBox(stl.closed).size()[std::clamp(domain.refDir, 0, 2)];
   VesselOnLattice vessel = located([&] {

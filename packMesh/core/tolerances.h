@@ -55,6 +55,14 @@ inline constexpr double zeroVolumeFraction = 1e-8;
 /// rounding to single precision and to six printed digits.
 inline constexpr double flatCapFraction = 1e-6;
 
+/// A hole in the mesh of a cell is closed if its outline lies in one plane up to this fraction of the mesh's
+/// diagonal: what is left of a model where a scanner did not reach, not a missing part of it.
+inline constexpr double flatHoleFraction = 0.02;
+
+/// Where parts of a surface touch, each is moved away by this fraction of the distance to its neighbouring
+/// vertices: far more than the rounding of a file in single precision, and not visible.
+inline constexpr double touchingFraction = 1e-3;
+
 /// The outlines of the two ends of a periodic vessel may differ by this fraction of their diagonal: 0.03 µm
 /// for a vessel of 25 µm, which is less than the facets of such meshes deviate from a round wall.
 inline constexpr double sameOutlineFraction = 1e-3;

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "packMesh/growth/touching_parts.h"
+#include "packMesh/mesh/touching_parts.h"
 
 namespace packmesh {
 namespace {

@@ -94,9 +94,9 @@ std::string placeOf(const TriangleMesh& mesh, const Outline& o) {
 }
 
 /// Why an outline cannot be closed; empty: it can.
-std::string faultOf(const TriangleMesh& mesh, const Outline& o, double size) {
+std::string faultOf(const TriangleMesh& mesh, const Outline& o, double size, double flatness) {
   if (o.area < tolerance::crackFraction * size * o.length) return placeOf(mesh, o) + " is only a crack";
-  if (o.deviation > tolerance::flatCapFraction * size)
+  if (o.deviation > flatness * size)
     return placeOf(mesh, o) + " is not flat: it deviates from a plane by " + toText(o.deviation, 3);
   return {};
 }
@@ -129,15 +129,15 @@ std::string close(TriangleMesh& mesh, const Outline& o) {
 }
 
 /// Of two outlines in one plane, whether the second lies inside the first.
-bool encloses(const Outline& outer, const Outline& inner, double size) {
+bool encloses(const Outline& outer, const Outline& inner, double thickness) {
   const double apart = std::abs(outer.normal.dot(inner.center - outer.center));
-  return apart <= 2.0 * tolerance::flatCapFraction * size && inner.axis == outer.axis &&
+  return apart <= 2.0 * thickness && inner.axis == outer.axis &&
          contains(outer.polygon, inner.polygon.front());
 }
 
 }  // namespace
 
-std::string capFlatOpenings(TriangleMesh& mesh, const std::vector<TriangleSide>& sides,
+std::string capFlatOpenings(TriangleMesh& mesh, const std::vector<TriangleSide>& sides, double flatness,
                             std::vector<CappedOpening>& capped) {
   std::vector<std::vector<int>> all;
   if (const std::string fault = chains(mesh, sides, all); !fault.empty()) return fault;
@@ -145,16 +145,19 @@ std::string capFlatOpenings(TriangleMesh& mesh, const std::vector<TriangleSide>&
   std::vector<Outline> outlines;
   for (std::vector<int>& chain : all) {
     outlines.push_back(outlineOf(mesh, std::move(chain)));
-    if (const std::string fault = faultOf(mesh, outlines.back(), size); !fault.empty()) return fault;
+    if (const std::string fault = faultOf(mesh, outlines.back(), size, flatness); !fault.empty())
+      return fault;
   }
   for (const Outline& outer : outlines)
     for (const Outline& inner : outlines)
-      if (&outer != &inner && encloses(outer, inner, size))
+      if (&outer != &inner && encloses(outer, inner, flatness * size))
         return placeOf(mesh, outer) + " surrounds another one in the same plane";
   TriangleMesh closed = mesh;
   for (const Outline& o : outlines)
     if (const std::string fault = close(closed, o); !fault.empty()) return fault;
-  for (const Outline& o : outlines) capped.push_back({o.center, o.area, o.vertices.size()});
+  for (const Outline& o : outlines)
+    capped.push_back({o.center, o.area, o.vertices.size(),
+                      o.deviation > tolerance::flatCapFraction * size ? o.deviation : 0.0});
   mesh = std::move(closed);
   return {};
 }

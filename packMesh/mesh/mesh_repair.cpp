@@ -17,6 +17,7 @@
 #include "packMesh/mesh/merge_vertices.h"
 #include "packMesh/mesh/predicates.h"
 #include "packMesh/mesh/self_intersection.h"
+#include "packMesh/mesh/touching_parts.h"
 #include "packMesh/mesh/triangle_tree.h"
 
 namespace packmesh {
@@ -175,33 +176,24 @@ std::optional<std::size_t> orient(TriangleMesh& mesh, const std::vector<Triangle
   return turnedInAll;
 }
 
-/// A vertex in which several fans of triangles touch, if there is one. Pre: every edge has two triangles.
-std::optional<int> findPinchedVertex(const TriangleMesh& mesh) {
-  // Around a vertex, corner (v, next, previous) is followed by the corner whose next is this one's previous;
-  // all corners of a vertex must form one cycle. Pre: consistent orientation.
-  struct Corner {
-    int vertex, next, previous;
-  };
-  std::vector<Corner> corners;
-  for (const Triangle& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) corners.push_back({t[k], t[(k + 1) % 3], t[(k + 2) % 3]});
-  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
-    return a.vertex != b.vertex ? a.vertex < b.vertex : a.next < b.next;
-  });
-  for (std::size_t from = 0, to = 0; from < corners.size(); from = to) {
-    for (to = from; to < corners.size() && corners[to].vertex == corners[from].vertex;) ++to;
-    std::size_t steps = 0;
-    int at = corners[from].next;
-    do {
-      const auto corner = std::lower_bound(corners.begin() + from, corners.begin() + to, at,
-                                           [](const Corner& c, int next) { return c.next < next; });
-      if (corner == corners.begin() + to || corner->next != at) break;
-      at = corner->previous;
-      ++steps;
-    } while (at != corners[from].next && steps <= to - from);
-    if (steps != to - from) return corners[from].vertex;
+/// Whether every edge has as many triangles in one direction as in the other.
+bool isBalanced(const std::vector<TriangleSide>& sides) {
+  for (std::size_t from = 0, to = 0; from < sides.size(); from = to) {
+    int balance = 0;
+    for (to = from; to < sides.size() && sides[to].sameEdge(sides[from]); ++to)
+      balance += sides[to].forwards ? 1 : -1;
+    if (balance != 0) return false;
   }
-  return std::nullopt;
+  return true;
+}
+
+/// Moves parts that touch apart through the outside. @return the number of vertices in which they touched
+std::size_t moveApart(TriangleMesh& mesh) {
+  const bool inverted = signedVolume(mesh) < 0.0;
+  if (inverted) flip(mesh);
+  const std::size_t touching = moveTouchingPartsApart(mesh);
+  if (inverted) flip(mesh);
+  return touching;
 }
 
 /// Whether an odd number of the other components contain a vertex of `own`. Pre: components do not meet.
@@ -311,7 +303,7 @@ void refuseFaults(const TriangleMesh& mesh, const EdgeFaults& faults, const std:
   if (faults.crowded > 0)
     throw MeshError(name + ": the surface is not manifold: more than two triangles meet at " +
                     counted(faults.crowded, "edge", "edges") + ", the first " +
-                    edgeText(mesh, faults.firstCrowded));
+                    edgeText(mesh, faults.firstCrowded) + "; separate the parts in a mesh editor");
 }
 
 /// Removes flat triangles with rounded corners if they cross their neighbours. @return their number
@@ -331,13 +323,14 @@ std::size_t removeSlivers(TriangleMesh& mesh, const std::string& name) {
   if (pair->first == pair->second)
     throw MeshError(name + ": the triangle at " + toText(middle(pair->first)) + " has no area");
   throw MeshError(name + ": the surface intersects itself: the triangles at " + toText(middle(pair->first)) +
-                  " and " + toText(middle(pair->second)) + " intersect");
+                  " and " + toText(middle(pair->second)) +
+                  " intersect; join the parts (Boolean union) or remesh them in a mesh editor");
 }
 
 }  // namespace
 
 std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
-                                      std::vector<CappedOpening>* capped) {
+                                      std::vector<CappedOpening>* capped, double flatness) {
   checkInput(mesh, name);
   poll();
   std::vector<std::string> repairs;
@@ -369,7 +362,7 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   }
   std::string notCapped;
   if (capped && faults.open > 0 && faults.crowded == 0) {
-    notCapped = capFlatOpenings(mesh, sides, *capped);
+    notCapped = capFlatOpenings(mesh, sides, flatness, *capped);
     if (notCapped.empty()) {
       sides = sortedSides(mesh);
       faults = findEdgeFaults(sides);
@@ -377,6 +370,12 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
       notCapped = "; only flat openings can be capped, and " + notCapped +
                   ". Cut the end off by a plane, or close it in a mesh editor";
     }
+  }
+  std::size_t touching = 0;
+  if (faults.open == 0 && faults.crowded > 0 && isBalanced(sides)) {
+    touching = moveApart(mesh);
+    sides = sortedSides(mesh);
+    faults = findEdgeFaults(sides);
   }
   refuseFaults(mesh, faults, notCapped, name);
   if (mesh.triangles.empty()) throw MeshError(name + ": all triangles cancel each other");
@@ -386,9 +385,8 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   if (!turned) throw MeshError(name + ": the surface is one-sided (like a Klein bottle) and has no interior");
   note(*turned, "flipped", "triangle oriented against its neighbours",
        "triangles oriented against their neighbours");
-  if (const std::optional<int> pinched = findPinchedVertex(mesh))
-    throw MeshError(name + ": the surface is not manifold: several parts of it touch at the vertex " +
-                    toText(mesh.vertices[*pinched]));
+  touching += moveApart(mesh);
+  note(touching, "moved parts of the surface apart that touched in", "vertex", "vertices");
   note(removeFlatTriangles(mesh), "repaired", "triangle without area", "triangles without area");
   note(removeSlivers(mesh, name), "repaired", "sliver", "slivers");
   note(orientComponents(mesh, component, name), "flipped", "surface that was inside out",

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/flat_openings.h"
 
 namespace packmesh {
@@ -14,12 +15,16 @@ namespace packmesh {
 /// Repaired: duplicate vertices (merged), unused vertices and collapsed triangles (removed), cracks no wider
 /// than rounding errors (closed), inconsistently oriented triangles, triangles with three collinear corners
 /// (see removeFlatTriangles; nearly collinear ones where the surface intersects itself), inverted surfaces
-/// (flipped). Everything else is rejected.
+/// (flipped), parts that touch in vertices or edges (moved apart, see moveTouchingPartsApart). Everything
+/// else is rejected.
 /// @return one line per kind of repair, for a warning; empty if the mesh was valid
 /// @throws MeshError with `name` and the position: no triangles, open edges (number and first one),
-/// non-manifold edges, non-finite coordinates, a vertex far from all others, zero volume, self-intersection
-/// @param capped if not null, flat openings are closed as well (flat_openings.h), and added here
+/// edges with an odd number of triangles, non-finite coordinates, a vertex far from all others, zero volume,
+/// self-intersection
+/// @param capped if not null, openings that are flat, up to `flatness` (a fraction of the mesh's diagonal),
+/// are closed as well (flat_openings.h), and added here
 std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& name,
-                                      std::vector<CappedOpening>* capped = nullptr);
+                                      std::vector<CappedOpening>* capped = nullptr,
+                                      double flatness = tolerance::flatCapFraction);
 
 }  // namespace packmesh

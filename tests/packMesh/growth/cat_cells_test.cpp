@@ -10,10 +10,10 @@
 #include <sstream>
 
 #include "packMesh/growth/tetrahedralise.h"
-#include "packMesh/growth/touching_parts.h"
 #include "packMesh/mesh/mesh_file.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/mesh_repair.h"
+#include "packMesh/mesh/touching_parts.h"
 #include "tests/packMesh/growth/cat_scenes.h"
 
 using namespace packmesh;

@@ -6,6 +6,7 @@
 
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/tolerances.h"
 #include "packMesh/mesh/mesh_repair.h"
 #include "tests/packMesh/sample_meshes.h"
 
@@ -131,4 +132,22 @@ TEST_CASE("Openings that are not flat are refused, saying what to do", "[geometr
   open.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
   open.triangles = {{0, 1, 2}, {0, 3, 4}};
   CHECK_THAT(refusalOf(open), Contains("several openings meet at (0, 0, 0)"));
+}
+
+TEST_CASE("Holes that are nearly flat are closed where that is allowed", "[geometry][openings]") {
+  TriangleMesh whole = sample::straightTube(0.0, 30.0, 5.0, 7, 24);
+  for (Vec3& v : whole.vertices)
+    if (v.x() == 30.0) v.x() += 0.02 * v.y() * v.z();  // a saddle, 0.25 high
+  TriangleMesh mesh;
+  for (const Triangle& t : whole.triangles)
+    if (std::any_of(t.begin(), t.end(), [&](int v) { return whole.vertices[v].x() < 28.0; }))
+      mesh.triangles.push_back(t);
+  mesh.vertices = whole.vertices;
+  CHECK_THAT(refusalOf(mesh), Contains("is not flat: it deviates from a plane by 0.25"));
+  std::vector<CappedOpening> capped;
+  repairClosed(mesh, "x", &capped, tolerance::flatHoleFraction);
+  REQUIRE(capped.size() == 1);
+  CHECK(capped[0].deviation == Approx(0.25).epsilon(0.01));
+  CHECK(signedVolume(mesh) == Approx(signedVolume(whole)).epsilon(1e-3));
+  CHECK(repairClosed(mesh, "again").empty());
 }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/growth/touching_parts.h"
+#include "packMesh/mesh/touching_parts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
+
+#include "packMesh/core/tolerances.h"
+#include "packMesh/mesh/merge_vertices.h"
 
 namespace packmesh {
 namespace {
@@ -84,6 +88,31 @@ TriangleMesh separateTouchingParts(const TriangleMesh& mesh) {
   }
   for (int t = 0; t < corners; t += 3) result.triangles.push_back({number[t], number[t + 1], number[t + 2]});
   return result;
+}
+
+std::size_t moveTouchingPartsApart(TriangleMesh& mesh) {
+  TriangleMesh parts = separateTouchingParts(mesh);
+  std::vector<Vec3> distinct = parts.vertices;
+  const std::vector<int> place = mergeEqualVertices(distinct);
+  if (distinct.size() == parts.vertices.size()) return 0;
+  std::vector<int> copies(distinct.size(), 0);
+  for (const int p : place) ++copies[p];
+  // Every neighbour of a vertex follows it in one triangle.
+  std::vector<Vec3> sum(parts.vertices.size(), Vec3::Zero());
+  std::vector<int> neighbours(parts.vertices.size(), 0);
+  for (const Triangle& t : parts.triangles)
+    for (int k = 0; k < 3; ++k) {
+      sum[t[k]] += parts.vertices[t[(k + 1) % 3]];
+      ++neighbours[t[k]];
+    }
+  for (std::size_t v = 0; v < place.size(); ++v)
+    if (copies[place[v]] > 1) {
+      Vec3& at = parts.vertices[v];
+      at += tolerance::touchingFraction * (sum[v] / neighbours[v] - at);
+    }
+  mesh = std::move(parts);
+  return static_cast<std::size_t>(
+      std::count_if(copies.begin(), copies.end(), [](int count) { return count > 1; }));
 }
 
 }  // namespace packmesh
