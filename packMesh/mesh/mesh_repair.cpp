@@ -293,6 +293,15 @@ std::string edgeText(const TriangleMesh& mesh, const TriangleSide& side) {
   return "from " + toText(mesh.vertices[side.lo]) + " to " + toText(mesh.vertices[side.hi]);
 }
 
+/// @return why the openings are not closed; empty: they are
+std::string closeOpenings(TriangleMesh& mesh, const std::vector<TriangleSide>& sides, double flatness,
+                          std::vector<CappedOpening>& capped) {
+  const std::string fault = capFlatOpenings(mesh, sides, flatness, capped);
+  if (fault.empty()) return {};
+  return "; only flat openings can be capped, and " + fault +
+         ". Cut the end off by a plane, or close it in a mesh editor";
+}
+
 /// @param notCapped why openings were not capped
 void refuseFaults(const TriangleMesh& mesh, const EdgeFaults& faults, const std::string& notCapped,
                   const std::string& name) {
@@ -362,14 +371,9 @@ std::vector<std::string> repairClosed(TriangleMesh& mesh, const std::string& nam
   }
   std::string notCapped;
   if (capped && faults.open > 0 && faults.crowded == 0) {
-    notCapped = capFlatOpenings(mesh, sides, flatness, *capped);
-    if (notCapped.empty()) {
-      sides = sortedSides(mesh);
-      faults = findEdgeFaults(sides);
-    } else {
-      notCapped = "; only flat openings can be capped, and " + notCapped +
-                  ". Cut the end off by a plane, or close it in a mesh editor";
-    }
+    notCapped = closeOpenings(mesh, sides, flatness, *capped);
+    sides = sortedSides(mesh);
+    faults = findEdgeFaults(sides);
   }
   std::size_t touching = 0;
   if (faults.open == 0 && faults.crowded > 0 && isBalanced(sides)) {
