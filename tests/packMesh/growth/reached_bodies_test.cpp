@@ -33,7 +33,8 @@ struct Row {
     }
   }
   CellSurroundings surroundings(double reach) const {
-    return CellSurroundings(physics, cells, std::vector<double>(cells.size(), reach));
+    return CellSurroundings(physics, cells, std::vector<double>(cells.size(), reach),
+                            std::vector<double>(cells.size(), 0.0));
   }
   const TriangleMesh& mesh() const { return physics.shapeOf(0).mesh(); }
   std::vector<std::vector<char>> pointsOf(const PlaneRequest& request, const ReachedBodies& reached) const {
