@@ -111,7 +111,7 @@ std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, 
   if (request.restart && !begun_) packing.resume = stateToContinue(*request.restart, packing);
   begun_ = true;
   PackingResult result = packmesh::pack(packing);
-  if (frames) frames->convert();
+  if (frames && hooks_.convertsGrowth) frames->convert();
   saved_ = states.saved().value_or(saved_);  // an attempt that saved nothing leaves the state of the last one
   if (result.outcome == Outcome::outOfReach && !limits.fewerCells)
     log::detail(fmt::format(

@@ -18,6 +18,7 @@ namespace packmesh::hemocell {
 struct Hooks {
   std::function<bool()> interrupted;
   std::function<void(const Progress&)> progress;
+  bool convertsGrowth = true;  ///< false: the caller makes series of the states of growth (GrowthFrames)
 };
 
 /// References its arguments. All ranks call everything together.

@@ -174,17 +174,22 @@ def pack(
         def callback(*values: Any) -> None:
             listener(Progress(*values))
 
+    def packed(all_words: List[str]) -> Packing:
+        packing = Packing(_packmesh.pack(encoded(all_words), address(communicator), callback), communicator)
+        packing._convert_growth()
+        return packing
+
     with words(communicator) as asked:
         _fill(asked, **arguments)
         saved = state if state is not None else restart
         if saved is None:
             if checkpoint_every is not None and asked.has_files():
                 raise InputError("checkpoint_every: what is given as arrays needs the name of a state file (state) too")
-            packing = Packing(_packmesh.pack(encoded(asked.all()), address(communicator), callback), communicator)
+            packing = packed(asked.all())
             packing._inputs = asked.lend_folder(packing)
             return packing
         with asked.kept_beside(saved) as all_words:
-            return Packing(_packmesh.pack(encoded(all_words), address(communicator), callback), communicator)
+            return packed(all_words)
 
 
 def realisations(count: int, *, seed: Optional[int] = None, **options: Any) -> Iterator[Packing]:

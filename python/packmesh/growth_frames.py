@@ -96,6 +96,12 @@ def write(folder: str) -> List[str]:
     return read
 
 
+def convert(folder: str) -> None:
+    """Makes the series and removes the states. @raises InputError, OutputError"""
+    for path in write(folder):
+        os.remove(path)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="growth_frames")
@@ -103,10 +109,7 @@ def main() -> int:
     words = parser.parse_args()
 
     def work() -> None:
-        read = write(words.folder)
-        if words.remove:
-            for path in read:
-                os.remove(path)
+        (convert if words.remove else write)(words.folder)
         files.say(f"Wrote {os.path.join(words.folder, 'growth.pvd')}")
 
     return files.run_command(work)

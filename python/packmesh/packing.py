@@ -302,6 +302,13 @@ class Packing:
 
             yield names, write
 
+    def _convert_growth(self) -> None:
+        """Makes series for ParaView of the states of growth, if they were written."""
+        folder = self._held.growth_frames
+        if folder is not None:
+            from . import growth_frames
+            self._on_first_rank(lambda: growth_frames.convert(os.fspath(folder)))
+
     def _on_first_rank(self, work: Callable[[], Any], keeps: bool = False) -> Any:
         """What work() returns or raises there, on all ranks. keeps: only the first rank gets what it returns."""
         result, failure = None, None

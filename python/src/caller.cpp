@@ -147,6 +147,7 @@ Hooks Caller::hooks() {
   Hooks hooks;
   hooks.interrupted = [this] { return interrupted(); };
   hooks.progress = [this](const Progress& progress) { tell(progress); };
+  hooks.convertsGrowth = false;
   return hooks;
 }
 

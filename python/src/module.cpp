@@ -277,10 +277,18 @@ void save(const PythonPacking& packing, const Words& words, const fs::path& file
   });
 }
 
+/// The folder of the states of growth; nothing if there is none.
+std::optional<fs::path> growthFramesOf(const PythonPacking& packing) {
+  const std::shared_ptr<const Problem>& problem = packing.held->packing.problem;
+  if (!problem || problem->request.output.growthFrames == 0) return {};
+  return problem->request.output.folder / "growth_frames";
+}
+
 void addPacking(py::module_& module) {
   py::class_<PythonPacking>(module, "Packing")
       .def_property_readonly("counts", &countsByName)
       .def_property_readonly("words", &wordsOf)
+      .def_property_readonly("growth_frames", &growthFramesOf)
       .def_property_readonly(
           "complete",
           [](const PythonPacking& p) { return p.held->packing.result.outcome == Outcome::certified; })

@@ -65,7 +65,6 @@ TEST_CASE("Cell names that no file or table can hold are rejected", "[executable
       {box + std::string(252, 'x') + ellipsoid, 1, expected},
       {box + std::string(101, 'x') + ellipsoid, 1, expected},
       {"20 20 20 --fixed a,b.pos", 2, "a,b.pos: the name before .pos is the name of the cells; " + expected},
-      {"20 20 20 --rbc 1 --state '\x02.h5'", 5, "expected UTF-8 without control characters"},
   };
   for (const char* name : {"a,b",
                            "a\x01"

@@ -84,7 +84,7 @@ TEST_CASE("Calls of setInitialMinimumDistanceFromSolid are found in common notat
   CHECK(source.distances[0].text == "setInitialMinimumDistanceFromSolid(a [1], 1.5)");
 }
 
-TEST_CASE("Directions of pre-inlets are literals; the slice is known of autoPreinletFromBoundary",
+TEST_CASE("Directions of pre-inlets are literals, and the slice is known of autoPreinletFromBoundary",
           "[case_source]") {
   for (const auto& [text, expected] : std::vector<std::pair<std::string, std::string>>{
            {"hemocell.preInlet->autoPreinletFromBoundary(Direction::Xpos);", "Xpos last - 1"},

@@ -103,11 +103,11 @@ TEST_CASE("A run continued from any of its states gives the same result as an un
     REQUIRE(of(requireSameWayFromAnyState(problem), Stage::growth) > 5);
   }
   SECTION("growth with tetrahedra, and attempts in vain") {
-    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.55, 5);
+    PackingProblem problem = mixtureIn(makeSphere(Vec3::Zero(), 6.5), 0.62, 5);
     problem.method.kind = Method::cat;
     problem.method.planeSource = PlaneSource::catFaces;
     problem.execution.limits.maxSweeps = 100;
-    problem.method.growth.maxIterations = 8;
+    problem.method.growth.maxIterations = 4;
     problem.method.escape.emplace();
     const Seen seen = requireSameWayFromAnyState(problem);
     REQUIRE(of(seen, Stage::growth) > 4);
