@@ -9,7 +9,8 @@
 
 namespace packmesh {
 
-struct Body {
+/// Aligned so that threads that move neighbours in memory do not write to the same lines of their caches.
+struct alignas(64) Body {
   Vec3 position = Vec3::Zero();  ///< [µm]
   Quaternion orientation = Quaternion::Identity();
   Mat3 rotation = Mat3::Identity();  ///< of `orientation`
