@@ -3,7 +3,8 @@
 """Counts the instructions of fixed packings and compares them with the values stored in tests/benchmark/counters.json.
 
 Unlike times, instruction counts are the same in every run to one in ten thousand, so a slowdown is detected on any machine. Portable
-kernels are counted, because Valgrind does not know every instruction set. Fails when a case takes more than the tolerance.
+kernels are counted, because Valgrind does not know every instruction set, and one thread, because threads
+wait for each other. Fails when a case takes more than the tolerance.
 
 Usage: scripts/counters.py [build/bin/packMesh] [--update]
 """
@@ -24,6 +25,7 @@ def instructions(program, arguments):
     """Instructions of one run of the program, including its start."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", program, *arguments.split(), "--quiet",
+                   "--threads", "1",
                    "--output-dir", folder]
         run = subprocess.run(command, capture_output=True, text=True, check=False,
                              env={**os.environ, "PACKMESH_ISA": "portable"})
