@@ -95,8 +95,7 @@ Options parse(int argc, char** argv) {
 
 TriangleMesh closedMesh(const std::string& file) {
   TriangleMesh mesh = readMesh(file);
-  for (const std::string& mended : repairClosed(mesh, file))
-    fmt::print(stderr, "(packMesh) (Warning) {}: {}\n", file, mended);
+  for (const std::string& repair : repairClosed(mesh, file)) hemocell::log::warning(repair);
   return mesh;
 }
 

@@ -21,8 +21,7 @@ struct StepReach {
 /// Copies the planes that a step could reach from columns as in CellPlanes to others, in which the distance
 /// becomes the limit: the distance without padding, or where the vertex is nearer its present one.
 /// @param room least distance of any vertex from its limit if the cell only grows to the largest scale [µm];
-/// 1e30
-///   without planes
+/// 1e30 without planes
 /// @return their number; there must be room for 16 more
 using ReachedPlanes = int (*)(const float* const planes[7], int count, const StepReach&, float* const out[7],
                               float& room);

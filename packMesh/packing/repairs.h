@@ -19,8 +19,8 @@ struct RepairPolicy {
   std::int64_t rounds;  ///< after which a packing counts as unresolved
   std::int64_t sweeps;  ///< in each round
   double range;         ///< pairs whose gap exceeds the required one by at most this are listed, too [µm]
-  bool
-      calibrates;  ///< clearances follow the gaps of pairs (see Calibration), otherwise how often they failed
+  /// Clearances follow the gaps of pairs (see Calibration), otherwise how often they failed.
+  bool calibrates;
 
   /// That of a part of relax(): after a compaction, clearances are calibrated.
   static const RepairPolicy& after(std::int64_t part);

@@ -31,7 +31,7 @@ _MODULES = ("errors", "hemocell_run", "_settings", "pos", "packing", "_check", "
 
 
 def __getattr__(name):
-    """Loaded when it is needed: the commands (python3 -m packmesh) run without the module of C++."""
+    """Loaded when it is needed: the commands (python3 -m packmesh) run without the C++ module."""
     if name == "__version__":
         return _importlib.import_module("packmesh._packmesh").version()
     if name in __all__:

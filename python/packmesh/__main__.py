@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Commands of the package: packmesh <command> ...   (or python3 -m packmesh)
 
-None needs the module of C++ (run does less without it): PYTHONPATH=python is enough in the source tree.
+None needs the C++ module (run does less without it): PYTHONPATH=python is enough in the source tree.
 """
 import importlib
 import os

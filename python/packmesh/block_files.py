@@ -11,7 +11,7 @@ import contextlib
 import dataclasses
 import os
 import re
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Container, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -109,14 +109,19 @@ def cell_types(types: Sequence[str], pre_inlet: bool) -> List[str]:
     return sorted((name for name in plain if name not in NO_CELLS), key=lambda name: (not name.startswith("RBC"), name))
 
 
+def require_attributes(path: str, attributes: Container[str], *names: str) -> None:
+    """@raises InputError"""
+    for name in names:
+        if name not in attributes:
+            raise InputError(f"{path}: has no attribute '{name}'; is it a file of HemoCell?")
+
+
 def header_of(path: str, block: int, iteration: int) -> BlockFile:
     """@raises InputError if its numbers contradict each other"""
     with opened(path) as file:
         attributes = dict(file.attrs)
         shapes = {name: dataset.shape for name, dataset in file.items() if hasattr(dataset, "shape")}
-    for name in ("dx", "dt", "iteration", "numberOfProcessors"):
-        if name not in attributes:
-            raise InputError(f"{path}: has no attribute '{name}'; is it of HemoCell?")
+    require_attributes(path, attributes, "dx", "dt", "iteration", "numberOfProcessors")
     number = {name: np.ravel(value)[0] for name, value in attributes.items()}
     if int(number["iteration"]) != iteration:
         raise InputError(f"{path}: contains iteration {int(number['iteration'])}; its name says {iteration}")
@@ -142,8 +147,8 @@ def headers_of(blocks: Dict[int, str], iteration: int) -> List[BlockFile]:
     for other in headers[1:]:
         for name, unit in (("processors", "ranks"), ("dx", "µm of dx"), ("dt", "s of dt")):
             if getattr(first, name) != getattr(other, name):
-                raise InputError(f"{other.path}: is of a run with {getattr(other, name):g} {unit}, "
-                                 f"{os.path.basename(first.path)} of one with {getattr(first, name):g}")
+                raise InputError(f"{other.path}: belongs to a run with {getattr(other, name):g} {unit}, "
+                                 f"{os.path.basename(first.path)} to one with {getattr(first, name):g}")
     return headers
 
 
@@ -163,7 +168,7 @@ def layout_of(header: BlockFile) -> Optional[Layout]:
 def require_whole_cells(header: BlockFile, layout: Optional[Layout]) -> None:
     """@raises InputError if the file has parts of cells"""
     if layout is not None and header.rows % layout.vertices:
-        raise InputError(f"{header.path}: has {header.rows} positions, which are no whole cells of {layout.vertices} vertices")
+        raise InputError(f"{header.path}: has {header.rows} positions, not a whole number of cells with {layout.vertices} vertices")
 
 
 def _by_triangles(header: BlockFile) -> Layout:

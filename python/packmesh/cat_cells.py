@@ -36,7 +36,7 @@ def read(path: str) -> List[Tuple[str, str, Mesh]]:
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, KeyError, ValueError, TypeError, RuntimeError):
-        raise InputError(f"{path}: is no file of catCells, or is damaged") from None
+        raise InputError(f"{path}: is not a file of catCells, or is damaged") from None
 
 
 def obj(meshes: List[Tuple[str, Mesh]]) -> Iterator[bytes]:

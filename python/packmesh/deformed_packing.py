@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""The cells of a step of a run as a packing: each has a membrane of its own. Needs the module of C++."""
+"""The cells of a step of a run as a packing: each has a membrane of its own. Needs the C++ module."""
 from __future__ import annotations
 
 import dataclasses

@@ -10,7 +10,7 @@ from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 
-from packmesh.block_files import opened
+from packmesh.block_files import opened, require_attributes
 from packmesh.errors import InputError
 from packmesh.joined_cells import Domain
 
@@ -55,9 +55,7 @@ def _is_si(file: object) -> bool:
 def _nodes_of(path: str) -> Tuple[np.ndarray, np.ndarray, float]:
     """First node of the block and number of nodes along x, y, z; their spacing [µm]. @raises InputError"""
     with opened(path) as file:
-        for name in ("dx", "dt", "subdomainSize", "relativePosition", "dxdydz"):
-            if name not in file.attrs:
-                raise InputError(f"{path}: has no attribute '{name}'; is it of HemoCell?")
+        require_attributes(path, file.attrs, "dx", "dt", "subdomainSize", "relativePosition", "dxdydz")
         dx = 1e6 * float(np.ravel(file.attrs["dx"])[0])
         unit = float(np.ravel(file.attrs["dxdydz"])[0])
         first = np.asarray(file.attrs["relativePosition"], float)[::-1] / unit + 1.5

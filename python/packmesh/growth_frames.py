@@ -33,7 +33,7 @@ class State:
                 self.meshes = [(one["vertices"][()], one["triangles"][()]) for one in species]
                 cells = {name: table[()] for name, table in file["cells"].items()}
         except (OSError, KeyError, ValueError, TypeError, RuntimeError):
-            raise InputError(f"{path}: is no state of growth, or is damaged") from None
+            raise InputError(f"{path}: is not a state of growth, or is damaged") from None
         self.species, self.scale, self.position = cells["species"], cells["scale"], cells["position"]
         self.data = {"id": ("<i4", np.arange(len(self.species))), "species": ("<i4", self.species), "scale": ("<f4", self.scale)}
         w, x, y, z = cells["orientation"].T

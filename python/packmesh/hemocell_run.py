@@ -256,7 +256,7 @@ class Step:
         return self.data(name, "Total force") * unit
 
     def packing(self, config: Optional[Path] = None) -> "DeformedPacking":
-        """The cells as a packing, whose membranes are deformed; needs the module of C++.
+        """The cells as a packing, whose membranes are deformed; needs the C++ module.
 
         config: config.xml of the case, for its lumen and templates; default: that of the run, or else no lumen and HemoCell's
             own templates

@@ -125,7 +125,7 @@ def _read(headers: List[BlockFile], layout: Layout, progress: Advance) -> Tuple[
             scale = micrometres_per_unit(rows[0], header.dx) if scale is None else scale
             vertices = rows.astype(float) * scale
             if not np.isfinite(vertices).all():
-                raise InputError(f"{header.path}: has positions that are no numbers")
+                raise InputError(f"{header.path}: has positions that are not numbers")
             center, low, high = vertices.mean(axis=1), vertices.min(axis=1), vertices.max(axis=1)
             sums = np.einsum("v,nvk->nk", weights, vertices) / layout.vertices
             digests = [hashlib.blake2b(one.tobytes(), digest_size=16).digest() for one in rows]

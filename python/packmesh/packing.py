@@ -315,7 +315,7 @@ class Packing:
         if self._comm is None or self._comm.rank == 0:
             try:
                 result = work()
-            except (InputError, OutputError) as error:
+            except Exception as error:  # whatever it is: the others wait for it
                 failure = error
         if self._comm is not None:
             own = result

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """The cells of a packing in an HDF5 file: a state (packMesh --state), or the tables that packMesh gives to the commands.
 
-The documentation (State file) describes both. Needs h5py, and not the module of C++.
+The documentation (State file) describes both. Needs h5py, and not the C++ module.
 """
 from __future__ import annotations
 

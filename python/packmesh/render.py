@@ -9,7 +9,7 @@ what is one of
   cells.h5      a state file (packMesh --state)
   cells.vtp     what catCells --vtp wrote
   cells.pov     a scene that was kept
-A state file needs h5py; for a case, the package must be installed with its module of C++.
+A state file needs h5py; for a case, the package must be installed with its C++ module.
 
   --scene cells.pov                 keep the scene, for POV-Ray itself
   --color species|gap|orientation   quantity shown by colour (orientation: symmetry axis along x red, y green, z blue)
@@ -125,12 +125,12 @@ def largest_gap(told, file):
 
 
 def write_case_files(what, folder):
-    """The files of packMesh --vtp of a case, by the module of C++."""
+    """The files of packMesh --vtp of a case, by the C++ module."""
     try:
         import packmesh
         packmesh.Case(what).check(vtp=folder)
     except ImportError:
-        fail(f"{what}: the Python package packmesh is not installed with its module of C++; write the files for the picture by "
+        fail(f"{what}: the Python package packmesh is not installed with its C++ module; write the files for the picture by "
              "packMesh check config.xml --vtp, and render their folder", 1)
     except packmesh.Error as error:
         fail(error)

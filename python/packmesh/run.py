@@ -7,7 +7,7 @@ out/ is the output folder of the run, which contains hdf5/. For each step that w
 hematocrit by the volumes of the deformed cells, cell-free layer, platelets near the wall, deformation, drifts of volume and area,
 overlapping membranes by the exact test, largest force, flow rate; then the cells lost: which, when and where. The same is drawn over
 time on a page for the browser that needs no network. Needs h5py, for pages Jinja2; for what refers to the lumen the case, and the
-module of C++ of this package, which also makes the exact test.
+C++ module of this package, which also makes the exact test.
 """
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def lumen_of(config: Optional[str]) -> Optional[RunLumen]:
     try:
         return RunLumen(config)
     except ImportError:
-        files.warn("the module of C++ of the Python package is not built: there is no lumen to refer to")
+        files.warn("the C++ module of the Python package is not built: there is no lumen to refer to")
         return None
 
 
@@ -95,7 +95,7 @@ def has_exact_test() -> bool:
     try:
         from packmesh import _packmesh  # noqa: F401
     except ImportError:
-        files.warn("the module of C++ of the Python package is not built: overlaps are not tested")
+        files.warn("the C++ module of the Python package is not built: overlaps are not tested")
         return False
     return True
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""The lumen of the case that a run is of: its volume, and distances to its wall. Needs the module of C++."""
+"""The lumen of the case that a run is of: its volume, and distances to its wall. Needs the C++ module."""
 from __future__ import annotations
 
 import os

@@ -10,6 +10,7 @@ THESIS and MODELS are folders with the meshes, which are not part of packMesh: d
 """
 import argparse
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -144,10 +145,12 @@ def irregular(options, folder):
             yield [title, method, *described(report, said), ""]
         if options.pictures:
             options.pictures.mkdir(parents=True, exist_ok=True)
-            pack(options.packMesh, [*words, *METHODS["growth, chords"], "--state", str(folder / "s.h5")], folder)
-            picture = options.pictures / (re.sub(r"[^a-z]+", "_", title) + ".png")
-            subprocess.run([sys.executable, "-m", "packmesh", "paraview-cells", str(folder / "s.h5"), str(picture)], check=False,
-                           env={"PYTHONPATH": str(ROOT / "python")})
+            for old in folder.glob("*.vtp"):
+                old.unlink()
+            pack(options.packMesh, [*words, "--vtp"], folder)
+            picture = options.pictures / (re.sub(r"[^a-z]+", "_", title.lower()) + ".png")
+            subprocess.run([sys.executable, "-m", "packmesh", "render", str(folder), str(picture), "600", "500"], check=True,
+                           env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
         if not options.escape:
             continue
         # What escape adds where not all objects reach full size: a third more are asked for, and as many are in reserve.

@@ -134,7 +134,7 @@ def test_cells_of_catcells_in_other_formats_need_it(tmp_path):
     assert run_packmesh("cat-cells", "c.h5", "c.obj", cwd=tmp_path).returncode == 0
     assert (tmp_path / "c.obj").read_text().splitlines()[1:] == ["o a", "v 1 0 0", "v 0 1 0", "v 0 0 1", "f 1 2 3"]
     for words, message in ((["c.h5", "c.vtk"], "ending in .obj, .ply or .vtp"), (["d.h5", "c.obj"], "there is no such file"),
-                           (["c.obj", "d.obj"], "is no file of catCells")):
+                           (["c.obj", "d.obj"], "is not a file of catCells")):
         refused = run_packmesh("cat-cells", *words, cwd=tmp_path)
         assert refused.returncode == 2 and message in refused.stderr
 

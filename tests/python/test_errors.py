@@ -264,3 +264,20 @@ def test_lumen_of_a_packing(tmp_path, pipe):
     assert found.clean and found.counts["RBC"] == 2
     of_case = packmesh.Case(pipe / "config.xml").pack(species={"RBC": 5})
     assert packmesh.Case(pipe / "config.xml").check(of_case).clean
+
+
+def test_whatever_fails_on_the_first_rank_fails_on_all():
+    class First:
+        rank = 0
+        sent = None
+
+        def bcast(self, value):
+            self.sent = value
+            return value
+
+    packing = packmesh.pack(box=(20, 20, 20), species={"RBC": 1})
+    packing._comm = First()
+    with pytest.raises(PermissionError):
+        packing._on_first_rank(lambda: (_ for _ in ()).throw(PermissionError("no")))
+    assert isinstance(packing._comm.sent[1], PermissionError)  # what the others wait for, and raise
+    packing._comm = None

@@ -199,7 +199,7 @@ def test_parts_of_cells(tmp_path):
         file.attrs["numberOfParticles"] = np.array([rows])
     run = packmesh.hemocell_output(tmp_path)
     assert run[0].counts == {"RBC": 40, "PLT": 15}
-    with pytest.raises(packmesh.InputError, match=f"{path}: has {rows} positions, which are no whole cells of 66 vertices"):
+    with pytest.raises(packmesh.InputError, match=f"{path}: has {rows} positions, not a whole number of cells with 66 vertices"):
         run[1].vertices("RBC")
 
 
@@ -279,9 +279,9 @@ def test_mixed_steps(tmp_path):
 
 def test_mixed_runs(tmp_path):
     message, path = damaged(tmp_path, changed(lambda file: file.attrs.modify("numberOfProcessors", np.array([8]))))
-    assert message == f"{path}: is of a run with 8 ranks, RBC.000000001000.p.0.h5 of one with 2"
+    assert message == f"{path}: belongs to a run with 8 ranks, RBC.000000001000.p.0.h5 to one with 2"
     message, path = damaged(tmp_path, changed(lambda file: file.attrs.modify("dx", np.array([1e-6]))))
-    assert message == f"{path}: is of a run with 1 µm of dx, RBC.000000001000.p.0.h5 of one with 0.5"
+    assert message == f"{path}: belongs to a run with 1 µm of dx, RBC.000000001000.p.0.h5 to one with 0.5"
 
     def move(file):
         file["Position"][...] = file["Position"][...] + 1e-7
@@ -295,8 +295,8 @@ def test_mixed_runs(tmp_path):
     (lambda file: file["Cell Id"].resize(len(file["Cell Id"]) - 1, axis=0), "rows of 'Cell Id', but"),
     (lambda file: file["Triangles"].__setitem__((slice(-1, None), 0), 3), "its triangles are not those of"),
     (lambda file: file.pop("Position"), "has no positions; expected OUTPUT_POSITION"),
-    (lambda file: file.attrs.pop("dx"), "has no attribute 'dx'; is it of HemoCell?"),
-    (lambda file: file["Position"].__setitem__((5, 1), np.nan), "has positions that are no numbers"),
+    (lambda file: file.attrs.pop("dx"), "has no attribute 'dx'; is it a file of HemoCell?"),
+    (lambda file: file["Position"].__setitem__((5, 1), np.nan), "has positions that are not numbers"),
     (lambda file: file["Vertex Id"].__setitem__((7, 0), 8), "do not follow each other in the order of their ids"),
     (lambda file: file["Cell Id"].__setitem__((7, 0), 99), "successive rows are not of one cell"),
 ])
