@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Builds the documentation as a static site in build/docs: scripts/docs.sh
-# Warnings, broken links among them, are errors. The reference pages contain the output of build/bin/packMesh if it is built
-# (PACKMESH: another program). PACKMESH_SKIP_SETUP=1: MkDocs and Doxygen are already installed.
+# Warnings, broken links among them, are errors. PACKMESH_SKIP_SETUP=1: MkDocs and Doxygen are already installed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 scripts/setup.sh --documentation
@@ -17,14 +16,6 @@ cp tests/benchmark/README.md tests/benchmark/problems.json "$source/tests/benchm
 cp -r scripts/packaging/spack scripts/packaging/conda scripts/packaging/Dockerfile "$source/scripts/packaging"
 cp scripts/apt-packages.txt "$source/scripts"
 
-program=${PACKMESH:-build/bin/packMesh}
-generated() { printf '\n```text\n%s\n```\n' "$1" >> "$source/docs/reference/$2.md"; }
-if [[ -x $program ]]; then
-  generated "$("$program" --help)" command-line
-  generated "$("$program" --print-config-reference)" configuration
-else
-  echo "(packMesh) (Warning) $program is not built: the reference pages do not contain its output" >&2
-fi
 echo '
 <a href="../../api/index.html">Documentation of the headers</a>' >> "$source/docs/reference/headers.md"
 

@@ -57,7 +57,7 @@ std::string requestText(const CellSpecies& species);
 /// "RBC: minimum distance from solid 1 µm (pipeflow.cpp:91)".
 std::string distanceLine(const CellSpecies& species);
 
-/// "packMesh 0.1.0 (0123456789), 1 rank".
+/// "packMesh 1.0.0 (0123456789), 1 rank".
 std::string versionLine(int ranks, int threads);
 
 /// "0.0213 µm", "more than 1 µm".

@@ -4,7 +4,7 @@
 
 namespace packmesh {
 
-/// Version number, e.g. "0.1.0".
+/// Version number, e.g. "1.0.0".
 const char* version();
 
 /// Abbreviated git commit the library was built from; "unknown" outside a git checkout.

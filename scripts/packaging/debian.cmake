@@ -3,7 +3,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME packmesh)
 set(CPACK_PACKAGE_VENDOR "The packMesh developers")
-set(CPACK_PACKAGE_CONTACT "The packMesh developers <maintainers@packmesh.invalid>")
+set(CPACK_PACKAGE_CONTACT "The packMesh developers <${packmesh_contact}>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)

@@ -22,6 +22,11 @@ def check(right, text):
         faults.append(text)
 
 
+def cited(key):
+    """What CITATION.cff states, the one home of version, repository and contact."""
+    return re.search(rf'^ *{key}: "?([^"\n]+)"?$', (root / "CITATION.cff").read_text(encoding="utf-8"), re.M)[1]
+
+
 def directives_of(recipe):
     """What the recipe declares, by a stand-in for the module that Spack offers."""
     called = []
@@ -88,6 +93,9 @@ def check_conda():
     """The rules of conda-forge's linter that apply to a recipe inside the tree."""
     text = (root / "scripts/packaging/conda/meta.yaml").read_text(encoding="utf-8")
     variables = dict(re.findall(r'^{% set (\w+) = "([^"]*)" %}$', text, re.M))
+    file, pattern = re.search(r'^{% set citation = load_file_regex\(load_file="([^"]+)", regex_pattern="([^"]+)", from_recipe_dir=True\) %}\n'
+                              r"{% set version = citation\[1\] %}$", text, re.M).groups()
+    variables["version"] = re.search(pattern.replace("\\\\", "\\"), (root / "scripts/packaging/conda" / file).read_text(encoding="utf-8"))[1]
     plain = re.sub(r"^{%.*%}\n", "", text, flags=re.M)
     plain = re.sub(r"{{ compiler\('(\w+)'\) }}", r"compiler_\1", plain)
     plain = re.sub(r"{{ (\w+) }}", lambda m: variables.get(m[1], "UNKNOWN"), plain)
@@ -96,8 +104,7 @@ def check_conda():
     sections = re.findall(r"^(\w+):$", plain, re.M)
     order = ["package", "source", "build", "requirements", "test", "about", "extra"]
     check(sections == order, f"conda: the sections are {sections}, not {order}")
-    check(re.search(r"^  version: (.*)$", plain, re.M)[1] == re.search(r"project\(packMesh VERSION (\S+)", (root / "CMakeLists.txt").read_text())[1],
-          "conda: the version is not that of CMakeLists.txt")
+    check(re.search(r"^  version: (.*)$", plain, re.M)[1] == cited("version"), "conda: the version is not that of CITATION.cff")
     for line in ("  name: packmesh", "  number: 0", "  license: AGPL-3.0-or-later", "  license_file: LICENSE"):
         check(f"\n{line}\n" in plain, f"conda: no line '{line.strip()}'")
     for key in ("home", "summary", "description", "recipe-maintainers", "commands", "git_rev"):
@@ -134,11 +141,14 @@ def check_cmake():
     check("SHLIBDEPS ON" in (root / "scripts/packaging/debian.cmake").read_text(), "Debian package: no dpkg-shlibdeps")
 
 
-def check_python():
-    """Versions of CMake and of pip are one."""
-    of = [re.search(pattern, (root / file).read_text(), re.M).group(1) for file, pattern in (
-        ("CMakeLists.txt", r"^project\(packMesh VERSION ([\d.]+)"), ("pyproject.toml", r'^version = "([\d.]+)"'))]
-    check(of[0] == of[1], f"pyproject.toml has version {of[1]}, CMakeLists.txt {of[0]}")
+def check_citation():
+    """CITATION.cff has the version, the repository and the contact; nothing else states them."""
+    for value in (cited("repository-code"), cited("email")):
+        listed = subprocess.run(["git", "-C", str(root), "grep", "-lIF", value], text=True, capture_output=True).stdout.split()
+        check(set(listed) <= {"CITATION.cff"}, f"{value} of CITATION.cff stands in {listed}, too")
+    for file in ("CMakeLists.txt", "pyproject.toml", "setup.py"):
+        check(not re.search(r"(?i)^.*version *=? *\"?\d+\.\d+\.\d+\"?$", (root / file).read_text(encoding="utf-8"), re.M), f"{file} states a version")
+    check(f"## [{cited('version')}]" in (root / "CHANGELOG.md").read_text(encoding="utf-8"), "CHANGELOG.md has no section of the version in CITATION.cff")
 
 
 def check_dockerfile():
@@ -175,7 +185,7 @@ def check_dockerfile():
 check_spack()
 check_conda()
 check_cmake()
-check_python()
+check_citation()
 check_dockerfile()
 print("\n".join(faults) or "The recipes are well-formed")
 sys.exit(1 if faults else 0)
