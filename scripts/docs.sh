@@ -11,7 +11,7 @@ source=build/docs-source site=build/docs
 rm -rf "$source" "$site"
 mkdir -p "$source/scripts/packaging" "$source/tests/benchmark"
 cp -r README.md CHANGELOG.md CITATION.cff LICENSE docs examples config "$source"
-rm -r "$source/docs/paper" "$source/docs/mkdocs.yml"
+rm "$source"/docs/paper/paper.* "$source/docs/mkdocs.yml"
 cp tests/benchmark/README.md tests/benchmark/problems.json "$source/tests/benchmark"
 cp -r scripts/packaging/spack scripts/packaging/conda scripts/packaging/Dockerfile "$source/scripts/packaging"
 cp scripts/apt-packages.txt "$source/scripts"

@@ -22,7 +22,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PIPE = "examples/migration"
+PIPE = "examples/pipe"
 # Name of a problem: folder of the case (or nothing), then command lines of packMesh, or of the program that is named first. {n} before
 # a line: on n ranks.
 BOX = "--ends periodic"

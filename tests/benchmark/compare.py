@@ -7,7 +7,8 @@
 
 Every program is asked for red cells to the same hematocrit by the volume of the meshes that HemoCell simulates, with 0.07 platelets
 per red cell. The judge is `packMesh check`: which cells HemoCell would keep, which meshes overlap (exact arithmetic on the numbers
-in the files), and the hematocrit of what remains.
+in the files), and the hematocrit of what remains. packCells rounds the box up, and packs it as a periodic one: its cells are judged in
+the box that it fills, too.
 
 COMMAND is run by the shell in an empty folder, or a copy of the case, and writes RBC.pos and PLT.pos there. In it {x} {y} {z} [µm]
 is the box (of a case, the one around its lattice), {hematocrit} the fraction, {rbc} and {plt} the numbers of cells for that box,
@@ -46,8 +47,9 @@ def packers(options):
 def run(command, folder, timeout):
     """@return CPU time [s] of the command and its children, wall time [s], why it failed"""
     start = time.monotonic()
+    environment = {"OMP_NUM_THREADS": "1", **os.environ}  # one core for each program
     with open(os.devnull, "rb") as nothing, open(folder / "packer.log", "wb") as log:
-        child = subprocess.Popen(["/bin/sh", "-c", command], cwd=folder, stdin=nothing, stdout=log, stderr=log, start_new_session=True)
+        child = subprocess.Popen(["/bin/sh", "-c", command], cwd=folder, stdin=nothing, stdout=log, stderr=log, env=environment, start_new_session=True)
         while True:
             done, status, usage = os.wait4(child.pid, os.WNOHANG)
             if done:
@@ -62,9 +64,16 @@ def run(command, folder, timeout):
     return usage.ru_utime + usage.ru_stime, time.monotonic() - start, why
 
 
-def judged(packmesh, problem, folder):
-    """What `packMesh check` says of the .pos files in a folder."""
-    what = ["config.xml"] if "case" in problem else ["--box"] + [str(edge) for edge in problem["box"]]
+def filled_box(folder):
+    """Edges [µm] of the box that packCells has filled, by its output: a whole number of cells of its search grid; None for others."""
+    log = (folder / "packer.log").read_text(encoding="utf-8", errors="replace")
+    grid = re.search(r"^Resolution of collision check: (\d+) x (\d+) x (\d+)$", log, re.M)
+    scale = re.search(r"^Sizing parameter: ([\d.]+)$", log, re.M)
+    return [round(int(cells) / float(scale[1]), 2) for cells in grid.groups()] if grid and scale else None
+
+
+def judged(packmesh, what, folder):
+    """What `packMesh check`, with these words, says of the .pos files in a folder."""
     done = subprocess.run([str(packmesh), "check"] + what, cwd=folder, capture_output=True, text=True)
     if done.returncode not in (0, 4):
         return {"error": (done.stderr.strip().splitlines() or ["no answer"])[-1]}
@@ -75,8 +84,9 @@ def judged(packmesh, problem, folder):
     found["overlaps"] = int(overlaps[1])
     # Without a second line, HemoCell keeps all cells.
     volume = r": Hematocrit ([\d.]+) of the lumen.* by mesh volume"
-    kept = re.search("Of what HemoCell keeps" + volume, done.stdout) or re.search("In the files" + volume, done.stdout)
-    found["hematocrit"] = float(kept[1]) if kept else 0.0
+    all_cells = re.search("In the files" + volume, done.stdout)
+    kept = re.search("Of what HemoCell keeps" + volume, done.stdout) or all_cells
+    found["hematocrit"], found["hematocritInFiles"] = (float(match[1]) if match else 0.0 for match in (kept, all_cells))
     return found
 
 
@@ -97,22 +107,30 @@ def solve(name, command, problem, seed, options):
                        "lumen": lumen}.items():
         command = command.replace(f"{{{key}}}", str(value))
     cpu, wall, error = run(command, folder, options.timeout)
-    result = {"problem": problem["name"], "asked": problem["hematocrit"], "packer": name, "seed": seed, "cpu": cpu, "wall": wall}
-    result.update(judged(options.packMesh, problem, folder) if not error and (folder / "RBC.pos").exists() else {"error": error or "no RBC.pos"})
+    result = {"problem": problem["name"], "what": problem["what"], "asked": problem["hematocrit"], "packer": name, "seed": seed, "cpu": cpu, "wall": wall}
+    if error or not (folder / "RBC.pos").exists():
+        result["error"] = error or "no RBC.pos"
+    else:
+        result.update(judged(options.packMesh, ["config.xml"] if "case" in problem else ["--box", *map(str, problem["box"])], folder))
+        if box := filled_box(folder):
+            result["filled"] = {"box": box, **judged(options.packMesh, ["--box", *map(str, box), "--ends", "periodic"], folder)}
     if not options.keep:
         shutil.rmtree(work)
     return result
 
 
-HEAD = ["problem", "packer", "seed", "cells in the files", "kept by HemoCell", "hematocrit kept", "overlapping pairs", "CPU [s]", "wall [s]"]
+HEAD = ["problem", "hematocrit asked", "program", "cells in the files", "kept by HemoCell", "hematocrit of those", "overlapping pairs",
+        "CPU time [s]", "in the periodic box that it fills: kept, hematocrit of all, overlapping pairs"]
 
 
 def row(r):
-    times = [f"{r['cpu']:.2f}", f"{r['wall']:.2f}"]
+    first = [r["what"], f"{r['asked']:.2f}", r["packer"] + (f", seed {r['seed']}" if r["seed"] != 1 else "")]
     if "error" in r:
-        return [r["problem"], r["packer"], r["seed"], r["error"], "", "", "", "", times[1]]
-    return [r["problem"], r["packer"], r["seed"], sum(r["files"].values()), sum(r["kept"].values()),
-            f"{r['hematocrit']:.4f} of {r['asked']:.2f}", r["overlaps"]] + times
+        return first + [r["error"], "", "", "", f"{r['cpu']:.2f}", ""]
+    filled = r.get("filled", {})
+    there = (f"{' × '.join(f'{edge:g}' for edge in filled['box'])} µm: {sum(filled['kept'].values())}, {filled['hematocritInFiles']:.4f}, "
+             f"{filled['overlaps']}" if "kept" in filled else filled.get("error", ""))
+    return first + [sum(r["files"].values()), sum(r["kept"].values()), f"{r['hematocrit']:.4f}", r["overlaps"], f"{r['cpu']:.2f}", there]
 
 
 def line(cells):

@@ -115,8 +115,13 @@ class Measurements:
 
 NAMES = ["speed", "threads", "large", "largest", "ranks", "model", "growth", "growth-model", "forecast", "compare"]
 ON_REQUEST = {"largest", "compare"}
-# Single figures: the table, its row and column.
+# Single figures: the table, its row (a number, or how it begins) and column.
+PIPE = "pipe, radius 12.5 µm"
 SINGLE = {
+    **{f"pipe-{asked[2:]}-{program}-{what}": ("compare", (PIPE, asked, name), column)
+       for asked in ("0.30", "0.40", "0.45", "0.50")
+       for program, name in (("packMesh", "packMesh"), ("growth", "packMesh --method cat"), ("packCells", "packCells"))
+       for what, column in (("cells", 3), ("kept", 4), ("hematocrit", 5), ("time", 7))},
     "million-time": ("large", 0, 3),
     "four-million-time": ("large", 2, 3),
     "cell-time": ("threads", 2, 6),
@@ -126,6 +131,8 @@ SINGLE = {
 def single(data, name):
     table, row, column = SINGLE[name]
     rows = rows_of(data["tables"].get(table, []))
+    if isinstance(row, tuple):
+        rows, row = [cells for cells in rows if tuple(cells[:len(row)]) == row], 0
     return rows[row][column] if rows else f"(not measured: `tests/benchmark/figures.py measure {table}`)"
 
 
