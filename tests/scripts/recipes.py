@@ -148,6 +148,12 @@ def check_citation():
         check(set(listed) <= {"CITATION.cff"}, f"{value} of CITATION.cff stands in {listed}, too")
     for file in ("CMakeLists.txt", "pyproject.toml", "setup.py"):
         check(not re.search(r"(?i)^.*version *=? *\"?\d+\.\d+\.\d+\"?$", (root / file).read_text(encoding="utf-8"), re.M), f"{file} states a version")
+    paper = (root / "docs/paper/paper.md").read_text(encoding="utf-8")
+    authors = re.findall(r'^  - name: "(.*)"$', (root / "CITATION.cff").read_text(encoding="utf-8").split("\nauthors:\n")[1].split("\nkeywords:")[0], re.M)
+    check(re.findall(r"^  - name: (.*)$", paper.split("affiliations:")[0], re.M) == authors, "paper.md: the authors are not those of CITATION.cff")
+    used = set(re.findall(r"@(\w+)", paper.split("\n---\n", 1)[1]))
+    listed = set(re.findall(r"^@\w+{(\w+),$", (root / "docs/paper/paper.bib").read_text(encoding="utf-8"), re.M))
+    check(used == listed, f"paper.md and paper.bib do not have the same references: {sorted(used ^ listed)}")
     check(f"## [{cited('version')}]" in (root / "CHANGELOG.md").read_text(encoding="utf-8"), "CHANGELOG.md has no section of the version in CITATION.cff")
 
 
