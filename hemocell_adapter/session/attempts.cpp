@@ -79,7 +79,7 @@ void warnOfNoRoom(const std::vector<Clearances>& levels, const RoomyPacking& pac
 
 Attempts::Attempts(const Problem& problem, const Hooks& hooks)
     : problem_(problem), progress_(problem), hooks_(hooks), last_(problem.atDemanded) {
-  if (!hooks_.progress) hooks_.progress = [this](const Progress& p) { progress_(p); };
+  if (!hooks_.progress) hooks_.progress = [](const Progress& progress, ProgressLog& log) { log(progress); };
 }
 
 const PackedParts& Attempts::partsWith(const Clearances& clearances) {
@@ -93,7 +93,8 @@ const PackedParts& Attempts::partsWith(const Clearances& clearances) {
 std::optional<PackingResult> Attempts::operator()(const Clearances& clearances, const AttemptLimits& limits) {
   const Request& request = problem_.request;
   PackingProblem packing =
-      packingProblemOf(problem_, partsWith(clearances), hooks_.interrupted, hooks_.progress);
+      packingProblemOf(problem_, partsWith(clearances), hooks_.interrupted,
+                       [this](const Progress& progress) { hooks_.progress(progress, progress_); });
   if (!begun_) requireSameOnAllRanks(packing);
   if (!limits.fewerCells && !isPossible(packing)) return {};
   packing.execution.limits.maxSeconds = limits.maxSeconds;

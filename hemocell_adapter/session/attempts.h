@@ -17,7 +17,7 @@ namespace packmesh::hemocell {
 /// What a packing asks and tells while it runs; empty: never interrupted, a ProgressLog.
 struct Hooks {
   std::function<bool()> interrupted;
-  std::function<void(const Progress&)> progress;
+  std::function<void(const Progress&, ProgressLog&)> progress;
   bool convertsGrowth = true;  ///< false: the caller makes series of the states of growth (GrowthFrames)
 };
 

@@ -107,7 +107,7 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
   return held;
 }
 
-HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
+HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const fs::path& original) {
   const StateCells state = readStateCells(file, ranks);
   if (!state.certified)
     throw InputError(fmt::format(
@@ -115,8 +115,8 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks) {
         file.string()));
   HeldPacking held;
   held.ranks = ranks;
-  held.file = file;
-  held.words = wordsNow(state.command, file);
+  held.file = original.empty() ? file : original;
+  held.words = wordsNow(state.command, held.file);
   for (const StateCells::Kind& kind : state.species) held.kinds.push_back({kind.name, kind.mesh, kind.count});
   held.kindOf.resize(held.kinds.size());
   std::iota(held.kindOf.begin(), held.kindOf.end(), 0);

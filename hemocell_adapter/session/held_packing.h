@@ -44,7 +44,9 @@ std::shared_ptr<const Problem> problemInMemory(const CommandLine& commandLine, c
                                                const std::function<bool()>& interrupted = {});
 
 /// The cells of a state file of a finished packing. All ranks call. @throws InputError
-HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& ranks);
+/// @param original where the file was when the packing was loaded from it first; empty: there
+HeldPacking loadPacking(const std::filesystem::path& file, const Communicator& ranks,
+                        const std::filesystem::path& original = {});
 
 /// A loaded packing with its problem, which is built from its command, and with the certificate of its cells
 /// in it. All ranks call. Pre: no problem

@@ -27,8 +27,19 @@ ProgressLog::ProgressLog(const Problem& problem) : problem_(problem), hematocrit
   hematocrit_ /= problem.referenceVolume();
 }
 
+double ProgressLog::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+}
+
+std::optional<double> ProgressLog::remaining(double seconds) {
+  if (seconds < 1.0) return {};
+  const std::optional<double> expected = expectedSeconds();
+  if (!expected || *expected <= seconds + 1.0) return {};
+  return *expected - seconds;
+}
+
 void ProgressLog::operator()(const Progress& progress) {
-  const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  const double now = seconds();
   if (now - last_ < pauseNow()) return;
   last_ = now;
   if (log::isTerminal())
@@ -57,8 +68,8 @@ std::string ProgressLog::text(const Progress& progress, double seconds) {
   // The search for fewer cells may take the same time again (Limits::maxSeconds).
   if (const double limit = problem_.request.maxSeconds; limit > 0.0)
     line += fmt::format(" of {} at most", durationText(seconds > limit ? 2.0 * limit : limit));
-  if (const auto expected = expectedSeconds(); expected && *expected > seconds + 1.0)
-    line += fmt::format(", about {} left", durationText(std::ceil(*expected - seconds)));
+  if (const auto left = remaining(seconds))
+    line += fmt::format(", about {} left", durationText(std::ceil(*left)));
   return line;
 }
 

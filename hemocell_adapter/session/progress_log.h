@@ -19,6 +19,10 @@ class ProgressLog {
 
   void operator()(const Progress& progress);
 
+  /// Since packing began [s].
+  double seconds() const;
+  /// Time that is left [s], if there is a forecast. Nothing in the first second: short packings end before.
+  std::optional<double> remaining(double seconds);
   /// The line.
   std::string text(const Progress& progress, double seconds);
 

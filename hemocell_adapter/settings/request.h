@@ -162,8 +162,9 @@ inline bool isState(const std::filesystem::path& file) {
 }
 
 /// Names of the export formats.
-inline constexpr const char* exportFormats[] = {"csv",   "espresso", "lammps", "lammps-molecular", "mirheo",
-                                                "npfem", "stl",      "vtk",    "vtk-meshes"};
+inline constexpr const char* exportFormats[] = {
+    "csv",    "espresso", "extxyz", "gsd", "lammps",    "lammps-molecular",
+    "mirheo", "npfem",    "stl",    "vtk", "vtk-meshes"};
 
 /// A larger number of species is probably an error.
 constexpr std::size_t mostSpecies = 10'000;

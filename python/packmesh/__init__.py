@@ -9,39 +9,45 @@ Lengths are in µm, times in s, angles in degrees; rotations are quaternions x, 
 logger "packmesh", which prints nothing unless told to.
 """
 import importlib as _importlib
-from typing import TYPE_CHECKING as _TYPE_CHECKING
+import typing as _typing
 
-if _TYPE_CHECKING:
+if _typing.TYPE_CHECKING:
     from ._check import check
     from ._settings import Box, Cylinder, Mesh, Region, Species, Sphere
-    from .case import Case, Forecast, Progress, forecast, pack, realisations
+    from .case import Case, Forecast, forecast, pack, realisations
+    from .cells import Cells
     from .deformed_packing import DeformedCheck, DeformedPacking
-    from .errors import Error, InfeasibleError, InputError, InternalError, OutputError, RankError
+    from .errors import Error, InfeasibleError, InputError, InternalError, OutputError, RankError, UnknownCellsError
     from .hemocell_run import Run, Step, hemocell_output
     from .packing import Certificate, Check, Misplaced, Overlap, Packing, Profile, load
     from .pos import read_pos, write_pos
+    from .progress import Progress
 
-__all__ = ["Box", "Case", "Certificate", "Check", "Cylinder", "DeformedCheck",
+    __version__: str
+
+__all__ = ["Box", "Case", "Cells", "Certificate", "Check", "Cylinder", "DeformedCheck",
            "DeformedPacking", "Error", "Forecast", "InfeasibleError", "InputError",
            "InternalError", "Mesh", "Misplaced", "OutputError", "Overlap", "Packing", "Profile", "Progress", "RankError",
-           "Region", "Run", "Species", "Sphere", "Step", "check", "forecast", "hemocell_output", "load", "pack", "read_pos",
+           "Region", "Run", "Species", "Sphere", "Step", "UnknownCellsError", "check", "forecast", "hemocell_output", "load", "pack", "read_pos",
            "realisations", "write_pos"]
 
-_MODULES = ("errors", "hemocell_run", "_settings", "pos", "packing", "_check", "case", "deformed_packing")
+_MODULES = ("errors", "hemocell_run", "_settings", "pos", "cells", "packing", "progress", "_check", "case", "deformed_packing")
 
 
-def __getattr__(name):
-    """Loaded when it is needed: the commands (python3 -m packmesh) run without the C++ module."""
-    if name == "__version__":
-        return _importlib.import_module("packmesh._packmesh").version()
-    if name in __all__:
-        for module in _MODULES:
-            found = vars(_importlib.import_module("packmesh." + module)).get(name)
-            if found is not None:
-                globals()[name] = found
-                return found
-    raise AttributeError(f"module 'packmesh' has no attribute '{name}'")
+if not _typing.TYPE_CHECKING:  # names that are not there are errors to type checkers
+
+    def __getattr__(name):
+        """Loaded when it is needed: the commands (python3 -m packmesh) run without the C++ module."""
+        if name == "__version__":
+            return _importlib.import_module("packmesh._packmesh").version()
+        if name in __all__:
+            for module in _MODULES:
+                found = vars(_importlib.import_module("packmesh." + module)).get(name)
+                if found is not None:
+                    globals()[name] = found
+                    return found
+        raise AttributeError(f"module 'packmesh' has no attribute '{name}'")
 
 
-def __dir__():
+def __dir__() -> "list[str]":
     return [*__all__, "__version__"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import inspect
 import os
 import tempfile
-from typing import Any, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, List, Mapping, Optional, Sequence, Tuple, Union, overload
 
 from . import _packmesh
-from ._settings import Body, Box, Cylinder, MeshSource, Path, Species, Sphere, Vector, encoded, file_name, words
+from ._settings import Body, Box, Cylinder, MeshSource, Number, Path, Species, Sphere, Vector, encoded, file_name, words
 from .deformed_packing import DeformedCheck, DeformedPacking
 from .errors import InputError
 from .export import exported, names_of, write
@@ -16,23 +16,47 @@ from .packing import Check, Packing, load, report_files, write_report
 from .packing_file import PackingFile
 
 
+@overload
+def check(what: DeformedPacking) -> DeformedCheck: ...
+@overload
+def check(
+    what: Union[Path, Packing], *,
+    case: Optional[Path] = ...,
+    box: Union[Box, Vector, None] = ...,
+    cylinder: Union[Cylinder, Tuple[str, Number, Number], None] = ...,
+    sphere: Union[Sphere, Number, None] = ...,
+    vessel: Optional[MeshSource] = ...,
+    scale: Number = ...,
+    open_axis: Optional[str] = ...,
+    obstacles: Union[Body, Sequence[Body]] = ...,
+    walls: Optional[str] = ...,
+    ends: Optional[str] = ...,
+    dx: Optional[Number] = ...,
+    species: Optional[Mapping[str, Species]] = ...,
+    clearance: Optional[Number] = ...,
+    wall_clearance: Optional[Number] = ...,
+    vtp: Optional[Path] = ...,
+    report: Optional[Path] = ...,
+) -> Check: ...
+
+
 def check(
     what: Union[Path, Packing, DeformedPacking],
     *,
     case: Optional[Path] = None,
     box: Union[Box, Vector, None] = None,
-    cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
-    sphere: Union[Sphere, float, None] = None,
+    cylinder: Union[Cylinder, Tuple[str, Number, Number], None] = None,
+    sphere: Union[Sphere, Number, None] = None,
     vessel: Optional[MeshSource] = None,
-    scale: float = 1.0,
+    scale: Number = 1.0,
     open_axis: Optional[str] = None,
     obstacles: Union[Body, Sequence[Body]] = (),
     walls: Optional[str] = None,
     ends: Optional[str] = None,
-    dx: Optional[float] = None,
+    dx: Optional[Number] = None,
     species: Optional[Mapping[str, Species]] = None,
-    clearance: Optional[float] = None,
-    wall_clearance: Optional[float] = None,
+    clearance: Optional[Number] = None,
+    wall_clearance: Optional[Number] = None,
     vtp: Optional[Path] = None,
     report: Optional[Path] = None,
 ) -> Union[Check, DeformedCheck]:
@@ -66,11 +90,10 @@ def check(
             asked.words.insert(0, file_name("case", case))
         asked.option("start" if what.endswith(".h5") else "output-dir", what)
         folder = None if vtp is None else file_name("vtp", vtp, "a folder")
-        name = None if report is None else file_name("report", report)
-        return checked(encoded(["check", *asked.all()]), folder, name)
+        return checked(encoded(["check", *asked.all()]), folder, None if report is None else file_name("report", report))
 
 
-def checked(command: Sequence[Any], folder: Optional[str], report: Optional[str]) -> Check:
+def checked(command: List[bytes], folder: Optional[str], report: Optional[str]) -> Check:
     """Of the program's words. folder: for VTK files; report: a file."""
     if report is not None and not report.endswith((".json", ".html")):
         raise InputError(f"check: report: expected a file that ends in .json or .html, found '{report}'")

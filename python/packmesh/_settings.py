@@ -18,7 +18,11 @@ from . import _packmesh
 from .errors import InputError, OutputError
 
 Path = Union[str, "os.PathLike[str]"]
-Vector = Sequence[float]
+#: Numbers of Python and of NumPy.
+Number = Union[float, np.floating, np.integer]
+Integer = Union[int, np.integer]
+#: Three numbers: a tuple, a list, an array.
+Vector = Union[Sequence[Number], np.ndarray]
 #: Vertices of shape (V, 3) [µm times 1/scale] and triangles of shape (T, 3), or a file (STL, OFF, PLY, OBJ).
 MeshSource = Union[Path, Tuple[Any, Any]]
 
@@ -44,18 +48,18 @@ class Species:
     construction: how the C++ code of the case builds the cell, e.g. "RBC_FROM_SPHERE"
     """
 
-    count: Optional[int] = None
-    ratio: Optional[float] = None
+    count: Optional[Integer] = None
+    ratio: Optional[Number] = None
     mesh: Optional[MeshSource] = None
-    mesh_scale: Optional[float] = None
+    mesh_scale: Optional[Number] = None
     mesh_frame: Optional[str] = None
     ellipsoid: Optional[Vector] = None
     red_cell: Optional[bool] = None
-    wall_clearance: Optional[float] = None
+    wall_clearance: Optional[Number] = None
     axis: Optional[Vector] = None
-    spread: Optional[float] = None
-    stock: Optional[int] = None
-    minimum_distance_from_solid: Optional[float] = None
+    spread: Optional[Number] = None
+    stock: Optional[Integer] = None
+    minimum_distance_from_solid: Optional[Number] = None
     construction: Optional[str] = None
 
 
@@ -71,8 +75,8 @@ class Box:
 class Cylinder:
     """A cylinder along "x", "y" or "z" [µm]. Default centre: its low corner is at the origin."""
 
-    radius: float
-    length: float
+    radius: Number
+    length: Number
     axis: str = "x"
     center: Optional[Vector] = None
 
@@ -81,7 +85,7 @@ class Cylinder:
 class Sphere:
     """A sphere [µm]. Default centre: its low corner is at the origin."""
 
-    radius: float
+    radius: Number
     center: Optional[Vector] = None
 
 
@@ -90,7 +94,7 @@ class Mesh:
     """A closed mesh, a file or (vertices, triangles): coordinates times `scale` plus `offset` are in µm."""
 
     source: MeshSource
-    scale: float = 1.0
+    scale: Number = 1.0
     offset: Vector = (0.0, 0.0, 0.0)
     open_axis: Optional[str] = None
 
@@ -102,7 +106,7 @@ Body = Union[Box, Cylinder, Sphere, Mesh]
 class Region:
     """A part of the lumen with its own hematocrit. A point belongs to the first region that contains it."""
 
-    hematocrit: float
+    hematocrit: Number
     body: Body
 
 
@@ -138,7 +142,8 @@ def file_name(name: str, value: Any, what: str = "a file") -> str:
     """The path of an argument."""
     if not isinstance(value, (str, os.PathLike)):
         raise InputError(f"{name}: expected {what}, found {value!r}")
-    return plain(name, os.fsdecode(value))
+    path = plain(name, os.fsdecode(value))
+    return os.path.join(".", path) if path.startswith("-") else path  # no option to the program
 
 
 def encoded(words: Sequence[str]) -> list[bytes]:
@@ -279,7 +284,7 @@ class Words:
             raise InputError(f"expected a Box, Cylinder, Sphere or Mesh, found {body!r}")
         return _tag(type(body).__name__.lower(), values)
 
-    def lumen(self, box: Any, cylinder: Any, sphere: Any, vessel: Any, scale: float, open_axis: Optional[str]) -> None:
+    def lumen(self, box: Any, cylinder: Any, sphere: Any, vessel: Any, scale: Number, open_axis: Optional[str]) -> None:
         if box is not None:
             if isinstance(box, Box):
                 if any(several("box: origin", box.origin, 3, "three numbers")):
@@ -316,7 +321,7 @@ class Words:
         self._regions = [f"<region hematocrit={quoteattr(text(region.hematocrit))}>{self.body(region.body)}</region>"
                          for region in regions]
 
-    def species(self, species: Mapping[str, Union[int, Species]], hematocrit: bool = False, case: bool = False,
+    def species(self, species: Mapping[str, Union[Integer, Species]], hematocrit: bool = False, case: bool = False,
                 counts: bool = True) -> None:
         """@param hematocrit: whether it is given; then only the number of red cells is an option, which it excludes
         @param case: whether a section of config.xml has to be overridden, which options do

@@ -2,6 +2,7 @@
 """Packing: pack(), realisations(), forecast() and Case."""
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import inspect
 import os
@@ -12,24 +13,13 @@ import numpy as np
 
 from . import _packmesh
 from ._check import check
-from ._settings import (Body, Box, Cylinder, MeshSource, Path, Region, Species, Sphere, Vector, Words, address, encoded,
-                        file_name, mapping, several, words)
+from ._settings import (Body, Box, Cylinder, Integer, MeshSource, Number, Path, Region, Species, Sphere, Vector, Words, address,
+                        encoded, file_name, mapping, several, words)
 from .errors import InputError
 from .packing import Check, Packing
+from .progress import Progress, ProgressDisplay
 
 Cells = Union[Path, Sequence[Path], Mapping[str, Any], Packing]
-
-
-@dataclasses.dataclass(frozen=True)
-class Progress:
-    """Progress of a packing: stage; sweeps or iterations; common scale of the cells; deepest overlap with a
-    clearance [µm]; number of pairs that still overlap."""
-
-    stage: str
-    sweep: int
-    scale: float
-    worst_overlap: float
-    unresolved: int
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,48 +48,48 @@ def pack(
     *,
     case: Optional[Path] = None,
     box: Union[Box, Vector, None] = None,
-    cylinder: Union[Cylinder, Tuple[str, float, float], None] = None,
-    sphere: Union[Sphere, float, None] = None,
+    cylinder: Union[Cylinder, Tuple[str, Number, Number], None] = None,
+    sphere: Union[Sphere, Number, None] = None,
     vessel: Optional[MeshSource] = None,
-    scale: float = 1.0,
+    scale: Number = 1.0,
     open_axis: Optional[str] = None,
     flat_openings: Optional[str] = None,
     obstacles: Union[Body, Sequence[Body]] = (),
     walls: Optional[str] = None,
     ends: Optional[str] = None,
-    dx: Optional[float] = None,
+    dx: Optional[Number] = None,
     pre_inlet: Optional[str] = None,
     pre_inlet_slice: Union[int, str, None] = None,
     pre_inlet_ranges: Optional[Mapping[str, Tuple[Union[int, str], Union[int, str]]]] = None,
-    hematocrit: Optional[float] = None,
-    platelets: Optional[float] = None,
-    species: Optional[Mapping[str, Union[int, Species]]] = None,
+    hematocrit: Optional[Number] = None,
+    platelets: Optional[Number] = None,
+    species: Optional[Mapping[str, Union[Integer, Species]]] = None,
     regions: Union[Region, Sequence[Region]] = (),
     fixed: Optional[Cells] = None,
     start: Optional[Cells] = None,
-    rbc_volume: Optional[float] = None,
+    rbc_volume: Optional[Number] = None,
     fluid_volume: bool = False,
-    clearance: Union[float, str, None] = None,
-    wall_clearance: Union[float, str, None] = None,
-    cell_free_layer: Optional[float] = None,
+    clearance: Union[Number, str, None] = None,
+    wall_clearance: Union[Number, str, None] = None,
+    cell_free_layer: Optional[Number] = None,
     method: Optional[str] = None,
     builder: Optional[str] = None,
     escape: bool = False,
     growth: Optional[Mapping[str, Any]] = None,
     order: Optional[str] = None,
     rotate: bool = True,
-    seed: Optional[int] = None,
-    max_time: Optional[float] = None,
-    max_iterations: Optional[int] = None,
+    seed: Optional[Integer] = None,
+    max_time: Optional[Number] = None,
+    max_iterations: Optional[Integer] = None,
     best_effort: bool = False,
-    threads: Optional[int] = None,
-    tile: Optional[Sequence[int]] = None,
+    threads: Optional[Integer] = None,
+    tile: Union[Sequence[Integer], np.ndarray, None] = None,
     state: Optional[Path] = None,
-    checkpoint_every: Optional[float] = None,
+    checkpoint_every: Optional[Number] = None,
     restart: Optional[Path] = None,
-    growth_frames: Optional[int] = None,
+    growth_frames: Optional[Integer] = None,
     output_dir: Optional[Path] = None,
-    progress: Optional[Callable[[Progress], Any]] = None,
+    progress: Union[bool, Callable[[Progress], Any], None] = None,
     comm: Any = None,
 ) -> Packing:
     """Packs cells so that no two meshes overlap and all are inside the lumen. Lengths are in µm, times in s.
@@ -156,7 +146,8 @@ def pack(
             "cells.h5" in the folder "cells_inputs" beside it
         growth_frames, output_dir: with method "cat", every so many states of growth are written to the folder
             "growth_frames" there (by default in that of the case, or the working directory), as series for ParaView
-        progress: called with a Progress about ten times a second; what it raises ends the packing
+        progress: True shows stage and time that is left, on a terminal, in a notebook or as lines; or a function that is called with
+            a Progress about ten times a second; what it raises ends the packing
         comm: communicator of mpi4py whose ranks pack together; all call pack() with the same arguments
 
     Ctrl-C raises KeyboardInterrupt within about a second of packing. Messages go to the logger "packmesh".
@@ -164,18 +155,11 @@ def pack(
     Raises InputError, InfeasibleError (not all cells fit), OutputError (the state cannot be written), KeyboardInterrupt.
     """
     arguments = dict(locals())
-    callback, communicator = arguments.pop("progress"), arguments.pop("comm")
-    if callback is not None:
-        listener = callback
-
-        if not callable(listener):
-            raise InputError(f"progress: expected a function, found {listener!r}")
-
-        def callback(*values: Any) -> None:
-            listener(Progress(*values))
+    listener, communicator = arguments.pop("progress"), arguments.pop("comm")
 
     def packed(all_words: List[str]) -> Packing:
-        packing = Packing(_packmesh.pack(encoded(all_words), address(communicator), callback), communicator)
+        with _listening(listener, communicator) as callback:
+            packing = Packing(_packmesh.pack(encoded(all_words), address(communicator), callback), communicator)
         packing._convert_growth()
         return packing
 
@@ -192,7 +176,19 @@ def pack(
             return packed(all_words)
 
 
-def realisations(count: int, *, seed: Optional[int] = None, **options: Any) -> Iterator[Packing]:
+@contextlib.contextmanager
+def _listening(listener: Any, comm: Any) -> Iterator[Optional[Callable[..., Any]]]:
+    """What is called with the values of a Progress."""
+    if isinstance(listener, (bool, np.bool_)) or listener is None:
+        with ProgressDisplay(bool(listener) and (comm is None or comm.rank == 0)) as display:
+            yield display.show if display.is_shown else None
+        return
+    if not callable(listener):
+        raise InputError(f"progress: expected a function or True, found {listener!r}")
+    yield lambda *values: listener(Progress(*values))
+
+
+def realisations(count: Integer, *, seed: Optional[Integer] = None, **options: Any) -> Iterator[Packing]:
     """Packings of the same problem with consecutive seeds: those of the program's ``--realisations``.
 
     Each is made when the iterator reaches it. `seed` is that of the first (by default that of the case, or 1), `options`
@@ -206,7 +202,7 @@ def realisations(count: int, *, seed: Optional[int] = None, **options: Any) -> I
     _bound(options, "realisations")
     if seed is None:
         seed = 1 if options.get("case") is None else Case(options["case"]).seed
-    return (pack(seed=one, **options) for one in range(seed, seed + count))
+    return (pack(seed=one, **options) for one in range(int(seed), int(seed) + int(count)))
 
 
 def _bound(options: Mapping[str, Any], function: str) -> Dict[str, Any]:
@@ -300,7 +296,7 @@ class Case:
         """Packs the case: pack() with the other arguments, which override the `<packing>` section."""
         return pack(case=self.config, **options)
 
-    def realisations(self, count: int, **options: Any) -> Iterator[Packing]:
+    def realisations(self, count: Integer, **options: Any) -> Iterator[Packing]:
         """Packings of the case with consecutive seeds: realisations() with the other arguments."""
         return realisations(count, case=self.config, **options)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Tuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from .packing import Packing
+    from .cells import CellPacking
 
 
 def _module(name: str) -> Any:
@@ -18,7 +18,7 @@ def _module(name: str) -> Any:
         raise ImportError(f"to_{name}() needs the Python package {name}: pip install packmesh[{name}]") from error
 
 
-def surfaces(packing: "Packing") -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def surfaces(packing: "CellPacking") -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """All membranes: vertices (V, 3) [µm], triangles (T, 3); species and number of the cell of each triangle (T,)."""
     points, triangles, species, cells = [np.empty((0, 3))], [np.empty((0, 3), int)], [np.empty(0, int)], [np.empty(0, int)]
     first = 0
@@ -34,7 +34,7 @@ def surfaces(packing: "Packing") -> Tuple[np.ndarray, np.ndarray, np.ndarray, np
     return np.concatenate(points), np.concatenate(triangles), np.concatenate(species), np.concatenate(cells)
 
 
-def matrices(packing: "Packing") -> np.ndarray:
+def matrices(packing: "CellPacking") -> np.ndarray:
     """Of the cells' placements, shape (N, 4, 4): homogeneous coordinates [µm]."""
     x, y, z, w = packing.rotations.T
     all_ = np.zeros((len(x), 4, 4))
@@ -46,13 +46,13 @@ def matrices(packing: "Packing") -> np.ndarray:
     return all_
 
 
-def to_meshio(packing: "Packing") -> Any:
+def to_meshio(packing: "CellPacking") -> Any:
     meshio = _module("meshio")
     points, triangles, species, cells = surfaces(packing)
     return meshio.Mesh(points, [("triangle", triangles)], cell_data={"species": [species], "cell": [cells]})
 
 
-def to_trimesh(packing: "Packing") -> Any:
+def to_trimesh(packing: "CellPacking") -> Any:
     trimesh = _module("trimesh")
     scene = trimesh.Scene()
     placements = matrices(packing)
@@ -64,7 +64,7 @@ def to_trimesh(packing: "Packing") -> Any:
     return scene
 
 
-def to_pyvista(packing: "Packing") -> Any:
+def to_pyvista(packing: "CellPacking") -> Any:
     pyvista = _module("pyvista")
     points, triangles, species, cells = surfaces(packing)
     faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()

@@ -10,6 +10,7 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple
 import numpy as np
 
 from . import _packmesh, convert
+from .cells import CellPacking
 from .errors import InputError
 from .export import exported, names_of
 from .export import write as write_exports
@@ -36,12 +37,15 @@ class DeformedCheck:
         return not self.overlapping and not self.misplaced
 
 
-class DeformedPacking:
-    """The cells of a step: their membranes, and the rigid bodies that are nearest to them.
+class DeformedPacking(CellPacking):
+    """The cells of a step: their membranes, and the rigid bodies that are nearest to them; ``packing["RBC"]`` has those of a species.
 
     Cells are in the order of species, then as in the step. `rotations`, `positions` and pos_lines() are of the template that HemoCell
     builds, moved so that the squared distances of its vertices to those of the cell are least (Kabsch 1976).
     """
+
+    positions: np.ndarray
+    fit_errors: np.ndarray
 
     def __init__(self, step: Step, config: Optional[str]) -> None:
         """@raises InputError if a template is not known or another"""
@@ -54,22 +58,10 @@ class DeformedPacking:
         fits = [_fits(self._templates[name][0], self._vertices[name]) for name in step.species_names]
         self._matrices, self.positions, self.fit_errors = (np.concatenate(parts) for parts in zip(*fits))
 
-    def __len__(self) -> int:
-        return len(self.positions)
-
-    def __repr__(self) -> str:
-        counts = ", ".join(f"{count} {name}" for name, count in self.counts.items())
-        return f"<packmesh.DeformedPacking: {counts}>"
-
     @property
     def counts(self) -> Dict[str, int]:
         """Number of cells of each species."""
         return {name: len(vertices) for name, vertices in self._vertices.items()}
-
-    @property
-    def species_names(self) -> List[str]:
-        """Names of the species; `species` has indices into it."""
-        return list(self._vertices)
 
     @property
     def species(self) -> np.ndarray:
@@ -83,15 +75,15 @@ class DeformedPacking:
 
     def template(self, name: str) -> Tuple[np.ndarray, np.ndarray]:
         """The undeformed mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
-        return self._templates[self._name(name)]
+        return self._templates[self.species_names[self.index_of(name)]]
 
     def vertices(self, name: str) -> np.ndarray:
         """The deformed membranes of a species [µm], shape (N, V, 3); not wrapped at periodic faces."""
-        return self._vertices[self._name(name)]
+        return self._vertices[self.species_names[self.index_of(name)]]
 
     def pos_lines(self, name: str) -> np.ndarray:
         """The rigid fits of a species as lines of ``<name>.pos``: x y z [µm] a b c [degrees], shape (N, 6). They may overlap."""
-        chosen = self.species == self.species_names.index(self._name(name))
+        chosen = self.species == self.index_of(name)
         return np.concatenate([self.positions[chosen], _angles(self._matrices[chosen])], axis=1)
 
     @property
@@ -108,12 +100,12 @@ class DeformedPacking:
     def check(self) -> DeformedCheck:
         """Tests the deformed cells exactly against each other and, with a case, against the wall of the lumen."""
         first = dict(zip(self.species_names, np.concatenate([[0], np.cumsum(list(self.counts.values()))])))
-        pairs = [tuple(sorted(int(first[name]) + i for name, i in pair)) for pair in overlapping(self.step, self.species_names)]
+        pairs = [sorted(int(first[name]) + i for name, i in pair) for pair in overlapping(self.step, self.species_names)]
         misplaced: Optional[List[Tuple[int, str]]] = None
         if self._lumen is not None:
             misplaced = [(int(first[name]) + i, reason) for name, vertices in self._vertices.items()
                          for i, reason in self._lumen.violations(vertices, self._templates[name][1])]
-        return DeformedCheck(sorted(pairs), misplaced)
+        return DeformedCheck(sorted((a, b) for a, b in pairs), misplaced)
 
     def write_pos(self, folder: "str | os.PathLike[str]" = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes the rigid fits as ``<species>.pos``, and formats as Packing.write_pos() does: "stl" and "vtk-meshes" have the
@@ -136,11 +128,6 @@ class DeformedPacking:
     def to_pyvista(self) -> Any:
         """All membranes as one pyvista.PolyData, with cell data "species" and "cell"."""
         return convert.to_pyvista(self)
-
-    def _name(self, name: str) -> str:
-        if name not in self._vertices:
-            raise InputError(f"there are no cells '{name}'; expected one of {', '.join(self._vertices)}")
-        return name
 
     def _template_of(self, name: str, folder: Optional[str]) -> Tuple[np.ndarray, np.ndarray]:
         found, size = _packmesh.cell_template(name, folder, self.step.dx), self._vertices[name].shape[1]

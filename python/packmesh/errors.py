@@ -10,6 +10,12 @@ class InputError(Error, ValueError):
     """An argument, a file or a value in it is invalid (exit codes 1 and 2 of the program)."""
 
 
+class UnknownCellsError(InputError, KeyError):
+    """There are no cells of this name."""
+
+    __str__ = Exception.__str__  # that of KeyError quotes the text
+
+
 class InfeasibleError(Error, RuntimeError):
     """Not all cells could be packed within the limits (exit code 3). ``best_effort=True`` returns fewer cells."""
 

@@ -15,11 +15,11 @@ from typing import List, Optional, Sequence
 
 from packmesh import files
 from packmesh.errors import InputError
-from packmesh.formats import File, Format, lammps, membranes, plain, vtk
+from packmesh.formats import File, Format, lammps, membranes, particles, plain, vtk
 from packmesh.packing_file import PackingFile
 
 FORMATS: "dict[str, Format]" = {
-    "csv": plain.csv, "espresso": membranes.espresso, "lammps": lammps.ellipsoids, "lammps-molecular": lammps.molecules,
+    "csv": plain.csv, "espresso": membranes.espresso, "extxyz": particles.extxyz, "gsd": particles.gsd, "lammps": lammps.ellipsoids, "lammps-molecular": lammps.molecules,
     "mirheo": membranes.mirheo, "npfem": membranes.npfem, "stl": plain.stl, "vtk": vtk.points, "vtk-meshes": vtk.membranes}
 
 #: May hold names that others would misread.

@@ -29,6 +29,14 @@ def error(text: object) -> None:
     print(f"(packMesh) (Error) {text}", file=sys.stderr, flush=True)
 
 
+def fitting(text: str) -> str:
+    """What the terminal of standard error has room for in a line."""
+    try:
+        return text[:max(20, os.get_terminal_size(sys.stderr.fileno()).columns - 1)]
+    except OSError:
+        return text
+
+
 class ProgressBar:
     """A line on a terminal that shows how much of something is done; nothing where standard error is no terminal."""
 

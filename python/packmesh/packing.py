@@ -7,17 +7,25 @@ import dataclasses
 import json
 import os
 import pathlib
+import shutil
 import socket
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+import tempfile
+import weakref
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import _packmesh, convert, files, scene
 from ._settings import Path, address, encoded, file_name, keep_inputs, listed, plain
+from .cells import CellPacking
 from .errors import InputError, OutputError
 from .export import exported, names_of
 from .export import write as write_exports
 from .packing_file import PackingFile
+from .stored import StateFile, Stored
+
+if TYPE_CHECKING:
+    from .cells import Floats, Integers
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,7 +66,7 @@ class Certificate:
     cell_volume: float
 
     @classmethod
-    def _of(cls, values: Dict[str, Any]) -> "Certificate":
+    def _of(cls, values: Dict[str, Any]) -> Certificate:
         lists: Dict[str, Any] = {"overlapping": [Overlap(*one) for one in values["overlapping"]],
                                  "misplaced": [Misplaced(*one) for one in values["misplaced"]]}
         return cls(**{**values, **lists})
@@ -83,7 +91,7 @@ class Check:
     unchecked: List[str]
 
     @classmethod
-    def _of(cls, values: Dict[str, Any]) -> "Check":
+    def _of(cls, values: Dict[str, Any]) -> Check:
         return cls(values["clean"], dict(zip(values["names"], values["counts"])),
                    Certificate._of(values["certificate"]), values["dropped"] if values["knows_acceptance"] else None,
                    values["hematocrit"], values["unchecked"])
@@ -102,15 +110,15 @@ class Profile:
     fraction, error: volume fraction and its standard error for each species, shape (L,)
     """
 
-    position: np.ndarray
+    position: Floats
     width: float
-    lumen: np.ndarray
-    hematocrit: np.ndarray
-    fraction: Dict[str, np.ndarray]
-    error: Dict[str, np.ndarray]
+    lumen: Floats
+    hematocrit: Floats
+    fraction: Dict[str, Floats]
+    error: Dict[str, Floats]
 
     @classmethod
-    def _of(cls, values: Dict[str, Any]) -> "Profile":
+    def _of(cls, values: Dict[str, Any]) -> Profile:
         layers = len(values["lumen"])
         return cls(values["begin"] + (np.arange(layers) + 0.5) * values["width"], values["width"],
                    np.array(values["lumen"]), np.array(values["red"]),
@@ -118,24 +126,31 @@ class Profile:
                    {s["name"]: np.array(s["error"]) for s in values["species"]})
 
 
-class Packing:
-    """Cells that do not overlap. With a communicator, arrays have the cells of this rank; what is marked
+class Packing(CellPacking):
+    """Cells that do not overlap; ``packing["RBC"]`` has those of a species. With a communicator, arrays have the cells of this rank; what is marked
     "collective" is called by all ranks.
 
-    Cells are in the order of the .pos files: by species, then by number.
+    Cells are in the order of the .pos files: by species, then by number. A packing does not change: its copies are itself. It can be
+    pickled, unless several ranks share it.
     """
 
     def __init__(self, held: Any, comm: Any = None) -> None:
         self._held = held
         self._comm = comm  # its MPI_Comm is in use as long as the packing is
         self._inputs: Optional[pathlib.Path] = None  # folder of the files that the command names, until they are saved
+        self._source: Union[StateFile, Stored, None] = None  # what it was read from
 
-    def __len__(self) -> int:
-        return len(self.positions)
+    def __copy__(self) -> Packing:
+        return self
 
-    def __repr__(self) -> str:
-        counts = ", ".join(f"{count} {name}" for name, count in self.counts.items())
-        return f"<packmesh.Packing: {counts}>"
+    def __deepcopy__(self, _memo: Any) -> Packing:
+        return self
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        if self._comm is not None and self._comm.size > 1:
+            raise InputError("a packing that several ranks share cannot be pickled: each has some of its cells; save() and load() them")
+        source = self._source.read() if isinstance(self._source, StateFile) else self._source
+        return _unpickled, (source or Stored.saved_by(self.save),)
 
     @property
     def counts(self) -> Dict[str, int]:
@@ -143,22 +158,17 @@ class Packing:
         return dict(self._held.counts)
 
     @property
-    def species_names(self) -> List[str]:
-        """Names of the species; `species` has indices into it."""
-        return list(self.counts)
-
-    @property
-    def species(self) -> np.ndarray:
+    def species(self) -> Integers:
         """Index of each cell's species into `species_names`, shape (N,)."""
         return self._held.species
 
     @property
-    def positions(self) -> np.ndarray:
+    def positions(self) -> Floats:
         """Centres of the cells [µm], shape (N, 3). A read-only view."""
         return self._held.positions
 
     @property
-    def rotations(self) -> np.ndarray:
+    def rotations(self) -> Floats:
         """Unit quaternions x, y, z, w (scalar last, as SciPy's Rotation.from_quat takes them), shape (N, 4).
         A read-only view."""
         return self._held.rotations
@@ -173,23 +183,17 @@ class Packing:
         """The command of the program that packs the same cells."""
         return [word.decode("utf-8", "surrogateescape") for word in self._held.words]
 
-    def _index(self, name: str) -> int:
-        names = self.species_names
-        if name not in names:
-            raise InputError(f"there are no cells '{name}'; expected one of {', '.join(names)}")
-        return names.index(name)
-
-    def template(self, name: str) -> Tuple[np.ndarray, np.ndarray]:
+    def template(self, name: str) -> Tuple[Floats, Integers]:
         """The mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
-        return self._held.template(self._index(name))
+        return self._held.template(self.index_of(name))
 
-    def vertices(self, name: str) -> np.ndarray:
+    def vertices(self, name: str) -> Floats:
         """The vertices of the cells of a species as certified [µm], shape (N, V, 3); not wrapped at periodic faces."""
-        return self._held.vertices(self._index(name))
+        return self._held.vertices(self.index_of(name))
 
-    def pos_lines(self, name: str) -> np.ndarray:
+    def pos_lines(self, name: str) -> Floats:
         """The lines of ``<name>.pos``: x y z [µm] a b c [degrees], shape (N, 6)."""
-        return self._held.lines()[self.species == self._index(name)]
+        return self._held.lines()[self.species == self.index_of(name)]
 
     @property
     def hematocrit(self) -> float:
@@ -202,10 +206,15 @@ class Packing:
         return Certificate._of(self._held.certificate())
 
     @property
-    def bounds(self) -> Tuple[np.ndarray, np.ndarray]:
+    def bounds(self) -> Tuple[Floats, Floats]:
         """Low and high corner of the lumen [µm]."""
-        low, high = self._held.lumen()
+        low, high, _ = self._held.lumen()
         return np.array(low), np.array(high)
+
+    @property
+    def period(self) -> Floats:
+        """Period of the lumen along x, y, z [µm], shape (3,); 0 where it is not periodic."""
+        return np.array(self._held.lumen()[2])
 
     def check(self) -> Check:
         """Tests the cells once more, on this rank (collective)."""
@@ -230,13 +239,15 @@ class Packing:
         Meshes and cells that were given as arrays are saved too, in the folder ``cells_inputs`` beside ``cells.h5``.
         """
         file = file_name("file", file)
+        if self._source is not None:
+            return self._source.write(file)
         words = self.command if self._inputs is None else keep_inputs(self.command, self._inputs, file)
         self._held.save(encoded(words), file)
 
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
 
-        export: formats to write beside them: "csv", "espresso", "lammps", "lammps-molecular", "mirheo", "npfem", "stl", "vtk",
+        export: formats to write beside them: "csv", "espresso", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "npfem", "stl", "vtk",
         "vtk-meshes".
         """
         formats = [plain("export", str(one)) for one in listed("export", export, str)]
@@ -359,4 +370,19 @@ def load(file: Path, *, comm: Any = None) -> Packing:
     Cells and templates are in the file. What depends on the lumen (certificate, hematocrit, profiles, write_pos) rebuilds
     it from the command in the file, which needs the files that it names.
     """
-    return Packing(_packmesh.load(file_name("file", file), address(comm)), comm)
+    name = file_name("file", file)
+    packing = Packing(_packmesh.load(name, address(comm)), comm)
+    packing._source = StateFile(name)
+    return packing
+
+
+def _unpickled(stored: Stored) -> Packing:
+    folder = tempfile.mkdtemp(prefix="packmesh-")
+    try:
+        packing = Packing(_packmesh.load(stored.unpack(folder), 0, stored.path))
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    packing._source = stored
+    weakref.finalize(packing, shutil.rmtree, folder, True)  # its command may name files there
+    return packing

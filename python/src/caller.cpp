@@ -90,13 +90,18 @@ const char* classOf(ExitCode code) {
   }
 }
 
+/// A message with the names of Python's arguments instead of options. It may quote names of files, which need
+/// not be UTF-8.
+py::object inPythonsWords(const std::string& message) {
+  const auto text = py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(message.data(), py::ssize_t(message.size()), "replace"));
+  return py::module_::import("packmesh._wording").attr("in_python")(text);
+}
+
 /// @param name of a class of packmesh.errors
 void raise(const char* name, const std::string& message) {
   const py::object type = py::module_::import("packmesh.errors").attr(name);
-  // Messages quote names of files, which need not be UTF-8.
-  const py::object text = py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(message.data(), py::ssize_t(message.size()), "replace"));
-  PyErr_SetObject(type.ptr(), text.ptr());
+  PyErr_SetObject(type.ptr(), inPythonsWords(message).ptr());
 }
 
 void raise(const Failure& failure) {
@@ -113,10 +118,7 @@ void logToPython() {
   logger.attr("addHandler")(logging.attr("NullHandler")());
   auto held = std::make_shared<py::object>(logger.attr("log"));
   log::setSink([held](log::Kind kind, const std::string& message) {
-    inPython("a handler of the log", [&] {
-      (*held)(loggingLevel(kind), py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
-                                      message.data(), py::ssize_t(message.size()), "replace")));
-    });
+    inPython("a handler of the log", [&] { (*held)(loggingLevel(kind), inPythonsWords(message)); });
   });
   // At exit, Python ends before the objects of the library.
   py::module_::import("atexit").attr("register")(py::cpp_function([held] {
@@ -146,7 +148,7 @@ void Caller::listenTo(const Communicator& ranks) {
 Hooks Caller::hooks() {
   Hooks hooks;
   hooks.interrupted = [this] { return interrupted(); };
-  hooks.progress = [this](const Progress& progress) { tell(progress); };
+  hooks.progress = [this](const Progress& progress, ProgressLog& log) { tell(progress, log); };
   hooks.convertsGrowth = false;
   return hooks;
 }
@@ -206,12 +208,16 @@ bool Caller::interrupted() {
   return raised.error != nullptr;
 }
 
-void Caller::tell(const Progress& progress) {
+void Caller::tell(const Progress& progress, ProgressLog& log) {
   if (progress_.is_none() || raised.error) return;
   const auto now = Clock::now();
   if (told_ && now - *told_ < progressInterval) return;
   told_ = now;
+  const double seconds = log.seconds();
+  const std::optional<double> remaining = log.remaining(seconds);
+  const std::string text = log.text(progress, seconds);
   inPython("the callback `progress`", [&] {
-    progress_(progress.stage, progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved);
+    progress_(progress.stage, progress.sweep, progress.scale, progress.worstOverlap, progress.unresolved,
+              seconds, remaining ? py::cast(*remaining) : py::object(py::none()), text);
   });
 }

@@ -26,7 +26,8 @@ void registerErrors();
 /// several threads take turns, as the library has a log and HDF5 that are not made for more.
 class Caller {
  public:
-  /// @param progress called with stage, sweep, scale, worst overlap and unresolved pairs; may be None
+  /// @param progress called with stage, sweep, scale, worst overlap, unresolved pairs, time, time that is
+  /// left [s] or None, and a line that tells all that; may be None
   explicit Caller(pybind11::object progress = pybind11::none()) : progress_(std::move(progress)) {}
 
   /// The messages of this rank alone are logged if it is the first.
@@ -96,7 +97,7 @@ class Caller {
   static void rethrowRaised();
   static void tellOtherRanks(const packmesh::Communicator& ranks, bool failed);
   bool interrupted();
-  void tell(const packmesh::Progress& progress);
+  void tell(const packmesh::Progress& progress, packmesh::hemocell::ProgressLog& log);
 
   pybind11::object progress_;
   using Clock = std::chrono::steady_clock;

@@ -116,12 +116,13 @@ PythonPacking pack(const Words& words, std::uintptr_t mpi, const py::object& pro
   });
 }
 
-PythonPacking load(const fs::path& file, std::uintptr_t mpi) {
+/// @param original see loadPacking()
+PythonPacking load(const fs::path& file, std::uintptr_t mpi, const fs::path& original) {
   Caller caller;
   return caller.run([&] {
     const Communicator ranks = ranksOf(mpi);
     caller.listenTo(ranks);
-    return PythonPacking{std::make_shared<const HeldPacking>(loadPacking(file, ranks))};
+    return PythonPacking{std::make_shared<const HeldPacking>(loadPacking(file, ranks, original))};
   });
 }
 
@@ -308,9 +309,11 @@ void addPacking(py::module_& module) {
       .def("report", [](PythonPacking& p) { return withScene(p, reportOf); })
       .def("lumen",
            [](PythonPacking& p) {
-             const Box bounds = withScene(
-                 p, [](const HeldPacking& held) { return held.packing.problem->lumen.container->bounds(); });
-             return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi));
+             const auto [bounds, period] = withScene(p, [](const HeldPacking& held) {
+               const Container& container = *held.packing.problem->lumen.container;
+               return std::pair(container.bounds(), container.period());
+             });
+             return py::make_tuple(vectorOf(bounds.lo), vectorOf(bounds.hi), vectorOf(period));
            })
       .def("write",
            [](PythonPacking& p, const fs::path& folder, const std::vector<fs::path>& others) {
@@ -338,7 +341,7 @@ PYBIND11_MODULE(_packmesh, module) {
   module.def("version", &version);
   module.def("git_hash", &gitHash);
   module.def("pack", &pack);
-  module.def("load", &load);
+  module.def("load", &load, py::arg("file"), py::arg("mpi"), py::arg("original") = "");
   module.def("check", &check);
   module.def("forecast", &forecast);
   module.def("count_options", &countOptions);

@@ -10,15 +10,15 @@ HEAD = """# Python package
 
 [Pack in Python](../howto/python.md) shows its use. This page is printed by `tests/python/reference.py`; a test compares both.
 Lengths are in µm, times in s, angles in degrees. N is the number of cells of a packing, V and T are the numbers of vertices and
-triangles of a template.
+triangles of a template. Floats and Integers are arrays of NumPy; Number and Integer are numbers of Python or NumPy.
 """
 GROUPS = {
     "Packing": ["pack", "realisations", "forecast", "Case"],
     "Arguments": ["Species", "Box", "Cylinder", "Sphere", "Mesh", "Region"],
-    "Results": ["Packing", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
+    "Results": ["Packing", "Cells", "load", "check", "Check", "Certificate", "Overlap", "Misplaced", "Profile", "Forecast", "Progress"],
     "Runs of HemoCell": ["hemocell_output", "Run", "Step", "DeformedPacking", "DeformedCheck"],
     "Files": ["read_pos", "write_pos"],
-    "Errors": ["Error", "InputError", "InfeasibleError", "OutputError", "RankError", "InternalError"],
+    "Errors": ["Error", "InputError", "InfeasibleError", "UnknownCellsError", "OutputError", "RankError", "InternalError"],
 }
 
 
@@ -48,8 +48,9 @@ def fenced(text):
 
 
 def members(kind):
-    """Methods and properties, in the order of the source."""
-    for name, member in vars(kind).items():
+    """Methods and properties, in the order of the source, inherited ones first."""
+    found = {name: member for base in reversed(kind.__mro__) for name, member in vars(base).items()}
+    for name, member in found.items():
         if name.startswith("_") or (not isinstance(member, property) and not inspect.isfunction(member)):
             continue
         if isinstance(member, property):
@@ -78,7 +79,7 @@ def page():
                 bases = ", ".join(base.__name__ for base in thing.__bases__)
                 out.append(f"{inspect.getdoc(thing)} Derives from {bases}.\n")
                 continue
-            if name != "Packing":
+            if name not in ("Packing", "Cells"):
                 out.append(fenced(signature(thing, name)))
             out.append(described(inspect.getdoc(thing)) + "\n")
             if inspect.isclass(thing) and not dataclasses.is_dataclass(thing):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
-"""Errors are exceptions with the texts of the program, except for what becomes of the cells."""
+"""Errors are exceptions with the texts of the program, except for what becomes of the cells, and for names of arguments."""
 import os
 import pathlib
 
@@ -8,7 +8,7 @@ import pytest
 from conftest import write_off
 
 import packmesh
-from packmesh import Box
+from packmesh import Box, Mesh, Region, Species, _wording
 
 CASES = {
     "hematocrit": (dict(box=(20, 20, 20), hematocrit=2), "20 20 20 --hematocrit 2", packmesh.InputError, 1),
@@ -37,9 +37,46 @@ def test_text(name, program, tmp_path, monkeypatch):
     if words:
         _, text = program(*words.split(), code=code)
         told = str(raised.value).replace("no cells are returned (best_effort returns that one)",
-                                         "nothing was written (--best-effort writes that one)")
-        assert f"(packMesh) (Error) {told}\n" in text
+                                         "nothing was written (best_effort writes that one)")
+        assert f"(packMesh) (Error) {told}\n" in _wording.in_python(text)
     assert list((tmp_path / "program").iterdir()) == []
+
+
+BOX = dict(box=(20, 20, 20))
+CELLS = dict(BOX, hematocrit=0.2)
+#: What is told, with the names of Python's arguments, and for which ones.
+WORDED = {
+    "hematocrit: expected a number in (0, 1) [fraction], found '2'": dict(BOX, hematocrit=2),
+    'how many cells? Give hematocrit=h or counts such as species={"RBC": n}, or the same in <packing>': BOX,
+    "box=(x, y, z) exclude cylinder, sphere and vessel": dict(CELLS, sphere=5),
+    "cell 'XYZ' is unknown: give it axes (Species(ellipsoid)) or a mesh (Species(mesh))": dict(BOX, species={"XYZ": Species(count=3)}),
+    "Species: count: expected a whole number in [0, 100000000] [cells], found '-1'": dict(BOX, species={"RBC": Species(count=-1)}),
+    "Species: wall_clearance: expected a number in [0, 100] [µm], found '-1'": dict(BOX, species={"RBC": Species(2, wall_clearance=-1)}),
+    'tile is for periodic boxes: box=(x, y, z) ends="periodic"': dict(CELLS, tile=(2, 2, 2)),
+    'columns (order, <order>) take a box that is periodic along all axes: box=(x, y, z) ends="periodic"': dict(CELLS, order="columns"),
+    'the largest clearance (clearance="max") requires many packings, and a state belongs to one: omit state and checkpoint_every, or '
+    "state a clearance": dict(CELLS, clearance="max", state="x.h5"),
+    'escape is for method="cat"': dict(CELLS, escape=True),
+    "Box: size: expected three numbers in (0, 100000] [µm], found '-1 2 3'": dict(CELLS, obstacles=Box((-1, 2, 3))),
+    "Mesh: none.stl: no such file": dict(CELLS, obstacles=Mesh("none.stl")),
+    "Region: hematocrit: expected a number in [0, 1) [fraction], found '3'": dict(CELLS, regions=Region(3, Box((5, 5, 5)))),
+    "max_time: expected a number in (0, 1000000000] [s], found '-1'": dict(CELLS, max_time=-1),
+    "cell 'RBC' has an axis, but rotate=False (<rotate> false) keeps every orientation at 0 0 0":
+        dict(CELLS, species={"RBC": Species(axis=(1, 0, 0))}, rotate=False),
+    "vessel: ./-none.stl: no such file": dict(vessel="-none.stl", hematocrit=0.2),  # no option
+}
+
+
+@pytest.mark.parametrize("text", WORDED)
+def test_names_of_arguments(text):
+    with pytest.raises(packmesh.InputError) as raised:
+        packmesh.pack(**WORDED[text])
+    assert str(raised.value) == text
+
+
+def test_what_is_no_option_stays():
+    for text in ("a--ends periodic", "folder/--ends", "packMesh --restart cells.h5", "--unknown", "x=--ends", "a state names nothing"):
+        assert _wording.in_python(text) == text
 
 
 def test_kinds():
@@ -53,7 +90,7 @@ def test_arguments():
         packmesh.pack(box=(1, 2), hematocrit=0.1)
     with pytest.raises(packmesh.InputError, match="of shape"):
         packmesh.pack(vessel=([[0, 0]], [[0, 1, 2]]), hematocrit=0.1)
-    with pytest.raises(packmesh.InputError, match="<species>.*attribute count: "):
+    with pytest.raises(packmesh.InputError, match="^Species: count: expected"):
         packmesh.pack(box=(20, 20, 20), species={"RBC": packmesh.Species(count=-1)})
     with pytest.raises(packmesh.InputError, match="expected a Box, Cylinder, Sphere or Mesh"):
         packmesh.pack(box=(20, 20, 20), hematocrit=0.1, obstacles=[3])
@@ -68,7 +105,7 @@ def test_arguments():
             packmesh.realisations(count, box=(20, 20, 20), hematocrit=0.1)
     with pytest.raises(packmesh.InputError, match="each needs another state"):
         packmesh.realisations(2, box=(20, 20, 20), hematocrit=0.1, state="cells.h5")
-    with pytest.raises(packmesh.InputError, match="growth-frames' is for --method cat"):
+    with pytest.raises(packmesh.InputError, match='^growth_frames is for method="cat"$'):
         packmesh.pack(box=(20, 20, 20), hematocrit=0.1, growth_frames=2)
 
 
@@ -110,7 +147,7 @@ def test_names_of_files(tmp_path):
         packmesh.pack(box=(20, 20, 20), species={"RBC": 2}, start={"../evil": np.zeros((1, 6))})
 
 
-BOX = dict(box=(20, 20, 20), species={"RBC": 2})
+SMALL = dict(box=(20, 20, 20), species={"RBC": 2})
 WRONG = {
     "box: expected three sizes .*, found 20": dict(box=20, hematocrit=0.1),
     "box: expected three sizes .*, found '20": dict(box="20 20 20", hematocrit=0.1),
@@ -119,21 +156,21 @@ WRONG = {
     "a mesh: expected a file or .*, found 3": dict(vessel=3, hematocrit=0.1),
     "a mesh: expected arrays of numbers": dict(vessel=([["a"]], [[1]]), hematocrit=0.1),
     "a mesh: .*whole numbers": dict(vessel=(np.eye(4, 3), [[0, 1, 2.5]]), hematocrit=0.1),
-    'species: expected {"RBC": 100}, found \'RBC\'': dict(BOX, species="RBC"),
-    'species: expected {"RBC": 100}, found \\[': dict(BOX, species=["RBC"]),
-    "species: expected the name of a cell, found 3": dict(BOX, species={3: 5}),
+    'species: expected {"RBC": 100}, found \'RBC\'': dict(SMALL, species="RBC"),
+    'species: expected {"RBC": 100}, found \\[': dict(SMALL, species=["RBC"]),
+    "species: expected the name of a cell, found 3": dict(SMALL, species={3: 5}),
     "case: expected a file, found 3": dict(case=3),
-    "state: expected a file, found 3": dict(BOX, state=3),
-    "regions: expected a Region, found 3": dict(BOX, regions=[3]),
-    "regions: expected a list, found 3": dict(BOX, regions=3),
-    "obstacles: expected a list, found 3": dict(BOX, obstacles=3),
-    "tile: expected three numbers, found 2": dict(BOX, ends="periodic", tile=2),
-    "growth: expected": dict(BOX, growth="initialScale"),
-    "pre_inlet_ranges: expected two planes, found 1": dict(BOX, pre_inlet_ranges={"y": 1}),
-    "progress: expected a function, found 3": dict(BOX, progress=3),
-    "start: expected files, .* found <object": dict(BOX, start=object()),
-    "fixed: expected files, .* found a list with 3": dict(BOX, fixed=[3]),
-    "the cells 'RBC': expected an array": dict(BOX, fixed={"RBC": "abc"}),
+    "state: expected a file, found 3": dict(SMALL, state=3),
+    "regions: expected a Region, found 3": dict(SMALL, regions=[3]),
+    "regions: expected a list, found 3": dict(SMALL, regions=3),
+    "obstacles: expected a list, found 3": dict(SMALL, obstacles=3),
+    "tile: expected three numbers, found 2": dict(SMALL, ends="periodic", tile=2),
+    "growth: expected": dict(SMALL, growth="initialScale"),
+    "pre_inlet_ranges: expected two planes, found 1": dict(SMALL, pre_inlet_ranges={"y": 1}),
+    "progress: expected a function or True, found 3": dict(SMALL, progress=3),
+    "start: expected files, .* found <object": dict(SMALL, start=object()),
+    "fixed: expected files, .* found a list with 3": dict(SMALL, fixed=[3]),
+    "the cells 'RBC': expected an array": dict(SMALL, fixed={"RBC": "abc"}),
 }
 
 
@@ -158,7 +195,6 @@ def test_wrong_arguments_of_others(tmp_path):
         packmesh.check(None)
 
 
-SMALL = dict(box=(20, 20, 20), species={"RBC": 2})
 #: Calls with a path, by the name that their errors begin with.
 WITH_A_PATH = {
     "case": lambda path: packmesh.pack(case=path),
@@ -239,13 +275,13 @@ def test_single_bodies_and_empty_lists():
     lumen = dict(box=(20, 20, 20), hematocrit=0.2)
     listed = packmesh.forecast(**lumen, obstacles=[sphere], regions=[region])
     assert packmesh.forecast(box=Box((20, 20, 20)), hematocrit=0.2, obstacles=sphere, regions=region) == listed
-    assert packmesh.pack(**BOX, fixed={"RBC": []}).counts["RBC"] == 2
+    assert packmesh.pack(**SMALL, fixed={"RBC": []}).counts["RBC"] == 2
 
 
 @pytest.mark.parametrize("cells", [5, packmesh.Species(count=5)])
 def test_hematocrit_and_a_number(cells, pipe):
     for lumen in (dict(box=(20, 20, 20)), dict(case=pipe / "config.xml")):
-        with pytest.raises(packmesh.InputError, match="'--hematocrit' excludes '--rbc'"):
+        with pytest.raises(packmesh.InputError, match='^hematocrit excludes species={"RBC": ...}: '):
             packmesh.pack(**lumen, hematocrit=0.4, species={"RBC": cells})
     # Platelets, and some of the red cells, can have a number.
     assert packmesh.forecast(box=(20, 20, 20), hematocrit=0.2, species={"PLT": 5}).counts["PLT"] == 5
@@ -254,7 +290,7 @@ def test_hematocrit_and_a_number(cells, pipe):
 
 
 def test_lumen_of_a_packing(tmp_path, pipe):
-    packing = packmesh.pack(**BOX)
+    packing = packmesh.pack(**SMALL)
     with pytest.raises(packmesh.InputError, match="expected no box"):
         packmesh.check(packing, box=(5, 5, 5))
     with pytest.raises(packmesh.InputError, match="is not of .*config.xml"):

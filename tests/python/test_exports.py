@@ -3,6 +3,7 @@
 
 The readers follow the other programs' documents and sources alone, and share no code with the package.
 """
+import os
 import re
 
 import numpy as np
@@ -13,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 EXACT = 1e-9  # text with all digits, after rotations [µm]
 SINGLE = 1e-5  # single precision, at positions below 60 µm
-ALL = [word for name in ("csv", "csv", "lammps", "lammps-molecular", "mirheo", "espresso", "stl") for word in ("--export", name)]
+ALL = [word for name in ("csv", "csv", "extxyz", "gsd", "lammps", "lammps-molecular", "mirheo", "espresso",
+                                         "stl") for word in ("--export", name)]
 
 
 def odd_mesh(seed):
@@ -184,6 +186,52 @@ def test_stl_has_all_membranes(packed):
     corners = [one[meshes[name][1]] for name in meshes for one in pos_membranes(folder, name, meshes[name][0])]
     found = read_stl(folder / "cells.stl")
     assert found.shape == np.concatenate(corners).shape and abs(found - np.concatenate(corners)).max() < SINGLE
+
+
+def test_extended_xyz(packed):
+    """Read by ASE: box, periodic axes, particles. OVITO takes orientations as x, y, z, w and shapes as semi-axes (its manual, "Input file
+    formats", "XYZ", "Non-spherical particle shapes")."""
+    ase_io = pytest.importorskip("ase.io")
+    folder, meshes, high, period, boundary = packed
+    atoms = ase_io.read(folder / "cells.extxyz", format="extxyz")
+    assert np.allclose(atoms.cell.array, np.diag(high)) and list(atoms.pbc) == [one == "p" for one in boundary.split()]
+    assert list(atoms.info["Origin"]) == [0, 0, 0] and list(atoms.arrays["id"]) == list(range(1, len(atoms) + 1))
+    names = list(atoms.arrays["type"])
+    assert list(dict.fromkeys(names)) == list(meshes)
+    turns, places = atoms.arrays["orientation"], atoms.get_positions()
+    found = [Rotation.from_quat(q).apply(meshes[name][0]) + p for name, q, p in zip(names, turns, places)]
+    require_same(found, all_membranes(folder, meshes), 1e-7)  # ASE rescales positions
+    for name, shape in zip(names, atoms.arrays["aspherical_shape"]):
+        np.testing.assert_allclose(2 * shape, np.ptp(meshes[name][0], axis=0), atol=EXACT)
+    assert 0 < atoms.arrays["gap"].min() < 1 and atoms.arrays["gap"].max() <= 1
+
+
+def test_gsd(packed):
+    """Read by the package gsd: boxes are around the origin, quaternions have the scalar first (its schema "hoomd")."""
+    hoomd = pytest.importorskip("gsd.hoomd")
+    folder, meshes, high, period, _ = packed
+    with hoomd.open(str(folder / "cells.gsd"), "rb") as file:
+        assert len(file) == 1
+        frame = file[0]
+    particles = frame.particles
+    assert np.allclose(frame.configuration.box, [*high, 0, 0, 0]) and particles.types == list(meshes)
+    assert (abs(particles.position) <= high / 2 + SINGLE).all()
+    expected = all_membranes(folder, meshes)
+    assert particles.N == len(expected)
+    for i, (kind, place, turn) in enumerate(zip(particles.typeid, particles.position + high / 2, particles.orientation)):
+        shape = particles.type_shapes[kind]
+        assert shape["type"] == "Mesh" and np.array_equal(shape["indices"], meshes[particles.types[kind]][1])
+        require_same([turned(*turn, np.array(shape["vertices"])) + place], [expected[i]], SINGLE, period)
+    assert (frame.log["particles/gap"] > 0).all()
+
+
+def test_gsd_without_its_package(program, monkeypatch, tmp_path):
+    """Refused before packing, with what is missing."""
+    (tmp_path / "none/gsd").mkdir(parents=True)
+    (tmp_path / "none/gsd/__init__.py").write_text("raise ImportError('none')")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path / 'none'}:{os.environ['PYTHONPATH']}")
+    folder, text = program(*"18 18 18 --rbc 2 --export gsd".split(), code=2)
+    assert "'gsd' needs the Python package gsd (Debian: python3-gsd)" in text and not (folder / "RBC.pos").exists()
 
 
 def test_lammps(packed):

@@ -105,7 +105,7 @@ def test_log(capfd, caplog):
     packmesh.pack(box=(20, 20, 20), species={"RBC": 5}, platelets=0.1)
     out = capfd.readouterr()
     assert out.out == out.err == ""
-    assert any("--plt_ratio is ignored" in one.message and one.levelno == logging.WARNING for one in caplog.records)
+    assert any("platelets is ignored: it belongs to hematocrit" == one.message and one.levelno == logging.WARNING for one in caplog.records)
     with caplog.at_level(logging.DEBUG, "packmesh"):
         packmesh.pack(box=(20, 20, 20), species={"RBC": 5})
     assert any("Certificate" in one.message and one.levelno == logging.INFO for one in caplog.records)
