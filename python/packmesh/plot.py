@@ -9,10 +9,13 @@ direction of the symmetry axes. The picture can also be a PDF (plots.pdf). --csv
 import argparse
 import csv
 import json
+import math
 import os
 import sys
 
+#: Of species and axes, as on the page of reports (page/data.js).
 COLOURS = {"RBC": "#b3261e", "vRBC": "#b3261e", "PLT": "#d69e00", "WBC": "#64748b"}
+AXIS_COLOURS = {"x": "#b3261e", "y": "#2f855a", "z": "#1f5fa8"}
 
 
 def colour(name, number):
@@ -20,6 +23,20 @@ def colour(name, number):
         if name.startswith(prefix):
             return value
     return f"C{number}"
+
+
+def factors_of(curves):
+    """By which curves of volume fractions are drawn, so that few platelets are visible beside many red cells: 1, 2, 5, 10, ..."""
+    highest = [max(curve, default=0) for curve in curves]
+    most = 0.6 * max(highest, default=0)
+
+    def factor(own):
+        if not 0 < own < most / 4.8:
+            return 1
+        power = 10 ** math.floor(math.log10(most / own))
+        return max(digit * power for digit in (1, 2, 5) if digit * power <= most / own)
+
+    return [factor(own) for own in highest]
 
 
 def middles(profile, count):
@@ -66,12 +83,14 @@ def write_tables(named, folder):
 
 
 def draw_wall(axis, wall):
-    for number, species in enumerate(wall["species"]):
-        x, y, error = middles(wall, len(species["fraction"])), species["fraction"], species["error"]
+    factors = factors_of([species["fraction"] for species in wall["species"]])
+    for number, (species, factor) in enumerate(zip(wall["species"], factors)):
+        x = middles(wall, len(species["fraction"]))
+        y, error = ([factor * value for value in species[key]] for key in ("fraction", "error"))
         if not any(y):
             continue
         tint = colour(species["name"], number)
-        axis.plot(x, y, color=tint, label=species["name"])
+        axis.plot(x, y, color=tint, label=species["name"] + (f" × {factor}" if factor > 1 else ""))
         axis.fill_between(x, [a - b for a, b in zip(y, error)], [a + b for a, b in zip(y, error)], color=tint,
                           alpha=0.2, linewidth=0)
     thickness = wall["cellFreeLayer"][0]["thickness"]
@@ -84,7 +103,7 @@ def draw_wall(axis, wall):
 
 def draw_axial(axis, axial):
     for name, profile in axial.items():
-        axis.plot(middles(profile, len(profile["red"])), profile["red"], label=name)
+        axis.plot(middles(profile, len(profile["red"])), profile["red"], color=AXIS_COLOURS[name], label=name)
     axis.set(xlabel="position [µm]", ylabel="hematocrit of the slice", ylim=(0, None))
     axis.legend(fontsize=8)
 
@@ -103,7 +122,7 @@ def draw_orientation(axis, orientation):
     most = max(orientation, key=lambda species: species["cells"])
     for name, counts in zip("xyz", most["cosines"]):
         axis.plot([(i + 0.5) / 10 for i in range(10)], [10 * n / max(1, most["cells"]) for n in counts], "o-",
-                  markersize=3, label=name)
+                  markersize=3, color=AXIS_COLOURS[name], label=name)
     axis.axhline(1, color="grey", linewidth=0.8)
     axis.set(xlabel=f"|cosine| between the thin axis of {most['name']} and an axis", ylabel="density", ylim=(0, None))
     axis.legend(fontsize=8)

@@ -24,7 +24,7 @@ from packmesh.errors import InputError
 from packmesh.packing_file import PackingFile
 
 MOST_DRAWN, MOST_OF_LUMEN = 20000, 20000  # cells; triangles
-SCRIPTS = ("data", "geometry", "colors", "tables", "plots", "meshes", "outlines", "view", "panel", "start")
+SCRIPTS = ("data", "geometry", "marks", "colors", "tables", "plots", "shaders", "meshes", "outlines", "view", "panel", "start")
 LIBRARIES = {"three.min.js": "three", "OrbitControls.js": "three/examples/js/controls", "chart.min.js": "chart.js"}
 #: What pages without a view have in place of cells.
 NO_CELLS = {"cells": 0, "species": [], "numbers": None, "positions": "", "orientations": "", "gaps": "", "localHematocrits": ""}

@@ -17,6 +17,8 @@ from browser import Browser
 program = os.path.realpath(sys.argv[1])
 Page = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None).open
 package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
+sys.path.append(package)
+from packmesh import plot  # noqa: E402
 
 
 def run(arguments, code=0):
@@ -35,11 +37,16 @@ def check_everything_shown(page, report):
 
 
 def check_plots(page, report):
-    sets = page.run("return packMesh.charts.map((c) => c.data.datasets.filter((d) => !d.band).map((d) => [d.label, d.data.map((p) => p.y)]))")
+    sets = page.run("return packMesh.charts.map((c) => c.data.datasets.filter((d) => !d.band).map((d) => [d.label, d.data.map((p) => p.y), d.factor]))")
     measures = report["measures"]
-    assert sets[0] == [[one["name"], one["fraction"]] for one in measures["wall"]["species"] if any(one["fraction"])]
-    assert sets[1] == [[axis, one["red"]] for axis, one in measures["axial"].items()]
-    for (name, shares), one in zip(sets[2], measures["gaps"]):
+    drawn = [one for one in measures["wall"]["species"] if any(one["fraction"])]
+    for (label, shares, factor), one in zip(sets[0], drawn):
+        assert label == one["name"] + (f" × {factor}" if factor > 1 else "")
+        assert all(abs(share - factor * y) < 1e-12 for share, y in zip(shares, one["fraction"]))
+    highest = [max(shares) for _, shares, _ in sets[0]]
+    assert len(sets[0]) == len(drawn) == 2 and min(highest) > 0.1 * max(highest), highest  # platelets are visible
+    assert sets[1] == [[axis, one["red"], 1] for axis, one in measures["axial"].items()]
+    for (name, shares, _), one in zip(sets[2], measures["gaps"]):
         cells = sum(one["counts"]) + one["beyond"]
         assert name == one["name"] and all(abs(share * cells - n) < 1e-9 for share, n in zip(shares, one["counts"]))
     most = max(measures["orientation"], key=lambda one: one["cells"])
@@ -60,7 +67,7 @@ def check_view(page, report):
     assert red > 5000 and others > 5000, (red, others)  # red cells, and the lumen around them
     page.run("packMesh.view.setMode('gap')")
     assert page.colors()[0] < red / 10
-    page.run("packMesh.view.setMode('species'); packMesh.view.clip(0, 0.5, 1); packMesh.view.draw(1e6)")
+    page.run("packMesh.view.setMode('species'); packMesh.view.clip(0, 0.5, 1); packMesh.view.draw()")
     assert page.colors()[0] < 0.8 * red
     page.run("packMesh.view.clip(0, 0, 1)")
     # The distances that the page computes are those of the program.
@@ -72,6 +79,89 @@ def check_view(page, report):
         return worst;""")
     assert worst < 1e-4, worst
     assert abs(page.run("return Math.min(...packMesh.cells.gaps)") - report["certificate"]["minimumGap"]) < 1e-6
+
+
+PIXELS = """
+    const pixelsOf = (canvas) => {
+      const copy = document.createElement("canvas");
+      [copy.width, copy.height] = [canvas.width, canvas.height];
+      copy.getContext("2d").drawImage(canvas, 0, 0);
+      return copy.getContext("2d").getImageData(0, 0, copy.width, copy.height);
+    };
+"""
+
+
+def check_marks(page):
+    """The bar is as long as its text says in the middle of the view; x, y and z have the colours of the plots."""
+    bar, expected = page.run(PIXELS + """
+        const { view } = packMesh, { width, height, data } = pixelsOf(view.marks), row = height - 18 * view.pixels;
+        let bar = 0;
+        for (let x = 0; x < width; ++x) bar += data[4 * (row * width + x) + 3] > 128;
+        const half = parseFloat(view.scale) / 2, right = new THREE.Vector3(1, 0, 0).applyQuaternion(view.camera.quaternion);
+        const [a, b] = [-half, half].map((s) => view.controls.target.clone().addScaledVector(right, s).project(view.camera).x);
+        return [bar / view.pixels, ((b - a) / 2) * view.canvas.clientWidth];""")
+    assert abs(bar - expected) < 3 and 40 < bar <= 131, (bar, expected)
+    of_axes = page.run("""return packMesh.charts[1].data.datasets.filter((d) => !d.band).map((d) => [d.label, d.borderColor])""")
+    assert dict(of_axes) == plot.AXIS_COLOURS
+    keys = page.run("return packMesh.view.modes.orientation.keys")
+    assert keys == [["axis along " + axis, color] for axis, color in of_axes], keys
+    drawn = page.run(PIXELS + """
+        const { data } = pixelsOf(packMesh.view.marks), colors = {};
+        for (let i = 0; i < data.length; i += 4)
+          if (data[i + 3] === 255) colors["#" + [0, 1, 2].map((k) => data[i + k].toString(16).padStart(2, "0")).join("")] = 1;
+        return Object.keys(colors)""")
+    assert set(plot.AXIS_COLOURS.values()) <= set(drawn)
+
+
+def check_labels(page):
+    """Names of buttons contain what they show; tables that are wider than the page are scrolled by keyboard."""
+    names = page.run("return [...document.querySelectorAll('button')].map((b) => [b.textContent, b.getAttribute('aria-label') || b.textContent])")
+    assert len(names) > 20 and all(shown.lower() in name.lower() for shown, name in names), names
+    tables = page.run("""return [...document.querySelectorAll('.scroll')].map((one) =>
+        [one.scrollWidth > one.clientWidth, one.tabIndex, one.getAttribute('role'), one.getAttribute('aria-label')])""")
+    assert all((index == 0) == wide and role == "region" and name for wide, index, role, name in tables), tables
+    return sum(wide for wide, *_ in tables)
+
+
+def check_many():
+    """Of more triangles than are drawn, the cells that are seen are fine and those behind them coarse: the picture is the same."""
+    run("45 45 45 --hematocrit 0.42 --report many.html".split())
+    with Page("many.html") as page:
+        share, fronts, level = page.run(PIXELS + """
+            const { view } = packMesh, { drawing } = view;
+            drawing.still = drawing.triangles[0];
+            view.draw();
+            const before = pixelsOf(view.canvas).data;
+            --drawing.still;
+            view.draw();
+            const after = pixelsOf(view.canvas).data, fronts = drawing.species.map((one) => [one.front.shown, one.behind.shown, one.count]);
+            let differ = 0, drawn = 0;
+            for (let i = 0; i < before.length; i += 4) {
+              drawn += before[i + 3] > 0;
+              differ += [0, 1, 2].some((k) => Math.abs(before[i + k] - after[i + k]) > 8);
+            }
+            return [differ / drawn, fronts, drawing.species[0].front.levels.findIndex((one) => one.skin.visible)];""")
+        assert level == 0 and share < 0.01 and all(seen + hidden == count for seen, hidden, count in fronts), (level, share, fronts)
+        assert fronts[0][1] > 0.2 * fronts[0][2], fronts
+        page.save("many")
+
+
+def check_sections():
+    """A plane through a cell shows its section evenly coloured, with an outline, and nothing of the inner side of others."""
+    with Page("row.html") as page:
+        page.run("packMesh.view.look(-90, 0); packMesh.view.clip(1, 0.5125, 1); packMesh.view.draw()")  # y >= 10
+        section, line, tint = page.run(PIXELS + """
+            const { view } = packMesh, { width, data } = pixelsOf(view.canvas), ratio = width / view.canvas.clientWidth;
+            const at = (x, y) => Array.from(data.slice(4 * (Math.round(y) * width + Math.round(x)), 4 * (Math.round(y) * width + Math.round(x)) + 4));
+            const [x, y] = view.screenOf(0).map((p) => p * ratio), section = [], line = [];
+            for (let k = -3; k <= 3; ++k) section.push(at(x + k, y));
+            for (let k = 0; k < 200; ++k) line.push(at(x, y - k));
+            return [section, line, Array.from(view.drawing.tint.slice(0, 3))];""")
+        assert all(abs(pixel[k] - 0.92 * tint[k]) < 3 and pixel[3] == 255 for pixel in section for k in range(3)), (section, tint)
+        dark = [i for i, pixel in enumerate(line) if pixel[3] == 255 and pixel[0] < 0.5 * tint[0]]
+        assert dark and dark[-1] - dark[0] < 6, dark  # one line, where the section ends
+        assert line[dark[-1] + 4][3] < 40, line[dark[-1]:dark[-1] + 6]  # the lumen behind
+        page.save("section")
 
 
 def check_clicks(webgl):
@@ -187,15 +277,19 @@ def main():
         with Page("report.html") as page:
             check_everything_shown(page, report)
             check_view(page, report)
+            check_marks(page)
+            check_labels(page)
             check_plots(page, report)
             check_print(page)
             page.save("desktop")
         with Page("report.html", 390, 844) as page:
             assert page.run("return document.documentElement.scrollWidth") <= 390
-            assert page.colors()[0] > 1000
+            assert page.colors()[0] > 1000 and check_labels(page) > 0
             page.save("phone")
         for webgl in (True, False):
             check_clicks(webgl)
+        check_sections()
+        check_many()
         check_bad_files()
         check_markup()
         check_comparison()

@@ -45,8 +45,10 @@ function colorModes() {
   const gap = mostGap();
   modes.gap = { name: "gap to the nearest cell", color: (i) => onScale(cells.gaps[i] / gap),
     ends: ["0", gap < 1 ? "≥ " + gap + " µm" : "≥ 1 µm"] };
-  modes.orientation = { name: "orientation of the axis", color: (i) => cells.axis(i).map((c) => 40 + 200 * Math.abs(c)),
-    keys: [["axis along x", "rgb(240,40,40)"], ["y", "rgb(40,240,40)"], ["z", "rgb(40,40,240)"]] };
+  const alongAxes = Object.values(axisColors).map(rgbOf);
+  modes.orientation = { name: "orientation of the axis",
+    color: (i) => cells.axis(i).reduce((sum, c, k) => sum.map((value, j) => value + c * c * alongAxes[k][j]), [0, 0, 0]),
+    keys: Object.entries(axisColors).map(([axis, color]) => ["axis along " + axis, color]) };
   const values = sorted(cells.localHematocrits), at = (share) => values[Math.round(share * (values.length - 1))] || 0;
   const least = at(0.02), most = Math.max(at(0.98), least + 1e-3);
   modes.hematocrit = { name: "local hematocrit", color: (i) => onScale((cells.localHematocrits[i] - least) / (most - least)),

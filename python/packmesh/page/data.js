@@ -61,10 +61,18 @@ function shown(value, digits = 6) {
   return value;
 }
 
+const axisColors = { x: "#b3261e", y: "#2f855a", z: "#1f5fa8" };
+
 function colorOf(name, species) {
   const known = [["RBC", "#b3261e"], ["vRBC", "#b3261e"], ["PLT", "#d69e00"], ["WBC", "#64748b"]];
   const found = known.find(([prefix]) => name.startsWith(prefix));
   return found ? found[1] : ["#1f5fa8", "#2f855a", "#7b4397", "#d9730d", "#12848c", "#a0516b"][species % 6];
+}
+
+/** The largest of 1, 2, 5, 10, ... that is at most `most`. */
+function roundBelow(most) {
+  const power = 10 ** Math.floor(Math.log10(most));
+  return Number(([5, 2, 1].find((digit) => digit * power <= most) * power).toPrecision(1));
 }
 
 /** An element with attributes and children; text is never read as markup. */

@@ -1,114 +1,103 @@
-// The cells as instanced meshes, by WebGL.
-
-const clipVertex = `
-  #include <clipping_planes_pars_vertex>
-  attribute vec3 place; attribute vec4 turn; attribute vec4 tint; attribute float index;
-  vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }`;
-
-const cellVertex = clipVertex + `
-  varying vec3 vTint; varying vec3 vNormal;
-  void main() {
-    vTint = tint.rgb;
-    vNormal = normalMatrix * turned(normal);
-    vec4 mvPosition = modelViewMatrix * vec4(place + turned(position), 1.0);
-    gl_Position = tint.a > 0.0 ? projectionMatrix * mvPosition : vec4(2.0, 2.0, 2.0, 1.0);
-    #include <clipping_planes_vertex>
-  }`;
-
-// Inner sides, seen where a plane cuts a cell, are shown evenly lit: like the cut.
-const cellFragment = `
-  #include <clipping_planes_pars_fragment>
-  varying vec3 vTint; varying vec3 vNormal;
-  void main() {
-    #include <clipping_planes_fragment>
-    vec3 n = normalize(vNormal);
-    float key = max(dot(n, normalize(vec3(-0.5, 0.75, 0.6))), 0.0), fill = max(dot(n, normalize(vec3(0.8, -0.1, 0.5))), 0.0);
-    float shine = pow(max(dot(n, normalize(vec3(-0.28, 0.42, 0.9))), 0.0), 40.0);
-    vec3 lit = vTint * (0.30 + 0.72 * key + 0.22 * fill + 0.12 * n.z) + 0.22 * shine;
-    gl_FragColor = vec4(gl_FrontFacing ? lit : mix(vTint, vec3(0.0), 0.42), 1.0);
-  }`;
-
-// The selected cell, seen through the others.
-const markFragment = `
-  #include <clipping_planes_pars_fragment>
-  varying vec3 vTint; varying vec3 vNormal;
-  void main() {
-    #include <clipping_planes_fragment>
-    gl_FragColor = vec4(vTint, 0.25 + 0.55 * pow(1.0 - abs(normalize(vNormal).z), 2.0));
-  }`;
-
-const pickVertex = clipVertex + `
-  varying vec3 vCode;
-  void main() {
-    float i = index + 1.0;
-    vCode = vec3(mod(i, 256.0), mod(floor(i / 256.0), 256.0), floor(i / 65536.0)) / 255.0;
-    vec4 mvPosition = modelViewMatrix * vec4(place + turned(position), 1.0);
-    gl_Position = tint.a > 0.0 ? projectionMatrix * mvPosition : vec4(2.0, 2.0, 2.0, 1.0);
-    #include <clipping_planes_vertex>
-  }`;
-
-const pickFragment = `
-  #include <clipping_planes_pars_fragment>
-  varying vec3 vCode;
-  void main() {
-    #include <clipping_planes_fragment>
-    gl_FragColor = vec4(vCode, 1.0);
-  }`;
-
-const wallVertex = `
-  #include <clipping_planes_pars_vertex>
-  varying vec3 vNormal; varying vec3 vToEye;
-  void main() {
-    vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
-    vNormal = normalMatrix * normal;
-    vToEye = -mvPosition.xyz;
-    gl_Position = projectionMatrix * mvPosition;
-    #include <clipping_planes_vertex>
-  }`;
-
-// Nearly transparent seen from the front, denser towards the outline.
-const wallFragment = `
-  #include <clipping_planes_pars_fragment>
-  varying vec3 vNormal; varying vec3 vToEye;
-  void main() {
-    #include <clipping_planes_fragment>
-    float facing = abs(dot(normalize(vNormal), normalize(vToEye)));
-    gl_FragColor = vec4(0.36, 0.47, 0.60, 0.05 + 0.40 * pow(1.0 - facing, 2.5));
-  }`;
+// The cells as instanced meshes, by WebGL: coarse while things move, fine at rest.
 
 /** Edges of the templates' coarser forms [fraction of their radius], the finest first. */
 const coarseness = [0, 0.28, 0.5, 0.9];
 
-/** The context of a canvas: without smooth edges where the processor draws. */
-function contextOf(canvas) {
-  for (const quick of [true, false]) {
-    const options = { alpha: true, depth: true, antialias: quick, failIfMajorPerformanceCaveat: quick,
-      preserveDrawingBuffer: true };
-    const context = canvas.getContext("webgl2", options) || canvas.getContext("webgl", options);
-    if (context) return context;
+/** Triangles in a picture at rest, and at first in one while things move: with a graphics processor, and where the processor draws. */
+const mostTriangles = { hardware: { still: 1.5e7, moving: 2e6 }, software: { still: 2.5e6, moving: 2e5 } };
+const leastMoving = 5e4, mostMoving = 1.5e7;
+
+/** Time of a picture while things move [s]. */
+const movingTime = 0.04;
+
+const newContext = (canvas, options) => canvas.getContext("webgl2", options) || canvas.getContext("webgl", options);
+
+/** Whether a graphics processor draws. Browsers that draw by the processor need not say that this is slow. */
+function hasHardware() {
+  const gl = newContext(element("canvas"), { failIfMajorPerformanceCaveat: true });
+  if (!gl) return false;
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  const freed = gl.getExtension("WEBGL_lose_context");
+  if (freed) freed.loseContext();
+  return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
+/** The context of a canvas. Where the processor draws, edges are made smooth at rest alone, by more pixels. */
+function contextOf(canvas, hardware) {
+  const context = newContext(canvas, { alpha: true, depth: true, antialias: hardware, preserveDrawingBuffer: true });
+  if (!context) throw new Error("no WebGL");
+  return context;
+}
+
+/** Some cells of a species, at all levels of coarseness; those that are drawn are the first `shown`. */
+class Instances {
+  /** @param shapes geometries of the template by level; @param count of cells at most; @param from arrays of all cells of the species */
+  constructor(view, shapes, from, count, shared) {
+    Object.assign(this, { from, count, shown: count });
+    const array = (values, size) => (shared ? values : new values.constructor(size * count));
+    this.attributes = {
+      place: new THREE.InstancedBufferAttribute(array(from.place, 3), 3),
+      turn: new THREE.InstancedBufferAttribute(array(from.turn, 4), 4),
+      tint: new THREE.InstancedBufferAttribute(array(from.tint, 4), 4, true),
+      index: new THREE.InstancedBufferAttribute(array(from.index, 1), 1),
+    };
+    this.levels = shapes.map((shape) => {
+      const geometry = new THREE.InstancedBufferGeometry();
+      for (const name of ["position", "normal"]) geometry.setAttribute(name, shape.attributes[name]);
+      geometry.setIndex(shape.index);
+      for (const [name, attribute] of Object.entries(this.attributes)) geometry.setAttribute(name, attribute);
+      const skin = new THREE.Mesh(geometry, view.cellMaterial), section = new THREE.Mesh(geometry, view.sectionMaterial);
+      for (const mesh of [skin, section]) {
+        Object.assign(mesh, { frustumCulled: false, visible: false });
+        view.scene.add(mesh);
+      }
+      return { geometry, skin, section };
+    });
   }
-  throw new Error("no WebGL");
+
+  /** Copies these cells, indices among those of the species. */
+  choose(indices) {
+    this.shown = indices.length;
+    for (const [name, { array, itemSize: size }] of Object.entries(this.attributes)) {
+      indices.forEach((i, to) => { for (let k = 0; k < size; ++k) array[size * to + k] = this.from[name][size * i + k]; });
+      this.attributes[name].needsUpdate = true;
+    }
+  }
+
+  /** @param level that is drawn; -1: none. @param share of the cells */
+  show(level, share, cut) {
+    this.levels.forEach(({ geometry, skin, section }, i) => {
+      geometry.maxInstancedCount = Math.ceil(share * this.shown);
+      skin.visible = i === level && geometry.maxInstancedCount > 0;
+      section.visible = skin.visible && cut;
+    });
+  }
 }
 
 class MeshView {
   constructor(canvas, camera) {
     this.camera = camera;
-    this.renderer = new THREE.WebGLRenderer({ canvas, context: contextOf(canvas), alpha: true });
+    this.hardware = hasHardware();
+    Object.assign(this, this.hardware ? mostTriangles.hardware : mostTriangles.software);
+    this.renderer = new THREE.WebGLRenderer({ canvas, context: contextOf(canvas, this.hardware), alpha: true });
     this.renderer.localClippingEnabled = true;
     this.renderer.setClearColor(0, 0);
     this.scene = new THREE.Scene();
     this.picked = new THREE.WebGLRenderTarget(1, 1);
+    this.planes = [];
     const shader = (vertexShader, fragmentShader, more) => new THREE.ShaderMaterial(
-      { vertexShader, fragmentShader, clipping: true, clippingPlanes: [], ...more });
+      { vertexShader, fragmentShader, clipping: true, clippingPlanes: [], extensions: { derivatives: true }, ...more });
     this.cellMaterial = shader(cellVertex, cellFragment);
+    this.sectionMaterial = shader(sectionVertex, sectionFragment,
+      { side: THREE.BackSide, uniforms: { reach: { value: 0 } }, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 });
     this.pickMaterial = shader(pickVertex, pickFragment);
     this.markMaterial = shader(cellVertex, markFragment, { transparent: true, depthTest: false, depthWrite: false });
     this.wallMaterial = shader(wallVertex, wallFragment, { transparent: true, depthWrite: false, side: THREE.DoubleSide });
     this.lineMaterial = new THREE.LineBasicMaterial({ color: 0x8793a3, clippingPlanes: [] });
     this.tint = new Uint8Array(4 * cells.count);
-    this.levels = coarseness.map(() => []);  // meshes of each species at each level
     this.triangles = coarseness.map(() => 0);
-    this.cells = [];
+    this.species = [];
     let first = 0;
     stored.species.forEach((one, s) => {
       if (one.cells) this.addSpecies(cells.templates[s], first, one.cells);
@@ -120,29 +109,25 @@ class MeshView {
   }
 
   addSpecies(template, first, count) {
-    const instanced = (array, size, normalized) => new THREE.InstancedBufferAttribute(array, size, normalized);
-    const shared = {
-      place: instanced(cells.positions.subarray(3 * first, 3 * (first + count)), 3),
-      turn: instanced(cells.orientations.subarray(4 * first, 4 * (first + count)), 4),
-      tint: instanced(this.tint.subarray(4 * first, 4 * (first + count)), 4, true),
-      index: instanced(Float32Array.from({ length: count }, (_, i) => first + i), 1),
-    };
-    this.cells.push(shared.tint);
     const normals = normalsOf(template), radius = radiusOf(template);
-    coarseness.forEach((edge, level) => {
+    const { reach } = this.sectionMaterial.uniforms;
+    reach.value = Math.max(reach.value, radius);
+    const each = [];
+    const shapes = coarseness.map((edge, level) => {
       const mesh = edge ? coarsened(template, normals, edge * radius) : { ...template, normals };
-      const geometry = new THREE.InstancedBufferGeometry();
-      geometry.setAttribute("position", new THREE.BufferAttribute(mesh.vertices, 3));
-      geometry.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
-      geometry.setIndex(new THREE.BufferAttribute(mesh.triangles, 1));
-      for (const [name, attribute] of Object.entries(shared)) geometry.setAttribute(name, attribute);
-      geometry.maxInstancedCount = count;
-      const drawn = new THREE.Mesh(geometry, this.cellMaterial);
-      Object.assign(drawn, { frustumCulled: false, userData: { first, count } });
-      this.levels[level].push(drawn);
-      this.triangles[level] += (count * mesh.triangles.length) / 3;
-      this.scene.add(drawn);
+      const shape = new THREE.BufferGeometry();
+      shape.setAttribute("position", new THREE.BufferAttribute(mesh.vertices, 3));
+      shape.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
+      shape.setIndex(new THREE.BufferAttribute(mesh.triangles, 1));
+      each.push(mesh.triangles.length / 3);
+      this.triangles[level] += count * each[level];
+      return shape;
     });
+    const from = {
+      place: cells.positions.subarray(3 * first, 3 * (first + count)), turn: cells.orientations.subarray(4 * first, 4 * (first + count)),
+      tint: this.tint.subarray(4 * first, 4 * (first + count)), index: Float32Array.from({ length: count }, (_, i) => first + i),
+    };
+    this.species.push({ first, count, each, shapes, from, all: new Instances(this, shapes, from, count, true) });
   }
 
   addWall() {
@@ -163,37 +148,27 @@ class MeshView {
   /** @param colors of each cell, red, green, blue 0 to 255; null: not drawn */
   setColors(colors) {
     colors.forEach((color, i) => this.tint.set(color ? [...color.map((c) => within(c, 0, 255)), 255] : [0, 0, 0, 0], 4 * i));
-    for (const attribute of this.cells) attribute.needsUpdate = true;
+    for (const { all } of this.species) all.attributes.tint.needsUpdate = true;
   }
 
-  /** Inner sides are drawn only where a plane cuts cells open. */
   setPlanes(planes) {
-    for (const material of [this.cellMaterial, this.pickMaterial, this.markMaterial, this.wallMaterial, this.lineMaterial])
+    this.planes = planes;
+    for (const material of [this.cellMaterial, this.sectionMaterial, this.pickMaterial, this.markMaterial, this.wallMaterial,
+      this.lineMaterial])
       material.clippingPlanes = planes;
-    for (const material of [this.cellMaterial, this.pickMaterial]) {
-      material.side = planes.length ? THREE.DoubleSide : THREE.FrontSide;
-      material.needsUpdate = true;
-    }
-  }
-
-  /** Most triangles in a picture that takes this time [s], by the times of two. */
-  trianglesIn() {
-    const gl = this.renderer.getContext(), last = coarseness.length - 1;
-    const seconds = (level) => {
-      const begin = performance.now();
-      this.draw(this.triangles[level]);
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is drawn
-      return (performance.now() - begin) / 1000;
-    };
-    seconds(last);  // compiles the shaders
-    const few = seconds(last), more = seconds(last - 1);
-    const each = Math.max(more - few, 0.0005) / (this.triangles[last - 1] - this.triangles[last] || 1);
-    return (time) => this.triangles[last] + (time - few) / each;
   }
 
   resize(width, height) {
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
-    this.renderer.setSize(width, height, false);
+    Object.assign(this, { width, height });
+    this.setPixels(1);
+  }
+
+  /** @param ratio pixels per pixel of the page, where the processor draws */
+  setPixels(ratio) {
+    const own = Math.min(window.devicePixelRatio || 1, 2), pixels = this.hardware ? own : Math.max(ratio, ratio > 1 ? own : 1);
+    if (this.renderer.getPixelRatio() !== pixels) this.renderer.setPixelRatio(pixels);
+    const size = this.renderer.getSize(new THREE.Vector2());
+    if (size.x !== this.width || size.y !== this.height) this.renderer.setSize(this.width, this.height, false);
   }
 
   /** Shows a cell through all others; -1: none. */
@@ -204,52 +179,111 @@ class MeshView {
       this.marked = null;
     }
     if (index < 0) return;
-    const of = this.levels[0].filter((mesh) => mesh.userData.first <= index).pop().geometry;
-    const geometry = new THREE.InstancedBufferGeometry(), one = (array, size, normalized) =>
-      new THREE.InstancedBufferAttribute(array.slice(size * index, size * (index + 1)), size, normalized);
-    for (const name of ["position", "normal"]) geometry.setAttribute(name, of.attributes[name]);
-    geometry.setIndex(of.index);
-    geometry.setAttribute("place", one(cells.positions, 3));
-    geometry.setAttribute("turn", one(cells.orientations, 4));
-    geometry.setAttribute("tint", one(this.tint, 4, true));
+    const { first, shapes, from } = this.species.filter((one) => one.first <= index).pop();
+    const geometry = new THREE.InstancedBufferGeometry(), at = index - first, one = (array, size, normalized) =>
+      new THREE.InstancedBufferAttribute(array.slice(size * at, size * (at + 1)), size, normalized);
+    for (const name of ["position", "normal"]) geometry.setAttribute(name, shapes[0].attributes[name]);
+    geometry.setIndex(shapes[0].index);
+    geometry.setAttribute("place", one(from.place, 3));
+    geometry.setAttribute("turn", one(from.turn, 4));
+    geometry.setAttribute("tint", one(from.tint, 4, true));
     geometry.maxInstancedCount = 1;
     this.marked = new THREE.Mesh(geometry, this.markMaterial);
     Object.assign(this.marked, { frustumCulled: false, renderOrder: 10 });
     this.scene.add(this.marked);
   }
 
-  /** @param most triangles; if even the coarsest templates have more, a part of the cells is drawn unless `all` are needed */
-  draw(most, all = true) {
-    const level = this.triangles.findIndex((n, i) => n <= most || i === coarseness.length - 1);
-    const share = all ? 1 : Math.min(1, most / (this.triangles[level] || 1));
-    this.level = level;
-    this.levels.forEach((meshes, i) => {
-      for (const mesh of meshes) {
-        mesh.visible = i === level;
-        mesh.geometry.maxInstancedCount = Math.ceil(share * mesh.userData.count);
-      }
-    });
+  /** The finest level with at most so many triangles, or the coarsest. */
+  levelWith(most) {
+    return this.triangles.findIndex((n, i) => n <= most || i === coarseness.length - 1);
+  }
+
+  /** All cells at a level, or the first `share` of each species. */
+  showAll(level, share = 1) {
+    for (const { all, front, behind } of this.species) {
+      all.show(level, share, this.planes.length > 0);
+      for (const some of [front, behind]) if (some) some.show(-1, 0, false);
+    }
+  }
+
+  /** A picture while things move, in about `movingTime`: coarse, and of a part of the cells if that takes too long. */
+  drawMoving() {
+    const begin = performance.now(), level = this.levelWith(this.moving);
+    this.setPixels(1);
+    this.showAll(level, Math.min(1, this.moving / (this.triangles[level] || 1)));
     this.renderer.render(this.scene, this.camera);
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));  // waits until it is drawn
+    const seconds = (performance.now() - begin) / 1000;
+    if (this.warm && (seconds < movingTime / 2 || seconds > 1.5 * movingTime))
+      this.moving = within(this.moving * within(movingTime / seconds, 0.5, 1.5), leastMoving, mostMoving);
+    this.warm = true;  // the first picture compiles the shaders
+  }
+
+  /** A picture at rest: all cells, fine; of many cells, those that are seen are fine and what is behind them is coarse. */
+  drawStill() {
+    this.setPixels(2);
+    if (this.triangles[0] <= this.still) this.showAll(0);
+    else this.showSeen();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  showSeen() {
+    const last = coarseness.length - 1, cut = this.planes.length > 0, seen = this.seenCells();
+    const of = this.species.map(({ first, count }) => {
+      const front = [], behind = [];
+      for (let i = 0; i < count; ++i) if (this.tint[4 * (first + i) + 3]) (seen[first + i] ? front : behind).push(i);
+      return { front, behind };
+    });
+    const level = coarseness.findIndex((_, i) => i === last ||
+      this.species.reduce((sum, one, s) => sum + one.each[i] * of[s].front.length, 0) <= this.still);
+    this.species.forEach((one, s) => {
+      for (const part of ["front", "behind"]) {
+        one[part] = one[part] || new Instances(this, one.shapes, one.from, one.count, false);
+        one[part].choose(of[s][part]);
+        one[part].show(part === "front" ? level : last, 1, cut);
+      }
+      one.all.show(-1, 0, false);
+    });
+  }
+
+  /** Whether a pixel shows each cell: coarse ones, with their numbers as colours. */
+  seenCells() {
+    const target = new THREE.WebGLRenderTarget(this.width, this.height), codes = new Uint8Array(4 * this.width * this.height);
+    this.showAll(this.levelWith(this.still / 2));
+    this.renderCodes(target);
+    this.renderer.readRenderTargetPixels(target, 0, 0, this.width, this.height, codes);
+    target.dispose();
+    const seen = new Uint8Array(cells.count + 1);
+    for (let i = 0; i < codes.length; i += 4) seen[codes[i] + 256 * codes[i + 1] + 65536 * codes[i + 2]] = 1;
+    return seen.subarray(1);
+  }
+
+  renderCodes(target) {
+    const others = [this.wall, this.marked].filter((one) => one && one.visible);
+    for (const one of others) one.visible = false;
+    this.pickMaterial.side = this.planes.length ? THREE.DoubleSide : THREE.FrontSide;
+    const skins = this.species.flatMap(({ all }) => all.levels);
+    for (const { skin, section } of skins) {
+      skin.material = this.pickMaterial;
+      section.visible = false;
+    }
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.renderer.render(this.scene, this.camera);
+    this.renderer.setRenderTarget(null);
+    for (const { skin } of skins) skin.material = this.cellMaterial;
+    for (const one of others) one.visible = true;
   }
 
   /** Index of the cell at a point of the canvas; -1: none. */
   pick(x, y) {
-    const size = this.renderer.getSize(new THREE.Vector2()), code = new Uint8Array(4);
-    this.camera.setViewOffset(size.x, size.y, x, y, 1, 1);
-    for (const mesh of this.levels.flat()) {
-      mesh.material = this.pickMaterial;
-      mesh.geometry.maxInstancedCount = mesh.userData.count;
-    }
-    const others = [this.wall, this.marked].filter((one) => one && one.visible);
-    for (const one of others) one.visible = false;
-    this.renderer.setRenderTarget(this.picked);
-    this.renderer.clear();
-    this.renderer.render(this.scene, this.camera);
-    this.renderer.readRenderTargetPixels(this.picked, 0, 0, 1, 1, code);
-    this.renderer.setRenderTarget(null);
-    for (const mesh of this.levels.flat()) mesh.material = this.cellMaterial;
-    for (const one of others) one.visible = true;
+    const code = new Uint8Array(4);
+    this.camera.setViewOffset(this.width, this.height, x, y, 1, 1);
+    this.showAll(this.levelWith(this.still));
+    this.renderCodes(this.picked);
     this.camera.clearViewOffset();
+    this.renderer.readRenderTargetPixels(this.picked, 0, 0, 1, 1, code);
     return code[0] + 256 * code[1] + 65536 * code[2] - 1;
   }
 }

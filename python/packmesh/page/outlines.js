@@ -20,8 +20,6 @@ class OutlineView {
 
   mark() {}
 
-  trianglesIn() { return () => 0; }
-
   resize(width, height) {
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     Object.assign(this, { width, height });
@@ -35,7 +33,9 @@ class OutlineView {
     return [this.width / 2 - (focal * p[0]) / p[2], this.height / 2 + (focal * p[1]) / p[2], -focal / p[2]];
   }
 
-  draw() {
+  drawMoving() { this.drawStill(); }
+
+  drawStill() {
     const { context } = this, toCamera = this.camera.matrixWorldInverse.elements;
     const seen = (v, w) => [0, 1, 2].map((k) =>
       toCamera[k] * v[0] + toCamera[4 + k] * v[1] + toCamera[8 + k] * v[2] + toCamera[12 + k] * w);

@@ -32,8 +32,10 @@ function addClips(view) {
     const oninput = () => {
       const [from, to] = ends.map((one) => Number(one.value));
       const at = (share) => shown(low[k] + share * (high[k] - low[k]), 4) + " µm";
-      ends[0].title = names[k] + " ≥ " + at(from);
-      ends[1].title = names[k] + " ≤ " + at(to);
+      [[ends[0], "≥", from], [ends[1], "≤", to]].forEach(([end, sign, share]) => {
+        end.title = names[k] + " " + sign + " " + at(share);
+        end.setAttribute("aria-valuetext", at(share));
+      });
       view.clip(k, from, to);
     };
     const slider = (value, end) => element("input",
@@ -97,9 +99,10 @@ function addPanel(view) {
   const directions = { x: [0, 0], y: [90, 0], z: [-90, 89.99] };
   for (const button of document.querySelectorAll("[data-along]")) {
     button.title = "Look along " + button.dataset.along;
-    button.onclick = () => { view.look(...directions[button.dataset.along]); view.draw(view.resting); };
+    button.setAttribute("aria-label", button.title);
+    button.onclick = () => { view.look(...directions[button.dataset.along]); view.draw(); };
   }
-  byId("savePicture").onclick = () => { view.draw(view.resting); view.canvas.toBlob((blob) => download(blob, "packing.png")); };
+  byId("savePicture").onclick = () => { view.picture().toBlob((blob) => download(blob, "packing.png")); };
   byId("number").max = cells.all;
   byId("find").onsubmit = (event) => {
     event.preventDefault();
@@ -112,5 +115,5 @@ function addPanel(view) {
     help += " Shown are the " + cells.count + " of " + cells.all + " cells nearest to the middle along " + stored.slice + ".";
   if (view.drawing instanceof OutlineView) help += " This browser has no WebGL: cells are drawn as ellipsoids.";
   byId("help").textContent = help;
-  window.addEventListener("beforeprint", () => { byId("still").src = view.picture(); });
+  window.addEventListener("beforeprint", () => { byId("still").src = view.picture().toDataURL("image/png"); });
 }

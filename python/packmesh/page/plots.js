@@ -1,15 +1,23 @@
 // Plots of the report, or of means of several (those have more errors), by Chart.js: dragging zooms, the numbers can be saved.
 
 const middles = (begin, width, count) => Array.from({ length: count }, (_, i) => begin + (i + 0.5) * width);
-const axisColors = { x: "#b3261e", y: "#2f855a", z: "#1f5fa8" };
+
+/** Factors by which curves of volume fractions are drawn, so that few platelets are visible beside many red cells. */
+function magnified(curves) {
+  const highest = (curve) => Math.max(...curve.y), most = Math.max(...curves.map(highest));
+  return curves.map((curve) => {
+    const own = highest(curve), factor = own > 0 && own < most / 8 ? roundBelow((0.6 * most) / own) : 1;
+    return { ...curve, factor };
+  });
+}
 
 function wallPlot(wall) {
   const layer = wall.cellFreeLayer[0].thickness;
   return {
     id: "wall", title: "Volume fraction by distance to the wall", x: "distance to the wall [µm]", y: "volume fraction",
-    curves: wall.species.map((one, s) => ({
+    curves: magnified(wall.species.map((one, s) => ({
       name: one.name, color: colorOf(one.name, s), y: one.fraction, error: one.error,
-      x: middles(wall.begin, wall.width, one.fraction.length) })).filter((curve) => curve.y.some((y) => y !== 0)),
+      x: middles(wall.begin, wall.width, one.fraction.length) })).filter((curve) => curve.y.some((y) => y !== 0))),
     mark: layer === null ? null : { at: layer, text: "cell-free layer " + layer.toFixed(2) + " µm" },
   };
 }
@@ -81,9 +89,10 @@ function csvOf(plot) {
 }
 
 function datasetsOf(plot) {
-  const sets = [], points = (x, y) => x.map((at, i) => ({ x: at, y: y[i] }));
+  const sets = [];
   for (const curve of plot.curves) {
-    sets.push({ label: curve.name, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
+    const factor = curve.factor || 1, points = (x, y) => x.map((at, i) => ({ x: at, y: factor * y[i] }));
+    sets.push({ label: curve.name + (factor > 1 ? " × " + factor : ""), factor, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
       borderDash: curve.dash || [], borderWidth: 1.8, pointRadius: plot.points ? 2 : 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
       fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
@@ -171,7 +180,7 @@ function addPlot(plot) {
     showRange(chart, Math.max(least, middle - half), Math.min(most, middle + half));
   };
   const button = (text, title, onclick) =>
-    element("button", { type: "button", "aria-label": title + ": " + plot.title, title, onclick }, text);
+    element("button", { type: "button", "aria-label": text + ": " + title + ", " + plot.title, title, onclick }, text);
   document.getElementById("plots").append(element("section", { class: "card" },
     element("div", { class: "plot-head" }, element("h2", {}, plot.title), element("span", {},
       button("+", "Zoom in", () => scaled(0.5)), " ", button("–", "Zoom out", () => scaled(2)), " ",
@@ -195,7 +204,8 @@ function addPlot(plot) {
         legend: { labels: { boxWidth: 14, boxHeight: 2, filter: (item, data) => !data.datasets[item.datasetIndex].band } },
         tooltip: { filter: (item) => !item.dataset.band,
           callbacks: { title: (items) => (items.length ? plot.x.replace(/ \[.*/, "") + " " + shown(items[0].parsed.x, 4) : ""),
-            label: (item) => item.dataset.label + ": " + shown(item.parsed.y, 4) } },
+            label: (item) => item.dataset.label + ": " + shown(item.parsed.y, 4) +
+              (item.dataset.factor > 1 ? " (" + shown(item.parsed.y / item.dataset.factor, 4) + ")" : "") } },
       },
     },
     plugins: plot.mark ? [whitePlugin, markPlugin(plot.mark)] : [whitePlugin],

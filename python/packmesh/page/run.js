@@ -40,7 +40,7 @@ function profilePlot(id, key, title, x) {
       name: (name + " " + text).trim(), color: colorOf(name, s), dash, y: fraction,
       x: middles(profile.begin, profile.width, fraction.length) }));
   }
-  return { id, title, x, y: "volume fraction", curves };
+  return { id, title, x, y: "volume fraction", curves: magnified(curves) };
 }
 
 function runPlots() {

@@ -43,7 +43,19 @@ function tableOf(heads, rows) {
   return element("div", { class: "scroll" }, body);
 }
 
+/** Tables that are wider than the page are scrolled by keyboard, too: those alone are stops of the Tab key. */
+function makeReachable() {
+  for (const one of document.querySelectorAll(".scroll")) {
+    if (one.scrollWidth > one.clientWidth) one.tabIndex = 0;
+    else one.removeAttribute("tabindex");
+  }
+}
+window.addEventListener("load", makeReachable);
+window.addEventListener("resize", makeReachable);
+
 function addCard(title, ...parts) {
+  for (const part of parts)
+    if (part.className === "scroll") Object.entries({ role: "region", "aria-label": title }).forEach((one) => part.setAttribute(...one));
   document.getElementById("tables").append(element("section", { class: "card" }, element("h2", {}, title), ...parts));
 }
 

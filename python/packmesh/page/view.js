@@ -2,9 +2,6 @@
 
 const byId = (id) => document.getElementById(id);
 
-/** Times of a picture while things move and at rest [s]; triangles in one, at most and at least. */
-const movingTime = 0.04, restingTime = 1, mostTriangles = 1.5e7, leastMoving = 1e5, leastAtRest = 6e5;
-
 class View {
   constructor() {
     this.modes = colorModes();
@@ -23,15 +20,12 @@ class View {
     this.addCanvas();
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     Object.assign(this.controls, { enableKeys: false, screenSpacePanning: true, rotateSpeed: 0.8 });
-    this.controls.addEventListener("change", () => this.move());
+    this.controls.addEventListener("change", () => {
+      this.touched = true;
+      this.move();
+    });
     this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    this.drawing.resize(width, height);
-    this.camera.updateMatrixWorld();
     this.color(false);
-    const trianglesIn = this.drawing.trianglesIn();
-    this.moving = Math.min(mostTriangles, Math.max(leastMoving, trianglesIn(movingTime)));
-    this.resting = Math.min(mostTriangles, Math.max(leastAtRest, trianglesIn(restingTime)));
     new ResizeObserver(() => this.fitCanvas()).observe(byId("stage"));
   }
 
@@ -42,6 +36,8 @@ class View {
       byId("stage").prepend(canvas);
       return canvas;
     };
+    this.marks = element("canvas", { class: "marks", "aria-hidden": "true" });
+    byId("stage").append(this.marks);
     this.canvas = add();
     try {
       this.drawing = new MeshView(this.canvas, this.camera);
@@ -58,8 +54,10 @@ class View {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.drawing.resize(width, height);
+    this.pixels = Math.min(window.devicePixelRatio || 1, 2);
+    Object.assign(this.marks, { width: width * this.pixels, height: height * this.pixels });
     if (!this.touched) this.look(this.azimuth, this.elevation);
-    this.draw(this.resting);
+    this.move();
   }
 
   /** Points relative to the middle; a view of all of them shows the lumen, and cells of files outside it. */
@@ -113,23 +111,33 @@ class View {
     this.touched = false;
   }
 
-  /** Draws soon, with few triangles while things move, and all of them at rest. */
+  /** Draws soon, coarse while things move, fine at rest. */
   move() {
-    this.touched = true;
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => this.draw(this.resting), 180);
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.draw(this.moving, false);
+    this.rest = setTimeout(() => this.draw(), 180);
+    this.frame = this.frame || requestAnimationFrame(() => {
+      this.frame = 0;
+      this.camera.updateMatrixWorld();
+      this.drawing.drawMoving();
+      this.drawMarks();
     });
   }
 
-  /** @param all cells, or as many as can be drawn with these triangles */
-  draw(triangles, all = true) {
+  /** A fine picture, now. */
+  draw() {
+    clearTimeout(this.rest);
+    cancelAnimationFrame(this.frame);
+    this.frame = 0;
     this.camera.updateMatrixWorld();
-    this.drawing.draw(triangles, all);
+    this.drawing.drawStill();
+    this.drawMarks();
+  }
+
+  drawMarks() {
+    const context = this.marks.getContext("2d"), { clientWidth: width, clientHeight: height } = this.canvas;
+    context.setTransform(this.pixels, 0, 0, this.pixels, 0, 0);
+    context.clearRect(0, 0, width, height);
+    this.scale = drawMarks(context, this.camera, this.camera.position.distanceTo(this.controls.target), width, height);
   }
 
   color(drawn = true) {
@@ -142,7 +150,7 @@ class View {
     }));
     this.drawing.mark(this.selected);
     showLegend(this.mode);
-    if (drawn) this.draw(this.resting);
+    if (drawn) this.draw();
   }
 
   setMode(key) {
@@ -196,11 +204,17 @@ class View {
 
   showAll() {
     this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
-    this.draw(this.resting);
+    this.draw();
   }
 
+  /** A canvas with the view, the axes and the scale. */
   picture() {
-    this.draw(this.resting);
-    return this.canvas.toDataURL("image/png");
+    this.draw();
+    const made = element("canvas"), { width, height } = this.canvas;
+    Object.assign(made, { width, height });
+    const context = made.getContext("2d");
+    context.drawImage(this.canvas, 0, 0);
+    context.drawImage(this.marks, 0, 0, width, height);
+    return made;
   }
 }

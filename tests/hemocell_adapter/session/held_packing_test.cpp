@@ -76,7 +76,10 @@ TEST_CASE("Hooks interrupt a packing in memory, and nothing is written", "[held]
   const TemporaryFolder folder;
   int told = 0;
   Hooks hooks;
-  hooks.progress = [&](const Progress&) { ++told; };
+  hooks.progress = [&](const Progress&, ProgressLog& log) {
+    ++told;
+    CHECK_FALSE(log.remaining(0.5));  // it has just begun
+  };
   hooks.interrupted = [&] { return told >= 3; };
   try {
     packed("25 25 25 --hematocrit 0.64 --ends periodic", hooks);
