@@ -2,11 +2,12 @@
 
 const middles = (begin, width, count) => Array.from({ length: count }, (_, i) => begin + (i + 0.5) * width);
 
-/** Factors by which curves of volume fractions are drawn, so that few platelets are visible beside many red cells. */
+/** With factors by which curves of volume fractions are drawn, so that few platelets are visible beside many red cells: one for each
+ * colour, which is that of a species. */
 function magnified(curves) {
-  const highest = (curve) => Math.max(...curve.y), most = Math.max(...curves.map(highest));
+  const highest = (some) => Math.max(...some.flatMap((curve) => curve.y)), most = highest(curves);
   return curves.map((curve) => {
-    const own = highest(curve), factor = own > 0 && own < most / 8 ? roundBelow((0.6 * most) / own) : 1;
+    const own = highest(curves.filter((other) => other.color === curve.color)), factor = own > 0 && own < most / 8 ? roundBelow((0.6 * most) / own) : 1;
     return { ...curve, factor };
   });
 }
