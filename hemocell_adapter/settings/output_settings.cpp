@@ -28,14 +28,15 @@ std::vector<Setting> outputSettings() {
                 s.tiles = {int(whole(v[0])), int(whole(v[1])), int(whole(v[2]))};
               })
           .notForCheck(),
-      setting("export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
-              "also write the cells, with the meshes they need, for other programs: csv, espresso, lammps, "
-              "lammps-molecular, mirheo, npfem, stl, vtk (same as --vtp), vtk-meshes (--vtp-meshes)",
-              [](Request& s, const Values& v) {
-                if (std::find(s.output.exports.begin(), s.output.exports.end(), text(v[0])) ==
-                    s.output.exports.end())
-                  s.output.exports.push_back(text(v[0]));
-              })
+      setting(
+          "export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
+          "also write the cells, with the meshes they need, for other programs: csv, espresso, extxyz, "
+          "gsd, lammps, lammps-molecular, mirheo, npfem, stl, vtk (same as --vtp), vtk-meshes (--vtp-meshes)",
+          [](Request& s, const Values& v) {
+            if (std::find(s.output.exports.begin(), s.output.exports.end(), text(v[0])) ==
+                s.output.exports.end())
+              s.output.exports.push_back(text(v[0]));
+          })
           .withTag("export")
           .mayRepeat(),
       setting("checkpoint-every", &O::checkpointEvery, number("s", "s", 0, true, 1e9),
