@@ -125,7 +125,7 @@ def check_cmake():
     debian_name = {"Eigen3": "libeigen3-dev", "RANDOM123": "librandom123-dev", "XXHASH": "libxxhash-dev", "MPI": "libopenmpi-dev",
                    "HDF5": "libhdf5-openmpi-dev", "OpenMesh": "libopenmesh-dev", "fmt": "libfmt-dev",
                    "nlohmann_json": "nlohmann-json3-dev", "TINYXML2": "libtinyxml2-dev", "TetGen": "libtet1.5-dev",
-                   "PkgConfig": "pkg-config", "Threads": "build-essential", "Catch2": "catch2", "benchmark": "libbenchmark-dev", "Python": "python3-dev",
+                   "PkgConfig": "pkg-config", "Threads": "build-essential", "Catch2": "catch2", "benchmark": "libbenchmark-dev", "Python": "python3-dev", "Git": "git",
                    "pybind11": "pybind11-dev"}
     listed = {line.split("#")[0].strip() for line in (root / "scripts/apt-packages.txt").read_text().splitlines()}
     for lists in ("CMakeLists.txt", "python/CMakeLists.txt", "tests/CMakeLists.txt"):
