@@ -222,7 +222,7 @@ class DualSimplex {
     if (first && found >= 0) return found;
     int outside = 0;
     for (int j = 0; j < size; ++j)
-      outside |= (x_[j] - p_.upper[j] > excess_) | (p_.lower[j] - x_[j] > excess_);
+      outside |= int{x_[j] - p_.upper[j] > excess_} | int{p_.lower[j] - x_[j] > excess_};
     if (!outside) return found;
     for (int bound = 0; bound < 2 * size; ++bound) {
       const double x = x_[bound % size];
