@@ -3,13 +3,19 @@
 #   scripts/setup.sh                   install what the programs, pictures, tests and benchmarks need
 #   scripts/setup.sh --without-tests   install what the programs and pictures need
 #   scripts/setup.sh --documentation   install what scripts/docs.sh needs
+#   scripts/setup.sh --clang-mpich     install clang and MPICH with its HDF5, for scripts/test.sh clang-mpich
+#   scripts/setup.sh --slurm           install Slurm, for tests/cluster/check_slurm.sh
 #   scripts/setup.sh --list            print the packages of the first form, one per line
 # PACKMESH_SKIP_SETUP=1 skips it (libraries installed in another way).
 set -euo pipefail
 list="$(dirname "${BASH_SOURCE[0]}")/apt-packages.txt"
 part='1,/^# only for the documentation/'
-[[ ${1:-} == --without-tests ]] && part='1,/^# only for tests/'
-[[ ${1:-} == --documentation ]] && part='/^# only for the documentation/,$'
+case ${1:-} in
+  --without-tests) part='1,/^# only for tests/' ;;
+  --documentation) part='/^# only for the documentation/,/^$/' ;;
+  --clang-mpich) part='/^# only for another compiler/,/^$/' ;;
+  --slurm) part='/^# only for Slurm/,$' ;;
+esac
 mapfile -t packages < <(sed -n "${part}p" "$list" | sed -e 's/#.*//' -e 's/[[:space:]]*$//' -e '/^$/d')
 
 if [[ ${1:-} == --list ]]; then

@@ -1,14 +1,35 @@
 #!/usr/bin/env bash
 # Sets up, builds and runs the tests: scripts/test.sh [preset] [CMake options], arguments as in scripts/build.sh.
-# scripts/test.sh all takes hours: the tests with the presets release, dev and asan, those of threads with tsan, then 300
-# random problems.
+# scripts/test.sh clang-mpich builds the programs with clang and MPICH, and compares their bytes with those of the preset
+# release, which must be built; scripts/test.sh clang-mpich compile only compiles a part without optimisation, in a minute or two.
+# scripts/test.sh all takes hours: the tests with the presets release, dev and asan, those of threads with tsan, clang-mpich, the
+# jobs of examples/cluster by Slurm itself, then 300 random problems.
 # The last line is the summary of the tests.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 if [[ ${1:-} == all ]]; then
   shift
   for preset in release dev asan tsan; do scripts/test.sh "$preset" "$@"; done
+  scripts/test.sh clang-mpich
+  scripts/setup.sh --slurm
+  tests/cluster/check_slurm.sh build/bin build/slurm
   exec scripts/soak.py --no-corpus --count 300
+fi
+if [[ ${1:-} == clang-mpich ]]; then
+  scripts/setup.sh
+  scripts/setup.sh --clang-mpich
+  jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+  if [[ ${2:-} == compile ]]; then
+    # Vector types, MPI and HDF5 are where compilers and libraries differ.
+    cmake --preset clang-mpich -B build-clang-compile -DCMAKE_BUILD_TYPE=Debug -DBUILD_TESTING=OFF
+    mapfile -t objects < <(ninja -C build-clang-compile -t targets all |
+      sed -nE 's/^((packMesh|hemocell_adapter)\/CMakeFiles\/[a-zA-Z0-9_]+\.dir\/((.*\/)?(parallel|io|packing|certificate|output)\/.*|.*_kernel|.*ranks)\.cpp\.o):.*/\1/p')
+    [[ ${#objects[@]} -ge 30 ]] || { echo "(packMesh) (Error) only ${#objects[@]} files to compile"; exit 1; }
+    exec ninja -C build-clang-compile -j "$jobs" "${objects[@]}"
+  fi
+  scripts/build.sh clang-mpich
+  ctest --test-dir build-clang-mpich -R '^mpi\.' --output-on-failure
+  exec tests/compilers/smoke.sh build-clang-mpich mpiexec.mpich build build-clang-mpich/smoke
 fi
 preset=release
 [[ $# -gt 0 && $1 != -* ]] && preset=$1

@@ -62,7 +62,7 @@ def run(command, folder, timeout):
             time.sleep(0.01)
     child.returncode = os.waitstatus_to_exitcode(status)
     cpu = usage.ru_utime + usage.ru_stime
-    stopped = cpu >= timeout or child.returncode == -signal.SIGKILL
+    stopped = cpu > 0.95 * timeout or child.returncode == -signal.SIGKILL
     why = f"stopped after {timeout:.0f} s of CPU time" if stopped else "" if child.returncode == 0 else f"exit code {child.returncode}"
     return cpu, time.monotonic() - start, why
 
