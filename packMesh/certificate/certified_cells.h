@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <tuple>
 
@@ -40,17 +41,17 @@ class CertifiedCells {
     return {std::move(spheres), input_.container ? input_.container->period() : Vec3(Vec3::Zero())};
   }
 
-  /// Whether the convex bounds of the two cells are certainly further apart than `gap` [µm], judged by the
-  /// plane across the line between their centres alone.
-  bool boundsApart(const NearPair& pair, double gap) const {
+  /// A lower bound of the gap of two cells [µm]: what is between their convex bounds across the line between
+  /// their centres, negative if that is nothing.
+  double leastGap(const NearPair& pair) const {
     const Placement &a = placement(pair.first), &b = placement(pair.second);
     const Vec3 between = a.translation - b.translation - pair.shift;
     const double distance = between.norm();
-    if (!(distance > 0.0)) return false;
+    if (!(distance > 0.0)) return -std::numeric_limits<double>::infinity();
     const Vec3 n = between / distance;
     const double reach = shape(pair.first).bound().support(a.linear.transpose() * n) +
                          shape(pair.second).bound().support(b.linear.transpose() * n);
-    return distance - reach > gap + tolerance::culling;
+    return distance - reach - tolerance::culling;
   }
 
   /// The first cell in place, the second moved by the shift. The sum is part of what is proven: the image of

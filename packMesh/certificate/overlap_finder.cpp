@@ -43,7 +43,7 @@ std::vector<OverlappingPair> OverlapFinder::operator()(const std::vector<std::in
       if (other < i && isMoved[other]) return;  // examined from the other cell
       if (!cells_.isOwn(i) && !cells_.isOwn(other)) return;
       const NearPair pair = asPlaced(near);
-      if (cells_.boundsApart(pair, input_.requiredGap)) return;
+      if (cells_.leastGap(pair) > input_.requiredGap) return;
       const MeshPairResult result = cells_.relation(pair, input_.requiredGap);
       if (const auto fault = cells_.faultOf(pair, result)) faults.push_back(*fault);
     });

@@ -137,43 +137,34 @@ struct Corners {
   Vector v[3];
 };
 
-/// Results for a batch, lane by lane.
-struct Separated {
-  Mask far;       ///< further apart than the distance of interest
-  Mask disjoint;  ///< certainly no common point
-};
-
-/// Adds the results for the separating axis `axis`, of any length.
-/// @param distance2,rounding2 squares of the distance of interest and of the rounding error of distances
-inline void separate(const Vector& axis, const Corners& a, const Corners& b, float distance2, float rounding2,
-                     Separated& out) {
+/// Raises the lower bound of the squares of the distances, lane by lane, to what the axis `axis`, of any
+/// length, separates.
+inline void separate(const Vector& axis, const Corners& a, const Corners& b, Lanes& apart2) {
   const Lanes a0 = dot(axis, a.v[0]), a1 = dot(axis, a.v[1]), a2 = dot(axis, a.v[2]);
   const Lanes b0 = dot(axis, b.v[0]), b1 = dot(axis, b.v[1]), b2 = dot(axis, b.v[2]);
   const Lanes gap = larger(smaller(smaller(b0, b1), b2) - larger(larger(a0, a1), a2),
                            smaller(smaller(a0, a1), a2) - larger(larger(b0, b1), b2));
-  const Lanes length2 = dot(axis, axis), gap2 = gap * gap;
+  const Lanes length2 = dot(axis, axis);
   const Mask valid = (splat(0.0f) < gap) & (splat(smallestAxis2) < length2);
-  out.far = out.far | (valid & (distance2 * length2 < gap2));
-  out.disjoint = out.disjoint | (valid & (rounding2 * length2 < gap2));
+  apart2 = larger(apart2, select(valid, gap * gap / length2, splat(0.0f)));
 }
 
-/// Separating axes of two triangles: their normals and the products of their edges.
-inline Separated separate(const Batch& batch, const SeenFrom& map, float distance, float rounding) {
+/// Lower bounds of the squares of the distances of two triangles, up to rounding errors, or one above
+/// `enough2`. Separating axes are their normals and the products of their edges.
+inline Lanes separation2(const Batch& batch, const SeenFrom& map, float enough2) {
   Corners a, b;
   for (int k = 0; k < 3; ++k) {
     a.v[k] = cornerOf(batch.first, k);
     b.v[k] = seen(cornerOf(batch.second, k), map);
   }
-  const float distance2 = squareGrowth * distance * distance, rounding2 = squareGrowth * rounding * rounding;
   const Vector e[3] = {a.v[1] - a.v[0], a.v[2] - a.v[1], a.v[0] - a.v[2]};
   const Vector f[3] = {b.v[1] - b.v[0], b.v[2] - b.v[1], b.v[0] - b.v[2]};
-  const Mask none = splat(0.0f) < splat(0.0f);
-  Separated out{none, none};
-  separate(cross(e[0], e[1]), a, b, distance2, rounding2, out);
-  separate(cross(f[0], f[1]), a, b, distance2, rounding2, out);
-  for (int i = 0; i < 3 && (~bitsOf(out.far) & batch.used()); ++i)
-    for (int j = 0; j < 3; ++j) separate(cross(e[i], f[j]), a, b, distance2, rounding2, out);
-  return out;
+  Lanes apart2 = splat(0.0f);
+  separate(cross(e[0], e[1]), a, b, apart2);
+  separate(cross(f[0], f[1]), a, b, apart2);
+  for (int i = 0; i < 3 && (~bitsOf(splat(enough2) < apart2) & batch.used()); ++i)
+    for (int j = 0; j < 3; ++j) separate(cross(e[i], f[j]), a, b, apart2);
+  return apart2;
 }
 
 class Search {
@@ -257,19 +248,29 @@ class Search {
     ++batch_.size;
   }
 
+  /// Nearer pairs first: they lower the limit for the others.
   bool examineBatch() {
     if (batch_.size == 0) return true;
-    const Separated separated = separate(batch_, map_, limit_ + rounding_, rounding_);
-    const unsigned disjoint = bitsOf(separated.disjoint);
-    for (unsigned near = ~bitsOf(separated.far) & batch_.used(); near; near &= near - 1) {
-      const int lane = __builtin_ctz(near);
-      limit_ = examine_(context_, batch_.firstTriangle[lane], batch_.secondTriangle[lane],
-                        !(disjoint >> lane & 1));
+    float apart2[laneCount];
+    store(separation2(batch_, map_, squareOf(limit_ + rounding_)), apart2);
+    const float disjoint2 = squareOf(rounding_);
+    for (unsigned left = batch_.used();;) {
+      int nearest = -1;
+      for (unsigned rest = left; rest; rest &= rest - 1) {
+        const int lane = __builtin_ctz(rest);
+        if (nearest < 0 || apart2[lane] < apart2[nearest]) nearest = lane;
+      }
+      if (nearest < 0 || apart2[nearest] > squareOf(limit_ + rounding_)) break;
+      left &= ~(1u << nearest);
+      limit_ = examine_(context_, batch_.firstTriangle[nearest], batch_.secondTriangle[nearest],
+                        !(apart2[nearest] > disjoint2));
       if (limit_ < 0.0f) return false;
     }
     batch_.size = 0;
     return true;
   }
+
+  static float squareOf(float distance) { return squareGrowth * distance * distance; }
 
   const TreeView &first_, &second_;
   const SeenFrom& map_;

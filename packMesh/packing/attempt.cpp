@@ -173,16 +173,21 @@ void Attempt::keepState() {
     kept_.relaxation = relaxation_->state();
     repairs_.store(kept_);
     kept_.cellCount = relaxation_->cellCount();
-    kept_.cells = shares_.collect(relaxation_->states());
+    kept_.cells = relaxation_->unsortedStates();
     if (result_.statistics.growth) kept_.growth.iterations = result_.statistics.growth->iterations;
   } else {
     kept_.position.stage = Stage::growth;
     kept_.growth = growth_->position();
     kept_.cellCount = cells_;
-    kept_.cells = shares_.collect(growth_->cells());
+    kept_.cells = statesOf(growth_->cells());
   }
   const auto& due = problem_.checkpoints->due;
-  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(kept_);
+  if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(kept());
+}
+
+const PackingState& Attempt::kept() {
+  kept_.cells = shares_.collect(std::move(kept_.cells));
+  return kept_;
 }
 
 /// If the run was continued from the end of another one, takes over the measures of the cells, provided they
@@ -307,7 +312,7 @@ bool Attempt::settled(const RepairPolicy& policy) {
 
 /// Assigns every rank its share of the certified cells, sorted by id.
 void Attempt::deliver(const Certificate& certificate) {
-  const std::vector<BodyState> states = shares_.collect(relaxation_->states());
+  const std::vector<BodyState> states = shares_.collect(relaxation_->unsortedStates());
   result_.poses.resize(states.size());
   result_.cells.resize(states.size());
   problem_.execution.threads.forEachPart(
@@ -369,6 +374,7 @@ void Attempt::take(const PackingResult& fewer) {
 void Attempt::keepEnd() {
   if (!problem_.checkpoints || !relaxation_) return;
   keepState();
+  kept();
   if (!keepMeasures()) measure();
 }
 

@@ -55,8 +55,8 @@ class Attempt {
     return growth_ ? growth_->iterations() : relaxation_ ? relaxation_->sweeps() : 0;
   }
 
-  /// The state stored last, from which a run that is interrupted now can be resumed.
-  const PackingState& kept() const { return kept_; }
+  /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it.
+  const PackingState& kept();
   /// Stores the current cells, with their measures, as the final state of a run.
   void keepEnd();
 
@@ -93,7 +93,7 @@ class Attempt {
   RunPosition at_;                        ///< the next stage, once there is a relaxation
   Repairs repairs_;
   WrittenCells written_;
-  PackingState kept_;
+  PackingState kept_;  ///< with cells of this rank, in any order, until they are needed
   bool delivered_ = false;
   bool over_ = false;     ///< jammed, or a limit was reached
   bool leftOut_ = false;  ///< cells were removed so that none of the others fails

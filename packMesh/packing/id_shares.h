@@ -30,19 +30,38 @@ class IdShares {
   template <class T>
   std::vector<T> collect(std::vector<T> items) const {
     if (!communicator_.alone()) items = exchanged(std::move(items));
-    std::sort(items.begin(), items.end(), [](const T& a, const T& b) { return a.id < b.id; });
-    return items;
+    return sorted(std::move(items));
   }
 
  private:
+  /// Items are large; only their ids are sorted.
+  template <class T>
+  static std::vector<T> sorted(std::vector<T> items) {
+    const auto before = [](const auto& a, const auto& b) { return a.id < b.id; };
+    if (std::is_sorted(items.begin(), items.end(), before)) return items;
+    struct Key {
+      std::int64_t id, index;
+    };
+    std::vector<Key> order;
+    order.reserve(items.size());
+    for (const T& item : items) order.push_back({item.id, static_cast<std::int64_t>(order.size())});
+    std::sort(order.begin(), order.end(), before);
+    std::vector<T> out;
+    out.reserve(items.size());
+    for (const Key& key : order) out.push_back(items[key.index]);
+    return out;
+  }
+
+  int rankOf(std::int64_t id) const {
+    const std::int64_t ranks = communicator_.size(), each = cells_ / ranks, rest = cells_ % ranks;
+    const std::int64_t first = rest * (each + 1);  // id of the first smaller share
+    return static_cast<int>(id < first ? id / (each + 1) : rest + (id - first) / each);
+  }
+
   template <class T>
   std::vector<T> exchanged(std::vector<T> items) const {
     std::vector<std::vector<T>> to(communicator_.size());
-    int rank = 0;
-    for (const T& item : items) {
-      while (item.id >= of(rank).second) ++rank;
-      to[rank].push_back(item);
-    }
+    for (const T& item : items) to[rankOf(item.id)].push_back(item);
     items.clear();
     items.shrink_to_fit();  // for the messages
     const std::vector<std::vector<T>> received = communicator_.exchange(to);

@@ -152,6 +152,14 @@ std::vector<BodyState> Relaxation::states() const {
   return statesThat([&](const Body& body) { return owns(body); });
 }
 
+std::vector<BodyState> Relaxation::unsortedStates() const {
+  std::vector<BodyState> states;
+  states.reserve(bodies_.size());
+  for (const Body& body : bodies_)
+    if (owns(body)) states.push_back(wrappedState(body));
+  return states;
+}
+
 std::vector<BodyState> Relaxation::statesAround() const {
   return statesThat([](const Body&) { return true; });
 }
@@ -170,6 +178,12 @@ double Relaxation::range() const {
                   certifiedRange(largestReach_, clearance_));
 }
 
+BodyState Relaxation::wrappedState(const Body& body) const {
+  BodyState state = stateOf(body);
+  Eigen::Map<Vec3>(state.pose.position) = wrapped(body.position, bounds_, period_);
+  return state;
+}
+
 /// Sorted by id, positions wrapped into the bounds.
 template <class Fit>
 std::vector<BodyState> Relaxation::statesThat(Fit&& fit) const {
@@ -184,11 +198,8 @@ std::vector<BodyState> Relaxation::statesThat(Fit&& fit) const {
   std::vector<BodyState> states(order.size());
   threads_.forEachPart(static_cast<std::int64_t>(order.size()),
                        [&](std::int64_t begin, std::int64_t end, int) {
-                         for (std::int64_t k = begin; k < end; ++k) {
-                           Body body = bodies_[order[k].index];
-                           body.position = wrapped(body.position, bounds_, period_);
-                           states[k] = stateOf(body);
-                         }
+                         for (std::int64_t k = begin; k < end; ++k)
+                           states[k] = wrappedState(bodies_[order[k].index]);
                        });
   return states;
 }

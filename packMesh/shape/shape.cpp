@@ -19,6 +19,9 @@ constexpr double finestSpacingFraction = 0.02;
 /// Spacing of the distance grid of a general mesh, as a fraction of its bounding radius.
 constexpr double gridSpacingFraction = 1.0 / 40.0;
 
+/// The grid covers this many spacings around the mesh; as many inside its distances are exact.
+constexpr double marginOfGrid = 8.0;
+
 double halfThicknessOf(const std::variant<ProfileSurface, DistanceGrid>& field) {
   if (const auto* profile = std::get_if<ProfileSurface>(&field)) return profile->halfThickness();
   const DistanceGrid& grid = std::get<DistanceGrid>(field);
@@ -34,9 +37,8 @@ double boundingRadius(const TriangleMesh& mesh) {
 
 DistanceGrid gridOf(const MeshHierarchy& hierarchy, const Threads& threads) {
   const TriangleMesh& mesh = hierarchy.mesh();
-  const double spacing = gridSpacingFraction * boundingRadius(mesh);
-  const double band = 0.5 * boundingRadius(mesh);
-  return sampleDistance(hierarchy, boundingBox(mesh).grownBy(8.0 * spacing), spacing, band, threads);
+  const double spacing = gridSpacingFraction * boundingRadius(mesh), margin = marginOfGrid * spacing;
+  return sampleDistance(hierarchy, boundingBox(mesh).grownBy(margin), spacing, margin, threads);
 }
 
 }  // namespace
