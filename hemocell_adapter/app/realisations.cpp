@@ -80,6 +80,11 @@ ExitCode runRealisations(const CompletedRequest& series, const Communicator& ran
     log::info(fmt::format("Realisations: {} of {} written", table.written(), all.realisations));
   };
   for (std::int64_t i = first; i <= all.realisations; ++i) {
+    if (i > first && ranks.any(interrupted())) {  // while the one before was written
+      tellWritten();
+      log::error(fmt::format("interrupted: realisation {} was not begun", i));
+      return ExitCode::interrupted;
+    }
     const CompletedRequest one = realisationOf(series, i);
     log::info(fmt::format("Realisation {} of {}: seed {}, {}", i, all.realisations, one.request.seed,
                           one.request.output.folder.string()));

@@ -30,12 +30,11 @@ inline constexpr ExitCodeMeaning exitCodeMeanings[] = {
     {ExitCode::outOfReach, "not feasible within the limits: nothing written, unless --best-effort"},
     {ExitCode::faultsFound,
      "check found overlap, cells outside the lumen, gaps below the required clearance, or cells that "
-     "HemoCell deletes "
-     "(not counted where cells can cross periodic faces)"},
+     "HemoCell deletes (not counted where cells can cross periodic faces)"},
     {ExitCode::cannotWrite, "the output cannot be written"},
     {ExitCode::notConnected, "several copies were started, but not as ranks of MPI: nothing written"},
     {ExitCode::internal, "internal error"},
-    {ExitCode::interrupted, "interrupted: no .pos file written"},
+    {ExitCode::interrupted, "interrupted: no .pos file written, or only the .pos files, not their exports"},
 };
 
 /// The command line is invalid.

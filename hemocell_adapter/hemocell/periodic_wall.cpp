@@ -35,7 +35,6 @@ class MovedWall : public Wall {
 
 /// The container's wall in the coordinate system of the repeated lattice, the accepted wall made from it, and
 /// that one moved back to the coordinate system of .pos files.
-/// moved back into the .pos frame.
 struct OwnedWalls {
   std::shared_ptr<const Container> container;
   std::unique_ptr<const Wall> inFrame, accepted, result;

@@ -18,7 +18,7 @@ namespace packmesh::hemocell {
 
 /// A part of the lumen with its own hematocrit.
 struct LumenRegion {
-  std::string name;  ///< "region 1 (config.xml:12: <sphere>)", "the rest"
+  std::string name;  ///< "region 1", "the rest"
   std::shared_ptr<const Region> region;
   double share = 0.0;       ///< of the lumen's volume
   double hematocrit = 0.0;  ///< requested

@@ -37,6 +37,10 @@ bool knowsAcceptance(const Problem& problem) {
   return problem.lumen.lattice || problem.lumen.keptBox;
 }
 
+bool keepsAll(const Problem& problem) {
+  return problem.lumen.acceptedOnly && !problem.lumen.periodic;
+}
+
 std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell) {
   const CellSpecies& species = problem.species[cell.species];
   const auto vertices = [&] { return placedVertices(species.shape->mesh(), cell.placement); };

@@ -76,6 +76,8 @@ void forEachVerdict(
 
 /// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
 bool knowsAcceptance(const Problem& problem);
+/// Whether HemoCell is to keep every cell: it is known, and none may cross a periodic face.
+bool keepsAll(const Problem& problem);
 
 /// Volumes and numbers of a set of cells.
 struct Tally {

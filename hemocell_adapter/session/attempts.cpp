@@ -133,7 +133,8 @@ Attempts::Found Attempts::withRoom(const Timer& timer) {
     tellEffort(packing.result.statistics, ranks);
     warnOfNoRoom(levels, packing, problem_);
   }
-  return {std::move(packing.result), partsWith(packing.clearances)};  // the last attempt may have failed
+  // Not the clearances of the last attempt: that may have failed after one that succeeded.
+  return {std::move(packing.result), partsWith(packing.clearances)};
 }
 
 std::size_t Attempts::firstLevel(const std::vector<Clearances>& levels) {

@@ -158,7 +158,7 @@ Examination examine(const Problem& problem, const std::vector<PlacedCell>& own) 
     found.overlaps = mostOverlaps(found.cells);
     pairs.resize(std::min<std::size_t>(pairs.size(), OverlapSearch::examples));
   }
-  found.droppedIsFault = problem.lumen.acceptedOnly && !problem.request.periodicEnds.value_or(false);
+  found.droppedIsFault = keepsAll(problem);
   // A sum that does not depend on the ranks.
   std::vector<std::int64_t> counts = countsOf(problem, own);
   ranks.sum(counts);

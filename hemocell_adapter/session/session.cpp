@@ -66,9 +66,8 @@ void requireEnough(const Problem& problem, const PackingResult& result, const Ta
 void requireVerified(const Problem& problem, const PackingResult& result, const Kept& kept,
                      const Delivery& delivery) {
   const bool allKept = kept.reasons.empty();
-  const bool promised = problem.lumen.acceptedOnly && !problem.lumen.periodic;
   const bool complete = result.certificate.cells == result.cellCount;
-  if (result.certificate.clean() && complete && (allKept || !promised)) return;
+  if (result.certificate.clean() && complete && (allKept || !keepsAll(problem))) return;
   throw AgreedFailure(
       {ExitCode::internal,
        fmt::format(

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 // Request of the output, and ignored options of packCells.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "hemocell_adapter/settings/setting_groups.h"
@@ -30,8 +32,9 @@ std::vector<Setting> outputSettings() {
           .notForCheck(),
       setting(
           "export", {choice("format", {std::begin(exportFormats), std::end(exportFormats)})},
-          "also write the cells, with the meshes they need, for other programs: csv, espresso, extxyz, "
-          "gsd, lammps, lammps-molecular, mirheo, npfem, stl, vtk (same as --vtp), vtk-meshes (--vtp-meshes)",
+          fmt::format("also write the cells, with the meshes they need, for other programs: {} (vtk: same "
+                      "as --vtp, vtk-meshes: --vtp-meshes)",
+                      fmt::join(exportFormats, ", ")),
           [](Request& s, const Values& v) {
             if (std::find(s.output.exports.begin(), s.output.exports.end(), text(v[0])) ==
                 s.output.exports.end())

@@ -23,7 +23,7 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   };
   struct Misplaced {
     std::int64_t cell;
-    double gap;
+    double gap, required;
     int reason;
   };
   std::vector<Pair> pairs;
@@ -33,7 +33,8 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   std::vector<Misplaced> misplaced;
   std::string reasons;
   for (const MisplacedCell& m : own.misplaced)
-    misplaced.push_back({numbers[m.cell], m.gap, static_cast<int>(m.reason.size())}), reasons += m.reason;
+    misplaced.push_back({numbers[m.cell], m.gap, m.required, static_cast<int>(m.reason.size())}),
+        reasons += m.reason;
 
   Certificate all;
   all.complete = !communicator.any(!own.complete);
@@ -51,7 +52,7 @@ Certificate ofAllRanks(const Certificate& own, const std::vector<std::int64_t>& 
   const std::vector<char> text = communicator.gatherAll(std::vector<char>(reasons.begin(), reasons.end()));
   auto at = text.begin();
   for (const Misplaced& m : communicator.gatherAll(misplaced)) {
-    all.misplaced.push_back({m.cell, std::string(at, at + m.reason), m.gap});
+    all.misplaced.push_back({m.cell, std::string(at, at + m.reason), m.gap, m.required});
     at += m.reason;
   }
   std::sort(all.misplaced.begin(), all.misplaced.end(),

@@ -27,6 +27,7 @@ struct MisplacedCell {
   std::int64_t cell = 0;
   std::string reason;  ///< "meets the wall", "is 0.05 µm from the wall, less than the required 0.1 µm", ...
   double gap = 0.0;    ///< [µm]; positive for a cell that is inside but too close to the wall
+  double required = 0.0;  ///< the gap that it needs, where its own is positive [µm]
 };
 
 struct Certificate {

@@ -275,7 +275,7 @@ void Certifier::examineWall(std::int64_t cell, bool isNew, Findings& found) {
   if (isNew && verdict.violation)
     found.misplaced.push_back({cell, std::move(*verdict.violation), 0.0});
   else if (isNew && verdict.gap < required)
-    found.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap});
+    found.misplaced.push_back({cell, tooNear(verdict.gap, required), verdict.gap, required});
   wallGaps_[cell] = verdict.gap;
   found.wallGap.found(verdict.gap);
 }

@@ -74,7 +74,7 @@ class Certifier {
   void examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Findings& found,
                     std::atomic<std::int64_t>* room = nullptr);
   void findExamples(std::int64_t cell, Findings& found) const;
-  /// Whether a pair touches that is not among the few that are listed.
+  /// Whether some pair overlaps that is not listed, because only a number of them is.
   bool isUnlisted() const { return certificate_.moreOverlaps && touching_; }
   void measureLater(const std::vector<std::int32_t>& cells);
   void settlePairGap();

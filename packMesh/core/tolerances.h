@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-/// @file All tolerances, each with its unit and reason. No other file contains a bare 1e-x.
+/// @file The tolerances of geometry and of contacts, each with its unit and reason.
 #pragma once
 
 namespace packmesh::tolerance {

@@ -24,13 +24,6 @@ bool isUnmoved(const BodyState& before, const BodyState& after) {
 
 }  // namespace
 
-PackingResult attempt(const PackingProblem& problem) {
-  RunControl control(problem);
-  Attempt once(problem, control);
-  once.certifyAll();
-  return once.takeResult();
-}
-
 Attempt::Attempt(const PackingProblem& problem, RunControl& control)
     : problem_(problem),
       control_(control),

@@ -19,16 +19,12 @@
 
 namespace packmesh {
 
-/// Tries once to pack all cells of a problem, within its limits.
-/// @return all cells, certified; none if a limit was reached, if the cells are jammed (see relax()), or if
-///   the run was interrupted
-/// Pre: validate(problem); the fixed cells do not overlap
-PackingResult attempt(const PackingProblem& problem);
-
-/// The same step by step, with the states that can be saved. All ranks make the same calls.
+/// One attempt to pack all cells of a problem, step by step, with the states that can be saved. All ranks
+/// make the same calls.
 class Attempt {
  public:
   /// References its arguments, which must outlive it.
+  /// Pre: validate(problem); the fixed cells do not overlap
   Attempt(const PackingProblem& problem, RunControl& control);
 
   /// Places the cells, or continues from the state to resume, until all are certified, a limit is reached, or

@@ -69,7 +69,7 @@ void Repairs::calibratePairs(const Certificate& found, Relaxation& relaxation) c
 void Repairs::demandOfWall(const MisplacedCell& cell, Relaxation& relaxation) {
   constexpr double growth = 0.5;  // its depth in the wall is unknown: demand more each time
   double& demanded = demandedOfWall_[cell.cell];
-  const double wanted = cell.gap > 0.0 ? physics_.wallClearance - cell.gap + tolerance::repairClearance
+  const double wanted = cell.gap > 0.0 ? cell.required - cell.gap + tolerance::repairClearance
                                        : std::max(tolerance::repairClearance, growth * demanded);
   const double most = physics_.container->bounds().size().norm();
   const double extra = std::clamp(wanted, 0.0, std::max(0.0, most - demanded));

@@ -39,8 +39,8 @@ class RunControl {
   bool stoppedHere() const { return asked() || elapsed() > end_; }
 
   /// Whether even the final steps after the time limit are to be abandoned: placing cells, certifying the
-  /// current ones. Limits::maxSeconds states how long a run may take in total; half of it is reserved for
-  /// what is not polled.
+  /// current ones. Limits::maxSeconds states how long a run may take in total; half of that is kept for
+  /// work that does not look at the clock.
   bool outOfTime() { return ends(spare_); }
   /// The same for this rank alone, for loops that ranks run independently. Once true it stays so, and
   /// outOfTime() is true on all ranks.

@@ -329,16 +329,17 @@ TEST_CASE("Cells that approximate wall distances let too close to the wall get e
     std::shared_ptr<const Container> of_;
     double error_;
   };
-  for (const double clearance : {0.0, 0.3}) {
-    CAPTURE(clearance);
+  for (const auto &[clearance, layer] : {std::pair(0.0, 0.0), {0.3, 0.0}, {0.0, 0.3}}) {
+    CAPTURE(clearance, layer);
     const std::shared_ptr<const Container> cylinder = makeCylinder(Vec3::Zero(), 0, 9.0, 30.0, false);
-    PackingProblem problem = redCellProblem(cylinder, 0.4);
+    PackingProblem problem = redCellProblem(cylinder, 0.35);
     problem.physics.wallClearance = clearance;
+    problem.physics.species[0].freedom.extraWallClearance = layer;
     problem.physics.species[0].wall = std::make_shared<Optimistic>(cylinder, 0.05);
     const PackingResult result = pack(problem);
     REQUIRE(result.outcome == Outcome::certified);
     REQUIRE(result.statistics.repairs > 0);
-    REQUIRE(result.certificate.minimumWallGap >= clearance);
+    REQUIRE(result.certificate.minimumWallGap >= clearance + layer);
     problem.physics.species[0].wall = nullptr;
     checkPacking(problem, result);
   }
