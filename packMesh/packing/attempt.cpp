@@ -65,11 +65,17 @@ PackingResult Attempt::takeResult() {
     result_.cellCount = 0;
     result_.certificate = {};
   }
-  if (relaxation_) {
-    result_.statistics.blocks = relaxation_->blockCount();
-    result_.statistics.sweeps = relaxation_->sweeps();
-  }
+  endRelaxation();
   return std::move(result_);
+}
+
+/// Takes its numbers from the relaxation, which then frees its memory.
+void Attempt::endRelaxation() {
+  if (!relaxation_) return;
+  result_.statistics.blocks = relaxation_->blockCount();
+  result_.statistics.sweeps = relaxation_->sweeps();
+  relaxation_.reset();
+  begun_ = true;
 }
 
 /// Places the cells, or takes them from the state to resume.
@@ -204,6 +210,7 @@ void Attempt::measure() {
   relaxation_->dropLists();
   CertificateInput input = inputNow();
   input.stop = {};
+  endRelaxation();
   const CellMeasures measured = measureCells(problem_.physics, problem_.execution, input);
   struct Measure {
     std::int64_t id;

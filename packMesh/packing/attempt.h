@@ -44,7 +44,7 @@ class Attempt {
   const Certificate& certificate() const { return result_.certificate; }
 
   /// Whether cells have been placed, so that there is a state to save.
-  bool hasBegun() const { return relaxation_ || (growth_ && growth_->hasBegun()); }
+  bool hasBegun() const { return begun_ || relaxation_ || (growth_ && growth_->hasBegun()); }
 
   /// Sweeps of relaxation, or iterations of growth.
   std::int64_t sweeps() const {
@@ -53,7 +53,7 @@ class Attempt {
 
   /// The state stored last, from which a run that is interrupted now can be resumed. All ranks call it.
   const PackingState& kept();
-  /// Stores the current cells, with their measures, as the final state of a run.
+  /// Stores the current cells, with their measures, as the final state of a run. Only takeResult() follows.
   void keepEnd();
 
   PackingResult takeResult();
@@ -78,6 +78,7 @@ class Attempt {
   void deliver(const Certificate& certificate);
   void keepState();
   bool keepMeasures();
+  void endRelaxation();
   void measure();
 
   const PackingProblem& problem_;
@@ -91,6 +92,7 @@ class Attempt {
   WrittenCells written_;
   PackingState kept_;  ///< with cells of this rank, in any order, until they are needed
   bool delivered_ = false;
+  bool begun_ = false;    ///< there was a relaxation
   bool over_ = false;     ///< jammed, or a limit was reached
   bool leftOut_ = false;  ///< cells were removed so that none of the others fails
   PackingResult result_;
