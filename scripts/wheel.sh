@@ -20,4 +20,12 @@ rm -rf "$wheels"
 "$scratch/user/bin/pip" install --quiet --disable-pip-version-check --no-index --no-deps "$wheels"/packmesh-*.whl
 mkdir "$scratch/folder"
 tests/python/use.sh "$scratch/user/bin/python" "$(echo "$scratch"/user/lib/python3.*/site-packages)" "$scratch/folder"
+# The programs, as commands of the environment.
+cd "$scratch/folder"
+PATH="$scratch/user/bin:$PATH"
+packMesh 20 20 20 --hematocrit 0.3 --report report.html --method cat --builder cat-faces > /dev/null
+test -s RBC.pos && test -s report.html
+packCells 30 30 30 --hematocrit 0.3 > /dev/null && test "$(head -n 1 RBC.pos)" = 84
+packmesh --help | grep -q make-vessel
+cd - > /dev/null
 echo "(packMesh) Wrote $(echo "$wheels"/*.whl)"
