@@ -20,9 +20,9 @@ else
   sed -n '/^```sh$/,/^```$/p' page.md | sed -n '2,/^```$/{/^```/!p}' > block.sh
 fi
 test -s block.sh || { echo "$page has no sh block"; exit 1; }
-PYTHON=$(command -v python3)
+PYTHON=$([[ -x /usr/bin/python3 ]] && echo /usr/bin/python3 || command -v python3)
 export PYTHON PYTHONPATH=$scripts/../python PYTHONDONTWRITEBYTECODE=1
-PATH="$bin:$stand_ins:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
+PATH="$stand_ins:$bin:$scripts:$PATH" bash -euxo pipefail block.sh | tee output.txt
 
 # What depends on the machine or the build; packings do not.
 masked() {

@@ -23,7 +23,7 @@ test "$(head -n 1 RBC.pos)" = 84
 root/usr/bin/packMesh check --box 30 30 30 --ends periodic > /dev/null
 test -x root/usr/libexec/packmesh/packmesh-tetgen
 root/usr/bin/packMesh 10 10 10 --rbc 2 --method cat --builder cat-faces --output-dir faces > /dev/null
-for file in bin/catCells bin/packmesh share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1 \
+for file in bin/catCells bin/packmesh share/packMesh/RBC.xml share/packMesh/packing/keep.xml share/man/man1/packMesh.1.gz share/man/man1/catCells.1.gz share/doc/packmesh/changelog.gz \
   share/bash-completion/completions/packMesh share/doc/packmesh/copyright share/doc/packmesh/examples/pipe/config.xml \
   share/packMesh/scripts/make_tube.sh include/packMesh/packing/pack.h \
   lib/python3/dist-packages/packmesh/_packmesh.pyi lib/python3/dist-packages/packmesh/page/three.min.js; do
@@ -36,3 +36,7 @@ import packmesh
 assert packmesh.__file__.startswith("'"$scratch"'")
 assert packmesh.pack(box=(30, 30, 30), hematocrit=0.3).counts["RBC"] == 100
 packmesh.pack(box=(10, 10, 10), species={"RBC": 2}, method="cat", builder="cat-faces")'
+# Debian's own checks, where they are installed.
+if command -v lintian > /dev/null; then
+  lintian --allow-root --fail-on error,warning "$package"
+fi
