@@ -41,7 +41,13 @@ def run_in_paraview(name, arguments):
     pvpython = shutil.which("pvpython")
     if not pvpython:
         sys.exit("(packMesh) (Error) pvpython is not installed; it comes with ParaView")
-    os.execv(pvpython, [pvpython, script, *arguments])
+    command = [pvpython, script, *arguments]
+    if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):  # ParaView crashes
+        virtual = shutil.which("xvfb-run")
+        if not virtual:
+            sys.exit("(packMesh) (Error) ParaView needs a display, and there is none: with xvfb-run (Debian: xvfb) it draws without one")
+        command = [virtual, "-a", "-s", "-noreset -screen 0 1280x1024x24", *command]
+    os.execv(command[0], command)
 
 
 def main():

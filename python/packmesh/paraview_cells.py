@@ -4,7 +4,7 @@
     packMesh config.xml --vtp                (of a saved state: packmesh export state.h5 --format vtk)
     python3 -m packmesh paraview-cells . picture.png [colour]
 
-renders a picture; colour: species (the default), gap, local_hematocrit or id. In ParaView's View > Python Shell this file shows the
+renders a picture (without a display by xvfb-run, Debian: xvfb); colour: species (the default), gap, local_hematocrit or id. In ParaView's View > Python Shell this file shows the
 cells of the working directory. The mesh of each species is drawn at its cells by the representation "3D Glyphs", so it is in memory
 only once.
 """

@@ -4,15 +4,20 @@
     packMesh 20 20 20 --rbc 30 --method cat --growth-frames 4
     python3 -m packmesh paraview-growth growth_frames picture.png 0 3 11
 
-draws the files with these numbers below each other; without numbers, the first, the middle and the last of growth.pvd. In ParaView itself:
+draws the files with these numbers below each other, with the scales that cells have reached; without numbers, the first, the middle and
+the last of growth.pvd. Without a display it needs xvfb-run (Debian: xvfb). In ParaView itself:
 open growth.pvd and cat_cells.pvd, press Apply and Play.
 """
 import pathlib
 import re
 import sys
 
-from paraview.simple import (Clip, ColorBy, GetActiveViewOrCreate, GetColorTransferFunction, Render, ResetCamera, SaveScreenshot,
-                             Show, Transform, XMLPolyDataReader)
+from paraview import simple
+from paraview.simple import (Clip, ColorBy, GetActiveViewOrCreate, GetColorTransferFunction, GetScalarBar, Render, ResetCamera,
+                             SaveScreenshot, Show, Text, Transform, XMLPolyDataReader)
+
+ACROSS = 700  # [pixels]
+BLACK = [0.0, 0.0, 0.0]
 
 
 def read(file):
@@ -27,11 +32,36 @@ def moved(source, by):
     return out
 
 
-def show(folder, number, by, view):
-    membranes = Show(moved(read(folder / f"membranes_{number:04}.vtp"), by), view)
+def smooth(source):
+    """With normals of its vertices; the filter has another name from ParaView 5.12 on."""
+    normals = getattr(simple, "SurfaceNormals", None) or simple.GenerateSurfaceNormals
+    return normals(Input=source, FeatureAngle=180.0, Splitting=0)
+
+
+def label(number, most, top, view):
+    """At the upper left. top: fraction of the picture's height"""
+    shown = Show(Text(Text=f"state {number}: scales up to {most:.2f}"), view)
+    shown.WindowLocation, shown.Position = "Any Location", [0.02, top]
+    shown.FontSize, shown.Color, shown.Bold = 22, BLACK, 1
+
+
+def style_scale(view):
+    scale = GetColorTransferFunction("scale")
+    scale.ApplyPreset("Viridis (matplotlib)", True)
+    scale.RescaleTransferFunction(0.0, 1.0)
+    bar = GetScalarBar(scale, view)
+    bar.Title, bar.ComponentTitle, bar.Orientation, bar.WindowLocation = "scale", "", "Horizontal", "Lower Left Corner"
+    bar.TitleFontSize, bar.LabelFontSize, bar.TitleColor, bar.LabelColor = 20, 18, BLACK, BLACK
+    bar.ScalarBarThickness, bar.ScalarBarLength = 14, 0.3
+    bar.AutomaticLabelFormat, bar.LabelFormat, bar.RangeLabelFormat = 0, "%.1f", "%.1f"
+
+
+def show(folder, number, by, top, view):
+    file = read(folder / f"membranes_{number:04}.vtp")
+    membranes = Show(moved(smooth(file), by), view)
     ColorBy(membranes, ("CELLS", "scale"))
-    GetColorTransferFunction("scale").RescaleTransferFunction(0.1, 1.0)
-    membranes.SetScalarBarVisibility(view, False)
+    membranes.SetScalarBarVisibility(view, True)
+    label(number, file.CellData["scale"].GetRange()[1], top, view)
     file = folder / f"cat_cells_{number:04}.vtp"
     if not file.exists():
         return
@@ -50,6 +80,9 @@ def main():
     series = re.findall(r'file="membranes_(\d+)\.vtp"', (folder / "growth.pvd").read_text())
     last = int(series[-1])
     numbers = [int(word) for word in sys.argv[3:]] or [0, last // 2, last]
+    for number in numbers:
+        if not (folder / f"membranes_{number:04}.vtp").exists():
+            sys.exit(f"(packMesh) (Error) {folder}: has no state {number}; expected one of 0 to {last}")
     view = GetActiveViewOrCreate("RenderView")
     view.OrientationAxesVisibility = 0
     view.UseColorPaletteForBackground = 0
@@ -58,14 +91,16 @@ def main():
     bounds = read(outer if outer.exists() else folder / f"membranes_{last:04}.vtp").GetDataInformation().GetBounds()
     width, height = bounds[1] - bounds[0], 1.05 * (bounds[3] - bounds[2])
     for k, number in enumerate(numbers):
-        show(folder, number, [0.0, -k * height, 0.0], view)
+        show(folder, number, [0.0, -k * height, 0.0], 1 - (k + 0.09) / len(numbers), view)
+    style_scale(view)
     view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [0, -0.5, 2], [0, 0, 0], [0, 1, 0]
     view.CameraParallelProjection = 1
     ResetCamera(view)
     Render(view)
     view.CameraParallelScale = 0.5 * height * len(numbers)
-    across = 700
-    SaveScreenshot(sys.argv[2], view, ImageResolution=[across, int(across * height * len(numbers) / width)])
+    size = [ACROSS, int(ACROSS * height * len(numbers) / width)]
+    view.ViewSize = size
+    SaveScreenshot(sys.argv[2], view, ImageResolution=size)
 
 
 main()

@@ -13,6 +13,7 @@ LOOK = """
 #declare Tall = 0.19;                 // tangent of half the vertical view angle
 #declare Wide = Tall * Aspect;
 #declare Frame = 0.95;                // fraction of the image used
+#ifdef (ColorBy) #if (ColorBy > 0) #declare Frame = 0.86; #end #end  // room for what the colours mean
 #macro Look(A)                        // sets the directions of a camera at this azimuth
   #declare ToCamera = <cos(radians(Elevation)) * cos(radians(A)), cos(radians(Elevation)) * sin(radians(A)),
                        sin(radians(Elevation))>;

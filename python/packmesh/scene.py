@@ -5,7 +5,7 @@ import dataclasses
 import os
 import tempfile
 
-from packmesh import pov, vtp
+from packmesh import pov, pov_legend, vtp
 from packmesh.pov_camera import camera
 
 #: Conventional colours of blood cells by the beginning of their names, and a palette for everything else.
@@ -33,7 +33,7 @@ SETTINGS = """
 #macro Pigment(I, Axis, Gap, Tint)
   #switch (ColorBy)
     #case (1) pigment { srgb OnScale(Gap / GapMost) } #break
-    #case (2) pigment { rgb 0.06 + 0.80 * <Axis.x * Axis.x, Axis.y * Axis.y, Axis.z * Axis.z> } #break
+    #case (2) pigment { srgb Axis.x * Axis.x * AxisColours[0] + Axis.y * Axis.y * AxisColours[1] + Axis.z * Axis.z * AxisColours[2] } #break
     #else pigment { rgb Tint * (0.82 + 0.36 * rand(Chance)) }
   #end
 #end
@@ -150,7 +150,7 @@ def packing_scene(species, lumen):
            + pov.default("ClipAt", "0.5", "there, fraction of the lumen's extent"))
     extents = [(point, 0.0) for point in lumen.points] + [(centre, one.radius) for one in species for centre in one.centres]
     yield camera(extents, low, high, clipped=True)
-    yield SETTINGS
+    yield pov_legend.axis_colours() + SETTINGS + pov_legend.LEGEND
     for number, one in enumerate(species):
         yield species_text(number, one)
     edges = [(lumen.points[a], lumen.points[b]) for a, b in lumen.lines]

@@ -3,11 +3,12 @@
 import itertools
 import subprocess
 
+import matplotlib.image
 import numpy as np
 import packmesh
 import pytest
 from conftest import PROGRAM
-from packmesh import render, scene, vtp
+from packmesh import plot, render, scene, vtp
 
 CORNERS = [tuple(map(float, corner)) for corner in itertools.product((0, 1), repeat=3)]
 #: Of a unit box, outwards.
@@ -102,12 +103,34 @@ def test_scenes_are_cut_coloured_and_turned(tmp_path, walls):
         return int(((pixels[:, 0] > pixels[:, 1] + 25) & (pixels[:, 0] < 2 * pixels[:, 1])).sum())
     assert caps(plain) < 80 and caps(shown("ClipAxis=2", "ClipAt=0.47")) > 150
     r, g, b = shown("ColorBy=2").T
-    assert (r > 2 * g).sum() > 0.3 * whole and (g > 2 * r).sum() > 0.3 * whole
+    assert (r > 2 * g).sum() > 0.3 * whole and (g > 1.5 * r).sum() > 0.3 * whole
     r, g, b = shown("ColorBy=1").T
     assert ((r > 2 * b) & (r > 100)).sum() > 0.3 * whole and ((b > g + 20) & (b > r)).sum() > 0.3 * whole
     assert (shown("Azimuth=10", "Elevation=60") != plain).any()
     for turn in (0, 90, 215):
         assert 0.15 * whole < reds(shown(f"Turn={turn}")) < whole
+
+
+def test_pictures_say_what_colours_mean(program, tmp_path):
+    """At the lower edge: a bar from dark violet to yellow with the largest gap, or squares in the colours of the axes."""
+    folder, _ = program(*"20 20 20 --rbc 9 --vtp".split())
+    for color in ("species", "gap", "orientation"):
+        picture = tmp_path / f"{color}.png"
+        render.main([str(folder), str(picture), "600", "400", "--quality", "draft", "--color", color])
+        lower = (255 * matplotlib.image.imread(picture)[-24:, :, :3]).astype(int)
+        coloured = np.ptp(lower, axis=2) > 60
+        if color == "species":
+            assert not coloured.any()
+        elif color == "gap":
+            bar = lower[14][coloured[14]]
+            assert 150 < len(bar) < 250 and abs(bar[0] - (68, 1, 84)).max() < 12 and abs(bar[-1] - (253, 231, 37)).max() < 12
+            assert (lower[:, 410:].max(axis=2) < 120).sum() > 50  # the text beside it
+        else:
+            columns = np.flatnonzero(coloured[14])
+            squares = np.split(columns, np.flatnonzero(np.diff(columns) > 1) + 1)
+            found = [lower[14, square[len(square) // 2]] for square in squares]
+            expected = [[int(colour[i:i + 2], 16) for i in (1, 3, 5)] for colour in plot.AXIS_COLOURS.values()]
+            assert np.allclose(found, expected, atol=4), found
 
 
 def test_scenes_without_cells_can_be_rendered(tmp_path):

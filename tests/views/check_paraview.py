@@ -2,6 +2,7 @@
 """Pictures by ParaView show the cells, on white, with a small colour bar: check_paraview.py <packMesh> <folder of the package>
 [folder for pictures]."""
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -10,9 +11,13 @@ import matplotlib.image
 import numpy as np
 
 
-def draw(*words):
-    """Without a reset of the display between the connections that ParaView makes."""
-    subprocess.run(["xvfb-run", "-a", "-s", "-noreset", sys.executable, "-m", "packmesh", *words], check=True)
+def draw(*words, path=None, code=0):
+    """Without a display. @return what is told on standard error"""
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    done = subprocess.run([sys.executable, "-m", "packmesh", *words], env={**environment, "PATH": path or environment["PATH"]},
+                          stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == code, (done.returncode, done.stderr)
+    return done.stderr
 
 
 def read(picture):
@@ -26,6 +31,16 @@ def is_white(pixels):
 
 def red_share(pixels):
     return float(((pixels[:, :, 0] > 0.25) & (pixels[:, :, 0] > 2.5 * pixels[:, :, 1]) & (pixels[:, :, 0] > 2.5 * pixels[:, :, 2])).mean())
+
+
+def yellow_share(pixels):
+    return float(((pixels[:, :, 0] > 0.4) & (pixels[:, :, 1] > 0.4) & (pixels[:, :, 2] < 0.5 * pixels[:, :, 1])).mean())
+
+
+def has_label(pixels):
+    """Black text at the upper left."""
+    height, width, _ = pixels.shape
+    return bool((pixels[:height // 5, :width // 2] < 0.1).all(axis=2).sum() > 50)
 
 
 def main():
@@ -47,8 +62,13 @@ def main():
         assert red_share(shown["gap"]) < 0.5 * red_share(shown["species"]), red_share(shown["gap"])
         subprocess.run([program, *"--cylinder x 6 20 --rbc 6 --method cat --growth-frames 10 --quiet".split()], check=True)
         draw("paraview-growth", "growth_frames", "growth.png")
-        first, _, last = np.array_split(read("growth.png"), 3)
-        assert red_share(first) < 0.01 and red_share(last) > 0.1, (red_share(first), red_share(last))  # small and blue, large and red
+        first, middle, last = np.array_split(read("growth.png"), 3)
+        assert yellow_share(first) < 0.01 and yellow_share(last) > 0.1, (yellow_share(first), yellow_share(last))  # small and dark, large
+        assert has_label(first) and has_label(middle) and has_label(last)
+        assert "has no state 99; expected one of 0 to " in draw("paraview-growth", "growth_frames", "growth.png", "99", code=1)
+        os.mkdir("bin")  # ParaView alone
+        os.symlink(shutil.which("pvpython"), "bin/pvpython")
+        assert "needs a display" in draw("paraview-cells", ".", "none.png", path=os.path.realpath("bin"), code=1)
         print("ParaView shows the cells")
 
 
