@@ -34,8 +34,9 @@ LEGEND = """
 #if (ColorBy = 2)
   #declare Names = array[3] { "x", "y", "z" }
   #for (I, 0, 2)
-    Square(AxisColours[I], -0.5 + 0.4 * I, 0.05 / Aspect)
-    Write(concat("axis along ", Names[I]), -0.5 + 0.4 * I + 0.08 / Aspect, Row, 0)
+    #declare At = (0.65 * I - 0.95) / Aspect;
+    Square(AxisColours[I], At, 0.05 / Aspect)
+    Write(concat("axis along ", Names[I]), At + 0.08 / Aspect, Row, 0)
   #end
 #end
 """
