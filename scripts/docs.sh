@@ -20,6 +20,7 @@ echo '
 <a href="../../api/index.html">Documentation of the headers</a>' >> "$source/docs/reference/headers.md"
 
 mkdocs build --quiet --strict --config-file docs/mkdocs.yml --site-dir "$PWD/$site"
+{ printf 'window.searchIndex = '; cat "$site/search/search_index.json"; } > "$site/search/search_index.js"  # for pages opened as files
 doxygen - << DOXYFILE
 PROJECT_NAME = packMesh
 INPUT = packMesh/packing packMesh/container packMesh/shape packMesh/certificate packMesh/mesh
