@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 #include "hemocell_adapter/output/cell_files.h"
 
+#include <fmt/format.h>
+
 #include <string>
 
 #include "hemocell_adapter/hemocell/pos_file.h"
@@ -15,6 +17,7 @@ struct File {
   fs::path path;
   std::string head;
   int species;
+  Vec3 shift;  ///< of the frame [µm]
 };
 
 class CellFiles {
@@ -25,7 +28,13 @@ class CellFiles {
 
   std::vector<fs::path> operator()() {
     shared_.makeFolder(output_.folder);
-    addPosFiles();
+    addPosFiles(output_.folder, Vec3::Zero());
+    for (const OtherLattice& other : problem_.lumen.others) {
+      if (other.shift.isZero()) continue;
+      const fs::path folder = output_.folder / fmt::format("dx_{:.15g}", other.dx);
+      shared_.makeFolder(folder);
+      addPosFiles(folder, other.shift);
+    }
     for (const File& file : files_) write(file);
     shared_.commit();
     std::vector<fs::path> paths;
@@ -34,16 +43,16 @@ class CellFiles {
   }
 
  private:
-  void addPosFiles() {
+  void addPosFiles(const fs::path& folder, const Vec3& shift) {
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       if (problem_.species[s].mostCells() == 0) continue;
-      files_.push_back({output_.folder / (problem_.species[s].name + ".pos"), formatPosHead(counts_[s]),
-                        static_cast<int>(s)});
+      files_.push_back({folder / (problem_.species[s].name + ".pos"), formatPosHead(counts_[s]),
+                        static_cast<int>(s), shift});
     }
   }
 
   /// This rank's lines, in any number of pieces.
-  std::vector<std::string> posLines(int species) const {
+  std::vector<std::string> posLines(int species, const Vec3& shift) const {
     std::vector<std::size_t> own;
     for (std::size_t i = 0; i < result_.cells.size(); ++i)
       if (result_.cells[i].species == species) own.push_back(i);
@@ -54,8 +63,10 @@ class CellFiles {
         count,
         [&](std::int64_t begin, std::int64_t end, int) {
           std::vector<PosLine> lines;
-          for (std::int64_t i = begin; i < end; ++i)
+          for (std::int64_t i = begin; i < end; ++i) {
             lines.push_back(problem_.read.lineOf(result_.poses[own[i]]));
+            lines.back().position += shift;
+          }
           pieces[begin / linesOfPiece] = formatPosLines(lines);
         },
         linesOfPiece);
@@ -65,7 +76,7 @@ class CellFiles {
   void write(const File& file) {
     shared_.begin(file.path);
     shared_.append([&] { return file.head; });
-    shared_.appendParts(posLines(file.species));
+    shared_.appendParts(posLines(file.species, file.shift));
     shared_.end();
   }
 

@@ -134,23 +134,4 @@ Report configurationOf(const Problem& problem, const OutputRequest& output, cons
   return all;
 }
 
-std::array<bool, 3> endAxes(const Problem& problem) {
-  std::array<bool, 3> ends{};
-  const auto allBut = [&](const std::string& walls) {
-    for (int k = 0; k < 3; ++k) ends[k] = walls.find("xyz"[k]) == std::string::npos;
-  };
-  if (problem.request.container && problem.request.container->lumen) {
-    const SolidRequest& solid = *problem.request.container->lumen;
-    if (solid.kind == SolidRequest::Kind::cylinder) ends[solid.axis] = true;
-    if (solid.kind == SolidRequest::Kind::mesh && solid.openAxis) ends[*solid.openAxis] = true;
-    if (solid.kind == SolidRequest::Kind::box)
-      allBut(problem.request.walls.value_or(problem.request.periodicEnds.value_or(false) ? "" : "xyz"));
-  } else if (problem.request.boxSize || !problem.simulation->domain.geometry) {
-    allBut(problem.request.walls.value_or(""));
-  } else {
-    ends[problem.preInlet ? problem.preInlet->axis : 0] = true;
-  }
-  return ends;
-}
-
 }  // namespace packmesh::hemocell

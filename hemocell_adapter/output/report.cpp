@@ -125,6 +125,22 @@ Report profileOf(const Profile& profile, const std::vector<CellSpecies>& species
   return all;
 }
 
+/// What a profile asks for, in the layers of the profile that was measured: volume fractions per species,
+/// null for those that may be at any depth. Pre: there is a profile
+Report askedOf(const Profile& measured, const Problem& problem) {
+  Report all = Report::array();
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    Report fractions = nullptr;
+    if (problem.profile->species[s].isAsked()) {
+      fractions = Report::array();
+      for (int i = 0; i < measured.layers(); ++i)
+        fractions.push_back(problem.profile->askedAt(problem.profile->species[s], measured.middle(i)));
+    }
+    all.push_back({{"name", problem.species[s].name}, {"fraction", std::move(fractions)}});
+  }
+  return {{"source", problem.profile->source}, {"species", std::move(all)}};
+}
+
 Report measuresOf(const PackingMeasures& measures, const Problem& problem) {
   Report all;
   all["pointsPerCell"] = measures.pointsPerCell;
@@ -133,6 +149,7 @@ Report measuresOf(const PackingMeasures& measures, const Problem& problem) {
   all["wall"] = nullptr;
   if (measures.wall) {
     all["wall"] = profileOf(*measures.wall, problem.species);
+    all["wall"]["asked"] = problem.profile ? askedOf(*measures.wall, problem) : Report(nullptr);
     Report& layer = all["wall"]["cellFreeLayer"];
     layer = Report::array();
     for (const double share : {0.05, 0.5}) {

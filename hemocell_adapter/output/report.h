@@ -2,7 +2,6 @@
 /// @file All data of a run in one document; docs/reference/report.md describes it.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -28,8 +27,5 @@ Report configurationOf(const Problem& problem, const OutputRequest& output, cons
 
 /// The file of the document, if a report is requested. Pre: it is
 std::filesystem::path reportJson(const OutputRequest& output);
-
-/// Axes along which the lumen of a problem ends other than at a wall.
-std::array<bool, 3> endAxes(const Problem& problem);
 
 }  // namespace packmesh::hemocell

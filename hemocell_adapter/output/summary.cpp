@@ -7,6 +7,7 @@
 
 #include "hemocell_adapter/base/duration.h"
 #include "hemocell_adapter/problem/clearances.h"
+#include "hemocell_adapter/problem/fahraeus.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "packMesh/core/version.h"
 
@@ -64,6 +65,11 @@ std::vector<std::string> lumenLines(const Problem& problem) {
                            lumen.lattice->dx());
   }
   lines.push_back(volumes);
+  for (const OtherLattice& other : lumen.others)
+    lines.push_back(
+        fmt::format("Also at dx {:.6g} µm: {} fluid nodes of {}; its .pos files {}", other.dx,
+                    other.lattice->fluidNodes(), fmt::join(other.lattice->nodes(), " x "),
+                    other.shift.isZero() ? "are the same" : fmt::format("are in dx_{:.15g}", other.dx)));
   return lines;
 }
 
@@ -135,12 +141,35 @@ std::vector<std::string> regionLines(const Problem& problem, const std::vector<P
   return lines;
 }
 
+std::vector<std::string> profileLines(const Problem& problem,
+                                      const std::vector<std::vector<double>>& reached) {
+  const DepthProfile& profile = *problem.profile;
+  std::vector<std::string> lines;
+  for (int j = 0; j < profile.shells(); ++j) {
+    std::string line =
+        fmt::format("Profile, {:.3g} to {:.3g} µm from the wall:", profile.edges[j], profile.edges[j + 1]);
+    for (std::size_t s = 0; s < reached.size(); ++s)
+      if (!reached[s].empty())
+        line += fmt::format("{} {} {:.4f} of {:.4f} requested", line.back() == ':' ? "" : ",",
+                            problem.species[s].name, reached[s][j], profile.askedIn(profile.species[s], j));
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
 std::vector<std::string> headLines(const Problem& problem) {
   std::vector<std::string> lines;
   lines.push_back(versionLine(problem.ranks.size(), problem.team.count()));
   if (problem.simulation) lines.push_back(fmt::format("Case: {}", problem.simulation->file.string()));
   for (std::string& line : lumenLines(problem)) lines.push_back(std::move(line));
-  if (problem.request.hematocrit) {
+  if (const auto& discharge = problem.request.dischargeHematocrit)
+    lines.push_back(
+        fmt::format("Discharge hematocrit {:.15g}: hematocrit {:.4f} in the lumen, {:.4g} µm in diameter "
+                    "(Fåhraeus effect, "
+                    "Pries 1990)",
+                    *discharge, *problem.request.hematocrit,
+                    *hydraulicDiameter(*problem.lumen.container, endAxes(problem))));
+  else if (problem.request.hematocrit) {
     std::string convention = problem.request.redCellVolume ? fmt::format("red cells counted as {:.15g} µm³",
                                                                          *problem.request.redCellVolume)
                                                            : std::string("by mesh volume");
@@ -160,6 +189,7 @@ std::vector<std::string> headLines(const Problem& problem) {
   for (const LumenRegion& region : problem.lumen.regions)
     lines.push_back(fmt::format("Hematocrit of {}: {:.15g} ({:.2f} % of the lumen)", region.name,
                                 region.hematocrit, 100.0 * region.share));
+  if (problem.profile) lines.push_back("Profile: " + problem.profile->source);
   if (problem.request.inColumns) lines.push_back("Order: cells in columns, not at random");
   if (problem.request.method == Method::cat)
     lines.push_back(fmt::format("Method: growth in the cells of the chordal axis transform, {}",

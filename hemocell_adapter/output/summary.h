@@ -37,6 +37,10 @@ std::string reachedText(const Problem& problem, const PackingResult& result, con
 std::vector<std::string> regionLines(const Problem& problem, const std::vector<Part>& parts,
                                      const std::vector<std::int64_t>& counts);
 
+/// What was reached of a profile, shell by shell. @param reached reachedProfile(). Pre: there is a profile
+std::vector<std::string> profileLines(const Problem& problem,
+                                      const std::vector<std::vector<double>>& reached);
+
 /// Statistics of packing: sweeps or iterations, repairs or rejected steps, CPU time of the stages.
 std::vector<std::string> effortLines(const Statistics& statistics);
 

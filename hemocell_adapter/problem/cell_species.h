@@ -48,6 +48,12 @@ struct SpeciesPlan {
   double extraWallClearance(double ofAll) const { return wallClearance(ofAll) - ofAll; }
 };
 
+/// A species at another lattice spacing.
+struct OtherAcceptance {
+  std::shared_ptr<const Acceptance> acceptance;
+  TriangleMesh mesh;  ///< that HemoCell builds there [µm]
+};
+
 /// One kind of cell as the user names it, with its shape and number.
 struct CellSpecies : SpeciesPlan {
   CellSpecies() = default;
@@ -56,6 +62,7 @@ struct CellSpecies : SpeciesPlan {
   std::shared_ptr<const Shape> shape;
   double countedVolume = 0.0;                    ///< of a cell, in the requested hematocrit [µm³]
   std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
+  std::vector<OtherAcceptance> others;           ///< at those of Lumen::others
   std::int64_t count = 0;                        ///< to be packed, or found by a check
 
   std::int64_t mostCells() const { return count + stock; }  ///< of a packing

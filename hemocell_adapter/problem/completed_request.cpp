@@ -189,11 +189,26 @@ Stated statedBy(const CommandLine& commandLine, const Case* simulation, std::vec
   return {std::move(request), commandLine.options()};
 }
 
+/// Of a hematocrit and a discharge hematocrit, options override the section of a case. Until the lumen is
+/// known, the discharge hematocrit stands for that of the lumen.
+void settleHematocrit(Request& request, const Request& options, const Case* simulation) {
+  if (!request.dischargeHematocrit) return;
+  if (options.hematocrit && options.dischargeHematocrit)
+    throw UsageError("--hematocrit and --discharge-hematocrit exclude each other");
+  if (request.hematocrit && !options.hematocrit && !options.dischargeHematocrit)
+    throw InputError(sectionOf(simulation) + ": <hematocrit> and <dischargeHematocrit> exclude each other");
+  if (options.hematocrit)
+    request.dischargeHematocrit.reset();
+  else
+    request.hematocrit = request.dischargeHematocrit;
+}
+
 /// What packing and checking have in common.
 void settle(CompletedRequest& completed, const Request& options) {
   Request& request = completed.request;
   const Case* simulation = completed.simulation.get();
   nameSpeciesOfStates(request);
+  settleHematocrit(request, options, simulation);
   chooseOutputs(request, simulation);
   chooseEnds(request, simulation);
   if (simulation) request.dx = simulation->domain.dx;

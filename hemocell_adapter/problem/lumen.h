@@ -24,9 +24,19 @@ struct LumenRegion {
   double hematocrit = 0.0;  ///< requested
 };
 
+/// The lattice of the same lumen at another spacing.
+struct OtherLattice {
+  double dx = 0.0;  ///< [µm]
+  /// From coordinates of .pos files at the spacing of the case to those at this one [µm]: the frame of a
+  /// vessel begins a node before its surface.
+  Vec3 shift = Vec3::Zero();
+  std::shared_ptr<const Lattice> lattice;
+};
+
 struct Lumen {
   std::shared_ptr<const Container> container;
   std::shared_ptr<const Lattice> lattice;  ///< nullptr without a case
+  std::vector<OtherLattice> others;        ///< at which HemoCell is to keep the cells, too
   /// Without a lattice but in a box: where HemoCell would keep vertices, (lo, hi] [µm].
   std::optional<Box> keptBox;
   bool periodic = false;             ///< cells may wrap around; HemoCell drops those that do

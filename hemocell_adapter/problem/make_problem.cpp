@@ -15,9 +15,12 @@
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/counts.h"
+#include "hemocell_adapter/problem/fahraeus.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_lumen.h"
+#include "hemocell_adapter/problem/other_spacings.h"
 #include "hemocell_adapter/problem/parts.h"
+#include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/problem/species_plans.h"
 #include "hemocell_adapter/settings/value_specs.h"
 #include "packMesh/core/error.h"
@@ -208,6 +211,7 @@ void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
       std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];
       if (!acceptance) acceptance = std::make_shared<Acceptance>(problem.lumen.lattice, distance);
       species.acceptance = acceptance;
+      species.others = otherAcceptances(species, problem.lumen);
     }
   }
 }
@@ -223,6 +227,19 @@ void examineWall(Problem& problem) {
     throw InputError("a cell-free layer requires walls, and this lumen has none (see --walls)");
 }
 
+void chooseTubeHematocrit(Problem& problem) {
+  const double discharge = *problem.request.dischargeHematocrit;
+  const auto diameter =
+      problem.lumen.solidWalls ? hydraulicDiameter(*problem.lumen.container, endAxes(problem)) : std::nullopt;
+  if (!diameter)
+    throw InputError(
+        "a discharge hematocrit is that of a lumen with walls that blood flows along, and this one has none "
+        "(see --walls); state the hematocrit");
+  if (auto warning = fahraeusWarning(*diameter))
+    problem.notices.push_back("discharge hematocrit: " + *warning);
+  problem.request.hematocrit = tubeHematocrit(discharge, *diameter);
+}
+
 /// Regions, counts, parts and walls of a problem that has its lumen and its shapes.
 void preparePacking(Problem& problem) {
   const Request& request = problem.request;
@@ -230,8 +247,13 @@ void preparePacking(Problem& problem) {
     throw InputError(request.regions.front().body.where +
                      ": regions require a hematocrit of the rest of the lumen, for example 0.001");
   examineWall(problem);
+  if (request.profile && !request.regions.empty())
+    throw InputError(request.regions.front().body.where +
+                     ": regions and a profile (--profile, <profile>) exclude each other");
   problem.lumen.regions = makeRegions(request, problem.lumen);
+  if (request.dischargeHematocrit) chooseTubeHematocrit(problem);
   resolveCounts(problem);
+  if (request.profile) problem.profile = planProfile(problem, problem.notices);
   std::vector<std::int64_t> counts;
   std::int64_t tiles = 1;
   if (request.dryRun)
@@ -278,6 +300,10 @@ void settleDistances(const Problem& problem, std::vector<SpeciesPlan>& plans,
 void addLumenAndSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
   problem.inputs = recordedInputs();
   problem.lumen = makeLumen(problem.request, problem.simulation.get(), problem.preInlet);
+  addOtherSpacings(problem.request, problem.simulation.get(), problem.preInlet, problem.lumen);
+  // Membranes may extend further at another spacing.
+  problem.demanded.membranes =
+      std::max(problem.demanded.membranes, 2.0 * inflationElsewhere(problem.lumen, problem.request.dx));
   addSpecies(problem, std::move(plans));
 }
 
@@ -360,6 +386,8 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   CompletedRequest big{problem.request, problem.simulation, {}, {}};
   big.request.tiles = {1, 1, 1};
   big.request.regions.clear();
+  big.request.profile.reset();
+  big.request.dischargeHematocrit.reset();
   big.request.hematocrit.reset();
   for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
   return builtWith(big, problem.ranks, [&](Problem& made) {
@@ -367,6 +395,13 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
     addLumenAndSpecies(made, tiledPlans(problem, result));
     preparePacking(made);
   });
+}
+
+Problem withCorrectedProfile(const Problem& problem, const PackingResult& packed) {
+  Problem corrected = problem;
+  corrected.profile = correctedProfile(problem, packed);
+  corrected.atDemanded = partsAt(corrected, corrected.demanded);
+  return corrected;
 }
 
 PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packed,

@@ -29,6 +29,10 @@ Problem problemToCheck(const CompletedRequest& completed, const Communicator& ra
 /// @throws InputError as requireTileable()
 Problem tiledProblem(const Problem& problem, const Clearances& clearances, const PackingResult& result);
 
+/// The problem with the numbers of cells in the shells of its profile corrected by a packing of it
+/// (correctedProfile()). All ranks call. Pre: it has a profile
+Problem withCorrectedProfile(const Problem& problem, const PackingResult& packed);
+
 /// @throws InputError if the box is not periodic along an axis along which it is repeated, or if there are
 ///   too many cells
 void requireTileable(const Problem& problem);

@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
 
 #include "hemocell_adapter/problem/make_lumen.h"
+#include "hemocell_adapter/problem/other_spacings.h"
 #include "hemocell_adapter/problem/solid.h"
+#include "packMesh/container/body_region.h"
+#include "packMesh/container/depth_shell.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "packMesh/core/tolerances.h"
@@ -21,6 +25,9 @@ namespace {
 
 /// Relative deviation from a region's hematocrit that causes a warning.
 constexpr double noticeable = 0.1;
+
+/// Cells of a shell may leave it by this part of its thickness, so that no shell can be jammed by itself.
+constexpr double overlapOfShells = 0.2;
 
 /// A random subset of `count` of the poses, in their order.
 std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed,
@@ -121,7 +128,9 @@ class Parting {
       part.cells.freedom.cone.reset();
       parts_.push_back(std::move(part));
     }
-    if (regions_.empty() || !species.redCell)
+    if (problem_.profile && problem_.profile->species[s].isAsked())
+      freeInShells(s);
+    else if (regions_.empty() || !species.redCell)
       free(s, -1, species.count - fixed, startOf(species, problem_.request.seed, std::uint32_t(s)));
     else
       freeInRegions(s);
@@ -138,6 +147,32 @@ class Parting {
         throw InputError(fmt::format("{}: more of its cells are in {} than the hematocrit there allows",
                                      species.fixedFrom, regions_[r].name));
       free(s, int(r), toPlace_[s][r], std::move(start[r]));
+    }
+  }
+
+  void freeInShells(int s) {
+    const CellSpecies& species = problem_.species[s];
+    const DepthProfile& profile = *problem_.profile;
+    const SpeciesProfile& planned = profile.species[s];
+    const auto shellOf = [&](const Vec3& p) { return profile.shellAt((*profile.depth)(p).distance); };
+    std::vector<std::int64_t> fixed(profile.shells(), 0);
+    for (const PosLine& line : species.fixed) ++fixed[shellOf(line.position)];
+    std::vector<std::vector<Pose>> start(profile.shells());
+    for (const Pose& pose : startOf(species, problem_.request.seed, std::uint32_t(s)))
+      start[shellOf(pose.position)].push_back(pose);
+    const std::vector<std::int64_t> counts = sharedOutBesides(species.count, planned.weight, fixed);
+    for (int j = 0; j < profile.shells(); ++j) {
+      if (counts[j] == 0) continue;
+      constexpr double endless = std::numeric_limits<double>::infinity();
+      const double overlap = overlapOfShells * (profile.edges[1] - profile.edges[0]);
+      const double from = j == 0 ? -endless : profile.edges[j] - overlap,
+                   to = j + 1 == profile.shells() ? endless : profile.edges[j + 1] + overlap;
+      Part part{s, j, freeCells(problem_, packed_, s, counts[j])};
+      part.cells.name += fmt::format(", {:.3g} to {:.3g} µm deep", profile.edges[j], profile.edges[j + 1]);
+      part.cells.freedom.region = std::make_shared<DepthShell>(profile.depth, from, to);
+      if (planned.freeLayer > 0.0)
+        part.cells.freedom.freeLayer = FreeLayer{profile.depth->wall(), planned.freeLayer};
+      addFree(std::move(part), std::move(start[j]));
     }
   }
 
@@ -172,7 +207,11 @@ class Parting {
           region + 1 < int(regions_.size()) ? fmt::format(", region {}", region + 1) : ", rest";
       part.cells.freedom.region = regions_[region].region;
     }
-    part.cells.start = drawn(std::move(start), count, problem_.request.seed, parts_.size());
+    addFree(std::move(part), std::move(start));
+  }
+
+  void addFree(Part part, std::vector<Pose> start) {
+    part.cells.start = drawn(std::move(start), part.cells.count, problem_.request.seed, parts_.size());
     if (const auto& cone = part.cells.freedom.cone; problem_.request.rotate && cone)
       for (Pose& pose : part.cells.start) pose.orientation = cone->nearest(pose.orientation);
     parts_.push_back(std::move(part));
@@ -197,7 +236,7 @@ std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen) {
   double rest = 1.0;
   for (const RegionRequest& request : asked.regions) {
     std::shared_ptr<const Container> body = makeSolid(request.body, {false, false, false}, notices);
-    const auto region = std::make_shared<Region>(body, earlier, bounds, period);
+    const auto region = std::make_shared<BodyRegion>(body, earlier, bounds, period);
     const double share = volumeInLumen(*region, *lumen.container) / lumen.container->volume();
     if (!(share > 0.0))
       throw InputError(
@@ -206,7 +245,7 @@ std::vector<LumenRegion> makeRegions(const Request& asked, const Lumen& lumen) {
     rest = std::max(0.0, rest - share);
     earlier.push_back(std::move(body));
   }
-  regions.push_back({"the rest", std::make_shared<Region>(nullptr, earlier, bounds, period), rest,
+  regions.push_back({"the rest", std::make_shared<BodyRegion>(nullptr, earlier, bounds, period), rest,
                      asked.hematocrit.value_or(0.0)});
   return regions;
 }
@@ -242,7 +281,8 @@ PackedParts partsAt(const Problem& problem, const Clearances& clearances) {
     // faces it then suffices that no vertex is beyond them.
     constexpr double margin = tolerance::relaxationMargin - tolerance::relaxationTolerance;
     if (isNew) wall->second = speciesWall(problem.lumen, distance, reach, clearance + margin);
-    packed.walls.back() = wall->second;
+    packed.walls.back() =
+        wallAtAllSpacings(wall->second, species, problem.lumen, problem.request.dx, clearance + margin);
   }
   packed.parts = Parting(problem, packed)();
   return packed;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hemocell_adapter/problem/other_spacings.h"
 #include "packMesh/core/tolerances.h"
 
 namespace packmesh::hemocell {
@@ -33,6 +34,25 @@ Physics physicsOf(const Problem& problem) {
   return physics;
 }
 
+std::array<bool, 3> endAxes(const Problem& problem) {
+  std::array<bool, 3> ends{};
+  const auto allBut = [&](const std::string& walls) {
+    for (int k = 0; k < 3; ++k) ends[k] = walls.find("xyz"[k]) == std::string::npos;
+  };
+  if (problem.request.container && problem.request.container->lumen) {
+    const SolidRequest& solid = *problem.request.container->lumen;
+    if (solid.kind == SolidRequest::Kind::cylinder) ends[solid.axis] = true;
+    if (solid.kind == SolidRequest::Kind::mesh && solid.openAxis) ends[*solid.openAxis] = true;
+    if (solid.kind == SolidRequest::Kind::box)
+      allBut(problem.request.walls.value_or(problem.request.periodicEnds.value_or(false) ? "" : "xyz"));
+  } else if (problem.request.boxSize || !problem.simulation->domain.geometry) {
+    allBut(problem.request.walls.value_or(""));
+  } else {
+    ends[problem.preInlet ? problem.preInlet->axis : 0] = true;
+  }
+  return ends;
+}
+
 bool knowsAcceptance(const Problem& problem) {
   return problem.lumen.lattice || problem.lumen.keptBox;
 }
@@ -44,7 +64,10 @@ bool keepsAll(const Problem& problem) {
 std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell) {
   const CellSpecies& species = problem.species[cell.species];
   const auto vertices = [&] { return placedVertices(species.shape->mesh(), cell.placement); };
-  if (species.acceptance) return species.acceptance->violation(vertices());
+  if (species.acceptance) {
+    if (auto violation = species.acceptance->violation(vertices())) return violation;
+    return violationElsewhere(species, problem.lumen, cell.placement);
+  }
   if (problem.lumen.keptBox) {
     const Sphere sphere = boundingSphere(species.shape->hierarchy(), cell.placement);
     if (problem.lumen.keptBox->grownBy(-sphere.radius).contains(sphere.center)) return {};

@@ -2,6 +2,7 @@
 /// @file A problem with its lumen and species, and queries about it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "hemocell_adapter/hemocell/pre_inlet.h"
 #include "hemocell_adapter/hemocell/read_lines.h"
 #include "hemocell_adapter/problem/cell_species.h"
+#include "hemocell_adapter/problem/depth_profile.h"
 #include "hemocell_adapter/problem/lumen.h"
 #include "hemocell_adapter/problem/packed_parts.h"
 #include "hemocell_adapter/settings/request.h"
@@ -36,6 +38,7 @@ struct Problem {
   std::optional<PreInletPlace> preInlet;     ///< of a case whose pre-inlet is packed
   Lumen lumen;
   std::vector<CellSpecies> species;
+  std::shared_ptr<const DepthProfile> profile;  ///< nullptr: cells may be at any depth
   PackedParts atDemanded;              ///< what is packed with the clearances demanded; empty for a check
   ReadLines read;                      ///< existing cells
   std::vector<std::string> notices;    ///< how it was built, for the user
@@ -73,6 +76,9 @@ std::optional<std::string> hemocellViolation(const Problem& problem, const Place
 void forEachVerdict(
     const Problem& problem, const std::vector<PlacedCell>& cells,
     const std::function<void(std::size_t cell, const std::optional<std::string>& violation)>& visit);
+
+/// Axes along which the lumen of a problem ends other than at a wall.
+std::array<bool, 3> endAxes(const Problem& problem);
 
 /// Whether it is known which cells HemoCell keeps: there is a lattice, or a box.
 bool knowsAcceptance(const Problem& problem);

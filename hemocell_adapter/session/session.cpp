@@ -14,6 +14,7 @@
 #include "hemocell_adapter/base/stopped.h"
 #include "hemocell_adapter/output/shared_files.h"
 #include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/session/attempts.h"
 #include "hemocell_adapter/session/memory.h"
 #include "packMesh/core/poll_scope.h"
@@ -103,7 +104,27 @@ std::shared_ptr<const Problem> Session::problemOf(const CompletedRequest& comple
     problem = std::make_shared<const Problem>(problemToPack(completed, ranks_));
   });
   for (const std::string& notice : problem->notices) log::warning(notice);
+  if (problem->profile && !completed.request.dryRun && !completed.request.validate)
+    problem = corrected(std::move(problem));
   if (completed.request.isTiled()) together(ranks_, [&] { requireTileable(*problem); });
+  return problem;
+}
+
+/// Packs quickly with the clearances demanded, to see how the cells of a profile arrange themselves.
+std::shared_ptr<const Problem> Session::corrected(std::shared_ptr<const Problem> problem) const {
+  constexpr int rounds = 2;
+  constexpr std::int64_t sweeps = 600;
+  const double most = problem->request.maxSeconds;
+  for (int round = 0; round < rounds; ++round) {
+    PackingProblem pilot = packingProblemOf(*problem, problem->atDemanded, [&] {
+      return (hooks_.interrupted && hooks_.interrupted()) || (most > 0.0 && timer_.wall() > most);
+    });
+    pilot.execution.limits.maxSweeps = std::min(pilot.execution.limits.maxSweeps, sweeps);
+    pilot.execution.limits.fewerCells = false;
+    const PackingResult packed = packmesh::pack(pilot);
+    if (packed.outcome != Outcome::certified) break;
+    problem = std::make_shared<const Problem>(withCorrectedProfile(*problem, packed));
+  }
   return problem;
 }
 
@@ -201,6 +222,10 @@ void logSummary(const Packing& packing) {
                                            packing.result.certificate, packing.kept, packing.times))
     log::info(line);
   for (const std::string& line : regionLines(*packing.problem, packing.packed.parts, packing.cells.parts))
+    log::info(line);
+  if (!packing.problem->profile) return;
+  for (const std::string& line :
+       profileLines(*packing.problem, reachedProfile(*packing.problem, packing.result.cells)))
     log::info(line);
 }
 

@@ -94,6 +94,7 @@ class Session {
 
  private:
   [[noreturn]] void throwInterrupted(const Problem& problem) const;
+  std::shared_ptr<const Problem> corrected(std::shared_ptr<const Problem> problem) const;
   Packing verified(std::shared_ptr<const Problem> problem, PackedParts packed, PackingResult result) const;
   Packing repeatedInTiles(Packing before) const;
 
@@ -107,7 +108,7 @@ class Session {
 /// What HemoCell keeps of the cells of all ranks. All ranks call.
 Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells);
 
-/// The summary of a packing, and of its regions.
+/// The summary of a packing, of its regions and its profile. All ranks call.
 void logSummary(const Packing& packing);
 
 /// Calls use(finished) for a packing and what is written of it.

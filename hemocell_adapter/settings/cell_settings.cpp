@@ -61,6 +61,9 @@ std::vector<Setting> cellSettings() {
               "volume of the red cells' meshes divided by that of the lumen; excludes --rbc and --plt")
           .withLetter('h')
           .alsoOfPackCells(),
+      setting("discharge-hematocrit", &R::dischargeHematocrit, hematocrit(),
+              "hematocrit of the blood that flows out of the lumen, instead of --hematocrit: that in it is "
+              "lower by the Fåhraeus effect (Pries 1990)"),
       setting("plt_ratio", {ratio()}, "number of platelets per red cell of any species; with a hematocrit",
               [](Request& s, const Values& v) { s.plateletRatio = real(v[0]); })
           .byDefault(toText(packCellsPlateletRatio))

@@ -156,6 +156,8 @@ class Parser {
         text = "true";
       } else if (next_ < words_.size() && !looksLikeOption(words_[next_])) {
         text = words_[next_++];
+        if (setting.values[i].kind == Kind::numbers)
+          while (next_ < words_.size() && toNumber(words_[next_])) text += " " + words_[next_++];
       } else {
         throw UsageError(fmt::format("option '{}' needs {} ({}); the {} is missing", typed,
                                      setting.values.size() == 1 ? "a value" : "more values", usage(setting),
@@ -278,11 +280,11 @@ void refuseTwice(const CommandLine& c, std::size_t from) {
 /// Rejects options that contradict each other or the mode.
 void checkCombination(const CommandLine& c) {
   refuseTwoShapes(c);
-  if (given(c, "hematocrit")) {
+  for (const char* hematocrit : {"hematocrit", "discharge-hematocrit"}) {
     for (const char* other : {"rbc", "plt"}) {
-      if (given(c, other)) {
+      if (given(c, hematocrit) && given(c, other)) {
         throw UsageError(
-            fmt::format("option '--hematocrit' excludes '--{}': the hematocrit determines the number{}",
+            fmt::format("option '--{}' excludes '--{}': the hematocrit determines the number{}", hematocrit,
                         other, other == std::string("plt") ? ", and --plt_ratio that of platelets" : ""));
       }
     }

@@ -50,6 +50,8 @@ void setPreInletRange(Request& s, const Values& v) {
 std::vector<Setting> lumenSettings() {
   using R = Request;
   const ValueSpec axis = plain(Kind::axis, "axis");
+  ValueSpec spacings = number("dx ...", "µm", 0, true, 100);
+  spacings.kind = Kind::numbers;
   return {
       setting("cylinder", {axis, length("radius"), length("length")},
               "a cylinder instead of a box or the geometry of a case, low corner at the origin", setCylinder),
@@ -98,6 +100,10 @@ std::vector<Setting> lumenSettings() {
       setting("dx", &R::dx, number("dx", "µm", 0, true, 100),
               "lattice spacing of the simulation, without a config.xml")
           .withoutTag(),
+      setting(
+          "also-dx", &R::alsoDx, spacings,
+          "other lattice spacings at which HemoCell is to keep the same cells, with as many nodes more or "
+          "fewer; where the frame of the .pos files depends on the spacing, a folder dx_... has them"),
       [] {
         Setting box = setting("box", {flag()}, "with check: check the .pos files of a box, not of a case",
                               [](Request& s, const Values& v) { s.checkBox = yes(v[0]); });

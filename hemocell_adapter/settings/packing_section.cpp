@@ -253,7 +253,8 @@ Request withSection(Request settings, const XMLElement& packing, const fs::path&
     }
     refuseAttributes(*child, file);
     std::vector<Value> values = valuesOf(*child, found->values, file);
-    if (name == "fixed" || name == "start")
+    if (name == "fixed" || name == "start" ||
+        (name == "profile" && std::get<std::string>(values[0]) != developedProfile))
       values[0] = (file.parent_path() / std::get<std::string>(values[0])).string();
     found->apply(settings, values);
     if ((name == "fixed" || name == "start") && !isState(std::get<std::string>(values[0])))

@@ -72,6 +72,11 @@ std::vector<Setting> methodSettings() {
       setting("cell-free-layer", &R::cellFreeLayer, clearance(),
               "minimum distance between red cells and the wall")
           .byDefault("none"),
+      setting("profile", &R::profile, plain(Kind::text, "file"),
+              "distribution of the cells over the distance from the wall: a table, or 'developed' for a "
+              "cell-free layer with platelets in it, as blood has after flowing for a while")
+          .byDefault("none: random positions")
+          .onlyFor(Method::relaxation),
       setting("seed", &R::seed, seed(), "seed of the random numbers; the same seed gives the same bytes"),
       [] {
         Setting no = setting("noRotate", {flag()}, "keep every orientation at 0 0 0 (symmetry axis along y)",

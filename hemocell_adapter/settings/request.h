@@ -92,7 +92,8 @@ struct OutputRequest {
 struct Request {
   // Cells
   std::optional<double> hematocrit;
-  std::optional<double> plateletRatio;  ///< empty: packCellsPlateletRatio, where there may be platelets
+  std::optional<double> dischargeHematocrit;  ///< decides the hematocrit, by the lumen's diameter
+  std::optional<double> plateletRatio;        ///< empty: packCellsPlateletRatio, where there may be platelets
   std::vector<SpeciesRequest> species;
   std::vector<std::filesystem::path> fixedStates, startStates;  ///< states with cells of any species
   std::optional<double> redCellVolume;  ///< of one red cell in the hematocrit [µm³]; empty: of its mesh
@@ -104,16 +105,19 @@ struct Request {
   std::optional<Vec3> boxSize;  ///< a box from the command line [µm]
   std::optional<ContainerRequest> container;
   std::vector<RegionRequest> regions;  ///< a point belongs to the first region that contains it
-  double cellFreeLayer = 0.0;          ///< minimum distance between red cells and the wall [µm]
-  bool capOpenings = true;             ///< close flat openings of the mesh of a vessel
+  /// File with the distribution of cells over the distance from the wall, or developedProfile.
+  std::optional<std::filesystem::path> profile;
+  double cellFreeLayer = 0.0;  ///< minimum distance between red cells and the wall [µm]
+  bool capOpenings = true;     ///< close flat openings of the mesh of a vessel
   std::optional<bool> periodicEnds;
   std::optional<std::string> walls;     ///< axes that end in walls, as sorted letters
   std::optional<std::string> preInlet;  ///< direction of HemoCell's pre-inlet, "Xpos"
   std::optional<NodePlane> preInletSlice;
   std::vector<NodeRange> preInletRanges;  ///< part of that plane that is the inlet; one per axis
   bool keepAll = false;
-  bool checkBox = false;  ///< `check --box`
-  double dx = 0.5;        ///< lattice spacing [µm]; a case has it in its XML
+  bool checkBox = false;       ///< `check --box`
+  double dx = 0.5;             ///< lattice spacing [µm]; a case has it in its XML
+  std::vector<double> alsoDx;  ///< other lattice spacings at which HemoCell is to keep the cells [µm]
   std::array<int, 3> tiles = {1, 1, 1};
   bool isTiled() const { return tiles != std::array<int, 3>{1, 1, 1}; }
 
@@ -155,6 +159,9 @@ constexpr double packCellsPlateletRatio = 0.07;
 
 /// packCells' convention: a red cell has 97 µm³.
 constexpr double packCellsRedCellVolume = 97.0;
+
+/// Instead of a file: the profile of developed flow (profile_source.h).
+inline constexpr const char* developedProfile = "developed";
 
 /// Whether a file of existing cells is a state, by its name; otherwise it is a .pos file.
 inline bool isState(const std::filesystem::path& file) {

@@ -21,4 +21,12 @@ WallDistance ClosedFormWall::distance(const Vec3& p) const {
   return nearest;
 }
 
+ClosedFormWall ClosedFormWall::without(const std::array<bool, 3>& axes) const {
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  ClosedFormWall rest = *this;
+  for (int k = 0; k < 3; ++k)
+    if (axes[k]) rest.lo[k] = -endless, rest.hi[k] = endless;
+  return rest;
+}
+
 }  // namespace packmesh

@@ -2,6 +2,7 @@
 /// @file Walls described by a formula.
 #pragma once
 
+#include <array>
 #include <limits>
 
 #include "packMesh/field/distance_source.h"
@@ -24,6 +25,10 @@ struct ClosedFormWall {
   /// The lumen lies between these planes [µm]; infinite: no plane.
   Vec3 lo = Vec3::Constant(-std::numeric_limits<double>::infinity());
   Vec3 hi = Vec3::Constant(std::numeric_limits<double>::infinity());
+
+  /// Without the planes perpendicular to these axes.
+  ClosedFormWall without(const std::array<bool, 3>& axes) const;
+  bool exists() const { return radius > 0.0 || lo.array().isFinite().any() || hi.array().isFinite().any(); }
 
   /// Distance to the nearest of these walls. Outside an edge between two walls it is smaller than the true
   /// distance.

@@ -6,8 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "packMesh/container/body_region.h"
 #include "packMesh/container/box_share.h"
-#include "packMesh/container/region.h"
 #include "packMesh/container/vessel.h"
 #include "packMesh/core/error.h"
 #include "packMesh/field/distance_grid.h"
@@ -101,18 +101,11 @@ class ObstacleWall : public Wall {
   }
 
   WallDistance distance(const Vec3& p) const override {
-    WallDistance nearest{std::numeric_limits<double>::infinity(), Vec3::UnitX()};
-    if (outer_) nearest = outer_->distance(p);
-    for (const Body& body : bodies_) {
-      for (const Vec3& shift : shifts_) {
-        const Vec3 q = p - shift;
-        const double toBox = distanceToBox(q, body.box);
-        if (toBox > 0.0 && toBox >= nearest.distance) continue;
-        const WallDistance d = body.distance(q);
-        if (d.distance < nearest.distance) nearest = d;
-      }
-    }
-    return nearest;
+    return nearestOf(outer_ ? outer_->distance(p) : endless, p);
+  }
+
+  WallDistance distanceToSides(const Vec3& p, const std::array<bool, 3>& ends) const override {
+    return nearestOf(outer_ ? outer_->distanceToSides(p, ends) : endless, p);
   }
 
   double slack() const override { return slack_; }
@@ -140,6 +133,22 @@ class ObstacleWall : public Wall {
   const std::vector<Vec3>& shifts() const { return shifts_; }
 
  private:
+  static inline const WallDistance endless{std::numeric_limits<double>::infinity(), Vec3::UnitX()};
+
+  /// The nearer of a wall and the obstacles.
+  WallDistance nearestOf(WallDistance nearest, const Vec3& p) const {
+    for (const Body& body : bodies_) {
+      for (const Vec3& shift : shifts_) {
+        const Vec3 q = p - shift;
+        const double toBox = distanceToBox(q, body.box);
+        if (toBox > 0.0 && toBox >= nearest.distance) continue;
+        const WallDistance d = body.distance(q);
+        if (d.distance < nearest.distance) nearest = d;
+      }
+    }
+    return nearest;
+  }
+
   const Wall* outer_;
   std::vector<Body> bodies_;
   std::vector<Vec3> shifts_;  ///< translations to the periodic images, zero included
@@ -279,7 +288,7 @@ class ContainerWithObstacles : public Container {
   bool takesVolume(const Body& body) const {
     const std::shared_ptr<const Container> solid =
         makeVessel(body.hierarchy.mesh(), std::nullopt, body.spacing);
-    return volumeInLumen({solid, {}, outer_->bounds(), outer_->period()}, *outer_) > 0.0;
+    return volumeInLumen(BodyRegion(solid, {}, outer_->bounds(), outer_->period()), *outer_) > 0.0;
   }
 
   /// True if a vertex of the body is in the lumen, so that part of the body is.

@@ -2,40 +2,20 @@
 /// @file Parts of a lumen.
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include "packMesh/container/container.h"
 
 namespace packmesh {
 
-/// The part of a lumen inside one body and outside others; bodies repeat along the lumen's periodic axes.
 class Region {
  public:
-  /// @param inside nullptr: everything
-  /// @param outside bodies that are not part of the region
-  /// @param bounds, period of the lumen [µm]
-  Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
-         const Box& bounds, const Vec3& period);
+  virtual ~Region() = default;
 
   /// Positive inside [µm]; exact near the surface, elsewhere a lower bound of the distance (as for walls).
-  WallDistance distance(const Vec3& p) const;
+  virtual WallDistance distance(const Vec3& p) const = 0;
   bool contains(const Vec3& p) const { return distance(p).distance >= 0.0; }
 
   /// A box that contains the part of the region within the lumen's bounds.
-  const Box& bounds() const { return bounds_; }
-
- private:
-  WallDistance ofBody(const Container& body, const Vec3& p) const;
-
-  std::shared_ptr<const Container> inside_;
-  std::vector<std::shared_ptr<const Container>> outside_;
-  std::vector<Vec3> shifts_;  ///< translations to the periodic images
-  Box bounds_;
+  virtual const Box& bounds() const = 0;
 };
-
-/// Volume of the part of the region in the lumen [µm³], continued ends of a vessel included: cubes crossed by
-/// either surface are halved, to an accuracy of about 1e-4 of the lumen (4e-4 without a closed form).
-double volumeInLumen(const Region& region, const Container& lumen);
 
 }  // namespace packmesh

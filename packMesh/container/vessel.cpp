@@ -78,6 +78,13 @@ class Vessel final : public Container, public Wall {
     return result;
   }
 
+  WallDistance distanceToSides(const Vec3& p, const std::array<bool, 3>& ends) const override {
+    if (!ends_ || ends_->periodic || !ends[ends_->axis]) return distance(p);
+    Vec3 at = p;
+    at[ends_->axis] = std::clamp(at[ends_->axis], ends_->lo, ends_->hi);
+    return lumenSide(at);
+  }
+
   double samplingSpacing() const override { return detail_; }
 
   void sample(const NodeBlock& block, float* distances) const override {

@@ -2,6 +2,7 @@
 /// @file Interface of walls.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -29,6 +30,10 @@ class Wall : public DistanceSource {
  public:
   /// Distance and gradient at `p` [µm]; defined everywhere, including outside the lumen.
   virtual WallDistance distance(const Vec3& p) const = 0;
+
+  /// The distance without the planes that close the lumen at its ends along these axes: closed ends are not
+  /// the wall that blood flows along.
+  virtual WallDistance distanceToSides(const Vec3& p, const std::array<bool, 3>& ends) const;
 
   /// Largest amount by which distance() can exceed the true distance [µm]; 0 for closed forms.
   virtual double slack() const { return 0.0; }

@@ -65,7 +65,7 @@ void addWall(const Wall& wall, const Box& bounds, Digest& digest) {
 // until it is decided here whether states of problems that differ in it have to be distinguished.
 
 void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
-  const auto& [fixed, cone, region, extraWallClearance] = species.freedom;
+  const auto& [fixed, cone, region, freeLayer, extraWallClearance] = species.freedom;
   digest.add(static_cast<std::int64_t>(species.start.size()));
   for (const Pose& pose : species.start) {
     digest.add(pose.position);
@@ -75,6 +75,7 @@ void addFreedom(const Species& species, const Box& bounds, Digest& digest) {
   digest.add(extraWallClearance);
   digest.add(cone ? cone->axis : Vec3(Vec3::Zero()));
   digest.add(cone ? cone->spread : -1.0);
+  if (freeLayer) digest.add(freeLayer->thickness);
   for (std::int64_t n = 0; region && n < probes; ++n) {
     const auto u = uniform4(0, RandomStream::position, n, 0);
     const Vec3 p = bounds.lo + Vec3(u[0], u[1], u[2]).cwiseProduct(bounds.size());

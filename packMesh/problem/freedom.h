@@ -22,14 +22,22 @@ struct AxisCone {
   Quaternion nearest(const Quaternion& orientation) const;
 };
 
+/// A layer along a wall that membranes stay out of. It is not part of the certificate: relaxation observes it
+/// up to its tolerances and the interpolation of the distance.
+struct FreeLayer {
+  std::shared_ptr<const Wall> wall;
+  double thickness = 0.0;  ///< [µm]
+};
+
 /// Constraints on the cells of a species; default: none.
 struct Freedom {
   bool fixed = false;  ///< cells stay where they start
   std::optional<AxisCone> cone;
   std::shared_ptr<const Region> region;  ///< cell centres stay inside; nullptr: anywhere
-  double extraWallClearance = 0.0;       ///< clearance to the wall in addition to that of all cells [µm]
+  std::optional<FreeLayer> freeLayer;
+  double extraWallClearance = 0.0;  ///< clearance to the wall in addition to that of all cells [µm]
 
-  bool isFree() const { return !fixed && !cone && !region && extraWallClearance == 0.0; }
+  bool isFree() const { return !fixed && !cone && !region && !freeLayer && extraWallClearance == 0.0; }
 };
 
 }  // namespace packmesh

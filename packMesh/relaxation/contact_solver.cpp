@@ -70,14 +70,17 @@ ContactSolver::ContactSolver(std::vector<SpeciesModel> models, const Box& region
       kernel_(contactKernel(chosenInstructionSet())),
       wallKernel_(wallKernel(chosenInstructionSet())) {
   std::map<const Wall*, const WallField*> fields;
-  for (SpeciesModel& model : models_) {
-    if (model.wall == nullptr) continue;
-    const WallField*& field = fields[model.wall];
-    if (field == nullptr) {
-      walls_.push_back(std::make_unique<WallField>(*model.wall, region));
+  const auto fieldOf = [&](const Wall* wall) {
+    const WallField*& field = fields[wall];
+    if (field == nullptr && wall != nullptr) {
+      walls_.push_back(std::make_unique<WallField>(*wall, region));
       field = walls_.back().get();
     }
-    model.wallField = field;
+    return field;
+  };
+  for (SpeciesModel& model : models_) {
+    model.wallField = fieldOf(model.wall);
+    if (const auto& layer = model.freedom.freeLayer) model.layerWall = fieldOf(layer->wall.get());
   }
 }
 

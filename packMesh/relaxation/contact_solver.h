@@ -30,6 +30,7 @@ struct SpeciesModel {
   double lockedDepth;                    ///< deeper contacts may be locked [µm]
   const Wall* wall;                      ///< nullptr: none
   const WallField* wallField = nullptr;  ///< of the wall; set by the solver
+  const WallField* layerWall = nullptr;  ///< of the free layer
 
   Freedom freedom;
 
@@ -116,8 +117,10 @@ class ContactSolver {
   void resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
                SweepSums& sums) const;
   void resolveWall(Body& body, SweepSums& sums) const;
+  void resolveLayer(Body& body, SweepSums& sums) const;
   void resolveRegion(Body& body, SweepSums& sums) const;
   void push(const Contact& contact, Body& away, Body& back) const;
+  void push(Body& body, const WallSums& found, SweepSums& sums) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
 
   std::vector<SpeciesModel> models_;

@@ -27,6 +27,7 @@ void ContactSolver::resolveSurroundings(Body& body, SweepSums& sums) const {
   const Freedom& freedom = models_[body.species].freedom;
   if (freedom.fixed || (body.sleeping && body.moved == 0.0)) return;
   resolveWall(body, sums);
+  if (freedom.freeLayer) resolveLayer(body, sums);
   if (freedom.region) resolveRegion(body, sums);
 }
 
@@ -83,6 +84,26 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
     return;
   }
 
+  push(body, found, sums);
+}
+
+void ContactSolver::resolveLayer(Body& body, SweepSums& sums) const {
+  const SpeciesModel& model = models_[body.species];
+  const WallField& wall = *model.layerWall;
+  const double thickness = model.freedom.freeLayer->thickness + tolerance::relaxationMargin - slack_;
+  const double reach = model.radius * body.scale;
+  const double atCenter = wall.distance(body.position) - wall.slack();
+  if (atCenter > reach + thickness) return;
+  const bool deep = coarsely_ || atCenter < thickness - reach;
+  ClusterMask all = allClusters;
+  WallSums found;
+  wallKernel_(deep ? model.coarseSamples : model.samples, wall.frameOf(body, reach, deep),
+              static_cast<float>(thickness), 0.0f, all, found);
+  push(body, found, sums);
+}
+
+void ContactSolver::push(Body& body, const WallSums& found, SweepSums& sums) const {
+  const SpeciesModel& model = models_[body.species];
   const double inertia = rotate_ ? model.inverseInertia : 0.0;
   for (int k = 0; k < found.contacts; ++k) {
     const WallContact& c = found.contact[k];

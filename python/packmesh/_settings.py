@@ -349,6 +349,19 @@ class Words:
                 "stock": cells.stock, "construction": cells.construction,
                 "minimumDistanceFromSolid": cells.minimum_distance_from_solid}))
 
+    def profile(self, source: Any) -> None:
+        """A table of concentrations over the distance from the wall: a file, columns, or "developed"."""
+        if source is None:
+            return
+        if isinstance(source, Mapping):
+            columns = {name: np.asarray(values, dtype=float) for name, values in source.items()}
+            if len({values.shape for values in columns.values()}) != 1 or next(iter(columns.values())).ndim != 1:
+                raise InputError("profile: expected columns of equal length, {'distance': [0, 2, 4], 'RBC': [0, 0, 1]}")
+            file = self._folder / "profile.txt"
+            file.write_text("".join(" ".join(map(str, row)) + "\n" for row in [columns, *zip(*columns.values())]))
+            source = file
+        self.option("profile", source)
+
     def cells(self, option: str, source: Any) -> None:
         """Existing cells: files, arrays of lines of .pos files by name, or a packing."""
         if source is None:

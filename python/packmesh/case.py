@@ -58,13 +58,16 @@ def pack(
     walls: Optional[str] = None,
     ends: Optional[str] = None,
     dx: Optional[Number] = None,
+    also_dx: Sequence[Number] = (),
     pre_inlet: Optional[str] = None,
     pre_inlet_slice: Union[int, str, None] = None,
     pre_inlet_ranges: Optional[Mapping[str, Tuple[Union[int, str], Union[int, str]]]] = None,
     hematocrit: Optional[Number] = None,
+    discharge_hematocrit: Optional[Number] = None,
     platelets: Optional[Number] = None,
     species: Optional[Mapping[str, Union[Integer, Species]]] = None,
     regions: Union[Region, Sequence[Region]] = (),
+    profile: Union[Path, Mapping[str, Any], None] = None,
     fixed: Optional[Cells] = None,
     start: Optional[Cells] = None,
     rbc_volume: Optional[Number] = None,
@@ -112,12 +115,16 @@ def pack(
         ends: open ends and faces of a box: "closed" (cells stay inside, where HemoCell keeps them; the default) or
             "periodic" (cells wrap around; HemoCell deletes those that cross)
         dx: lattice spacing of the simulation, without a case (0.5)
+        also_dx: other lattice spacings at which HemoCell is to keep the same cells
         pre_inlet, pre_inlet_slice, pre_inlet_ranges: HemoCell's pre-inlet: "Xpos"; plane of nodes; {"y": (0, 42)}
     Cells:
         hematocrit: volume of the red cells' meshes divided by that of the lumen, 0 to 1
+        discharge_hematocrit: instead of it, that of the blood that flows out: lower in the lumen by the Fåhraeus effect
         platelets: number of platelets per red cell, with a hematocrit (0.07)
         species: {"RBC": 100, "WBC": Species(count=2)}: numbers, or more than that
         regions: parts of the lumen with their own hematocrit; the first that contains a point counts
+        profile: distribution over the distance from the wall: "developed" (a cell-free layer, platelets in it), a table in
+            a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
             files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, or a Packing
         rbc_volume: volume of one red cell in the hematocrit [µm³] (of its mesh)
@@ -230,12 +237,15 @@ def _fill(asked: Words, **given: Any) -> None:
     for name in ("case", "state", "restart", "output_dir"):
         if given[name] is not None:
             given[name] = file_name(name, given[name])
-    if given["hematocrit"] is not None:
-        asked.option("hematocrit", given["hematocrit"])
+    for name in ("hematocrit", "discharge_hematocrit"):
+        if given[name] is not None:
+            asked.option(name.replace("_", "-"), given[name])
+    asked.profile(given["profile"])
     if given["platelets"] is not None:
         asked.option("plt_ratio", given["platelets"])
     if given["species"] is not None:
-        asked.species(given["species"], given["hematocrit"] is not None, given["case"] is not None)
+        asked.species(given["species"], given["hematocrit"] is not None or given["discharge_hematocrit"] is not None,
+                      given["case"] is not None)
     for name in ("flat_openings", "ends", "walls", "dx", "pre_inlet", "pre_inlet_slice", "rbc_volume", "clearance",
                  "wall_clearance", "cell_free_layer", "method", "builder", "order", "seed", "max_time", "max_iterations", "threads",
                  "state", "checkpoint_every", "restart", "growth_frames", "output_dir"):
@@ -245,6 +255,8 @@ def _fill(asked: Words, **given: Any) -> None:
         asked.option("pre-inlet-range", axis, *several("pre_inlet_ranges", planes, 2, "two planes"))
     for name, value in mapping("growth", given["growth"] or {}, '{"initialScale": 0.2}').items():
         asked.option("growth", name, value)
+    if len(given["also_dx"]):
+        asked.option("also-dx", " ".join(str(float(dx)) for dx in given["also_dx"]))
     if given["tile"] is not None:
         asked.option("tile", *several("tile", given["tile"], 3, "three numbers"))
     asked.flag("fluid-volume", given["fluid_volume"])

@@ -91,6 +91,9 @@ def draw_wall(axis, wall):
             continue
         tint = colour(species["name"], number)
         axis.plot(x, y, color=tint, label=species["name"] + (f" × {factor}" if factor > 1 else ""))
+        asked = wall["asked"]["species"][number]["fraction"] if wall.get("asked") else None
+        if asked:
+            axis.plot(x, [factor * value for value in asked], color=tint, linestyle=":", label=species["name"] + ", requested")
         axis.fill_between(x, [a - b for a, b in zip(y, error)], [a + b for a, b in zip(y, error)], color=tint,
                           alpha=0.2, linewidth=0)
     thickness = wall["cellFreeLayer"][0]["thickness"]

@@ -152,3 +152,22 @@ def test_case(pipe):
     assert case.check().clean and case.check().dropped == []
     assert case.forecast(hematocrit=0.2).counts == packing.counts
     assert "wall" in packing.profiles()
+
+
+def test_profiles_and_discharge_hematocrit(tmp_path):
+    pipe = packmesh.Cylinder(12, 30)
+    table = {"distance": [0, 2, 4], "RBC": [0, 0, 1], "PLT": [3, 3, 1]}
+    cells = packmesh.pack(cylinder=pipe, hematocrit=0.25, platelets=0.4, profile=table)
+    (tmp_path / "p.txt").write_text("distance RBC PLT\n0 0 3\n2 0 3\n4 1 1\n")
+    again = packmesh.pack(cylinder=pipe, hematocrit=0.25, platelets=0.4, profile=tmp_path / "p.txt")
+    assert np.array_equal(cells.positions, again.positions)
+    radii = np.hypot(*(cells.vertices("RBC") - 12)[..., 1:].reshape(-1, 2).T)
+    assert radii.max() < 10.02
+    developed, uniform = (packmesh.pack(cylinder=pipe, hematocrit=0.2, profile=profile) for profile in ("developed", None))
+    assert developed.counts == uniform.counts
+    lower = packmesh.pack(cylinder=pipe, discharge_hematocrit=0.3)
+    assert lower.counts["RBC"] < packmesh.pack(cylinder=pipe, hematocrit=0.3).counts["RBC"]
+    with pytest.raises(packmesh.InputError, match="columns of equal length"):
+        packmesh.pack(cylinder=pipe, hematocrit=0.2, profile={"distance": [0, 1], "RBC": [1]})
+    with pytest.raises(packmesh.InputError, match="exclude each other"):
+        packmesh.pack(cylinder=pipe, hematocrit=0.2, discharge_hematocrit=0.2)

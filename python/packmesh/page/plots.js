@@ -14,11 +14,14 @@ function magnified(curves) {
 
 function wallPlot(wall) {
   const layer = wall.cellFreeLayer[0].thickness;
+  const requested = (wall.asked ? wall.asked.species : []).map((one, s) => one.fraction && {
+    name: one.name + ", requested", color: colorOf(one.name, s), dash: [2, 3], y: one.fraction,
+    x: middles(wall.begin, wall.width, one.fraction.length) }).filter((curve) => curve);
   return {
     id: "wall", title: "Volume fraction by distance to the wall", x: "distance to the wall [µm]", y: "volume fraction",
     curves: magnified(wall.species.map((one, s) => ({
       name: one.name, color: colorOf(one.name, s), y: one.fraction, error: one.error,
-      x: middles(wall.begin, wall.width, one.fraction.length) })).filter((curve) => curve.y.some((y) => y !== 0))),
+      x: middles(wall.begin, wall.width, one.fraction.length) })).filter((curve) => curve.y.some((y) => y !== 0)).concat(requested)),
     mark: layer === null ? null : { at: layer, text: "cell-free layer " + layer.toFixed(2) + " µm" },
   };
 }

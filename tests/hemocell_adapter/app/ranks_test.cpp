@@ -203,6 +203,15 @@ TEST_CASE("Layers and directions are the same on 1, 2, 3, 4 and 8 ranks", "[rank
       "config.xml --hematocrit 0.25 --cell-free-layer 1 --orient RBC 1 0 0 40 --export csv --state state.h5");
 }
 
+TEST_CASE("Profiles are the same on 1, 2, 3, 4 and 8 ranks", "[ranks][profile]") {
+  requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --profile developed --state state.h5");
+  requireSameOnRanks("--cylinder x 14 60 --ends periodic --discharge-hematocrit 0.4 --profile developed");
+}
+
+TEST_CASE("Packings for several spacings are the same on 1, 2, 3, 4 and 8 ranks", "[ranks][alsodx]") {
+  requireSameOnRanks("config.xml --hematocrit 0.25 --plt_ratio 0.3 --also-dx 0.25 1");
+}
+
 TEST_CASE("An error is reported once, ends all ranks and leaves no files", "[ranks]") {
   struct Fault {
     const char* arguments;

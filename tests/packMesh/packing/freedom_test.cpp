@@ -4,7 +4,10 @@
 
 #include <catch2/catch.hpp>
 #include <set>
+#include <tuple>
 
+#include "packMesh/container/body_region.h"
+#include "packMesh/container/depth_shell.h"
 #include "packMesh/core/error.h"
 #include "packMesh/core/random.h"
 #include "tests/support/packings.h"
@@ -147,10 +150,10 @@ TEST_CASE("Axes stay in their cone, centres in their region, cells away from the
     problem.physics.species.clear();
     const std::shared_ptr<const Container> half =
         makeBox({Vec3(0, 0, 0), Vec3(15, 24, 24)}, {false, false, false});
-    const auto left = std::make_shared<Region>(half, std::vector<std::shared_ptr<const Container>>{},
-                                               lumen->bounds(), lumen->period());
-    const auto right = std::make_shared<Region>(nullptr, std::vector<std::shared_ptr<const Container>>{half},
-                                                lumen->bounds(), lumen->period());
+    const auto left = std::make_shared<BodyRegion>(half, std::vector<std::shared_ptr<const Container>>{},
+                                                   lumen->bounds(), lumen->period());
+    const auto right = std::make_shared<BodyRegion>(
+        nullptr, std::vector<std::shared_ptr<const Container>>{half}, lumen->bounds(), lumen->period());
     base.freedom.cone = AxisCone{Vec3(0, 0, 1), 30.0 * degree};
     base.freedom.extraWallClearance = 1.5;
     base.count = 24;
@@ -204,4 +207,36 @@ TEST_CASE("pack rejects invalid constraints of species") {
                p.physics.species[0].start = {Pose{0.5, Quaternion::Identity(), Vec3::Zero()}};
              }),
              Contains("not of full size"));
+}
+
+TEST_CASE("Membranes stay out of a free layer, and centres in their shell", "[profile]") {
+  const auto pipe = std::shared_ptr<const Container>(makeCylinder(Vec3(15, 12, 12), 0, 12.0, 30.0, false));
+  const auto wall = std::make_shared<const SideWall>(pipe, std::array<bool, 3>{true, false, false});
+  const auto depth = std::make_shared<const SideDepth>(wall, pipe->bounds());
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    CAPTURE(seed);
+    PackingProblem problem = test::redCellProblem(pipe, 0.1, seed);
+    Species base = problem.physics.species[0];
+    problem.physics.species.clear();
+    base.freedom.freeLayer = FreeLayer{wall, 2.0};
+    for (const auto& [from, to, count] :
+         {std::tuple(2.0, 5.0, 12), std::tuple(5.0, 8.0, 20), std::tuple(8.0, 20.0, 9)}) {
+      base.count = count;
+      base.freedom.region = std::make_shared<DepthShell>(depth, from, to);
+      problem.physics.species.push_back(base);
+    }
+    const PackingResult result = certified(problem);
+    double nearest = 1e9, toEnd = 1e9;
+    for (std::size_t i = 0; i < result.cells.size(); ++i) {
+      const Species& species = problem.physics.species[result.cells[i].species];
+      CHECK(species.freedom.region->distance(result.poses[i].position).distance > -0.01);
+      for (const Vec3& v : placedVertices(species.shape->mesh(), result.cells[i].placement)) {
+        nearest = std::min(nearest, wall->distance(v).distance);
+        toEnd = std::min({toEnd, v.x(), 30.0 - v.x()});
+      }
+    }
+    CHECK(nearest > 1.99);
+    CHECK(nearest < 2.5);
+    CHECK(toEnd < 1.0);  // the layer is not along the ends
+  }
 }

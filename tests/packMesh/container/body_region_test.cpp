@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/container/region.h"
+#include "packMesh/container/body_region.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -20,9 +20,9 @@ std::shared_ptr<const Container> box(const Vec3& lo, const Vec3& hi) {
 
 TEST_CASE("A region is inside one body and outside earlier ones") {
   const std::shared_ptr<const Container> ball = makeSphere(Vec3(10, 10, 10), 5.0);
-  const Region inner(ball, {}, cube, Vec3::Zero());
-  const Region shell(makeSphere(Vec3(10, 10, 10), 8.0), {ball}, cube, Vec3::Zero());
-  const Region rest(nullptr, {ball, makeSphere(Vec3(10, 10, 10), 8.0)}, cube, Vec3::Zero());
+  const BodyRegion inner(ball, {}, cube, Vec3::Zero());
+  const BodyRegion shell(makeSphere(Vec3(10, 10, 10), 8.0), {ball}, cube, Vec3::Zero());
+  const BodyRegion rest(nullptr, {ball, makeSphere(Vec3(10, 10, 10), 8.0)}, cube, Vec3::Zero());
   for (double r = 0.25; r < 9.5; r += 0.5) {
     const Vec3 p = Vec3(10, 10, 10) + r * Vec3(2, 1, 2) / 3.0;
     CAPTURE(r);
@@ -37,11 +37,11 @@ TEST_CASE("A region is inside one body and outside earlier ones") {
 }
 
 TEST_CASE("Bodies of a region repeat along periodic axes") {
-  const Region region(makeSphere(Vec3(0, 10, 10), 5.0), {}, cube, Vec3(20, 0, 0));
+  const BodyRegion region(makeSphere(Vec3(0, 10, 10), 5.0), {}, cube, Vec3(20, 0, 0));
   CHECK(region.distance(Vec3(19, 10, 10)).distance == Approx(4.0));
   CHECK(region.distance(Vec3(20.5, 10, 10)).distance == Approx(4.5));
   CHECK(region.bounds().size().x() == Approx(20.0));
-  const Region once(makeSphere(Vec3(0, 10, 10), 5.0), {}, cube, Vec3::Zero());
+  const BodyRegion once(makeSphere(Vec3(0, 10, 10), 5.0), {}, cube, Vec3::Zero());
   CHECK(once.distance(Vec3(19, 10, 10)).distance == Approx(-14.0));
   CHECK(once.bounds().hi.x() == Approx(5.0));
 }
@@ -50,7 +50,7 @@ TEST_CASE("The volume of a region in a lumen is accurate") {
   const auto lumen = makeCylinder(Vec3(10, 10, 10), 0, 8.0, 20.0, false);
   const double pi = std::acos(-1.0);
   const auto share = [&](std::shared_ptr<const Container> body) {
-    return volumeInLumen(Region(std::move(body), {}, lumen->bounds(), lumen->period()), *lumen) /
+    return volumeInLumen(BodyRegion(std::move(body), {}, lumen->bounds(), lumen->period()), *lumen) /
            lumen->volume();
   };
   CHECK(share(makeSphere(Vec3(10, 10, 10), 5.0)) ==
@@ -60,6 +60,6 @@ TEST_CASE("The volume of a region in a lumen is accurate") {
   CHECK(share(box(Vec3(30, 0, 0), Vec3(40, 20, 20))) == 0.0);
   CHECK(share(nullptr) == Approx(1.0).epsilon(1e-4));
   const std::shared_ptr<const Container> core = makeCylinder(Vec3(10, 10, 10), 0, 4.0, 20.0, false);
-  const Region rest(nullptr, {core}, lumen->bounds(), lumen->period());
+  const BodyRegion rest(nullptr, {core}, lumen->bounds(), lumen->period());
   CHECK(volumeInLumen(rest, *lumen) == Approx(0.75 * lumen->volume()).epsilon(1e-3));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
-#include "packMesh/container/region.h"
+#include "packMesh/container/body_region.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,8 +37,9 @@ double volumeIn(const Region& region, const Container& lumen, const Box& box, in
 
 }  // namespace
 
-Region::Region(std::shared_ptr<const Container> inside, std::vector<std::shared_ptr<const Container>> outside,
-               const Box& bounds, const Vec3& period)
+BodyRegion::BodyRegion(std::shared_ptr<const Container> inside,
+                       std::vector<std::shared_ptr<const Container>> outside, const Box& bounds,
+                       const Vec3& period)
     : inside_(std::move(inside)),
       outside_(std::move(outside)),
       shifts_(periodicShifts(period)),
@@ -54,7 +55,7 @@ Region::Region(std::shared_ptr<const Container> inside, std::vector<std::shared_
 }
 
 /// Distance to the nearest image of a body, positive inside.
-WallDistance Region::ofBody(const Container& body, const Vec3& p) const {
+WallDistance BodyRegion::ofBody(const Container& body, const Vec3& p) const {
   WallDistance best{-endless, Vec3::UnitX()};
   for (const Vec3& shift : shifts_) {
     const WallDistance d = inLumen(body, p - shift);
@@ -63,7 +64,7 @@ WallDistance Region::ofBody(const Container& body, const Vec3& p) const {
   return best;
 }
 
-WallDistance Region::distance(const Vec3& p) const {
+WallDistance BodyRegion::distance(const Vec3& p) const {
   WallDistance nearest{endless, Vec3::UnitX()};
   if (inside_) nearest = ofBody(*inside_, p);
   for (const auto& body : outside_) {

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+#include "hemocell_adapter/problem/plan_profile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "hemocell_adapter/problem/fahraeus.h"
+#include "hemocell_adapter/problem/forecast.h"
+#include "hemocell_adapter/problem/profile_source.h"
+#include "packMesh/container/side_wall.h"
+#include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
+#include "packMesh/core/random.h"
+#include "packMesh/shape/inner_points.h"
+
+namespace packmesh::hemocell {
+namespace {
+
+/// Random points by which the lumen is measured; layers and shells [µm]; at most so many of them.
+constexpr std::int64_t lumenPoints = 1 << 17;
+constexpr double leastLayer = 0.25, leastShell = 2.0;
+constexpr int mostLayers = 200, mostShells = 16;
+
+/// Random poses of a species in each shell, rotations that are tried for each, and points of a cell: inner
+/// ones, and vertices by which its distance from the wall is examined.
+constexpr std::size_t posesOfShell = 400, fewestPoses = 20;
+constexpr std::uint32_t rotations = 20;
+constexpr int innerPointsOfCell = 64;
+constexpr std::size_t verticesOfCell = 64;
+
+/// Correction by a packing: so many random cells in each shell count, too, so that a few cells do not decide.
+constexpr double randomCells = 2.0;
+
+/// Iterations of the deconvolution: more would fit noise.
+constexpr int iterations = 60;
+
+/// Volumes are summed as multiples of this [µm³], so that the sum does not depend on the order.
+constexpr double volumeStep = 0x1p-20;
+
+/// The weights of the shells with which the volume has the profile that is asked for, as nearly as cells can;
+/// starts from those that are there.
+void fitWeights(const DepthProfile& plan, SpeciesProfile& species) {
+  std::vector<double> wanted;
+  for (std::size_t k = 0; k < plan.lumen.size(); ++k) wanted.push_back(plan.lumen[k] * species.asked[k]);
+  const double all = std::accumulate(wanted.begin(), wanted.end(), 0.0);
+  for (double& share : wanted) share /= all;
+  for (int i = 0; i < iterations; ++i) {
+    const double sum = std::accumulate(species.weight.begin(), species.weight.end(), 0.0);
+    std::vector<double> made(wanted.size(), 0.0);
+    for (int j = 0; j < plan.shells(); ++j)
+      for (std::size_t k = 0; k < species.spread[j].size(); ++k)
+        made[k] += species.weight[j] / sum * species.spread[j][k];
+    for (int j = 0; j < plan.shells(); ++j) {
+      double factor = 0.0;
+      for (std::size_t k = 0; k < species.spread[j].size(); ++k)
+        if (made[k] > 0.0) factor += species.spread[j][k] * wanted[k] / made[k];
+      species.weight[j] *= factor;
+    }
+  }
+}
+
+class Planning {
+ public:
+  Planning(const Problem& problem, std::vector<std::string>& notices)
+      : problem_(problem), notices_(notices), container_(*problem.lumen.container) {}
+
+  std::shared_ptr<const DepthProfile> operator()() {
+    makeDepth();
+    sampleLumen();
+    const ProfileSource source = sourceOf();
+    plan_.source = source.source;
+    plan_.species.resize(problem_.species.size());
+    bool any = false;
+    for (std::size_t s = 0; s < problem_.species.size(); ++s) {
+      const CellSpecies& species = problem_.species[s];
+      const ProfileSource::Column* column = source.columnOf(species.name);
+      if (!column || species.count == 0) continue;
+      any = true;
+      ask(source, *column, plan_.species[s], double(species.count) * species.shape->volume());
+    }
+    for (const ProfileSource::Column& column : source.columns)
+      if (std::none_of(problem_.species.begin(), problem_.species.end(),
+                       [&](const CellSpecies& s) { return s.name == column.species && s.count > 0; }))
+        notices_.push_back(
+            fmt::format("{}: there are no cells '{}' to distribute", source.source, column.species));
+    if (!any) throw InputError(fmt::format("{}: none of the cells to pack has a profile", source.source));
+    refuseTooDense();
+    for (std::size_t s = 0; s < problem_.species.size(); ++s)
+      if (plan_.species[s].isAsked()) distribute(int(s));
+    return std::make_shared<const DepthProfile>(std::move(plan_));
+  }
+
+ private:
+  std::array<bool, 3> ends() const {
+    const bool runningBox = problem_.running() && !problem_.request.container;
+    return runningBox ? problem_.running()->periodic : endAxes(problem_);
+  }
+
+  void makeDepth() {
+    const auto refuse = [] {
+      throw InputError("a profile is over the distance from the wall, and this lumen has none (see --walls)");
+    };
+    if (!container_.wall() || !problem_.lumen.solidWalls) refuse();
+    const auto wall = std::make_shared<const SideWall>(problem_.lumen.container, ends());
+    if (!wall->exists()) refuse();
+    plan_.depth = std::make_shared<const SideDepth>(wall, container_.bounds());
+  }
+
+  double depthAt(const Vec3& p) const { return (*plan_.depth)(p).distance; }
+
+  void sampleLumen() {
+    const Box bounds = container_.bounds();
+    std::vector<double> depths;
+    for (std::int64_t i = 0; i < lumenPoints; ++i) {
+      if (i % 1024 == 0) poll();
+      const auto u = uniform4(0, RandomStream::sample, std::uint64_t(i), 1);
+      const Vec3 p = bounds.lo + bounds.size().cwiseProduct(Vec3(u[0], u[1], u[2]));
+      const double depth = depthAt(p);
+      if (!(depth > 0.0)) continue;
+      inside_.push_back(p);
+      depths.push_back(depth);
+    }
+    const double deepest = depths.empty() ? 0.0 : *std::max_element(depths.begin(), depths.end());
+    if (!(deepest > 0.0)) throw InputError("the lumen is too thin for a profile");
+    const auto parts = [&](double least, int most) {
+      return std::clamp(int(std::ceil(deepest / least)), 1, most);
+    };
+    const int layers = parts(leastLayer, mostLayers), shells = parts(leastShell, mostShells);
+    plan_.width = deepest / layers;
+    plan_.lumen.assign(layers, 0.0);
+    for (int k = 0; k <= shells; ++k) plan_.edges.push_back(deepest * k / shells);
+    pointsOfShell_.resize(shells);
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      plan_.lumen[plan_.layerAt(depths[i])] += bounds.volume() / double(lumenPoints);
+      std::vector<std::size_t>& here = pointsOfShell_[plan_.shellAt(depths[i])];
+      if (here.size() < posesOfShell) here.push_back(i);
+    }
+  }
+
+  ProfileSource sourceOf() {
+    const std::filesystem::path& file = *problem_.request.profile;
+    if (file != developedProfile) return readProfile(file);
+    std::vector<std::string> red, platelets;
+    double volume = 0.0;
+    for (const CellSpecies& species : problem_.species) {
+      if (species.redCell) red.push_back(species.name);
+      if (species.redCell) volume += double(species.count) * species.shape->volume();
+      if (!species.redCell && species.name.rfind("PLT", 0) == 0) platelets.push_back(species.name);
+    }
+    if (!(volume > 0.0)) throw InputError("a developed profile is that of red cells, and there are none");
+    const double diameter = *hydraulicDiameter(container_, ends());
+    if (const auto warning = fahraeusWarning(diameter)) notices_.push_back("developed profile: " + *warning);
+    return developedFlow(volume / container_.volume(), diameter, red, platelets);
+  }
+
+  /// Volume fractions with the ratios of a column, and `volume` [µm³] in all.
+  void ask(const ProfileSource& source, const ProfileSource::Column& column, SpeciesProfile& species,
+           double volume) const {
+    const double unit = source.isFraction ? plan_.edges.back() : 1.0;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < plan_.lumen.size(); ++k) {
+      species.asked.push_back(source.at(column, (double(k) + 0.5) * plan_.width / unit));
+      sum += plan_.lumen[k] * species.asked.back();
+    }
+    if (!(sum > 0.0))
+      throw InputError(fmt::format("{}: '{}' is 0 everywhere in the lumen, which is at most {:.4g} µm deep",
+                                   source.source, column.species, plan_.edges.back()));
+    const double all = std::accumulate(plan_.lumen.begin(), plan_.lumen.end(), 0.0);
+    for (double& fraction : species.asked) fraction *= volume / container_.volume() * all / sum;
+    for (std::size_t i = 0; i < column.value.size() && column.value[i] == 0.0; ++i)
+      species.freeLayer = unit * source.distance[i];
+  }
+
+  void refuseTooDense() const {
+    if (problem_.request.bestEffort) return;
+    for (int j = 0; j < plan_.shells(); ++j) {
+      double fraction = 0.0;
+      for (const SpeciesProfile& one : plan_.species)
+        if (one.isAsked()) fraction += plan_.askedIn(one, j);
+      if (fraction > Forecast::possible)
+        throw InputError(fmt::format(
+            "{}: between {:.3g} and {:.3g} µm from the wall the cells would have {:.3f} of the volume; no "
+            "random packing beyond {:.2f} is known. Ask for fewer cells, or for a flatter profile",
+            plan_.source, plan_.edges[j], plan_.edges[j + 1], fraction, Forecast::possible));
+    }
+  }
+
+  /// The part of the volume of cells in each layer, [shell][layer], if their centre is in a shell; empty
+  /// where no cell fits.
+  std::vector<std::vector<double>> spreadOf(int s) const {
+    const CellSpecies& species = problem_.species[s];
+    const std::vector<Vec3> inner = innerPoints(*species.shape, innerPointsOfCell);
+    const std::vector<Vec3>& all = species.shape->mesh().vertices;
+    std::vector<Vec3> vertices;
+    const std::size_t every = std::max<std::size_t>(1, all.size() / verticesOfCell);
+    for (std::size_t i = 0; i < all.size(); i += every) vertices.push_back(all[i]);
+    const Request& request = problem_.request;
+    const double wall = request.choosesWallClearance() ? request.dx : problem_.demanded.wall;
+    const double least = std::max(plan_.species[s].freeLayer, species.wallClearance(wall));
+    std::vector<std::vector<double>> spread(plan_.shells());
+    for (int j = 0; j < plan_.shells(); ++j) {
+      poll();
+      std::vector<double> layers(plan_.lumen.size(), 0.0);
+      std::size_t poses = 0;
+      for (const std::size_t i : pointsOfShell_[j])
+        if (const auto pose = fittingPose(species, i, vertices, least)) {
+          ++poses;
+          for (const Vec3& p : inner)
+            layers[plan_.layerAt(depthAt((*pose)(p)))] += 1.0 / double(inner.size());
+        }
+      if (poses < std::min(fewestPoses, pointsOfShell_[j].size())) continue;
+      for (double& share : layers) share /= double(poses);
+      spread[j] = std::move(layers);
+    }
+    return spread;
+  }
+
+  /// A random pose with the centre at a point of the lumen and the membrane at least `least` deep, if one is
+  /// found.
+  std::optional<Placement> fittingPose(const CellSpecies& species, std::size_t point,
+                                       const std::vector<Vec3>& vertices, double least) const {
+    for (std::uint32_t attempt = 0; attempt < rotations; ++attempt) {
+      Pose pose;
+      pose.position = inside_[point];
+      const auto u = uniform4(0, RandomStream::orientation, point, attempt);
+      if (problem_.request.rotate) pose.orientation = uniformRotation(u[0], u[1], u[2]);
+      if (problem_.request.rotate && species.cone) pose.orientation = species.cone->nearest(pose.orientation);
+      const Placement placed = pose.placement();
+      if (std::all_of(vertices.begin(), vertices.end(),
+                      [&](const Vec3& v) { return depthAt(placed(v)) >= least; }))
+        return placed;
+    }
+    return {};
+  }
+
+  void distribute(int s) {
+    SpeciesProfile& species = plan_.species[s];
+    species.spread = spreadOf(s);
+    for (int j = 0; j < plan_.shells(); ++j)
+      species.weight.push_back(species.spread[j].empty() ? 0.0 : double(pointsOfShell_[j].size()));
+    if (std::accumulate(species.weight.begin(), species.weight.end(), 0.0) == 0.0)
+      throw InputError(fmt::format("{}: no cell '{}' fits more than {:.3g} µm from the wall", plan_.source,
+                                   problem_.species[s].name, species.freeLayer));
+    fitWeights(plan_, species);
+  }
+
+  const Problem& problem_;
+  std::vector<std::string>& notices_;
+  const Container& container_;
+  DepthProfile plan_;
+  std::vector<Vec3> inside_;                             ///< sample points in the lumen
+  std::vector<std::vector<std::size_t>> pointsOfShell_;  ///< some of them
+};
+
+}  // namespace
+
+std::shared_ptr<const DepthProfile> planProfile(const Problem& problem, std::vector<std::string>& notices) {
+  return Planning(problem, notices)();
+}
+
+std::shared_ptr<const DepthProfile> correctedProfile(const Problem& problem, const PackingResult& packed) {
+  DepthProfile plan = *problem.profile;
+  const std::size_t shells = plan.shells(), layers = plan.lumen.size();
+  std::vector<std::int64_t> points(plan.species.size() * shells * layers, 0);
+  std::vector<std::vector<Vec3>> inner;
+  for (const CellSpecies& species : problem.species)
+    inner.push_back(innerPoints(*species.shape, innerPointsOfCell));
+  const auto depthAt = [&](const Vec3& p) { return (*plan.depth)(p).distance; };
+  std::size_t i = 0;
+  for (std::size_t p = 0; p < packed.counts.size(); ++p) {
+    const Part& part = problem.atDemanded.parts[p];
+    for (const std::size_t end = i + std::size_t(packed.counts[p]); i < end; ++i) {
+      if (part.region < 0) continue;
+      const std::size_t row = part.species * shells + part.region;
+      for (const Vec3& inCell : inner[part.species])
+        ++points[row * layers + plan.layerAt(depthAt(packed.cells[i].placement(inCell)))];
+    }
+  }
+  problem.ranks.sum(points);
+  for (std::size_t s = 0; s < plan.species.size(); ++s) {
+    SpeciesProfile& species = plan.species[s];
+    if (!species.isAsked()) continue;
+    for (std::size_t j = 0; j < shells; ++j) {
+      if (species.spread[j].empty()) continue;
+      const std::int64_t* here = &points[(s * shells + j) * layers];
+      const double found = double(std::accumulate(here, here + layers, std::int64_t(0)));
+      const double random = randomCells * double(inner[s].size());
+      for (std::size_t k = 0; k < layers; ++k)
+        species.spread[j][k] = (double(here[k]) + random * species.spread[j][k]) / (found + random);
+    }
+    fitWeights(plan, species);
+  }
+  return std::make_shared<const DepthProfile>(std::move(plan));
+}
+
+std::vector<std::vector<double>> reachedProfile(const Problem& problem,
+                                                const std::vector<PlacedCell>& cells) {
+  const DepthProfile& plan = *problem.profile;
+  const std::size_t shells = plan.shells();
+  std::vector<std::int64_t> steps(plan.species.size() * shells, 0);
+  std::vector<std::vector<Vec3>> points;
+  for (const CellSpecies& species : problem.species)
+    points.push_back(innerPoints(*species.shape, innerPointsOfCell));
+  for (const PlacedCell& cell : cells) {
+    if (!plan.species[cell.species].isAsked()) continue;
+    const std::vector<Vec3>& inner = points[cell.species];
+    const auto each =
+        std::llround(problem.species[cell.species].shape->volume() / double(inner.size()) / volumeStep);
+    for (const Vec3& p : inner)
+      steps[cell.species * shells + plan.shellAt((*plan.depth)(cell.placement(p)).distance)] += each;
+  }
+  problem.ranks.sum(steps);
+  std::vector<double> volume(shells, 0.0);
+  for (std::size_t k = 0; k < plan.lumen.size(); ++k)
+    volume[plan.shellAt((double(k) + 0.5) * plan.width)] += plan.lumen[k];
+  const double all = std::accumulate(volume.begin(), volume.end(), 0.0) / problem.lumen.container->volume();
+  std::vector<std::vector<double>> reached(plan.species.size());
+  for (std::size_t s = 0; s < plan.species.size(); ++s)
+    for (std::size_t j = 0; plan.species[s].isAsked() && j < shells; ++j)
+      reached[s].push_back(volumeStep * double(steps[s * shells + j]) / volume[j] * all);
+  return reached;
+}
+
+}  // namespace packmesh::hemocell
