@@ -12,7 +12,7 @@ if [[ ${1:-} == all ]]; then
   for preset in release dev asan tsan; do scripts/test.sh "$preset" "$@"; done
   scripts/test.sh clang-mpich
   scripts/setup.sh --slurm
-  tests/cluster/check_slurm.sh build/bin build/slurm
+  tests/cluster/check_slurm.sh build/bin build/slurm build-clang-mpich/bin
   exec scripts/soak.py --no-corpus --count 300
 fi
 if [[ ${1:-} == clang-mpich ]]; then

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 # The job scripts of examples/cluster, run by Slurm itself (private_slurm.sh): requeue after the time limit, arrays, several nodes with
 # ranks and threads, mpirun; and what tests/examples/stand_ins takes Slurm to do.
-#   check_slurm.sh <folder of packMesh> <scratch folder>      two minutes, most of them until a limit
+#   check_slurm.sh <folder of packMesh> <scratch folder> [<folder of a packMesh built with MPICH>]      two minutes, most of them until a limit
 set -euo pipefail
-bin=$(realpath "$1") scratch=$(realpath -m "$2")
+bin=$(realpath "$1") scratch=$(realpath -m "$2") mpich=$(realpath -m "${3:-none}")
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 rm -rf "$scratch"
 mkdir -p "$scratch"
@@ -54,6 +54,14 @@ srun --ntasks=2 packMesh config.xml > out.txt 2>&1 || status=$?
 test "$status" -eq 6 || failed "exit code $status"
 grep -qF -e "Add --mpi=pm" out.txt
 test ! -e RBC.pos
+
+if [[ -x $mpich/packMesh ]]; then
+  begin mpich "srun --mpi=pmi2 and mpiexec with MPICH"
+  srun --mpi=pmi2 --nodes=1 --ntasks=2 "$mpich/packMesh" config.xml > srun.txt
+  salloc --quiet --nodes=1 --ntasks=2 mpiexec.mpich "$mpich/packMesh" config.xml > mpiexec.txt
+  grep -q ", 2 ranks" srun.txt && grep -q ", 2 ranks" mpiexec.txt || failed "two ranks"
+  cmp RBC.pos ../whole/RBC.pos
+fi
 
 begin killed "SIGTERM to srun itself loses the work"
 srun --mpi=pmix --ntasks=2 packMesh 70 70 70 --ends periodic --hematocrit 0.62 --state state.h5 > out.txt 2>&1 &
