@@ -14,8 +14,8 @@ from .plot import COLOURS
 if TYPE_CHECKING:
     from .cells import CellPacking
 
-WIDTH, HEIGHT, MARGIN = 720, 480, 0.03
-POINTS_PER_PIXEL = 1.5  # of a membrane that is seen from the front, in each direction
+WIDTH, HEIGHT, MARGIN = 600, 420, 0.03
+POINTS_PER_PIXEL = 1.4  # of a membrane that is seen from the front, in each direction
 AT_A_TIME = 400_000  # points
 PALETTE = ("#1f5fa8", "#2f855a", "#7b4397", "#d9730d", "#12848c", "#a0516b")
 KEY, FILL = np.array([-0.462, 0.693, 0.554], np.float32), np.array([0.843, -0.105, 0.527], np.float32)  # lights: right, up, to the eye
@@ -143,7 +143,12 @@ def picture_of(packing: "CellPacking") -> Optional[str]:
 def draw(canvas: Canvas, centres: np.ndarray, turned: np.ndarray, points: np.ndarray, normals: np.ndarray, colour: Any,
          numbers: np.ndarray) -> None:
     """The sides of cells of a species that face the eye, each in a brightness of its own."""
-    cell, point = np.nonzero(np.einsum("nk,mk->nm", turned[:, 2], normals) > 0)
-    shades = colour * (0.84 + 0.3 * ((numbers * 0.6180339887) % 1))[:, None]
-    placed = np.einsum("nij,nj->ni", turned[cell], points[point]) + centres[cell]
-    canvas.add(placed, np.einsum("nij,nj->ni", turned[cell], normals[point]), shades[cell])
+    shades = (colour * (0.84 + 0.3 * ((numbers * 0.6180339887) % 1))[:, None]).astype(np.float32)
+    placed, slopes, tints = [], [], []
+    for centre, matrix, shade in zip(centres, turned, shades):
+        facing = normals @ matrix[2] > 0
+        placed.append(points[facing] @ matrix.T + centre)
+        slopes.append(normals[facing] @ matrix.T)
+        tints.append(np.broadcast_to(shade, placed[-1].shape))
+    if placed:
+        canvas.add(np.concatenate(placed), np.concatenate(slopes), np.concatenate(tints))

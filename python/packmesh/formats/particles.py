@@ -67,12 +67,12 @@ def _write_gsd(packing: PackingFile, name: str) -> None:
     lumen = packing.require_lumen()
     frame: Any = gsd.hoomd.Frame() if hasattr(gsd.hoomd, "Frame") else gsd.hoomd.Snapshot()  # the latter until version 2.8
     places = packing.positions - 0.5 * (lumen.low + lumen.high)  # HOOMD-blue's boxes are around the origin
-    period = np.where(lumen.period > 0, lumen.period, np.inf)
+    turns = np.where(lumen.period > 0, np.round(places / np.where(lumen.period > 0, lumen.period, 1)), 0)  # a box holds all its centres
     frame.configuration.step = 0
     frame.configuration.box = [*(lumen.high - lumen.low), 0, 0, 0]
     particles = frame.particles
     particles.N = len(packing)
-    particles.position = (places - np.where(np.isinf(period), 0, period * np.round(places / period))).astype(np.float32)
+    particles.position = (places - lumen.period * turns).astype(np.float32)
     particles.orientation = packing.orientations.astype(np.float32)
     particles.types = [kind.name for kind in packing.kinds]
     particles.typeid = packing.species.astype(np.uint32)

@@ -4,7 +4,7 @@
 const coarseness = [0, 0.28, 0.5, 0.9];
 
 /** Triangles in a picture at rest, and at first in one while things move: with a graphics processor, and where the processor draws. */
-const mostTriangles = { hardware: { still: 1.5e7, moving: 2e6 }, software: { still: 2.5e6, moving: 2e5 } };
+const mostTriangles = { hardware: { still: 1.5e7, moving: 2e6 }, software: { still: 1.2e6, moving: 2e5 } };
 const leastMoving = 5e4, mostMoving = 1.5e7;
 
 /** Time of a picture while things move [s]. */
