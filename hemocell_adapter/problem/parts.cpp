@@ -13,6 +13,7 @@
 
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/other_spacings.h"
+#include "hemocell_adapter/problem/shell_start.h"
 #include "hemocell_adapter/problem/solid.h"
 #include "packMesh/container/body_region.h"
 #include "packMesh/container/depth_shell.h"
@@ -161,6 +162,10 @@ class Parting {
     for (const Pose& pose : startOf(species, problem_.request.seed, std::uint32_t(s)))
       start[shellOf(pose.position)].push_back(pose);
     const std::vector<std::int64_t> counts = sharedOutBesides(species.count, planned.weight, fixed);
+    std::vector<std::int64_t> others = counts;
+    for (int j = 0; j < profile.shells(); ++j)
+      others[j] = std::max<std::int64_t>(0, counts[j] - std::int64_t(start[j].size()));
+    const std::vector<std::vector<Pose>> placed = startInShells(problem_, s, others);
     for (int j = 0; j < profile.shells(); ++j) {
       if (counts[j] == 0) continue;
       constexpr double endless = std::numeric_limits<double>::infinity();
@@ -173,6 +178,8 @@ class Parting {
       if (planned.freeLayer > 0.0)
         part.cells.freedom.freeLayer = FreeLayer{profile.depth->wall(), planned.freeLayer};
       addFree(std::move(part), std::move(start[j]));
+      std::vector<Pose>& poses = parts_.back().cells.start;
+      poses.insert(poses.end(), placed[j].begin(), placed[j].end());
     }
   }
 
