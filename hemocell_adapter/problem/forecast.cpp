@@ -180,6 +180,7 @@ std::string leftOut(const Problem& problem) {
   if (fixed > 0) reasons.push_back(fmt::format("{} fixed cell{}", fixed, fixed == 1 ? "" : "s"));
   if (cones) reasons.push_back("constrained orientations");
   if (!problem.request.regions.empty()) reasons.push_back("regions denser than the mean");
+  if (problem.profile) reasons.push_back("shells of a profile denser than the mean");
   return fmt::format("{}", fmt::join(reasons, ", "));
 }
 
