@@ -96,7 +96,7 @@ function datasetsOf(plot) {
   const sets = [];
   for (const curve of plot.curves) {
     const factor = curve.factor || 1, points = (x, y) => x.map((at, i) => ({ x: at, y: factor * y[i] }));
-    sets.push({ label: curve.name + (factor > 1 ? " × " + factor : ""), factor, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
+    sets.push({ label: curve.name + (factor > 1 ? " × " + factor : ""), name: curve.name, factor, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
       borderDash: curve.dash || [], borderWidth: 1.8, pointRadius: plot.points ? 2 : 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
       fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
@@ -208,8 +208,7 @@ function addPlot(plot) {
         legend: { labels: { boxWidth: 14, boxHeight: 2, filter: (item, data) => !data.datasets[item.datasetIndex].band } },
         tooltip: { filter: (item) => !item.dataset.band,
           callbacks: { title: (items) => (items.length ? plot.x.replace(/ \[.*/, "") + " " + shown(items[0].parsed.x, 4) : ""),
-            label: (item) => item.dataset.label + ": " + shown(item.parsed.y, 4) +
-              (item.dataset.factor > 1 ? " (" + shown(item.parsed.y / item.dataset.factor, 4) + ")" : "") } },
+            label: (item) => item.dataset.name + ": " + shown(item.parsed.y / item.dataset.factor, 4) } },
       },
     },
     plugins: plot.mark ? [whitePlugin, markPlugin(plot.mark)] : [whitePlugin],
