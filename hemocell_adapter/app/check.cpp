@@ -190,7 +190,7 @@ class CheckReport {
   std::optional<PositionFactor> factorOf(const Chosen& chosen) const {
     std::vector<Vec3> positions;
     for (const PlacedCell& cell : found_.cells)
-      if (chosen(cell.species)) positions.push_back(cell.placement.translation);
+      if (chosen(problem_.speciesOf(cell.species))) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
       if (chosen(int(s))) volumes += double(found_.counts[s]) * problem_.species[s].shape->volume();

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 
+#include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/hemocell/pos_file.h"
 #include "hemocell_adapter/output/shared_files.h"
 
@@ -12,6 +14,12 @@ namespace packmesh::hemocell {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether cells of a species have meshes of their own.
+bool hasMembranes(const Problem& problem, int species) {
+  return std::any_of(problem.membranes.begin(), problem.membranes.end(),
+                     [&](const Membrane& one) { return one.species == species; });
+}
 
 struct File {
   fs::path path;
@@ -46,6 +54,16 @@ class CellFiles {
   void addPosFiles(const fs::path& folder, const Vec3& shift) {
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       if (problem_.species[s].mostCells() == 0) continue;
+      if (hasMembranes(problem_, int(s))) {
+        log::info(fmt::format(
+            "{0}.pos is not written: it cannot have cells with meshes of their own{1}",
+            problem_.species[s].name,
+            output_.stateFile
+                ? fmt::format("; {0} has them (in the case: packmesh::loadParticles(hemocell, \"{0}\"))",
+                              output_.stateFile->string())
+                : ""));
+        continue;
+      }
       files_.push_back({folder / (problem_.species[s].name + ".pos"), formatPosHead(counts_[s]),
                         static_cast<int>(s), shift});
     }
@@ -55,7 +73,7 @@ class CellFiles {
   std::vector<std::string> posLines(int species, const Vec3& shift) const {
     std::vector<std::size_t> own;
     for (std::size_t i = 0; i < result_.cells.size(); ++i)
-      if (result_.cells[i].species == species) own.push_back(i);
+      if (problem_.speciesOf(result_.cells[i].species) == species) own.push_back(i);
     constexpr std::int64_t linesOfPiece = 4096;
     const auto count = static_cast<std::int64_t>(own.size());
     std::vector<std::string> pieces(static_cast<std::size_t>((count + linesOfPiece - 1) / linesOfPiece));

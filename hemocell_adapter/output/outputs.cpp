@@ -61,8 +61,8 @@ bool replacesItself(const Problem& problem, const OutputRequest& output, const f
         if (period[k] > 0.0 && !(line.position[k] >= bounds.lo[k] && line.position[k] < bounds.hi[k]))
           return false;
     return static_cast<std::int64_t>(species.fixed.size()) == species.mostCells() &&
-           contentOf(file, "a .pos file") ==
-               formatPosHead(species.mostCells()) + formatPosLines(species.fixed);
+           contentOf(file, "a .pos file") == formatPosHead(species.mostCells()) +
+                                                 formatPosLines({species.fixed.begin(), species.fixed.end()});
   }
   return false;
 }

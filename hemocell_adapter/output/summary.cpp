@@ -86,6 +86,11 @@ std::vector<std::string> constraintLines(const CellSpecies& s, double wallCleara
     lines.push_back(fmt::format("{}: starts from {} of the {} cells of {}", s.name, std::min(room, there),
                                 there, s.startFrom));
   }
+  std::int64_t deformed = 0;
+  for (const auto* const cells : {&s.fixed, &s.start})
+    for (const PresentCell& cell : *cells) deformed += cell.membrane >= 0;
+  if (deformed > 0)
+    lines.push_back(fmt::format("{}: {} of these have meshes of their own", s.name, deformed));
   if (s.cone)
     lines.push_back(fmt::format("{}: symmetry axis within {:.15g} degrees of ({:.4g}, {:.4g}, {:.4g})",
                                 s.name, s.cone->spread * 180.0 / 3.14159265358979323846, s.cone->axis.x(),
@@ -153,6 +158,26 @@ std::vector<std::string> profileLines(const Problem& problem,
         line += fmt::format("{} {} {:.4f} of {:.4f} requested", line.back() == ':' ? "" : ",",
                             problem.species[s].name, reached[s][j], profile.askedIn(profile.species[s], j));
     lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Part>& parts,
+                                    const std::vector<std::int64_t>& counts) {
+  std::vector<std::string> lines;
+  for (std::size_t s = 0; s < problem.species.size(); ++s) {
+    const SpeciesRequest* const asked = findSpecies(problem.request, problem.species[s].name);
+    if (!asked || !asked->inBlood) continue;
+    std::int64_t there = 0, deformed = 0, templates = 0;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (parts[p].species != int(s)) continue;
+      const auto started = std::min<std::int64_t>(std::int64_t(parts[p].cells.start.size()), counts[p]);
+      there += started;
+      (parts[p].number == int(s) ? templates : deformed) += counts[p] - started;
+    }
+    lines.push_back(
+        fmt::format("{}: {} where {} has them or nearby, {} more with its meshes, {} with the template",
+                    problem.species[s].name, there, problem.request.blood->string(), deformed, templates));
   }
   return lines;
 }

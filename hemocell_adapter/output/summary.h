@@ -34,6 +34,8 @@ std::vector<std::string> footLines(const Problem& problem, const Clearances& cle
 std::string reachedText(const Problem& problem, const PackingResult& result, const Tally& tally);
 
 /// Red cells and hematocrit of each region, by where their centres are. @param counts of the parts
+std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Part>& parts,
+                                    const std::vector<std::int64_t>& counts);
 std::vector<std::string> regionLines(const Problem& problem, const std::vector<Part>& parts,
                                      const std::vector<std::int64_t>& counts);
 

@@ -101,8 +101,18 @@ std::shared_ptr<const hemocell::Case> caseOf(const System& system, const Request
   return simulation;
 }
 
-Cell inNodes(const AddedCell& cell, const System& system) {
-  Cell result{};
+/// A cell as it is sent: its vertices, if they are its own, are sent apart.
+struct SentCell {
+  int type;
+  std::int64_t id;
+  std::array<double, 9> linear;
+  std::array<double, 3> translation;
+  std::int64_t vertices;  ///< their number; 0: those of the template
+};
+
+SentCell inNodes(const AddedCell& cell, const System& system) {
+  SentCell result{};
+  result.vertices = std::int64_t(cell.vertices.size());
   result.type = cell.type;
   result.id = cell.id;
   for (int row = 0; row < 3; ++row) {
@@ -138,19 +148,36 @@ class Distribution {
   }
 
   std::vector<Cell> operator()(const std::vector<AddedCell>& cells) const {
-    std::vector<std::vector<Cell>> to(ranks_.size());
+    using Vertex = std::array<double, 3>;
+    std::vector<std::vector<SentCell>> to(ranks_.size());
+    std::vector<std::vector<Vertex>> verticesTo(ranks_.size());
     for (const AddedCell& cell : cells) {
-      const Box box = boundingBox(placed(running_.cells[cell.type].mesh, cell.placement));
+      TriangleMesh mesh = running_.cells[cell.type].mesh;
+      if (!cell.vertices.empty()) mesh.vertices = cell.vertices;
+      mesh = placed(mesh, cell.placement);
+      const Box box = boundingBox(mesh);
       std::vector<bool> sent(ranks_.size(), false);
-      for (const Region& region : regions_)
-        if (!sent[region.rank] && meets(box, region)) {
-          to[region.rank].push_back(inNodes(cell, system_));
-          sent[region.rank] = true;
+      for (const Region& region : regions_) {
+        if (sent[region.rank] || !meets(box, region)) continue;
+        sent[region.rank] = true;
+        to[region.rank].push_back(inNodes(cell, system_));
+        if (cell.vertices.empty()) continue;
+        for (const Vec3& v : mesh.vertices) {
+          Vertex& vertex = verticesTo[region.rank].emplace_back();
+          for (int a = 0; a < 3; ++a) vertex[a] = v[a] / system_.dx + double(system_.first[a]);
         }
+      }
     }
+    const std::vector<std::vector<SentCell>> parts = ranks_.exchange(to);
+    const std::vector<std::vector<Vertex>> vertices = ranks_.exchange(verticesTo);
     std::vector<Cell> received;
-    for (const std::vector<Cell>& part : ranks_.exchange(to))
-      received.insert(received.end(), part.begin(), part.end());
+    for (std::size_t rank = 0; rank < parts.size(); ++rank) {
+      auto next = vertices[rank].begin();
+      for (const SentCell& cell : parts[rank]) {
+        received.push_back({cell.type, cell.id, cell.linear, cell.translation, {next, next + cell.vertices}});
+        next += cell.vertices;
+      }
+    }
     return received;
   }
 
@@ -177,7 +204,9 @@ class Distribution {
 };
 
 /// The rigid motion of the template that fits best (Kabsch): largest trace of R sum (v - v0) (p - p0)^T.
-hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running) {
+/// @param keepsVertices with those of the cell
+hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running,
+                           bool keepsVertices) {
   const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
   std::vector<Vec3> points;
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();
@@ -204,6 +233,9 @@ hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const
   for (std::size_t i = 0; i < shape.size(); ++i)
     moved.residual += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();
   moved.residual = std::sqrt(moved.residual / double(shape.size()));
+  if (keepsVertices)
+    for (const Vec3& p : points)
+      moved.vertices.push_back(moved.pose.orientation.conjugate() * (p - moved.pose.position));
   for (int a = 0; a < 3; ++a) {  // into the first period
     const double period = running.lattice->nodes()[a] * system.dx, lo = -0.5 * system.dx;
     double& p = moved.pose.position[a];
@@ -265,10 +297,11 @@ Filling load(const System& system, const std::string& stateFile) {
 }
 
 Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
-             const std::string& stateFile) {
+             const std::string& stateFile, bool rigid) {
   return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
     std::vector<hemocell::MovedCell> moved;
-    for (const DeformedCell& cell : cells) moved.push_back(fitted(cell, system, *simulation->running));
+    for (const DeformedCell& cell : cells)
+      moved.push_back(fitted(cell, system, *simulation->running, !rigid));
     hemocell::saveCells(simulation, moved, iteration, stateFile, ranks);
     return Filling();
   });

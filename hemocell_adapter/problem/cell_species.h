@@ -17,6 +17,16 @@
 
 namespace packmesh::hemocell {
 
+/// A cell that exists already.
+struct PresentCell : PosLine {
+  PresentCell() = default;
+  PresentCell(const PosLine& line) : PosLine(line) {}
+  /// Of a mesh of its own, in the order and frame of the template [µm], until Problem has a shape of it;
+  /// empty: it has the mesh of the template.
+  std::vector<Vec3> vertices;
+  int membrane = -1;  ///< then: index into Problem::membranes
+};
+
 /// What is to be built of a SpeciesRequest: template, existing cells, and how their number is determined.
 struct SpeciesPlan {
   enum class Template { model, mesh, ellipsoid, built };
@@ -38,7 +48,9 @@ struct SpeciesPlan {
   int minimumDistanceFromSolid = 0;               ///< as HemoCell stores it [µm]
   std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
   std::int64_t stock = 0;                         ///< additional cells, for escapes
-  std::vector<PosLine> fixed, start;              ///< existing cells: fixed, or movable
+  std::vector<PresentCell> fixed, start;          ///< existing cells: fixed, or movable
+  std::vector<Triangle> ownTriangles;             ///< of those with meshes of their own
+  std::vector<int> membranes;                     ///< that further cells have; empty: the template
   std::string fixedFrom, startFrom;               ///< files
   double ownWallClearance = 0.0;                  ///< of this species, if larger than that of all [µm]
   std::optional<AxisCone> cone;

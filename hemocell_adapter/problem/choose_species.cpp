@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 /// requests.
 bool selects(const SpeciesRequest& request) {
   return request.count || request.ratio || request.ellipsoidAxes || request.meshFile || request.fixed ||
-         request.start;
+         request.start || request.inBlood;
 }
 
 /// A red species whose number is determined by the hematocrit.
@@ -176,7 +176,7 @@ class PackedSpecies {
 
   void requireNumbers() const {
     for (const SpeciesRequest& request : all_)
-      if (!request.count && !request.ratio && !request.fixed && !request.start &&
+      if (!request.count && !request.ratio && !request.fixed && !request.start && !request.inBlood &&
           !(request_.hematocrit && isRedCell(request)))
         throw InputError(fmt::format("{}: how many '{}'? Give it a count{}", sourceOf(simulation_),
                                      request.name, isRedCell(request) ? " or a hematocrit" : " or a ratio"));
@@ -198,18 +198,33 @@ bool isRedCell(const SpeciesRequest& request) {
   return request.redCell.value_or(request.name.find("RBC") != std::string::npos);
 }
 
-void nameSpeciesOfStates(Request& request) {
-  const auto take = [&](const std::vector<fs::path>& files, std::optional<fs::path> SpeciesRequest::*member) {
-    for (const fs::path& file : files)
-      for (const StateCells::Kind& kind : readStateCells(file, Communicator()).species) {
-        if (!isCellName(kind.name))  // a file of that name is written
-          throw InputError(fmt::format("{}: contains cells named '{}'; expected {}", file.string(), kind.name,
-                                       expectedCellName()));
-        speciesNamed(request, kind.name).*member = file;
-      }
+bool nameSpeciesOfStates(Request& request) {
+  bool deformed = false;
+  const auto take = [&](const fs::path& file, const auto& use) {
+    const StateCells state = readStateCells(file, Communicator(), false);
+    deformed = deformed || state.deformed;
+    for (const StateCells::Kind& kind : state.species) {
+      if (!isCellName(kind.name))  // a file of that name is written
+        throw InputError(fmt::format("{}: contains cells named '{}'; expected {}", file.string(), kind.name,
+                                     expectedCellName()));
+      use(speciesNamed(request, kind.name));
+    }
   };
-  take(request.fixedStates, &SpeciesRequest::fixed);
-  take(request.startStates, &SpeciesRequest::start);
+  for (const fs::path& file : request.fixedStates)
+    take(file, [&](SpeciesRequest& species) { species.fixed = file; });
+  for (const fs::path& file : request.startStates)
+    take(file, [&](SpeciesRequest& species) { species.start = file; });
+  if (request.blood) {
+    std::error_code ignored;
+    if (fs::is_directory(*request.blood, ignored))
+      throw InputError(
+          fmt::format("{0}: is a folder; packmesh run {0} --case config.xml --state blood.h5 writes the "
+                      "cells of its last "
+                      "step to a state, which --blood takes",
+                      request.blood->string()));
+    take(*request.blood, [](SpeciesRequest& species) { species.inBlood = true; });
+  }
+  return deformed;
 }
 
 void completeSpecies(Request& request, const Request& options, const Case* simulation,

@@ -13,8 +13,9 @@ namespace packmesh::hemocell {
 /// Whether its volume counts in the hematocrit: as stated, or by its name.
 bool isRedCell(const SpeciesRequest& request);
 
-/// Replaces state files by requests for the species in them. @throws InputError
-void nameSpeciesOfStates(Request& request);
+/// Replaces state files by requests for the species in them.
+/// @return whether cells in them have meshes of their own @throws InputError
+bool nameSpeciesOfStates(Request& request);
 
 /// Completes the species to pack: those of `<packing>` and of the options, plus RBC (and PLT) if a hematocrit
 /// requires them. Clears the hematocrit where counts of the options replace one of a file.

@@ -204,10 +204,11 @@ void settleHematocrit(Request& request, const Request& options, const Case* simu
 }
 
 /// What packing and checking have in common.
-void settle(CompletedRequest& completed, const Request& options) {
+/// @return whether cells of states have meshes of their own
+bool settle(CompletedRequest& completed, const Request& options) {
   Request& request = completed.request;
   const Case* simulation = completed.simulation.get();
-  nameSpeciesOfStates(request);
+  const bool deformed = nameSpeciesOfStates(request);
   settleHematocrit(request, options, simulation);
   chooseOutputs(request, simulation);
   chooseEnds(request, simulation);
@@ -220,6 +221,7 @@ void settle(CompletedRequest& completed, const Request& options) {
     completed.preInlet = choosePreInlet(request, simulation, completed.warnings);
   if (request.ignoredScale)
     completed.warnings.emplace_back("--scale is ignored: there is no neighbour grid to tune");
+  return deformed;
 }
 
 CompletedRequest begun(const CommandLine& commandLine, std::shared_ptr<const Case> running) {
@@ -237,7 +239,10 @@ CompletedRequest requestToPack(const CommandLine& commandLine, std::shared_ptr<c
   const Case* simulation = completed.simulation.get();
   Stated stated = statedBy(commandLine, simulation, completed.warnings);
   completed.request = std::move(stated.request);
-  settle(completed, stated.options);
+  const bool deformed = settle(completed, stated.options);
+  OutputRequest& output = completed.request.output;
+  if (deformed && !output.stateFile && !(simulation && simulation->running))
+    output.stateFile = output.folder / "state.h5";  // .pos files cannot have such cells
   completeSpecies(completed.request, stated.options, simulation, completed.warnings);
   return completed;
 }

@@ -13,12 +13,14 @@
 #include "hemocell_adapter/base/log.h"
 #include "hemocell_adapter/base/ranks.h"
 #include "hemocell_adapter/hemocell/hemocell_limits.h"
+#include "hemocell_adapter/problem/blood.h"
 #include "hemocell_adapter/problem/code_facts.h"
 #include "hemocell_adapter/problem/counts.h"
 #include "hemocell_adapter/problem/fahraeus.h"
 #include "hemocell_adapter/problem/forecast.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/other_spacings.h"
+#include "hemocell_adapter/problem/own_meshes.h"
 #include "hemocell_adapter/problem/parts.h"
 #include "hemocell_adapter/problem/plan_profile.h"
 #include "hemocell_adapter/problem/species_plans.h"
@@ -192,6 +194,19 @@ std::vector<std::string> limitWarnings(const Problem& problem, const std::vector
 
 namespace {
 
+/// Makes the shapes of the deformed cells of a species.
+void addMembranes(Problem& problem, int s) {
+  CellSpecies& species = problem.species[s];
+  const auto add = [&](std::vector<PresentCell>& cells, const std::string& file) {
+    std::vector<OwnMesh> meshes;
+    for (PresentCell& cell : cells)
+      if (!cell.vertices.empty()) meshes.push_back({&cell, s, &species.ownTriangles});
+    addOwnMeshes(problem, meshes, file);
+  };
+  add(species.fixed, species.fixedFrom);
+  add(species.start, species.startFrom);
+}
+
 /// Species of a problem that has its lumen, with their shapes and HemoCell's acceptance of them.
 void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
   // Species with equal shapes share their data.
@@ -206,6 +221,7 @@ void addSpecies(Problem& problem, std::vector<SpeciesPlan> plans) {
     if (species.redCell && problem.request.redCellVolume)
       species.countedVolume = *problem.request.redCellVolume;
     refuseHeapedStart(species);
+    addMembranes(problem, int(problem.species.size()) - 1);
     if (problem.lumen.lattice) {
       const int distance = species.minimumDistanceFromSolid;
       std::shared_ptr<const Acceptance>& acceptance = acceptances[distance];
@@ -314,6 +330,7 @@ Problem problemToPack(const CompletedRequest& completed, const Communicator& ran
     std::vector<SpeciesPlan> plans = plansToPack(problem.request, problem.simulation.get(), problem.notices);
     settleDistances(problem, plans, problem.notices);
     addLumenAndSpecies(problem, std::move(plans));
+    addBlood(problem);
     preparePacking(problem);
   });
 }
@@ -347,35 +364,47 @@ void requireTileable(const Problem& problem) {
 
 namespace {
 
-/// The species of a larger box with their cells, which are all there.
-std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const PackingResult& result) {
-  struct Line {
-    double number[6];
-    int species;
-  };
-  std::vector<Line> own(result.cells.size());
+/// A cell of the box that is repeated.
+struct BoxedCell {
+  double numbers[6];
+  int number;  ///< of its shape
+};
+
+std::vector<BoxedCell> boxedCells(const Problem& problem, const PackingResult& result) {
+  std::vector<BoxedCell> own(result.cells.size());
   for (std::size_t i = 0; i < own.size(); ++i) {
     const PosLine line = problem.read.lineOf(result.poses[i]);
-    for (int k = 0; k < 6; ++k) own[i].number[k] = k < 3 ? line.position[k] : line.angles[k - 3];
-    own[i].species = result.cells[i].species;
+    for (int k = 0; k < 6; ++k) own[i].numbers[k] = k < 3 ? line.position[k] : line.angles[k - 3];
+    own[i].number = result.cells[i].species;
   }
+  return problem.ranks.gatherAll(own);
+}
+
+/// The species of a larger box with their cells, which are all there.
+std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<BoxedCell>& cells) {
   std::vector<SpeciesPlan> plans(problem.species.begin(), problem.species.end());
   for (SpeciesPlan& species : plans) {
     species.fixed.clear();
     species.start.clear();
+    species.membranes.clear();
     species.fixedFrom.clear();
     species.startFrom = "the box that is repeated";
     species.ratio.reset();
   }
   const std::array<int, 3>& times = problem.request.tiles;
   const Vec3& box = *problem.request.boxSize;
-  for (const Line& line : problem.ranks.gatherAll(own))
+  for (const BoxedCell& cell : cells) {
+    const Eigen::Map<const Vec3> position(cell.numbers), angles(cell.numbers + 3);
+    std::vector<PresentCell>& images = plans[problem.speciesOf(cell.number)].start;
     for (int x = 0; x < times[0]; ++x)
       for (int y = 0; y < times[1]; ++y)
-        for (int z = 0; z < times[2]; ++z)
-          plans[line.species].start.push_back(
-              {Vec3(line.number[0] + x * box[0], line.number[1] + y * box[1], line.number[2] + z * box[2]),
-               Vec3(line.number[3], line.number[4], line.number[5])});
+        for (int z = 0; z < times[2]; ++z) {
+          images.emplace_back(PosLine{
+              Vec3(position[0] + x * box[0], position[1] + y * box[1], position[2] + z * box[2]), angles});
+          if (cell.number >= int(problem.species.size()))
+            images.back().vertices = problem.shapeOf(cell.number).mesh().vertices;
+        }
+  }
   for (SpeciesPlan& species : plans) species.statedCount = std::int64_t(species.start.size());
   return plans;
 }
@@ -392,7 +421,7 @@ Problem tiledProblem(const Problem& problem, const Clearances& clearances, const
   for (int k = 0; k < 3; ++k) (*big.request.boxSize)[k] *= problem.request.tiles[k];
   return builtWith(big, problem.ranks, [&](Problem& made) {
     made.demanded = clearances;
-    addLumenAndSpecies(made, tiledPlans(problem, result));
+    addLumenAndSpecies(made, tiledPlans(problem, boxedCells(problem, result)));
     preparePacking(made);
   });
 }
@@ -418,7 +447,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   for (const Part& part : packed.parts) {
     const CellSpecies& species = problem.species[part.species];
     physics.species.push_back(part.cells);
-    physics.species.back().kind = part.species;
+    physics.species.back().kind = part.number;
     if (species.ratio && part.cells.count == species.count)
       physics.species.back().asked = *species.ratio * redCells;
   }
@@ -431,7 +460,7 @@ PackingProblem packingProblemOf(const Problem& problem, const PackedParts& packe
   if (request.escape) {
     method.escape.emplace();
     for (const Part& part : packed.parts)
-      method.escape->reserve.push_back(problem.species[part.species].stock);
+      method.escape->reserve.push_back(part.number == part.species ? problem.species[part.species].stock : 0);
   }
   physics.clearance = packed.clearances.membranes;
   physics.wallClearance = packed.clearances.wall;

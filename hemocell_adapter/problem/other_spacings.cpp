@@ -171,12 +171,12 @@ std::vector<OtherAcceptance> otherAcceptances(const CellSpecies& species, const 
 }
 
 std::optional<std::string> violationElsewhere(const CellSpecies& species, const Lumen& lumen,
-                                              const Placement& placement) {
+                                              const Placement& placement, const TriangleMesh* own) {
   for (std::size_t i = 0; i < species.others.size(); ++i) {
     const OtherLattice& other = lumen.others[i];
     const Placement moved{placement.linear, placement.translation + other.shift};
-    if (auto violation =
-            species.others[i].acceptance->violation(placedVertices(species.others[i].mesh, moved)))
+    const TriangleMesh& mesh = own ? *own : species.others[i].mesh;
+    if (auto violation = species.others[i].acceptance->violation(placedVertices(mesh, moved)))
       return fmt::format("{} at dx {:.6g} µm", *violation, other.dx);
   }
   return {};

@@ -22,8 +22,9 @@ std::vector<OtherAcceptance> otherAcceptances(const CellSpecies& species, const 
 
 /// What HemoCell says at the other spacings of a cell with this placement: "a vertex lies on a wall node at
 /// dx 0.25 µm"; nothing if it is kept at all of them.
+/// @param own mesh of a deformed cell; nullptr: it has the template
 std::optional<std::string> violationElsewhere(const CellSpecies& species, const Lumen& lumen,
-                                              const Placement& placement);
+                                              const Placement& placement, const TriangleMesh* own);
 
 /// Largest amount by which a template can extend further at another spacing than at that of the case [µm]:
 /// HemoCell inflates templates by a thousandth of the spacing.

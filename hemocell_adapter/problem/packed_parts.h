@@ -13,6 +13,7 @@ namespace packmesh::hemocell {
 /// Cells of one species with the same constraints, which form a species of the problem that is packed.
 struct Part {
   int species = 0;
+  int number = 0;   ///< of its shape, see Problem::numberOf()
   int region = -1;  ///< in Lumen::regions, or shell of a profile; -1: none
   Species cells;    ///< "RBC", "RBC, fixed", "RBC, region 1"
 };

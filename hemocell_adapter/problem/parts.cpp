@@ -30,41 +30,47 @@ constexpr double noticeable = 0.1;
 /// Cells of a shell may leave it by this part of its thickness, so that no shell can be jammed by itself.
 constexpr double overlapOfShells = 0.2;
 
-/// A random subset of `count` of the poses, in their order.
-std::vector<Pose> drawn(std::vector<Pose> poses, std::int64_t count, std::uint64_t seed,
-                        std::uint64_t stream) {
-  if (count >= std::int64_t(poses.size())) return poses;
+/// Where a cell is at the start.
+struct Start {
+  Pose pose;
+  int number;  ///< of its shape
+};
+
+/// A random subset of `count` of the cells, in their order.
+std::vector<Start> drawn(std::vector<Start> cells, std::int64_t count, std::uint64_t seed,
+                         std::uint64_t stream) {
+  if (count >= std::int64_t(cells.size())) return cells;
   std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t i = 0; i < poses.size(); ++i)
+  for (std::size_t i = 0; i < cells.size(); ++i)
     order.emplace_back(uniform4(seed, RandomStream::draw, i, std::uint32_t(stream))[0], i);
   std::sort(order.begin(), order.end());
   std::vector<std::size_t> chosen;
   for (std::int64_t i = 0; i < count; ++i) chosen.push_back(order[i].second);
   std::sort(chosen.begin(), chosen.end());
-  std::vector<Pose> some;
-  for (const std::size_t i : chosen) some.push_back(poses[i]);
+  std::vector<Start> some;
+  for (const std::size_t i : chosen) some.push_back(cells[i]);
   return some;
 }
 
-std::vector<Pose> posesOf(const std::vector<PosLine>& lines) {
-  std::vector<Pose> poses;
-  for (const PosLine& line : lines) poses.push_back(poseOf(line));
-  return poses;
+std::vector<Start> startsOf(const Problem& problem, int s, const std::vector<PresentCell>& present) {
+  std::vector<Start> cells;
+  for (const PresentCell& cell : present) cells.push_back({poseOf(cell), problem.numberOf(s, cell)});
+  return cells;
 }
 
 /// Initial poses that coincide: all but the first are displaced slightly, because there is no direction in
 /// which coinciding cells could be separated.
-std::vector<Pose> startOf(const CellSpecies& species, std::uint64_t seed, std::uint32_t stream) {
+std::vector<Start> startOf(const Problem& problem, int s) {
   constexpr double little = 1e-3;  // [µm]; any length that exceeds rounding errors suffices
-  std::vector<Pose> poses = posesOf(species.start);
+  std::vector<Start> cells = startsOf(problem, s, problem.species[s].start);
   std::set<std::array<double, 3>> taken;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    Vec3& at = poses[i].position;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    Vec3& at = cells[i].pose.position;
     if (taken.insert({at.x(), at.y(), at.z()}).second) continue;
-    const auto random = uniform4(seed, RandomStream::draw, i, stream);
+    const auto random = uniform4(problem.request.seed, RandomStream::draw, i, std::uint32_t(s));
     at += little * (Vec3(random[0], random[1], random[2]) - Vec3::Constant(0.5));
   }
-  return poses;
+  return cells;
 }
 
 /// `total` cells distributed in proportion to the weights, the largest remainders first.
@@ -122,17 +128,16 @@ class Parting {
       throw InputError(fmt::format("{}: contains {} fixed cells, but only {} '{}' are requested",
                                    species.fixedFrom, fixed, species.count, species.name));
     if (fixed > 0) {
-      Part part{s, -1, freeCells(problem_, packed_, s, fixed)};
+      Part part{s, s, -1, freeCells(problem_, packed_, s, fixed)};
       part.cells.name += ", fixed";
-      part.cells.start = posesOf(species.fixed);
       part.cells.freedom.fixed = true;
       part.cells.freedom.cone.reset();
-      parts_.push_back(std::move(part));
+      add(part, startsOf(problem_, s, species.fixed));
     }
     if (problem_.profile && problem_.profile->species[s].isAsked())
       freeInShells(s);
     else if (regions_.empty() || !species.redCell)
-      free(s, -1, species.count - fixed, startOf(species, problem_.request.seed, std::uint32_t(s)));
+      free(s, -1, species.count - fixed, startOf(problem_, s));
     else
       freeInRegions(s);
   }
@@ -140,9 +145,9 @@ class Parting {
   void freeInRegions(int s) {
     const CellSpecies& species = problem_.species[s];
     const std::size_t regions = regions_.size();
-    std::vector<std::vector<Pose>> start(regions);
-    for (const Pose& pose : startOf(species, problem_.request.seed, std::uint32_t(s)))
-      start[regionAt(regions_, pose.position)].push_back(pose);
+    std::vector<std::vector<Start>> start(regions);
+    for (const Start& cell : startOf(problem_, s))
+      start[regionAt(regions_, cell.pose.position)].push_back(cell);
     for (std::size_t r = 0; r < regions; ++r) {
       if (toPlace_[s][r] < 0)
         throw InputError(fmt::format("{}: more of its cells are in {} than the hematocrit there allows",
@@ -158,9 +163,8 @@ class Parting {
     const auto shellOf = [&](const Vec3& p) { return profile.shellAt((*profile.depth)(p).distance); };
     std::vector<std::int64_t> fixed(profile.shells(), 0);
     for (const PosLine& line : species.fixed) ++fixed[shellOf(line.position)];
-    std::vector<std::vector<Pose>> start(profile.shells());
-    for (const Pose& pose : startOf(species, problem_.request.seed, std::uint32_t(s)))
-      start[shellOf(pose.position)].push_back(pose);
+    std::vector<std::vector<Start>> start(profile.shells());
+    for (const Start& cell : startOf(problem_, s)) start[shellOf(cell.pose.position)].push_back(cell);
     const std::vector<std::int64_t> counts = sharedOutBesides(species.count, planned.weight, fixed);
     std::vector<std::int64_t> others = counts;
     for (int j = 0; j < profile.shells(); ++j)
@@ -172,14 +176,14 @@ class Parting {
       const double overlap = overlapOfShells * (profile.edges[1] - profile.edges[0]);
       const double from = j == 0 ? -endless : profile.edges[j] - overlap,
                    to = j + 1 == profile.shells() ? endless : profile.edges[j + 1] + overlap;
-      Part part{s, j, freeCells(problem_, packed_, s, counts[j])};
+      Part part{s, s, j, freeCells(problem_, packed_, s, counts[j])};
       part.cells.name += fmt::format(", {:.3g} to {:.3g} µm deep", profile.edges[j], profile.edges[j + 1]);
       part.cells.freedom.region = std::make_shared<DepthShell>(profile.depth, from, to);
       if (planned.freeLayer > 0.0)
         part.cells.freedom.freeLayer = FreeLayer{profile.depth->wall(), planned.freeLayer};
+      for (const Pose& pose : placed[j])
+        start[j].push_back({pose, furtherNumber(s, std::int64_t(start[j].size()))});
       addFree(std::move(part), std::move(start[j]));
-      std::vector<Pose>& poses = parts_.back().cells.start;
-      poses.insert(poses.end(), placed[j].begin(), placed[j].end());
     }
   }
 
@@ -206,9 +210,9 @@ class Parting {
   }
 
   /// A part with cells that can move.
-  void free(int s, int region, std::int64_t count, std::vector<Pose> start) {
+  void free(int s, int region, std::int64_t count, std::vector<Start> start) {
     if (count == 0 && region >= 0) return;
-    Part part{s, region, freeCells(problem_, packed_, s, count)};
+    Part part{s, s, region, freeCells(problem_, packed_, s, count)};
     if (region >= 0) {
       part.cells.name +=
           region + 1 < int(regions_.size()) ? fmt::format(", region {}", region + 1) : ", rest";
@@ -217,11 +221,46 @@ class Parting {
     addFree(std::move(part), std::move(start));
   }
 
-  void addFree(Part part, std::vector<Pose> start) {
-    part.cells.start = drawn(std::move(start), part.cells.count, problem_.request.seed, parts_.size());
+  void addFree(Part part, std::vector<Start> start) {
+    start = drawn(std::move(start), part.cells.count, problem_.request.seed, parts_.size());
     if (const auto& cone = part.cells.freedom.cone; problem_.request.rotate && cone)
-      for (Pose& pose : part.cells.start) pose.orientation = cone->nearest(pose.orientation);
-    parts_.push_back(std::move(part));
+      for (Start& cell : start) cell.pose.orientation = cone->nearest(cell.pose.orientation);
+    add(std::move(part), start);
+  }
+
+  /// Number of the shape of a further cell of a species: that of a random one of the blood, if there is
+  /// blood.
+  int furtherNumber(int s, std::int64_t n) const {
+    const std::vector<int>& meshes = problem_.species[s].membranes;
+    if (meshes.empty()) return s;
+    const double u = uniform4(problem_.request.seed, RandomStream::draw, n, std::uint32_t(parts_.size()))[1];
+    return int(problem_.species.size()) + meshes[std::size_t(u * double(meshes.size()))];
+  }
+
+  /// A part with these cells at the start, and with further ones. Those with meshes of their own are parts
+  /// before it, one for each mesh.
+  void add(Part part, const std::vector<Start>& start) {
+    std::map<int, Part> deformed;  // by number of their shape
+    const auto ownPart = [&, like = part](int number) -> Part& {
+      const auto [found, isNew] = deformed.try_emplace(number, like);
+      Species& cells = found->second.cells;
+      if (isNew) {
+        found->second.number = number;
+        cells.name += ", deformed";
+        cells.shape = problem_.membranes[number - problem_.species.size()].shape;
+        cells.count = 0;
+      }
+      ++cells.count;
+      --part.cells.count;
+      return found->second;
+    };
+    const std::int64_t further = part.cells.count - std::int64_t(start.size());
+    for (const Start& cell : start)
+      (cell.number == part.species ? part : ownPart(cell.number)).cells.start.push_back(cell.pose);
+    for (std::int64_t n = 0; n < further; ++n)
+      if (const int number = furtherNumber(part.species, n); number != part.species) ownPart(number);
+    for (auto& [number, own] : deformed) parts_.push_back(std::move(own));
+    if (part.cells.count > 0 || deformed.empty()) parts_.push_back(std::move(part));
   }
 
   const Problem& problem_;
@@ -276,6 +315,7 @@ PackedParts partsAt(const Problem& problem, const Clearances& clearances) {
   packed.clearances = clearances;
   double reach = 0.0;
   for (const CellSpecies& species : problem.species) reach = std::max(reach, 2 * species.shape->radius());
+  for (const Membrane& membrane : problem.membranes) reach = std::max(reach, 2 * membrane.shape->radius());
   std::map<std::pair<int, double>, std::shared_ptr<const Wall>>
       walls;  // by distance from solid and clearance
   for (const CellSpecies& species : problem.species) {
@@ -304,9 +344,10 @@ std::vector<std::string> examineRegions(const Problem& problem) {
     for (const Part& part : problem.atDemanded.parts) {
       const CellSpecies& species = problem.species[part.species];
       if (!species.redCell) continue;
-      const std::int64_t here = part.cells.freedom.fixed ? fixedInRegions(problem, species)[r]
-                                : part.region == int(r)  ? part.cells.count
-                                                         : 0;
+      std::int64_t here = part.region == int(r) ? part.cells.count : 0;
+      if (part.cells.freedom.fixed)
+        for (const Pose& pose : part.cells.start)
+          here += regionAt(problem.lumen.regions, pose.position) == int(r);
       cells += here;
       volume += double(here) * species.countedVolume;
     }

@@ -26,6 +26,13 @@ Physics physicsOf(const Problem& problem) {
     species.freedom.extraWallClearance = one.extraWallClearance(problem.demanded.wall);
     physics.species.push_back(std::move(species));
   }
+  for (const Membrane& membrane : problem.membranes) {
+    Species own = physics.species[membrane.species];
+    own.shape = membrane.shape;
+    own.count = 0;  // they are counted with their kind
+    own.kind = membrane.species;
+    physics.species.push_back(std::move(own));
+  }
   physics.container = problem.lumen.container;
   physics.clearance = problem.demanded.membranes;
   physics.wallClearance = problem.demanded.wall;
@@ -62,14 +69,16 @@ bool keepsAll(const Problem& problem) {
 }
 
 std::optional<std::string> hemocellViolation(const Problem& problem, const PlacedCell& cell) {
-  const CellSpecies& species = problem.species[cell.species];
-  const auto vertices = [&] { return placedVertices(species.shape->mesh(), cell.placement); };
+  const CellSpecies& species = problem.species[problem.speciesOf(cell.species)];
+  const Shape& shape = problem.shapeOf(cell.species);
+  const auto vertices = [&] { return placedVertices(shape.mesh(), cell.placement); };
   if (species.acceptance) {
     if (auto violation = species.acceptance->violation(vertices())) return violation;
-    return violationElsewhere(species, problem.lumen, cell.placement);
+    return violationElsewhere(species, problem.lumen, cell.placement,
+                              shape.undeformed() ? &shape.mesh() : nullptr);
   }
   if (problem.lumen.keptBox) {
-    const Sphere sphere = boundingSphere(species.shape->hierarchy(), cell.placement);
+    const Sphere sphere = boundingSphere(shape.hierarchy(), cell.placement);
     if (problem.lumen.keptBox->grownBy(-sphere.radius).contains(sphere.center)) return {};
     for (const Vec3& p : vertices()) {
       const bool kept = (p.array() > problem.lumen.keptBox->lo.array()).all() &&
@@ -101,9 +110,9 @@ std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<Pla
                                    const std::vector<std::int64_t>* chosen) {
   std::vector<std::int64_t> counts(problem.species.size(), 0);
   if (chosen) {
-    for (const std::int64_t i : *chosen) ++counts[cells[i].species];
+    for (const std::int64_t i : *chosen) ++counts[problem.speciesOf(cells[i].species)];
   } else {
-    for (const PlacedCell& cell : cells) ++counts[cell.species];
+    for (const PlacedCell& cell : cells) ++counts[problem.speciesOf(cell.species)];
   }
   return counts;
 }

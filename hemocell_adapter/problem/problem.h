@@ -26,6 +26,12 @@
 
 namespace packmesh::hemocell {
 
+/// The mesh of a cell that is deformed.
+struct Membrane {
+  int species = 0;  ///< index into Problem::species
+  std::shared_ptr<const Shape> shape;
+};
+
 /// What is to be packed or examined: everything that follows from a request, and from the case it is for.
 /// Immutable once made (make_problem.h).
 struct Problem {
@@ -38,6 +44,7 @@ struct Problem {
   std::optional<PreInletPlace> preInlet;     ///< of a case whose pre-inlet is packed
   Lumen lumen;
   std::vector<CellSpecies> species;
+  std::vector<Membrane> membranes;              ///< of deformed cells
   std::shared_ptr<const DepthProfile> profile;  ///< nullptr: cells may be at any depth
   PackedParts atDemanded;              ///< what is packed with the clearances demanded; empty for a check
   ReadLines read;                      ///< existing cells
@@ -47,6 +54,17 @@ struct Problem {
   /// The running system of the case; nullptr outside of HemoCell.
   const RunningSystem* running() const {
     return simulation && simulation->running ? &*simulation->running : nullptr;
+  }
+
+  // Cells are numbered by shape, as in physicsOf(): the species, then the membranes.
+  int numberOf(int ofSpecies, const PresentCell& cell) const {
+    return cell.membrane < 0 ? ofSpecies : int(species.size()) + cell.membrane;
+  }
+  int speciesOf(int number) const {
+    return number < int(species.size()) ? number : membranes[number - species.size()].species;
+  }
+  const Shape& shapeOf(int number) const {
+    return number < int(species.size()) ? *species[number].shape : *membranes[number - species.size()].shape;
   }
 
   /// Cells of a packing, at most.
@@ -67,7 +85,8 @@ struct Problem {
 std::string columnsInstead(const Problem& problem);
 
 /// The species as the user states them, all their cells together, with the clearances demanded: to examine
-/// and measure cells, not to pack them.
+/// and measure cells, not to pack them. They are followed by the membranes, each of the kind that is its
+/// species.
 Physics physicsOf(const Problem& problem);
 
 /// HemoCell's verdict on a placed cell: nothing if it keeps the cell, otherwise the reason why not.

@@ -28,13 +28,24 @@ std::optional<AxisCone> coneOf(const SpeciesRequest& request) {
   return AxisCone{request.axis->normalized(), request.spread.value_or(0.0) * degree};
 }
 
-/// The cells of a kind in a state, as their lines in a .pos file.
-std::vector<PosLine> linesOfState(const fs::path& file, const std::string& name) {
-  const StateCells state = readStateCells(file, Communicator());
-  std::vector<PosLine> lines;
-  for (const StateCell& cell : state.cells)
-    if (state.species[cell.species].name == name) lines.push_back(posLineOf(cell.pose));
-  return lines;
+/// The cells of a kind in a state.
+/// @param triangles of the kind, if cells have meshes of their own
+std::vector<PresentCell> cellsOfState(const fs::path& file, const std::string& name,
+                                      std::vector<Triangle>& triangles) {
+  StateCells state = readStateCells(file, Communicator());
+  std::vector<PresentCell> cells;
+  for (StateCell& cell : state.cells) {
+    const StateCells::Kind& kind = state.species[cell.species];
+    if (kind.name != name) continue;
+    PresentCell& present = cells.emplace_back(posLineOf(cell.pose));
+    present.vertices = std::move(cell.vertices);
+    if (present.vertices.empty()) continue;
+    if (triangles.empty()) triangles = kind.mesh.triangles;
+    if (triangles != kind.mesh.triangles)
+      throw InputError(fmt::format("{}: its cells '{}' have other triangles than those of another state",
+                                   file.string(), name));
+  }
+  return cells;
 }
 
 /// Reads existing cells.
@@ -44,9 +55,13 @@ void readPresent(const SpeciesRequest& request, SpeciesPlan& species, std::vecto
     throw InputError(
         fmt::format("cell '{}': the cells of {} cannot be both fixed (fixed) and movable (start)",
                     request.name, request.fixed->string()));
-  const auto read = [&](const std::optional<fs::path>& file, std::vector<PosLine>& lines, std::string& from) {
+  const auto read = [&](const std::optional<fs::path>& file, std::vector<PresentCell>& cells,
+                        std::string& from) {
     if (!file) return;
-    lines = isState(*file) ? linesOfState(*file, request.name) : readPos(*file, &warnings);
+    if (isState(*file))
+      cells = cellsOfState(*file, request.name, species.ownTriangles);
+    else
+      for (const PosLine& line : readPos(*file, &warnings)) cells.emplace_back(line);
     from = file->string();
   };
   read(request.fixed, species.fixed, species.fixedFrom);

@@ -21,23 +21,23 @@ namespace {
 /// A cell on the way to the rank that has its number.
 struct ReadCell {
   std::int64_t id;
-  int species;
+  int number;  ///< of its shape
   double position[3], angles[3];
 
   PosLine line() const { return {Eigen::Map<const Vec3>(position), Eigen::Map<const Vec3>(angles)}; }
 };
 
-ReadCell readCell(std::int64_t id, int species, const PosLine& line) {
+ReadCell readCell(std::int64_t id, int number, const PosLine& line) {
   ReadCell cell{};
   cell.id = id;
-  cell.species = species;
+  cell.number = number;
   Eigen::Map<Vec3>(cell.position) = line.position;
   Eigen::Map<Vec3>(cell.angles) = line.angles;
   return cell;
 }
 
 /// This rank's part of the cells of a state, which every rank has read.
-PosShare shareOf(const std::vector<PosLine>& all, const Communicator& ranks) {
+PosShare shareOf(const std::vector<PresentCell>& all, const Communicator& ranks) {
   const auto [first, end] = IdShares(static_cast<std::int64_t>(all.size()), ranks).own();
   return {{all.begin() + first, all.begin() + end}, first, static_cast<std::int64_t>(all.size())};
 }
@@ -125,7 +125,13 @@ FoundCells readCells(const Problem& problem) {
     for (const std::string& warning : warnings) log::warning(warning);
     std::int64_t id = found.all + share.first;
     read.reserve(read.size() + share.lines.size());
-    for (const PosLine& line : share.lines) read.push_back(readCell(id++, static_cast<int>(s), line));
+    for (const PosLine& line : share.lines) {
+      const std::int64_t index = id - found.all;
+      const bool inState = isState(species.startFrom);
+      read.push_back(readCell(
+          id++, inState ? problem.numberOf(static_cast<int>(s), species.start[index]) : static_cast<int>(s),
+          line));
+    }
     found.counts.push_back(share.all);
     found.all += share.all;
   }
@@ -134,7 +140,7 @@ FoundCells readCells(const Problem& problem) {
   found.poses.reserve(read.size());
   for (const ReadCell& cell : read) {
     const PosLine line = cell.line();
-    found.cells.push_back({cell.species, placementOf(line)});
+    found.cells.push_back({cell.number, placementOf(line)});
     found.poses.push_back(poseOf(line));
     found.lines.push_back(line);
   }
@@ -160,11 +166,12 @@ Examination examine(const Problem& problem, const std::vector<PlacedCell>& own) 
   }
   found.droppedIsFault = keepsAll(problem);
   // A sum that does not depend on the ranks.
-  std::vector<std::int64_t> counts = countsOf(problem, own);
+  std::vector<std::int64_t> counts(problem.species.size() + problem.membranes.size(), 0);
+  for (const PlacedCell& cell : own) ++counts[cell.species];
   ranks.sum(counts);
   found.certificate.cellVolume = 0.0;
   for (std::size_t s = 0; s < counts.size(); ++s)
-    found.certificate.cellVolume += double(counts[s]) * problem.species[s].shape->volume();
+    found.certificate.cellVolume += double(counts[s]) * problem.shapeOf(int(s)).volume();
   takeVerdicts(problem, own, found);
   return found;
 }

@@ -56,8 +56,10 @@ Filling numbered(const Packing& packing) {
   std::vector<AddedCell> cells;
   cells.reserve(packing.result.cells.size());
   for (const PlacedCell& cell : packing.result.cells) {
-    const BuiltCell* type = problem.running()->cell(problem.species[cell.species].name);
+    const int species = problem.speciesOf(cell.species);
+    const BuiltCell* type = problem.running()->cell(problem.species[species].name);
     cells.push_back({static_cast<std::int32_t>(type - types.data()), 0, cell.placement});
+    if (cell.species != species) cells.back().vertices = problem.shapeOf(cell.species).mesh().vertices;
   }
   return numbered(std::move(cells), types.size(), problem.ranks);
 }
@@ -118,6 +120,13 @@ struct StateTypes {
   std::string other;  ///< a kind whose template HemoCell builds differently; empty if there is none
 };
 
+/// Whether all cells have meshes of their own. All ranks call.
+bool areDeformed(const StateCells& state, const Communicator& ranks) {
+  return !state.species.empty() &&
+         !ranks.any(std::any_of(state.cells.begin(), state.cells.end(),
+                                [](const StateCell& cell) { return cell.vertices.empty(); }));
+}
+
 /// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type
 StateTypes typesOf(const StateCells& state, const RunningSystem& running, const std::string& file) {
   StateTypes result;
@@ -131,13 +140,24 @@ StateTypes typesOf(const StateCells& state, const RunningSystem& running, const 
   return result;
 }
 
-/// Cells that HemoCell would delete. @throws InputError
+/// Cells of which HemoCell would delete a rigid one; of cells of a run, which may come nearer to the wall,
+/// those with their centres outside. @throws InputError
 void requireKept(const Problem& problem, const StateCells& state, const std::vector<AddedCell>& cells,
                  const std::string& file) {
   for (std::size_t i = 0; i < cells.size(); ++i)
     for (std::size_t s = 0; s < problem.species.size(); ++s) {
       const CellSpecies& species = problem.species[s];
       if (species.name != state.species[state.cells[i].species].name) continue;
+      if (!cells[i].vertices.empty()) {
+        const Wall* const lumen = problem.lumen.container->wall();
+        const Vec3& center = cells[i].placement.translation;
+        if (lumen && !(lumen->distance(center).distance > -problem.request.dx))
+          throw InputError(
+              fmt::format("{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm is outside of the fluid: is this a "
+                          "state of the same case?",
+                          file, species.name, center[0], center[1], center[2]));
+        continue;
+      }
       const auto& own = problem.atDemanded.walls[s];
       const Wall* wall = own ? own.get() : problem.lumen.container->wall();
       if (!wall) continue;
@@ -162,7 +182,16 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   const std::vector<std::int32_t>& types = found.types;
   std::vector<std::int64_t> counts(running.cells.size(), 0);
   for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
-  if (!state.certified || !found.other.empty()) {
+  const bool deformed = areDeformed(state, ranks);
+  together(ranks, [&] {
+    for (const StateCell& cell : state.cells)
+      if (!cell.vertices.empty() &&
+          state.species[cell.species].mesh.triangles != running.cells[types[cell.species]].mesh.triangles)
+        throw InputError(fmt::format(
+            "{}: its cells '{}' have meshes of their own whose triangles are not those of HemoCell's",
+            file.string(), state.species[cell.species].name));
+  });
+  if (!deformed && (!state.certified || !found.other.empty())) {
     const std::string reason =
         state.certified
             ? fmt::format("HemoCell builds another template of '{}', as at another lattice spacing",
@@ -178,7 +207,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   }
   std::vector<AddedCell> cells;
   for (const StateCell& cell : state.cells)
-    cells.push_back({types[cell.species], 0, placementOf(posLineOf(cell.pose))});
+    cells.push_back({types[cell.species], 0, placementOf(posLineOf(cell.pose)), cell.vertices});
   together(ranks, [&] {
     CompletedRequest completed = requestFor(withCounts(simulation, counts), {});
     completed.request.bestEffort = true;  // the cells are there: however dense
@@ -191,6 +220,59 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   log::info(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall", timer.cpu(), timer.wall()));
   return filling;
 }
+
+namespace {
+
+/// Number of a cell in a state before cells are counted, of type and number in HemoCell.
+std::int64_t idOf(const MovedCell& cell, std::int64_t numbers) {
+  return cell.type * numbers + cell.id;
+}
+
+/// The vertices of this rank's share of the cells of a state. All ranks call.
+/// @param numbers of cells in HemoCell @param ids of a state before cells are counted @param count of all
+/// cells
+std::vector<std::vector<Vec3>> verticesInOrder(const std::vector<MovedCell>& cells, std::int64_t numbers,
+                                               std::int64_t ids, std::int64_t count,
+                                               const Communicator& ranks) {
+  struct Origin {
+    std::int64_t id;
+    int rank, index;
+  };
+  std::vector<Origin> order;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    order.push_back({idOf(cells[i], numbers), ranks.rank(), int(i)});
+  const auto byId = [](const Origin& a, const Origin& b) { return a.id < b.id; };
+  std::sort(order.begin(), order.end(), byId);
+  order = IdShares(ids, ranks).collect(order);
+  std::int64_t next = ranks.sumBefore({std::int64_t(order.size())}).front();
+  for (Origin& one : order) one.id = next++;
+  order = IdShares(count, ranks).collect(order);
+  std::vector<std::vector<int>> asked(ranks.size());
+  for (const Origin& one : order) asked[one.rank].push_back(one.index);
+  std::vector<std::vector<double>> sent(ranks.size());
+  const std::vector<std::vector<int>> asking = ranks.exchange(asked);
+  for (int rank = 0; rank < ranks.size(); ++rank)
+    for (const int index : asking[rank]) {
+      const std::vector<Vec3>& vertices = cells[index].vertices;
+      sent[rank].push_back(double(vertices.size()));
+      for (const Vec3& v : vertices) sent[rank].insert(sent[rank].end(), v.data(), v.data() + 3);
+    }
+  const std::vector<std::vector<double>> received = ranks.exchange(sent);
+  std::vector<std::size_t> at(ranks.size(), 0);
+  std::vector<std::vector<Vec3>> ordered;
+  for (const Origin& one : order) {
+    const std::vector<double>& from = received[one.rank];
+    std::size_t& place = at[one.rank];
+    std::vector<Vec3>& vertices = ordered.emplace_back(std::size_t(from[place++]));
+    for (Vec3& v : vertices) {
+      v = Vec3(from[place], from[place + 1], from[place + 2]);
+      place += 3;
+    }
+  }
+  return ordered;
+}
+
+}  // namespace
 
 void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCell>& cells,
                std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks) {
@@ -228,16 +310,21 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCe
     for (int k = 0; k < 4; ++k) body.pose.orientation[k] = cell.pose.orientation.coeffs()[k];
     body.scale = body.stepTaken = 1.0;
     body.species = partOf[cell.type];
-    body.id = cell.type * numbers + cell.id;
+    body.id = idOf(cell, numbers);
     bodies.push_back(body);
   }
   std::sort(bodies.begin(), bodies.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
-  bodies = IdShares(static_cast<std::int64_t>(counts.size()) * numbers, ranks).collect(bodies);
+  const std::int64_t ids = static_cast<std::int64_t>(counts.size()) * numbers;
+  bodies = IdShares(ids, ranks).collect(bodies);
   std::int64_t next = ranks.sumBefore({static_cast<std::int64_t>(bodies.size())}).front();
   for (BodyState& body : bodies) body.id = next++;
   state.cells = IdShares(cellCount, ranks).collect(bodies);
+  const bool deformed = ranks.any(
+      std::any_of(cells.begin(), cells.end(), [](const MovedCell& cell) { return !cell.vertices.empty(); }));
+  if (deformed) state.vertices = verticesInOrder(cells, numbers, ids, cellCount, ranks);
   const std::string origin =
-      fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
+      deformed ? fmt::format("iteration {}, cells as they were", iteration)
+               : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
   writeState(file, packing, {"savePositions", origin}, state);
   std::string names;
   for (std::size_t t = 0; t < counts.size(); ++t)

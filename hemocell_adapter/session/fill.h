@@ -20,14 +20,17 @@ struct AddedCell {
   /// As HemoCell numbers the cells of .pos files: by type, then in the order of the file, from 0.
   std::int64_t id = 0;
   Placement placement;  ///< of the template, node (0, 0, 0) of the lattice at the origin [µm]
+  /// Of a mesh of its own, in the order and frame of the template [µm]; empty: it has that of the template.
+  std::vector<Vec3> vertices = {};
 };
 
 /// A cell of a running simulation.
 struct MovedCell {
-  std::int32_t type = 0;  ///< index into RunningSystem::cells
-  std::int64_t id = 0;    ///< that of HemoCell
-  Pose pose;              ///< that fits best, of a rigid template
-  double residual = 0.0;  ///< of the fit, root mean square over the vertices [µm]
+  std::int32_t type = 0;            ///< index into RunningSystem::cells
+  std::int64_t id = 0;              ///< that of HemoCell
+  Pose pose;                        ///< that fits best, of a rigid template
+  double residual = 0.0;            ///< of the fit, root mean square over the vertices [µm]
+  std::vector<Vec3> vertices = {};  ///< that are kept, in the frame of the pose [µm]; empty: the template's
 };
 
 struct Filling {
@@ -44,13 +47,14 @@ Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::stri
              const Communicator& ranks);
 
 /// The cells of a state file. Those of a finished packing are read by each rank in part, and tested against
-/// the fluid nodes; others are the start of a packing of the same cells.
+/// the fluid nodes, and so are cells that all have meshes of their own; others are the start of a packing of
+/// the same cells.
 /// @throws AgreedFailure, InputError. All ranks call
 Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesystem::path& file,
                       const Communicator& ranks);
 
 /// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in
-/// HemoCell.
+/// HemoCell; either all of them have vertices that are kept, or none.
 /// @throws OutputError, AgreedFailure, InputError. All ranks call
 void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCell>& cells,
                std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -65,6 +66,16 @@ bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
   return a.vertices == b.vertices && a.triangles == b.triangles;
 }
 
+/// The meshes of the deformed cells of a packing that has its problem.
+void nameMembranes(HeldPacking& held) {
+  const Problem& problem = *held.packing.problem;
+  for (const Membrane& membrane : problem.membranes) held.kindOf.push_back(membrane.species);
+  const std::vector<PlacedCell>& cells = held.packing.result.cells;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (cells[i].species != problem.speciesOf(cells[i].species))
+      held.membranes[i] = problem.shapeOf(cells[i].species).mesh().vertices;
+}
+
 std::shared_ptr<const Problem> problemFor(const CommandLine& commandLine, Session& session,
                                           const Communicator& ranks) {
   CompletedRequest completed;
@@ -103,6 +114,7 @@ HeldPacking packInMemory(const CommandLine& commandLine, const Communicator& ran
     held.kinds.push_back({species.name, species.shape->mesh(), held.packing.cells.tally.counts[s]});
     held.kindOf.push_back(int(s));
   }
+  nameMembranes(held);
   logSummary(held.packing);
   return held;
 }
@@ -122,6 +134,7 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const f
   std::iota(held.kindOf.begin(), held.kindOf.end(), 0);
   for (const StateCell& cell : state.cells) {
     held.packing.result.poses.push_back(cell.pose);
+    if (!cell.vertices.empty()) held.membranes[held.packing.result.cells.size()] = cell.vertices;
     held.packing.result.cells.push_back({cell.species, placementOf(posLineOf(cell.pose))});
   }
   held.packing.result.cellCount = ranks.sum(std::int64_t(state.cells.size()));
@@ -147,8 +160,22 @@ HeldPacking completed(HeldPacking held) {
   Packing& packing = held.packing;
   PackingResult& result = packing.result;
   for (PlacedCell& cell : result.cells) cell.species = speciesOf[cell.species];
+  std::map<std::array<double, 3>, int> numbers;  // of membranes, by their first vertices
+  for (std::size_t m = 0; m < problem->membranes.size() && !held.membranes.empty(); ++m) {
+    const Vec3& v = problem->membranes[m].shape->mesh().vertices.front();
+    numbers[{v[0], v[1], v[2]}] = int(problem->species.size() + m);
+  }
+  for (const auto& [cell, vertices] : held.membranes) {
+    const Vec3& v = vertices.front();
+    const auto number = numbers.find({v[0], v[1], v[2]});
+    if (number == numbers.end() || problem->shapeOf(number->second).mesh().vertices != vertices)
+      throw InputError(fmt::format("{}: has cells with meshes that the files of the command {} do not have",
+                                   held.file.string(), fmt::join(held.words, " ")));
+    result.cells[cell].species = number->second;
+  }
   held.kindOf.assign(problem->species.size(), -1);
   for (std::size_t kind = 0; kind < speciesOf.size(); ++kind) held.kindOf[speciesOf[kind]] = int(kind);
+  for (const Membrane& membrane : problem->membranes) held.kindOf.push_back(held.kindOf[membrane.species]);
   for (std::size_t i = 0; i < result.cells.size(); ++i)
     result.cells[i].placement = placementOf(problem->read.lineOf(result.poses[i]));
   result.certificate = examine(*problem, result.cells).certificate;
@@ -223,6 +250,27 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
   state.measures.resize(sorted.size());
   for (std::size_t i = 0; i < sorted.size(); ++i) setMeasuresOfCell(state.measures, i, sorted[i].of);
   writeState(file, packingProblemOf(*packing.problem, packing.packed), storedWords(words, file), state);
+}
+
+void saveCells(const std::vector<DeformedCells>& kinds, std::shared_ptr<const Container> lumen,
+               const std::vector<std::string>& words, const fs::path& file) {
+  PackingProblem problem;
+  problem.physics.container = std::move(lumen);
+  PackingState state;
+  state.position.stage = Stage::certificate;
+  for (const DeformedCells& kind : kinds) {
+    Species species;
+    species.name = kind.name;
+    species.shape = std::make_shared<const Shape>(kind.mesh);
+    species.count = std::int64_t(kind.poses.size());
+    for (const Pose& pose : kind.poses) {
+      Body body = makeBody(state.cellCount++, int(problem.physics.species.size()), pose);
+      state.cells.push_back(stateOf(body));
+    }
+    state.vertices.insert(state.vertices.end(), kind.vertices.begin(), kind.vertices.end());
+    problem.physics.species.push_back(std::move(species));
+  }
+  writeState(file, problem, words, state);
 }
 
 std::string reportOf(const HeldPacking& held) {

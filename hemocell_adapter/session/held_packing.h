@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ struct HeldPacking {
   /// without one, the kinds.
   Packing packing;
   std::vector<int> kindOf;  ///< by species of the result: index into `kinds`
+  /// Of this rank's cells that have meshes of their own: vertices in the frame of the template [µm], by
+  /// index.
+  std::map<std::size_t, std::vector<Vec3>> membranes;
   Communicator ranks;
   std::vector<std::string> words;  ///< the command
   std::filesystem::path file;      ///< from which it was loaded; empty if it was packed
@@ -72,6 +76,19 @@ void requireWritableFiles(const HeldPacking& held, const std::vector<std::filesy
 /// Writes .pos files of any cells, all or none. @throws OutputError
 void writePosFiles(const std::filesystem::path& folder,
                    const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells);
+
+/// Cells with meshes of their own.
+struct DeformedCells {
+  std::string name;
+  TriangleMesh mesh;  ///< the template [µm]
+  std::vector<Pose> poses;
+  std::vector<std::vector<Vec3>> vertices;  ///< of each, in the order and frame of the template [µm]
+};
+
+/// Writes a state file of cells that are as they are. One rank calls.
+/// @param words where they are from @throws OutputError
+void saveCells(const std::vector<DeformedCells>& kinds, std::shared_ptr<const Container> lumen,
+               const std::vector<std::string>& words, const std::filesystem::path& file);
 
 /// Writes a state file, from which the program continues and loadPacking() reads. All ranks call. Pre: packed
 /// @param words the command that it contains

@@ -200,7 +200,7 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
     if (violation) {
       countReason(own, *violation, 1);
     } else {
-      ++own.kept[cells[i].species];
+      ++own.kept[problem.speciesOf(cells[i].species)];
     }
   });
   std::string text;
@@ -221,8 +221,9 @@ void logSummary(const Packing& packing) {
   for (const std::string& line : footLines(*packing.problem, packing.packed.clearances, packing.cells.tally,
                                            packing.result.certificate, packing.kept, packing.times))
     log::info(line);
-  for (const std::string& line : regionLines(*packing.problem, packing.packed.parts, packing.cells.parts))
-    log::info(line);
+  for (auto* const linesOf : {&bloodLines, &regionLines})
+    for (const std::string& line : linesOf(*packing.problem, packing.packed.parts, packing.cells.parts))
+      log::info(line);
   if (!packing.problem->profile) return;
   for (const std::string& line :
        profileLines(*packing.problem, reachedProfile(*packing.problem, packing.result.cells)))

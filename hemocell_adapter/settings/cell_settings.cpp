@@ -126,6 +126,13 @@ std::vector<Setting> cellSettings() {
               })
           .withTag("start")
           .mayRepeat(),
+      setting(
+          "blood", &R::blood, file(),
+          "start from flowing blood: the cells of this state (.h5), as they are, repeated over the lumen; "
+          "those "
+          "that meet the wall or one another are left out, and more of them are added in the gaps until the "
+          "hematocrit is met")
+          .notForCheck(),
       setting("orient", {name(), component("x"), component("y"), component("z"), spread()},
               "keep the symmetry axis of that cell within this angle of the direction x y z", setOrientation)
           .byDefault("any direction"),

@@ -41,6 +41,7 @@ struct SpeciesRequest {
   std::optional<double> wallClearance;         ///< [µm]
   std::optional<Vec3> axis;                    ///< direction of the cells' symmetry axis, any length
   std::optional<double> spread;                ///< largest angle to `axis` [degrees]
+  bool inBlood = false;                        ///< the state Request::blood has such cells
 };
 
 /// A body with a closed surface, in the coordinate system of .pos files [µm].
@@ -96,6 +97,7 @@ struct Request {
   std::optional<double> plateletRatio;        ///< empty: packCellsPlateletRatio, where there may be platelets
   std::vector<SpeciesRequest> species;
   std::vector<std::filesystem::path> fixedStates, startStates;  ///< states with cells of any species
+  std::optional<std::filesystem::path> blood;  ///< state whose cells are repeated over the lumen
   std::optional<double> redCellVolume;  ///< of one red cell in the hematocrit [µm³]; empty: of its mesh
   bool fluidVolume = false;  ///< hematocrit refers to the volume of the fluid nodes, not of the true lumen
   bool packCellsConventions = false;  ///< started as packCells: its volumes, ends and rounding

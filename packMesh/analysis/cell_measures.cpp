@@ -162,9 +162,13 @@ class Measuring {
 
   /// Of own cells; 0 for the others.
   std::vector<double> localHematocrits() const {
-    std::vector<std::vector<Vec3>> points;
-    for (const Species& species : physics_.species)
-      points.push_back(innerPoints(*species.shape, pointsOfCell));
+    std::vector<char> isHere(physics_.species.size(), 0);
+    for (std::int64_t i = 0; i < cells_.count(); ++i)
+      if (cells_.isOwn(i)) isHere[cell(i).species] = 1;
+    std::vector<std::vector<Vec3>> points(isHere.size());
+    execution_.threads.forEach(std::int64_t(points.size()), [&](std::int64_t s, int) {
+      if (isHere[s]) points[s] = innerPoints(physics_.shapeOf(int(s)), pointsOfCell);
+    });
     const Boxes boxes(*physics_.container);
     std::vector<std::atomic<std::int64_t>> redHere(boxes.count());  // [steps]
     forEachCell([&](std::int64_t i) {

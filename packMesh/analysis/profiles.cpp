@@ -49,7 +49,9 @@ class Measuring {
  public:
   Measuring(const Physics& physics, const Execution& execution, const std::vector<PlacedCell>& cells,
             const std::array<bool, 3>& ends, const std::set<std::int64_t>& outside)
-      : species_(physics.species),
+      : physics_(physics),
+        species_(physics.species),
+        kinds_(kindsOf(physics)),
         ranks_(execution.communicator),
         container_(*physics.container),
         cells_(cells),
@@ -69,14 +71,22 @@ class Measuring {
     for (int k = 0; k < 3; ++k) measures_.axial[k] = layersOf(bounds_.lo[k], bounds_.size()[k], true);
     sampleLumen();
     profileCells();
-    for (std::size_t s = 0; s < species_.size(); ++s) {
-      measures_.gaps.push_back(gapsOf(static_cast<int>(s), gaps));
-      measures_.orientation.push_back(orderOf(static_cast<int>(s)));
+    for (int kind = 0; kind < kinds_; ++kind) {
+      measures_.gaps.push_back(gapsOf(kind, gaps));
+      measures_.orientation.push_back(orderOf(kind));
     }
     return std::move(measures_);
   }
 
  private:
+  static int kindsOf(const Physics& physics) {
+    int kinds = 0;
+    for (std::size_t s = 0; s < physics.species.size(); ++s)
+      kinds = std::max(kinds, physics.kindOf(int(s)) + 1);
+    return kinds;
+  }
+  int kindOf(const PlacedCell& cell) const { return physics_.kindOf(cell.species); }
+
   /// Distance to the wall [µm]; empty outside the lumen.
   std::optional<double> toWall(const Vec3& p) const {
     const double distance = (*depth_)(p);
@@ -170,26 +180,25 @@ class Measuring {
   };
 
   void profileCells() {
-    const std::size_t species = species_.size();
-    std::vector<std::vector<Vec3>> points;
-    for (const Species& one : species_) points.push_back(innerPoints(*one.shape, measures_.pointsPerCell));
+    std::vector<std::vector<Vec3>> points(species_.size());  // of those that have cells here
     std::vector<Sums> axial;
-    for (const Profile& profile : measures_.axial) axial.emplace_back(profile, species);
+    for (const Profile& profile : measures_.axial) axial.emplace_back(profile, kinds_);
     std::optional<Sums> wall;
-    if (measures_.wall) wall.emplace(*measures_.wall, species);
+    if (measures_.wall) wall.emplace(*measures_.wall, kinds_);
     measures_.leftOut = std::int64_t(outside_.size());
     std::int64_t id = ranks_.sumBefore({std::int64_t(cells_.size())}).front();
     for (const PlacedCell& cell : cells_) {
       if (outside_.count(id++) > 0) continue;
-      const std::vector<Vec3>& inCell = points[cell.species];
+      std::vector<Vec3>& inCell = points[cell.species];
+      if (inCell.empty()) inCell = innerPoints(*species_[cell.species].shape, measures_.pointsPerCell);
       const double volume = species_[cell.species].shape->volume() / double(inCell.size());
       const std::int64_t each = whole(volume, volumeStep);
       for (const Vec3& body : inCell) {
         const Vec3 p = wrapped(cell.placement(body), bounds_, period_);
-        for (int k = 0; k < 3; ++k) axial[k].add(cell.species, layerOf(measures_.axial[k], p[k]), each);
+        for (int k = 0; k < 3; ++k) axial[k].add(kindOf(cell), layerOf(measures_.axial[k], p[k]), each);
         if (!wall) continue;
         const double distance = std::max(0.0, toWall(p).value_or(0.0));
-        if (!isNearerToEnd(p, distance)) wall->add(cell.species, layerOf(*measures_.wall, distance), each);
+        if (!isNearerToEnd(p, distance)) wall->add(kindOf(cell), layerOf(*measures_.wall, distance), each);
       }
     }
     for (int k = 0; k < 3; ++k) finish(measures_.axial[k], axial[k]);
@@ -200,7 +209,7 @@ class Measuring {
     ranks_.sum(sums.volume);
     ranks_.sum(sums.points);
     profile.red.assign(sums.layers, 0.0);
-    for (std::size_t s = 0; s < species_.size(); ++s) {
+    for (int s = 0; s < kinds_; ++s) {
       std::vector<double>& fraction = profile.fraction.emplace_back(sums.layers, 0.0);
       std::vector<double>& error = profile.error.emplace_back(sums.layers, 0.0);
       for (std::size_t i = 0; i < sums.layers; ++i) {
@@ -214,7 +223,7 @@ class Measuring {
     }
   }
 
-  GapHistogram gapsOf(int species, const std::vector<double>& gaps) const {
+  GapHistogram gapsOf(int kind, const std::vector<double>& gaps) const {
     GapHistogram histogram;
     histogram.counts.assign(static_cast<std::size_t>(std::llround(farthestGap / histogram.width)), 0);
     const auto bins = static_cast<int>(histogram.counts.size());
@@ -222,7 +231,7 @@ class Measuring {
     std::int64_t sum = 0, own = 0;
     double least = farthestGap;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      if (cells_[i].species != species) continue;
+      if (kindOf(cells_[i]) != kind) continue;
       if (gaps[i] >= farthestGap) {
         ++histogram.beyond;
         continue;
@@ -252,11 +261,11 @@ class Measuring {
     return histogram;
   }
 
-  OrientationOrder orderOf(int species) const {
+  OrientationOrder orderOf(int kind) const {
     std::vector<std::int64_t> tenths(30, 0), sums(6, 0);  // of xx, yy, zz, xy, xz, yz
     OrientationOrder order;
     for (const PlacedCell& cell : cells_) {
-      if (cell.species != species) continue;
+      if (kindOf(cell) != kind) continue;
       ++order.cells;
       const Vec3 n = cell.placement.linear.col(1).normalized();
       for (int k = 0; k < 3; ++k) ++tenths[10 * k + std::min(9, static_cast<int>(10.0 * std::abs(n[k])))];
@@ -281,7 +290,9 @@ class Measuring {
     return order;
   }
 
+  const Physics& physics_;
   const std::vector<Species>& species_;
+  const int kinds_;
   const Communicator& ranks_;
   const Container& container_;
   const std::vector<PlacedCell>& cells_;

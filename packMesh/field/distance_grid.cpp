@@ -57,8 +57,8 @@ class Sampler {
     step_[2] = step_[1] * grid.nodes[1];
   }
 
-  void fill(double band) {
-    const double exact = std::max(band, 3.0 * grid_.spacing);
+  /// @param exact distances up to this are searched, the others propagated [µm]
+  void fill(double exact) {
     const bool bySearch = searchIsCheaper(exact);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       pollAt(t);
@@ -253,7 +253,14 @@ class Sampler {
 DistanceGrid sampleDistance(const MeshHierarchy& mesh, const Box& region, double spacing, double band,
                             const Threads& threads) {
   DistanceGrid grid = emptyGrid(region, spacing);
-  Sampler(mesh, grid, threads).fill(band);
+  Sampler(mesh, grid, threads).fill(std::max(band, 3.0 * spacing));
+  return grid;
+}
+
+DistanceGrid sampleRoughly(const MeshHierarchy& mesh, const Box& region, double spacing) {
+  DistanceGrid grid = emptyGrid(region, spacing);
+  const Threads alone;
+  Sampler(mesh, grid, alone).fill(spacing);
   return grid;
 }
 

@@ -63,4 +63,8 @@ struct DistanceGrid {
 DistanceGrid sampleDistance(const MeshHierarchy& mesh, const Box& region, double spacing, double band,
                             const Threads& threads = {});
 
+/// The same in a third of the time for one of many meshes: distances are exact at nodes within a spacing of
+/// the surface, and elsewhere too large by up to a fifth of a spacing.
+DistanceGrid sampleRoughly(const MeshHierarchy& mesh, const Box& region, double spacing);
+
 }  // namespace packmesh

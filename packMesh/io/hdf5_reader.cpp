@@ -65,20 +65,26 @@ double Hdf5Reader::real(const std::string& path, const char* name) const {
   return value;
 }
 
+bool Hdf5Reader::has(const std::string& path) const {
+  return H5Lexists(file_, path.c_str(), H5P_DEFAULT) > 0;
+}
+
 std::array<std::int64_t, 2> Hdf5Reader::size(const std::string& path) const {
   const Hdf5Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
   if (!set.good()) fail("has no table '" + path + "'");
   const Hdf5Handle space(H5Dget_space(set), H5Sclose), type(H5Dget_type(set), H5Tclose);
   const int rank = H5Sget_simple_extent_ndims(space);
   const H5T_class_t kind = H5Tget_class(type);
-  hsize_t size[2] = {0, 1};
-  if (rank < 1 || rank > 2 || (kind != H5T_INTEGER && kind != H5T_FLOAT) ||
+  hsize_t size[3] = {0, 1, 1};
+  if (rank < 1 || rank > 3 || (kind != H5T_INTEGER && kind != H5T_FLOAT) ||
       H5Sget_simple_extent_dims(space, size, nullptr) < 0)
     fail("'" + path + "' is not a numeric table");
   const hsize_t most = std::filesystem::file_size(name_);  // damaged files can state any size
-  if (size[0] > most || size[1] > most || size[0] * size[1] > most)
+  for (const hsize_t one : size)
+    if (one > most) size[0] = most + 1;
+  if (size[0] > most || size[1] * size[2] > most || size[0] * size[1] * size[2] > most)
     fail("is damaged: table '" + path + "' is larger than the file");
-  return {static_cast<std::int64_t>(size[0]), static_cast<std::int64_t>(size[1])};
+  return {static_cast<std::int64_t>(size[0]), static_cast<std::int64_t>(size[1] * size[2])};
 }
 
 void Hdf5Reader::requireRows(const std::string& path, int columns, std::int64_t first,
@@ -94,7 +100,7 @@ void Hdf5Reader::readTable(const std::string& path, int columns, std::int64_t fi
   if (count == 0) return;
   const Hdf5Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
   const Hdf5Handle space(H5Dget_space(set), H5Sclose), memory(rowsSpace(count, columns), H5Sclose);
-  if (!selectRows(space, first, count, columns) || H5Dread(set, type, memory, space, H5P_DEFAULT, to) < 0)
+  if (!selectRows(space, first, count) || H5Dread(set, type, memory, space, H5P_DEFAULT, to) < 0)
     fail("table '" + path + "' cannot be read: the file is damaged");
 }
 

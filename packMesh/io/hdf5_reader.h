@@ -24,7 +24,9 @@ class Hdf5Reader {
   std::int64_t integer(const std::string& path, const char* name) const;
   double real(const std::string& path, const char* name) const;
 
-  /// Numbers of rows and columns. @throws InputError also if the table is not numeric
+  bool has(const std::string& path) const;  ///< Pre: the group of the path exists
+  /// Numbers of rows and columns; with a third dimension, of the numbers in a row. @throws InputError also if
+  /// the table is not numeric
   std::array<std::int64_t, 2> size(const std::string& path) const;
   /// Rows [first, first + count) of a table.
   /// @throws InputError also if it has fewer rows or another number of columns

@@ -26,15 +26,19 @@ inline Hdf5Type hdf5Type(const std::int32_t*) {
 }
 
 /// Dataspace of a table with `rows` rows; an array with one column.
-inline hid_t rowsSpace(std::int64_t rows, int columns) {
-  const hsize_t size[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns)};
-  return H5Screate_simple(columns == 1 ? 1 : 2, size, nullptr);
+/// @param depth numbers in each column; more than one: the table has a third dimension
+inline hid_t rowsSpace(std::int64_t rows, int columns, int depth = 1) {
+  const hsize_t size[3] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(columns),
+                           static_cast<hsize_t>(depth)};
+  return H5Screate_simple(depth > 1 ? 3 : columns == 1 ? 1 : 2, size, nullptr);
 }
 
 /// @return true if rows [first, first + count) could be selected
-inline bool selectRows(hid_t space, std::int64_t first, std::int64_t count, int columns) {
-  const hsize_t from[2] = {static_cast<hsize_t>(first), 0};
-  const hsize_t size[2] = {static_cast<hsize_t>(count), static_cast<hsize_t>(columns)};
+inline bool selectRows(hid_t space, std::int64_t first, std::int64_t count) {
+  const hsize_t from[3] = {static_cast<hsize_t>(first), 0, 0};
+  hsize_t size[3] = {};
+  if (H5Sget_simple_extent_dims(space, size, nullptr) < 0) return false;
+  size[0] = static_cast<hsize_t>(count);
   return (count > 0 ? H5Sselect_hyperslab(space, H5S_SELECT_SET, from, nullptr, size, nullptr)
                     : H5Sselect_none(space)) >= 0;
 }

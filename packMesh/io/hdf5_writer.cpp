@@ -100,11 +100,12 @@ void Hdf5Writer::writeAttribute(const std::string& path, const char* name, hid_t
 }
 
 /// On the first rank: creates a table. @return its position in the file [bytes]; negative: nothing is written
-std::int64_t Hdf5Writer::placeTable(const std::string& path, std::int64_t rows, int columns, hid_t type) {
-  const auto size = rows * columns * static_cast<std::int64_t>(H5Tget_size(type));
+std::int64_t Hdf5Writer::placeTable(const std::string& path, std::int64_t rows, int columns, int depth,
+                                    hid_t type) {
+  const auto size = rows * columns * depth * static_cast<std::int64_t>(H5Tget_size(type));
   require(sizeSoFar() + size < largestFile() - spare, tooLarge);
   if (!writing()) return -1;
-  const Hdf5Handle space(rowsSpace(rows, columns), H5Sclose);
+  const Hdf5Handle space(rowsSpace(rows, columns, depth), H5Sclose);
   const Hdf5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation, false);
   H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
@@ -126,11 +127,11 @@ std::int64_t Hdf5Writer::sizeSoFar() const {
   return file_.good() && H5Fget_filesize(file_, &size) >= 0 ? static_cast<std::int64_t>(size) : 0;
 }
 
-void Hdf5Writer::writeTable(const std::string& path, std::int64_t rows, int columns, hid_t type,
+void Hdf5Writer::writeTable(const std::string& path, std::int64_t rows, int columns, int depth, hid_t type,
                             std::string_view data) {
   const std::int64_t all = ranks_.sum(rows);
-  const std::int64_t position =
-      ranks_.min(first_ ? placeTable(path, all, columns, type) : std::numeric_limits<std::int64_t>::max());
+  const std::int64_t position = ranks_.min(first_ ? placeTable(path, all, columns, depth, type)
+                                                  : std::numeric_limits<std::int64_t>::max());
   if (position >= 0) disk_.write(position, {data});
 }
 

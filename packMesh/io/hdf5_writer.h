@@ -42,10 +42,12 @@ class Hdf5Writer {
   void attribute(const std::string& path, const char* name, std::int64_t value);
   void attribute(const std::string& path, const char* name, double value);
 
-  /// A table with `columns` columns (one: an array) that consists of the rows of all ranks, in rank order.
+  /// A table with `columns` columns (one: an array) of `depth` numbers that consists of the rows of all
+  /// ranks, in rank order.
   template <class T>
-  void table(const std::string& path, int columns, const std::vector<T>& mine) {
-    writeTable(path, static_cast<std::int64_t>(mine.size()) / columns, columns, hdf5Type(mine.data()).inFile,
+  void table(const std::string& path, int columns, const std::vector<T>& mine, int depth = 1) {
+    writeTable(path, static_cast<std::int64_t>(mine.size()) / columns / depth, columns, depth,
+               hdf5Type(mine.data()).inFile,
                {reinterpret_cast<const char*>(mine.data()), mine.size() * sizeof(T)});
   }
   /// A table known to all ranks; rank 0 writes it.
@@ -64,8 +66,9 @@ class Hdf5Writer {
   };
   void writeAttribute(const std::string& path, const char* name, hid_t type, hid_t inMemory,
                       const void* data);
-  void writeTable(const std::string& path, std::int64_t rows, int columns, hid_t type, std::string_view data);
-  std::int64_t placeTable(const std::string& path, std::int64_t rows, int columns, hid_t type);
+  void writeTable(const std::string& path, std::int64_t rows, int columns, int depth, hid_t type,
+                  std::string_view data);
+  std::int64_t placeTable(const std::string& path, std::int64_t rows, int columns, int depth, hid_t type);
   std::int64_t sizeSoFar() const;
   void writeAllButTables();
   bool writing() const { return first_ && error_.empty(); }

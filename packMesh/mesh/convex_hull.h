@@ -14,6 +14,7 @@ namespace packmesh {
 /// Convex hull of the vertices of a mesh, for one query: which vertex is furthest in a given direction?
 class ConvexHull {
  public:
+  ConvexHull() = default;  ///< of no points
   explicit ConvexHull(const TriangleMesh& mesh);
 
   /// The hull's vertices [µm].
@@ -46,7 +47,7 @@ class ConvexHull {
 
   std::vector<Vec3> points_;
   std::vector<int> firstNeighbor_, neighbors_;  ///< vertices joined to vertex i by an edge
-  std::array<int, 6 * cells * cells> starts_;
+  std::array<int, 6 * cells * cells> starts_{};
 };
 
 inline int ConvexHull::startCell(const Vec3& direction) {

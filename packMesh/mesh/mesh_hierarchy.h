@@ -16,6 +16,9 @@ class MeshHierarchy {
  public:
   /// @throws MeshError if the mesh has no triangles
   explicit MeshHierarchy(const TriangleMesh& mesh);
+  /// Of a deformed form of another mesh: made in a tenth of the time, and somewhat slower to use.
+  /// @param vertices in the order of the other mesh [µm]
+  MeshHierarchy(std::vector<Vec3> vertices, const MeshHierarchy& undeformed);
   ~MeshHierarchy();
   MeshHierarchy(MeshHierarchy&&) noexcept;
   MeshHierarchy& operator=(MeshHierarchy&&) noexcept;

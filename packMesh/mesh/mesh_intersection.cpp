@@ -70,6 +70,7 @@ class PairTest {
         best_(gapOfInterest) {}
 
   bool hullsApart() const {
+    if (first_.hull.points().empty() || second_.hull.points().empty()) return false;
     const Vec3 between = first_.center - (view_.linear * second_.center + view_.translation);
     // The gradient of the contact function of two ellipsoids at λ = 1/2 (J. Perram, M. Wertheim, J. Comput.
     // Phys. 58, 1985): the hulls of most pairs are apart along it.

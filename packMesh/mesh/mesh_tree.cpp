@@ -17,6 +17,9 @@ namespace {
 /// Added to spreads, in units of the squared radius, so that those of flat meshes can be inverted.
 constexpr double flattest = 1e-6;
 
+/// Steps towards the smallest circle around a patch of a deformed mesh.
+constexpr int fewSteps = 2;
+
 /// Stored extents are enlarged by this fraction of the distances involved, to cover rounding to float.
 constexpr double storage = 1e-6;
 
@@ -28,8 +31,7 @@ class TreeBuilder {
  public:
   explicit TreeBuilder(MeshTree& tree) : tree_(tree), mesh_(tree.mesh) {
     const int count = static_cast<int>(mesh_.triangles.size());
-    order_.resize(count);
-    std::iota(order_.begin(), order_.end(), 0);
+    tree_.corners.reserve(count);
     for (int t = 0; t < count; ++t) {
       const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
       centroid_.push_back((a + b + c) / 3.0);
@@ -38,8 +40,20 @@ class TreeBuilder {
       for (int k = 0; k < 9; ++k) corners[k] = static_cast<float>(mesh_.corner(t, k / 3)[k % 3]);
       tree_.corners.push_back(corners);
     }
+  }
+
+  void build() {
+    const int count = static_cast<int>(mesh_.triangles.size());
+    order_.resize(count);
+    std::iota(order_.begin(), order_.end(), 0);
     tree_.discs.resize(count);
     addQuad({{0, count}}, 0, emptyDisc);
+  }
+
+  /// Fits the discs of a tree that has the patches of another mesh.
+  void refit() {
+    order_.reserve(mesh_.triangles.size());
+    refit(0);
   }
 
  private:
@@ -47,6 +61,20 @@ class TreeBuilder {
     int begin, end;  ///< in order_
     int size() const { return end - begin; }
   };
+
+  /// Fits a quad and everything below it, and appends its triangles to order_.
+  void refit(int index) {
+    DiscQuad& quad = tree_.quads[index];
+    for (int lane = 0; lane < 4; ++lane) {
+      if (quad.discs.radius[lane] < 0.0f) continue;
+      Range patch{static_cast<int>(order_.size()), 0};
+      if (quad.content[lane] < 0) order_.push_back(~quad.content[lane]);
+      if (quad.content[lane] >= 0) refit(quad.content[lane]);
+      patch.end = static_cast<int>(order_.size());
+      setLane(quad, lane, patch, fewSteps);
+      if (quad.content[lane] >= 0) tree_.quads[quad.content[lane]].size = quad.discs.radius[lane];
+    }
+  }
 
   /// Adds a quad of the given patches and everything below it. Returns its index.
   /// @param disc,size index and size of the disc around them
@@ -63,7 +91,7 @@ class TreeBuilder {
         continue;
       }
       const Range& patch = patches[lane];
-      setLane(quad, lane, patch);
+      setLane(quad, lane, patch, patch.size() <= 64 ? 30 : 5);
       const int own = 4 * index + lane;
       if (patch.size() == 1) {
         quad.content[lane] = ~order_[patch.begin];
@@ -113,18 +141,24 @@ class TreeBuilder {
     return Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(2);
   }
 
-  void setLane(DiscQuad& quad, int lane, const Range& patch) const {
+  /// @param steps towards the smallest circle
+  void setLane(DiscQuad& quad, int lane, const Range& patch, int steps) const {
     Vec3 mean = Vec3::Zero(), facing = Vec3::Zero();
     for (int i = patch.begin; i < patch.end; ++i) {
       mean += centroid_[order_[i]];
       facing += normal_[order_[i]];
     }
     mean /= patch.size();
-    Mat3 covariance = Mat3::Zero();
-    forEachCorner(patch, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
-    const Vec3 thin = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(0);
-    const Vec3 even = facing.norm() > 0.5 ? Vec3(facing.normalized()) : thin;
-    const Vec3 normal = thickness(patch, even) < thickness(patch, thin) ? even : thin;
+    Vec3 normal;
+    if (steps <= fewSteps && facing.norm() > 0.5 * patch.size()) {
+      normal = facing.normalized();
+    } else {
+      Mat3 covariance = Mat3::Zero();
+      forEachCorner(patch, [&](const Vec3& v) { covariance += (v - mean) * (v - mean).transpose(); });
+      const Vec3 thin = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvectors().col(0);
+      const Vec3 even = facing.norm() > 0.5 ? Vec3(facing.normalized()) : thin;
+      normal = thickness(patch, even) < thickness(patch, thin) ? even : thin;
+    }
     Vec3 stored;
     for (int k = 0; k < 3; ++k) stored[k] = quad.discs.normal[k][lane] = static_cast<float>(normal[k]);
 
@@ -133,7 +167,6 @@ class TreeBuilder {
     Box along;
     forEachCorner(patch, [&](const Vec3& v) { along.add(Vec3::Constant(stored.dot(v - mean))); });
     Vec3 center = mean;
-    const int steps = patch.size() <= 64 ? 30 : 5;
     for (int step = 1; step <= steps; ++step) {
       Vec3 furthest = center;
       double most = 0.0;
@@ -217,8 +250,20 @@ Vec3 volumeCentroid(const TriangleMesh& mesh, const Vec3& origin) {
 }  // namespace
 
 MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(source) {
-  const TreeBuilder builds(*this);
+  TreeBuilder(*this).build();
+  measure();
+}
 
+MeshTree::MeshTree(std::vector<Vec3> vertices, const MeshTree& undeformed)
+    : mesh{std::move(vertices), undeformed.mesh.triangles},
+      quads(undeformed.quads),
+      discs(undeformed.discs),
+      samples(undeformed.samples) {
+  TreeBuilder(*this).refit();
+  measure();
+}
+
+void MeshTree::measure() {
   Box box;
   reach = 0.0;
   for (const Triangle& t : mesh.triangles)
@@ -231,11 +276,11 @@ MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(so
   for (const Triangle& t : mesh.triangles)
     for (int v : t) radius = std::max(radius, (mesh.vertices[v] - center).norm());
   spread = flattest * radius * radius * Mat3::Identity();
-  for (const Vec3& v : hull.points())
-    spread += (v - center) * (v - center).transpose() / hull.points().size();
+  const std::vector<Vec3>& points = hull.points().empty() ? mesh.vertices : hull.points();
+  for (const Vec3& v : points) spread += (v - center) * (v - center).transpose() / points.size();
   volume = std::abs(signedVolume(mesh));
   centroid = volumeCentroid(mesh, center);
-  samples = componentSamples(mesh);
+  if (samples.empty()) samples = componentSamples(mesh);
 }
 
 double largestStretch(const Mat3& linear) {

@@ -22,7 +22,7 @@ struct MeshTree {
   std::vector<DiscQuad> quads;                ///< the first has one lane, which contains the whole mesh
   std::vector<std::array<float, 9>> corners;  ///< coordinates of each triangle's corners
   std::vector<int> discs;                     ///< position of each triangle's disc (DiscQuad::disc)
-  ConvexHull hull;
+  ConvexHull hull;                            ///< empty for a deformed mesh
 
   Vec3 center;    ///< centre of a sphere around all vertices [µm]
   double radius;  ///< radius of that sphere [µm]
@@ -33,6 +33,13 @@ struct MeshTree {
   std::vector<int> samples;  ///< one vertex of each connected component
 
   explicit MeshTree(const TriangleMesh& mesh);
+  /// Of a deformed form of the mesh of another tree, of which it takes the patches: in a tenth of the time,
+  /// with looser discs.
+  /// @param vertices in the order of the other mesh [µm]
+  MeshTree(std::vector<Vec3> vertices, const MeshTree& undeformed);
+
+ private:
+  void measure();
 };
 
 /// Upper bound of the singular values of a linear map (Gershgorin circles of the Gram matrix: sharp for a

@@ -9,7 +9,7 @@
 
 namespace packmesh {
 
-void requireFixedApart(const Physics& physics) {
+void requireFixedApart(const Physics& physics, const Threads& threads) {
   std::vector<PlacedCell> cells;
   std::vector<std::string> names;
   for (std::size_t s = 0; s < physics.species.size(); ++s) {
@@ -22,9 +22,7 @@ void requireFixedApart(const Physics& physics) {
     }
   }
   if (cells.empty()) return;
-  CertificateInput input = certificateInputOf(physics, cells);
-  input.upToFirstFault = true;
-  const Certificate found = certify(input);
+  const Certificate found = certify(certificateInputOf(physics, cells, threads));
   if (!found.misplaced.empty()) {
     const MisplacedCell& cell = found.misplaced.front();
     throw InputError(names[cell.cell] + " is fixed, but " + cell.reason);

@@ -2,6 +2,7 @@
 /// @file Validity of fixed cells.
 #pragma once
 
+#include "packMesh/parallel/threads.h"
 #include "packMesh/problem/physics.h"
 
 namespace packmesh {
@@ -9,6 +10,6 @@ namespace packmesh {
 /// Refuses fixed cells that overlap each other or the wall, since no packing is possible then. All ranks
 /// examine all of them.
 /// @throws InputError naming the first that do
-void requireFixedApart(const Physics& physics);
+void requireFixedApart(const Physics& physics, const Threads& threads);
 
 }  // namespace packmesh

@@ -6,6 +6,7 @@
 
 #include "packMesh/core/version.h"
 #include "packMesh/io/hdf5_writer.h"
+#include "packMesh/packing/stored_membranes.h"
 #include "packMesh/packing/write_together.h"
 
 namespace packmesh {
@@ -68,6 +69,9 @@ void writeCells(Hdf5Writer& out, const PackingTables& tables, const Communicator
   out.table("/cells/position", 3, positions);
   out.table("/cells/orientation", 4, orientations);
   writeColumns(out, tables.columns);
+  writeMembranes(
+      out, tables.kinds.size(), tables.kind,
+      [&](std::size_t cell) { return tables.vertices.empty() ? nullptr : tables.vertices[cell]; }, ranks);
 }
 
 void writeAll(Hdf5Writer& out, const PackingTables& tables, const Communicator& ranks) {

@@ -47,6 +47,9 @@ struct PackingTables {
   std::vector<std::int32_t> kind;  ///< indices into `kinds`
   std::vector<Pose> poses;
   std::vector<CellColumn> columns;
+  /// Of those with meshes of their own, in the order and frame of the template [µm]; nullptr for the others.
+  /// Empty: none.
+  std::vector<const std::vector<Vec3>*> vertices = {};
   const Certificate* certificate = nullptr;  ///< of which the faults are written; nullptr: none
 };
 

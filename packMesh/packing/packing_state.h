@@ -50,6 +50,9 @@ struct PackingState {
   std::int64_t cellCount = 0;                                              ///< on all ranks
   std::vector<BodyState> cells;  ///< of this rank, sorted by id; no cell on two ranks
   CellMeasures measures;         ///< of these cells, if the run has ended
+  /// To be saved with the cells: vertices of those that have meshes of their own and species with the
+  /// template, in its order and frame [µm]; empty for the others. Empty: none.
+  std::vector<std::vector<Vec3>> vertices;
 };
 
 /// How the states of a run are saved so that it can be resumed.

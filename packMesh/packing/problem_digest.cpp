@@ -89,7 +89,8 @@ void addSpecies(const Physics& physics, const Species& species, const Box& bound
   digest.add(name);
   digest.add(count);
   digest.add(shape->mesh());
-  if (const Wall* met = physics.wallOf(species)) addWall(*met, bounds, digest);
+  const Wall* const met = shape->undeformed() ? nullptr : physics.wallOf(species);  // there are many of them
+  if (met) addWall(*met, bounds, digest);
   if (inColumns) digest.add(std::string("in columns"));
   if (!start.empty() || !freedom.isFree()) addFreedom(species, bounds, digest);
 }

@@ -2,6 +2,7 @@
 #include "packMesh/packing/state_cells.h"
 
 #include <cmath>
+#include <optional>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_record.h"
@@ -9,6 +10,7 @@
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/read_together.h"
 #include "packMesh/packing/state_file.h"
+#include "packMesh/packing/stored_membranes.h"
 
 namespace packmesh {
 namespace {
@@ -40,7 +42,7 @@ std::vector<std::int32_t> readKinds(const Hdf5Reader& in, std::int64_t parts, St
   return kindOfPart;
 }
 
-StateCells readShare(const std::filesystem::path& file, const Communicator& ranks) {
+StateCells readShare(const std::filesystem::path& file, const Communicator& ranks, bool withMeshes) {
   recordInput(file);
   const Hdf5Reader in(file);
   StateCells state;
@@ -58,6 +60,15 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
   std::int32_t last = -1;
   for (const std::int32_t s : in.table<std::int32_t>("/cells/species", 1)) last = std::max(last, s);
   const std::vector<std::int32_t> kinds = readKinds(in, last + 1, state);
+  if (in.has("/lumen")) {
+    const std::vector<double> box = in.table<double>("/lumen/box", 3, 0, 3);
+    const auto row = [&](int i) { return Vec3(box[3 * i], box[3 * i + 1], box[3 * i + 2]); };
+    state.box = {row(0), row(1)};
+    state.period = row(2);
+  }
+  std::optional<StoredMembranes> membranes;
+  state.deformed = StoredMembranes::areIn(in);
+  if (state.deformed && withMeshes) membranes.emplace(in, species, first, count);
   state.certified = true;
   for (std::int64_t i = 0; i < count; ++i) {
     constexpr double rounding = 1e-6;  // of unit quaternions and scales
@@ -72,6 +83,7 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     if (std::abs(scale[i] - 1.0) > rounding)
       in.fail("has cells that still grow: continue that run first (--restart)");
     cell.species = kinds[species[i]];
+    if (membranes) cell.vertices = membranes->of(i);
     ++state.species[cell.species].count;
     state.cells.push_back(cell);
     state.certified = state.certified && !std::isnan(gap[i]);
@@ -81,13 +93,13 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
 
 }  // namespace
 
-StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks) {
+StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks, bool withMeshes) {
   StateCells state;
   // No rank reads a file that may be damaged.
   readTogether(file, ranks, [&] {
     if (ranks.rank() == 0) readStateHead(file);
   });
-  readTogether(file, ranks, [&] { state = readShare(file, ranks); });
+  readTogether(file, ranks, [&] { state = readShare(file, ranks, withMeshes); });
   for (StateCells::Kind& kind : state.species) kind.count = ranks.sum(kind.count);
   state.certified = !ranks.any(!state.certified);
   return state;

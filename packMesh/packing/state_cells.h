@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "packMesh/core/box.h"
 #include "packMesh/core/pose.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/parallel/communicator.h"
@@ -17,6 +18,8 @@ namespace packmesh {
 struct StateCell {
   std::int32_t species = 0;  ///< index into StateCells::species
   Pose pose;
+  /// Of a mesh of its own, in the order and frame of the template [µm]; empty: it has that of the template.
+  std::vector<Vec3> vertices = {};
 };
 
 struct StateCells {
@@ -27,14 +30,19 @@ struct StateCells {
     std::int64_t count = 0;  ///< cells in the file
   };
   std::vector<Kind> species;
+  Box box;                           ///< of the lumen [µm]
+  Vec3 period = Vec3::Zero();        ///< 0: not periodic [µm]
   std::vector<StateCell> cells;      ///< this rank's share, in the order of the file
   std::vector<std::string> command;  ///< of the run, or words that describe the origin of the cells
   bool certified = false;            ///< they are those of a finished packing
+  bool deformed = false;             ///< some have meshes of their own
 };
 
 /// Reads the cells; every rank a part of its own. All ranks call.
+/// @param withMeshes also the vertices of those that have meshes of their own
 /// @throws InputError on all ranks if the file is not a state of this version, damaged, or of cells that
 /// still grow
-StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks);
+StateCells readStateCells(const std::filesystem::path& file, const Communicator& ranks,
+                          bool withMeshes = true);
 
 }  // namespace packmesh

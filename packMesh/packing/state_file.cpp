@@ -10,6 +10,7 @@
 #include "packMesh/io/hdf5_reader.h"
 #include "packMesh/io/hdf5_writer.h"
 #include "packMesh/io/seal.h"
+#include "packMesh/packing/filed_species.h"
 #include "packMesh/packing/id_shares.h"
 #include "packMesh/packing/packing_file.h"
 #include "packMesh/packing/problem_digest.h"
@@ -71,14 +72,14 @@ void forEachTable(Tables& tables, Visit&& visit) {
   visit("deep_in_wall", 1, tables.deepInWall);
 }
 
-CellTables tablesOf(const std::vector<BodyState>& cells) {
+CellTables tablesOf(const std::vector<BodyState>& cells, const FiledSpecies& species) {
   CellTables tables;
   forEachTable(tables, [&](const char*, int columns, auto& table) {
     table.reserve(cells.size() * static_cast<std::size_t>(columns));  // they are large
   });
   for (const BodyState& cell : cells) {
     tables.id.push_back(cell.id);
-    tables.species.push_back(cell.species);
+    tables.species.push_back(species.of(cell.species));
     tables.position.insert(tables.position.end(), cell.pose.position, cell.pose.position + 3);
     const double* q = cell.pose.orientation;
     tables.orientation.insert(tables.orientation.end(), {q[3], q[0], q[1], q[2]});
@@ -276,14 +277,8 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   out.attribute("/command", "words", static_cast<std::int64_t>(command.size()));
   for (std::size_t i = 0; i < command.size(); ++i)
     out.attribute("/command", std::to_string(i).c_str(), command[i]);
-  out.group("/species");
-  for (std::size_t s = 0; s < problem.physics.species.size(); ++s) {
-    const std::string path = "/species/" + std::to_string(s);
-    out.group(path);
-    out.attribute(path, "name", problem.physics.species[s].name);
-    out.attribute(path, "count", problem.physics.species[s].count);
-    writeMesh(out, path, problem.physics.species[s].shape->mesh());
-  }
+  const FiledSpecies species(problem.physics);
+  species.write(out);
   writeLumen(out, *problem.physics.container);
   out.group("/run");
   out.group("/relaxation");
@@ -293,11 +288,12 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   const RunTables run = runTablesOf(state);
   forEachRunTable(
       run, [&](const char* path, int columns, const auto& table) { out.commonTable(path, columns, table); });
-  const CellTables cells = tablesOf(state.cells);
+  const CellTables cells = tablesOf(state.cells, species);
   forEachTable(cells, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/cells/") + name, columns, table);
   });
   writeColumns(out, columnsOf(state.measures, state.cells.size()));
+  species.writeMembranes(out, state, problem.execution.communicator);
   // Data of growth only: the fractions of their last steps that cells took, and the best state of earlier
   // attempts.
   const bool growing = state.position.stage == Stage::growth;
@@ -305,7 +301,7 @@ void writeAll(Hdf5Writer& out, const PackingProblem& problem, const std::vector<
   for (const BodyState& cell : state.cells)
     if (growing) taken.push_back(cell.stepTaken);
   out.table("/growth/taken", 1, taken);
-  const CellTables best = tablesOf(state.growth.best);
+  const CellTables best = tablesOf(state.growth.best, species);
   forEachTable(best, [&](const char* name, int columns, const auto& table) {
     out.table(std::string("/growth/best/") + name, columns, table);
   });
@@ -383,6 +379,9 @@ PackingState readShare(const Hdf5Reader& in, const PackingProblem& problem) {
   });
   if (!alike(best)) in.fail(misfit);
   state.growth.best = cellsOf(best);
+  const FiledSpecies filed(problem.physics);
+  for (std::vector<BodyState>* const some : {&state.cells, &state.growth.best})
+    for (BodyState& cell : *some) cell.species = filed.speciesOf(cell.species, cell.id).value_or(-1);
   std::int64_t all = state.cellCount;
   if (state.position.stage != Stage::growth)
     for (const Species& species : problem.physics.species) all += species.count;

@@ -155,7 +155,7 @@ void validate(const PackingProblem& problem) {
     throw InputError("the cells have more volume than the lumen: " + number(cells) + " of " + number(lumen) +
                      " µm³");
   checkRoomForClearance(problem);
-  requireFixedApart(problem.physics);
+  requireFixedApart(problem.physics, problem.execution.threads);
 }
 
 }  // namespace packmesh

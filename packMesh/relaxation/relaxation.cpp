@@ -54,7 +54,10 @@ const Shape* medianShape(const Physics& physics, const std::vector<std::int64_t>
   return nullptr;
 }
 
-ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>& counts) {
+ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>& counts,
+                         const Threads& threads) {
+  threads.forEach(static_cast<std::int64_t>(counts.size()),
+                  [&](std::int64_t s, int) { physics.shapeOf(static_cast<int>(s)).samples(); });
   std::vector<SpeciesModel> models;
   const Shape* median = medianShape(physics, counts);
   const double reference = median != nullptr ? median->volume() : 1.0;
@@ -97,7 +100,7 @@ Relaxation::Relaxation(const Physics& physics, const Execution& execution, std::
       clearance_(physics.clearance + tolerance::relaxationMargin),
       state_(begun(state, physics, bodies, communicator_)),
       cellCount_(communicator_.sum(static_cast<std::int64_t>(bodies.size()))),
-      solver_(makeSolver(physics, state_.counts)),
+      solver_(makeSolver(physics, state_.counts, threads_)),
       halfThickness_(medianHalfThickness(physics, state_.counts)),
       largestRadius_(largestRadius(physics)),
       largestReach_(physics.largestReach()),

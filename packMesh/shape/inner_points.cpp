@@ -13,9 +13,22 @@ double vanDerCorput(int n, int base) {
   return value;
 }
 
+/// Points inside the template of a deformed cell, each moved as its nearest vertex.
+std::vector<Vec3> movedWith(std::vector<Vec3> points, const Shape& deformed) {
+  const std::vector<Vec3>&from = deformed.undeformed()->mesh().vertices, &to = deformed.mesh().vertices;
+  for (Vec3& p : points) {
+    std::size_t nearest = 0;
+    for (std::size_t v = 1; v < from.size(); ++v)
+      if ((from[v] - p).squaredNorm() < (from[nearest] - p).squaredNorm()) nearest = v;
+    p += to[nearest] - from[nearest];
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<Vec3> innerPoints(const Shape& shape, int count) {
+  if (shape.undeformed()) return movedWith(innerPoints(*shape.undeformed(), count), shape);
   const SurfaceDistance surface(shape);
   const Box box = boundingBox(shape.mesh());
   std::vector<Vec3> points;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "packMesh/core/tolerances.h"
+
 namespace packmesh {
 namespace {
 
@@ -33,6 +35,17 @@ double boundingRadius(const TriangleMesh& mesh) {
   double radius = 0.0;
   for (const Vec3& v : mesh.vertices) radius = std::max(radius, v.norm());
   return radius;
+}
+
+/// Spacing of the distance grid of a deformed cell, as a fraction of the edge of a cube of its volume:
+/// coarser, since each cell has a grid of its own. The certificate finds what relaxation does not see.
+constexpr double roughSpacingFraction = 1.0 / 13.0;
+
+/// Rings that are tried for the convex bound of a deformed cell.
+constexpr int fewRings = 5;
+
+double reachOf(const Sphere& sphere) {
+  return sphere.center.norm() + sphere.radius;
 }
 
 DistanceGrid gridOf(const MeshHierarchy& hierarchy, const Threads& threads) {
@@ -82,27 +95,52 @@ double Shape::sampleSpacing() const {
                   finestSpacingFraction * radius_);
 }
 
-Shape::Shape(MeshHierarchy&& hierarchy, std::variant<ProfileSurface, DistanceGrid> field)
+Shape::Shape(MeshHierarchy&& hierarchy, Field field)
     : hierarchy_(std::move(hierarchy)),
       volume_(signedVolume(mesh())),
       radius_(boundingRadius(mesh())),
       halfThickness_(halfThicknessOf(field)),
+      reach_(reachOf(boundingSphere(*hierarchy_, Placement()))),
       bound_(boundSupport(mesh())),
-      samples_(sampleSurface(mesh(), sampleSpacing())),
-      coarseSamples_(sampleCoarsely(mesh())),
-      field_(std::move(field)) {}
+      contacts_(Contacts{sampleSurface(mesh(), sampleSpacing()), sampleCoarsely(mesh()), std::move(field)}) {}
 
 Shape::Shape(MeshHierarchy&& hierarchy, const Threads& threads)
-    : Shape(std::move(hierarchy), std::variant<ProfileSurface, DistanceGrid>(gridOf(hierarchy, threads))) {}
+    : Shape(std::move(hierarchy), Field(gridOf(hierarchy, threads))) {}
 
 Shape::Shape(const TriangleMesh& mesh, const ProfileSurface& surface)
-    : Shape(MeshHierarchy(mesh), std::variant<ProfileSurface, DistanceGrid>(surface)) {}
+    : Shape(MeshHierarchy(mesh), Field(surface)) {}
 
 Shape::Shape(const TriangleMesh& mesh, const Threads& threads) : Shape(MeshHierarchy(mesh), threads) {}
 
-double Shape::reach() const {
-  const Sphere sphere = boundingSphere(hierarchy_, Placement());
-  return sphere.center.norm() + sphere.radius;
+Shape::Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed)
+    : undeformed_(std::move(undeformed)),
+      pending_(std::make_unique<Pending>()),
+      halfThickness_(undeformed_->halfThickness()) {
+  TriangleMesh mesh{std::move(vertices), undeformed_->mesh().triangles};
+  volume_ = signedVolume(mesh);
+  radius_ = boundingRadius(mesh);
+  const Vec3 center = boundingBox(mesh).center();
+  double radius = 0.0;
+  for (const Vec3& v : mesh.vertices) radius = std::max(radius, (v - center).norm());
+  reach_ = reachOf({center, radius}) + tolerance::culling;
+  bound_ = boundSupport(mesh, fewRings);
+  pending_->vertices = std::move(mesh.vertices);
+}
+
+const MeshHierarchy& Shape::madeHierarchy() const {
+  std::call_once(pending_->hierarchy, [&] {
+    hierarchy_.emplace(std::exchange(pending_->vertices, {}), undeformed_->hierarchy());
+  });
+  return *hierarchy_;
+}
+
+const Shape::Contacts& Shape::madeContacts() const {
+  std::call_once(pending_->contacts, [&] {
+    const double spacing = roughSpacingFraction * std::cbrt(volume_);
+    contacts_.emplace(Contacts{sampleSurface(mesh(), sampleSpacing()), sampleCoarsely(mesh()),
+                               sampleRoughly(hierarchy(), boundingBox(mesh()).grownBy(spacing), spacing)});
+  });
+  return *contacts_;
 }
 
 }  // namespace packmesh

@@ -4,8 +4,10 @@
 
 #include <array>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "packMesh/field/distance_grid.h"
 #include "packMesh/mesh/mesh_intersection.h"
@@ -39,6 +41,9 @@ struct ProfileSurface {
 ProfileSurface ellipsoidProfile(double rx, double ry, double rz);
 
 /// Shape of one species. Immutable; shared by all cells of the species.
+///
+/// A deformed cell has a shape of its own. Its parts are made when they are first needed, by any thread:
+/// ranks make only those of the cells that they examine or move.
 class Shape {
  public:
   /// A mesh that approximates a surface in closed form.
@@ -46,31 +51,54 @@ class Shape {
   /// Any closed, outward-oriented mesh (see repairClosed); its distance is sampled on a grid.
   /// @param threads share the sampling
   explicit Shape(const TriangleMesh& mesh, const Threads& threads = {});
+  /// A deformed form of another shape.
+  /// @param vertices in the order of the other mesh, around the same origin and in about the same orientation
+  /// [µm]. Pre: with its triangles they are a closed, outward-oriented surface
+  Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed);
 
-  const TriangleMesh& mesh() const { return hierarchy_.mesh(); }
-  const MeshHierarchy& hierarchy() const { return hierarchy_; }
+  const TriangleMesh& mesh() const { return hierarchy().mesh(); }
+  const MeshHierarchy& hierarchy() const { return pending_ ? madeHierarchy() : *hierarchy_; }
+  /// Of a deformed cell: the template; otherwise nullptr.
+  const std::shared_ptr<const Shape>& undeformed() const { return undeformed_; }
   double volume() const { return volume_; }  ///< volume of the mesh [µm³]
   double radius() const {
     return radius_;
   }  ///< radius of the smallest enclosing sphere around the body origin [µm]
   /// Radius around the body origin that contains the bounding sphere of the mesh [µm].
-  double reach() const;
-  double halfThickness() const { return halfThickness_; }  ///< largest depth of a point inside [µm]
+  double reach() const { return reach_; }
+  /// Largest depth of a point inside [µm]; of a deformed cell: that of its template.
+  double halfThickness() const { return halfThickness_; }
   const SupportBound& bound() const { return bound_; }
   double sampleSpacing() const;  ///< approximate largest distance of a surface point from a sample [µm]
-  const SamplePoints& samples() const { return samples_; }
-  const SamplePoints& coarseSamples() const { return coarseSamples_; }
-  const std::variant<ProfileSurface, DistanceGrid>& field() const { return field_; }
+  const SamplePoints& samples() const { return contacts().samples; }
+  const SamplePoints& coarseSamples() const { return contacts().coarseSamples; }
+  const std::variant<ProfileSurface, DistanceGrid>& field() const { return contacts().field; }
 
  private:
-  Shape(MeshHierarchy&& hierarchy, const Threads& threads);
-  Shape(MeshHierarchy&& hierarchy, std::variant<ProfileSurface, DistanceGrid> field);
+  using Field = std::variant<ProfileSurface, DistanceGrid>;
+  /// What finds contacts.
+  struct Contacts {
+    SamplePoints samples, coarseSamples;
+    Field field;
+  };
+  /// Of a deformed cell: what is made later, and of what.
+  struct Pending {
+    std::vector<Vec3> vertices;  ///< until there is a hierarchy
+    std::once_flag hierarchy, contacts;
+  };
 
-  MeshHierarchy hierarchy_;
-  double volume_, radius_, halfThickness_;
+  Shape(MeshHierarchy&& hierarchy, const Threads& threads);
+  Shape(MeshHierarchy&& hierarchy, Field field);
+  const Contacts& contacts() const { return pending_ ? madeContacts() : *contacts_; }
+  const MeshHierarchy& madeHierarchy() const;
+  const Contacts& madeContacts() const;
+
+  std::shared_ptr<const Shape> undeformed_;
+  std::unique_ptr<Pending> pending_;
+  mutable std::optional<MeshHierarchy> hierarchy_;
+  double volume_, radius_, halfThickness_, reach_;
   SupportBound bound_;
-  SamplePoints samples_, coarseSamples_;
-  std::variant<ProfileSurface, DistanceGrid> field_;
+  mutable std::optional<Contacts> contacts_;
 };
 
 }  // namespace packmesh

@@ -23,7 +23,7 @@ double meanSupport(const SupportBound& bound) {
 
 }  // namespace
 
-SupportBound boundSupport(const TriangleMesh& mesh) {
+SupportBound boundSupport(const TriangleMesh& mesh, int rings) {
   // Keeps quotients finite for flat meshes.
   Vec3 extent = Vec3::Constant(1e-12);
   double largestRho = 1e-12;
@@ -34,7 +34,6 @@ SupportBound boundSupport(const TriangleMesh& mesh) {
 
   SupportBound best;
   double bestSize = std::numeric_limits<double>::infinity();
-  constexpr int rings = 40;
   for (int step = 0; step < rings; ++step) {
     poll();
     SupportBound bound;

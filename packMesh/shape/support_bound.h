@@ -21,6 +21,7 @@ struct SupportBound {
 };
 
 /// The tightest bound of this kind found for the vertices of `mesh`. Post: contains every vertex.
-SupportBound boundSupport(const TriangleMesh& mesh);
+/// @param rings number of radii of the disc that are tried
+SupportBound boundSupport(const TriangleMesh& mesh, int rings = 40);
 
 }  // namespace packmesh

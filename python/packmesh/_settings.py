@@ -385,6 +385,25 @@ class Words:
                 raise InputError(f"{option}: expected {what}, found a list with {file!r}")
             self.option(option, file)
 
+    def blood(self, source: Any) -> None:
+        """A state, the output folder of a run, or a step of one. Of a folder, the case is in the folder around it."""
+        if source is None:
+            return
+        if isinstance(source, (str, os.PathLike)) and os.path.isdir(source):
+            from .hemocell_run import hemocell_output
+
+            config = pathlib.Path(source).absolute().parent / "config.xml"
+            source = hemocell_output(source, config=config if config.exists() else None)[-1]
+        if hasattr(source, "packing"):
+            source = source.packing()
+        if hasattr(source, "fit_errors"):
+            file = self._folder / "blood.h5"
+            source.save(file)
+            source = file
+        if not isinstance(source, (str, os.PathLike)):
+            raise InputError(f"blood: expected a state file, the output folder of a run, or a step of one, found {source!r}")
+        self.option("blood", source)
+
     def has_files(self) -> bool:
         """Whether meshes or cells were given as arrays."""
         return any(self._folder.iterdir())

@@ -70,6 +70,7 @@ def pack(
     profile: Union[Path, Mapping[str, Any], None] = None,
     fixed: Optional[Cells] = None,
     start: Optional[Cells] = None,
+    blood: Any = None,
     rbc_volume: Optional[Number] = None,
     fluid_volume: bool = False,
     clearance: Union[Number, str, None] = None,
@@ -127,6 +128,8 @@ def pack(
             a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
             files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, or a Packing
+        blood: flowing blood that is repeated over the lumen: a state file, the output folder of a run, of which the last step is
+            taken, or a step of a run
         rbc_volume: volume of one red cell in the hematocrit [µm³] (of its mesh)
         fluid_volume: the hematocrit refers to the fluid nodes instead of the true lumen
     Gaps:
@@ -265,6 +268,7 @@ def _fill(asked: Words, **given: Any) -> None:
     asked.flag("noRotate", not given["rotate"])
     asked.cells("fixed", given["fixed"])
     asked.cells("start", given["start"])
+    asked.blood(given["blood"])
     asked.obstacles(given["obstacles"])
     asked.regions(given["regions"])
     asked.lumen(*(given[name] for name in ("box", "cylinder", "sphere", "vessel", "scale", "open_axis")))

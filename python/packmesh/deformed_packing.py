@@ -117,6 +117,20 @@ class DeformedPacking(CellPacking):
         names = [os.path.join(folder, name + ".pos") for name in self.species_names] + names_of(exports, folder)
         return [pathlib.Path(name) for name in names]
 
+    def save(self, file: "str | os.PathLike[str]") -> None:
+        """Writes a state (HDF5) with the deformed membranes, for ``packMesh check``, ``--fixed``, ``--start``, ``--blood`` and the
+        plug-in's loadParticles()."""
+        first = np.concatenate([[0], np.cumsum(list(self.counts.values()))])
+        kinds = []
+        for i, (name, cells) in enumerate(self._vertices.items()):
+            own = slice(first[i], first[i + 1])
+            body = np.einsum("nvi,nij->nvj", cells - self.positions[own, None], self._matrices[own])
+            kinds.append((name, *self._templates[name], self.positions[own], self.rotations[own], body))
+        domain = self.step.domain
+        boxes = (None if domain is None else (domain.low, domain.high))
+        words = ["packmesh.hemocell_output", f"iteration {self.step.iteration}, cells as they were"]
+        _packmesh.save_cells(os.fspath(file), words, kinds, None if self._lumen is None else self._lumen.of_library, boxes)
+
     def cells_file(self) -> PackingFile:
         """The cells as exports read them."""
         return _StepCells(self)
@@ -145,6 +159,7 @@ class _StepCells(PackingFile):
         self.species, self.positions = packing.species, packing.positions
         self.orientations = np.roll(packing.rotations, 1, axis=1)
         self.columns, self.finished, self.faults = {}, False, Faults([], [])
+        self.deformed = np.ones(len(self.species), bool)
         self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
         lumen = packing._lumen
         self.lumen = None if lumen is None else Lumen(lumen.low, lumen.high, lumen.period, None, None)

@@ -54,6 +54,7 @@ class PackingFile:
     positions: centres [µm], shape (N, 3); orientations: unit quaternions w, x, y, z, shape (N, 4)
     species: index of each cell's species into `kinds`, shape (N,)
     columns: other numbers of each cell by name ("gap", "local_hematocrit", ...), shape (N,) or (N, k)
+    deformed: whether a cell has a mesh of its own, shape (N,); its position and orientation are those of the template in it
     finished: whether they are cells of a certified packing
     """
 
@@ -91,6 +92,10 @@ class PackingFile:
         if len({len(table) for table in (*stored.values(), species)}) != 1:
             raise ValueError("tables of different sizes")
         self.positions, self.orientations = stored.pop("position"), stored.pop("orientation")
+        rows = stored.pop("membrane", None)
+        self.deformed = np.zeros(len(self.positions), bool) if rows is None else rows >= 0
+        self._part, self._row = part_of_cell[in_order], rows
+        self._membranes = {i: part["membranes"][()] for i, part in enumerate(parts) if "membranes" in part}
         self.columns: Dict[str, np.ndarray] = stored
         if not (np.isfinite(self.positions).all() and
                 np.all(np.abs(np.linalg.norm(self.orientations, axis=1) - 1) < _ROUNDING)):
@@ -145,13 +150,19 @@ class PackingFile:
 
     def membranes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
         """Vertices of cells of a species as certified [µm], shape (n, V, 3)."""
-        return placed(self.kinds[kind].vertices, self.matrices(cells), self.positions[cells])
+        cells = np.asarray(cells, int)
+        vertices = self.kinds[kind].vertices
+        if self.deformed[cells].any():
+            vertices = np.repeat(vertices[None], len(cells), axis=0)
+            for i in np.flatnonzero(self.deformed[cells]):
+                vertices[i] = self._membranes[self._part[cells[i]]][self._row[cells[i]]]
+        return placed(vertices, self.matrices(cells), self.positions[cells])
 
 
 def placed(vertices: np.ndarray, matrices: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Rotated, then moved: the program's numbers to the last bit. It sums the last row in another order than the
-    others."""
-    x, y, z = vertices.T
+    others. vertices: shape (V, 3), or (n, V, 3)"""
+    x, y, z = np.moveaxis(vertices, -1, 0)
     m = matrices[:, :, :, None]
     rows = [m[:, k, 0] * x + m[:, k, 1] * y + m[:, k, 2] * z for k in (0, 1)]
     rows.append(m[:, 2, 0] * x + (m[:, 2, 1] * y + m[:, 2, 2] * z))

@@ -192,6 +192,7 @@ def parsed() -> argparse.Namespace:
     parser.add_argument("--near-wall", type=float, default=3.0, metavar="distance", help="of a platelet's centre to the wall [µm] (3)")
     parser.add_argument("--no-overlaps", action="store_true", help="without the test for overlapping membranes, which takes longest")
     parser.add_argument("--skip-damaged", action="store_true", help="leave out steps that are incomplete, with a warning")
+    parser.add_argument("--state", metavar="file", help="only write the cells of the last step to a state (.h5), deformed as they are")
     parser.add_argument("--csv", metavar="folder", help="write tables there")
     parser.add_argument("--page", metavar="file", help="page to be written (HTML); default: run.html in the output folder")
     parser.add_argument("--no-page", action="store_true", help="write no page")
@@ -203,7 +204,14 @@ def main() -> int:
 
     def work() -> None:
         run = hemocell_output(words.folder, config=words.case)
-        steps, analysis = analysed(run, chosen_of(run.iterations, words), words)
+        chosen = chosen_of(run.iterations, words)
+        if words.state:
+            packing = run.at(chosen[-1]).packing()
+            packing.save(words.state)
+            counts = ", ".join(f"{count} {name}" for name, count in packing.counts.items())
+            files.say(f"Wrote {words.state}: {counts} of iteration {chosen[-1]}")
+            return
+        steps, analysis = analysed(run, chosen, words)
         show(steps, analysis)
         with files.Outputs() as outputs:
             if words.csv:

@@ -20,7 +20,7 @@ class RunLumen:
         differ. @raises InputError"""
         from packmesh import _packmesh  # the rest of the analysis runs without it
 
-        self._lumen = _packmesh.lumen([b"check", os.fsencode(config)])
+        self.of_library = self._lumen = _packmesh.lumen([b"check", os.fsencode(config)])
         self.volume: float = self._lumen.volume
         self.description: str = self._lumen.description
         self.has_wall: bool = self._lumen.has_wall

@@ -97,9 +97,12 @@ py::array_t<double> verticesOf(const PythonPacking& packing, int species) {
   for (const PlacedCell& cell : held->packing.result.cells) count += held->kindOf[cell.species] == species;
   py::array_t<double> array({count, py::ssize_t(body.size()), py::ssize_t(3)});
   double* out = array.mutable_data();
-  for (const PlacedCell& cell : held->packing.result.cells) {
+  const std::vector<PlacedCell>& cells = held->packing.result.cells;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const PlacedCell& cell = cells[i];
     if (held->kindOf[cell.species] != species) continue;
-    for (const Vec3& vertex : body)
+    const auto own = held->membranes.find(i);
+    for (const Vec3& vertex : own == held->membranes.end() ? body : own->second)
       for (const double x : Vec3(cell.placement(vertex))) *out++ = x;
   }
   return array;

@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -19,8 +20,10 @@
 #include "hemocell_adapter/hemocell/cell_model.h"
 #include "hemocell_adapter/problem/completed_request.h"
 #include "hemocell_adapter/problem/make_lumen.h"
+#include "hemocell_adapter/session/held_packing.h"
 #include "packMesh/analysis/wall_depth.h"
 #include "packMesh/certificate/mesh_overlaps.h"
+#include "packMesh/container/primitives.h"
 #include "packMesh/core/error.h"
 #include "packMesh/parallel/cores.h"
 
@@ -163,6 +166,44 @@ std::vector<std::tuple<std::int64_t, std::int64_t, bool>> meshOverlaps(
   return pairs;
 }
 
+/// Writes the cells of a step as a state. @param kinds name, vertices (V, 3) and triangles (T, 3) of the
+/// template, positions (N, 3), rotations (N, 4: x, y, z, w), vertices in the frame of the template (N, V, 3)
+/// @param lumen nullptr: the box with these corners, which is periodic, or else one around the cells
+void saveDeformed(const std::filesystem::path& file, const std::vector<std::string>& words,
+                  const std::vector<std::tuple<std::string, Points, Corners, Points, Points, Points>>& kinds,
+                  const PythonLumen* lumen,
+                  const std::optional<std::array<std::array<double, 3>, 2>>& corners) {
+  std::vector<DeformedCells> all;
+  Box around;
+  for (const auto& [name, vertices, triangles, positions, rotations, bodies] : kinds) {
+    DeformedCells& cells = all.emplace_back();
+    cells.name = name;
+    std::vector<TriangleMesh> meshes;
+    Points one = vertices;
+    addMeshes(one.reshape({py::ssize_t(1), one.shape(0), py::ssize_t(3)}), triangles, meshes);
+    cells.mesh = meshes.front();
+    const auto p = positions.unchecked<2>(), q = rotations.unchecked<2>();
+    const auto v = bodies.unchecked<3>();
+    for (py::ssize_t i = 0; i < p.shape(0); ++i) {
+      const Vec3 position(p(i, 0), p(i, 1), p(i, 2));
+      cells.poses.push_back({1.0, Quaternion(q(i, 3), q(i, 0), q(i, 1), q(i, 2)).normalized(), position});
+      std::vector<Vec3>& own = cells.vertices.emplace_back();
+      for (py::ssize_t k = 0; k < v.shape(1); ++k) {
+        own.emplace_back(v(i, k, 0), v(i, k, 1), v(i, k, 2));
+        around.add(cells.poses.back().placement()(own.back()));
+      }
+    }
+  }
+  std::shared_ptr<const Container> container;
+  if (lumen)
+    container = lumen->lumen.container;
+  else if (corners)
+    container = makeBox({Vec3((*corners)[0].data()), Vec3((*corners)[1].data())}, {true, true, true});
+  else
+    container = makeBox(around.grownBy(1.0), {false, false, false});
+  Caller().run([&] { saveCells(all, container, words, file); });
+}
+
 }  // namespace
 
 void addRunAnalysis(py::module_& module) {
@@ -180,4 +221,5 @@ void addRunAnalysis(py::module_& module) {
   module.def("lumen", &lumenOf);
   module.def("mesh_overlaps", &meshOverlaps);
   module.def("cell_template", &cellTemplate);
+  module.def("save_cells", &saveDeformed);
 }

@@ -126,7 +126,7 @@ case $test in
     config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
     case_on 2 pipe 2 1 1 --state cells.h5 > packed.txt
     mv particles.txt packed.particles
-    case_on 3 pipe 3 1 1 load cells.h5 save saved.h5 > loaded.txt
+    case_on 3 pipe 3 1 1 load cells.h5 fit saved.h5 > loaded.txt
     same packed.particles particles.txt
     grep -q 'rigid fits with residuals up to 0.0000' loaded.txt
     case_on 2 pipe 2 1 1 load saved.h5 > again.txt
@@ -141,6 +141,35 @@ case $test in
     test $status -eq 0 -o $status -eq 4
     "$program" config.xml --ends periodic --fixed cells.h5 --plt 25 > more.txt
     test "$(head -n 1 PLT.pos)" = 25 ;;
+  deformed)  # cells of a run are added as they were, on any ranks and blocks, and the program packs around them
+    config 60 44 44 "<hematocrit> 0.25 </hematocrit>"
+    case_on 2 pipe 2 1 1 deform --clearance 0.2 save flowing.h5 > saved.txt
+    grep -q 'cells as they were' saved.txt
+    mv particles.txt saved.particles
+    for layout in "1 1 1 1" "3 3 1 1" "4 2 2 3"; do
+      # shellcheck disable=SC2086
+      set -- $layout
+      case_on "$1" pipe "$2" "$3" "$4" load flowing.h5 > loaded.txt
+      complete "$(awk '/^\(stand-in\)/ { print $2 + $3 }' loaded.txt)"
+      paste saved.particles particles.txt | awk '{ for (k = 1; k <= 3; ++k) if ($k != $(k + 6)) bad++
+          for (k = 4; k <= 6; ++k) { d = $k - $(k + 6); if (d < 0) d = -d; if (d > 1e-9) bad++ } }
+        END { exit bad > 0 || NR == 0 }' || fail "vertices moved on $1 ranks"
+    done
+    # Loaded into another lumen: no cell may be outside.
+    if case_on 2 channel 2 1 1 load flowing.h5 > said.txt 2>&1; then fail "accepted"; fi
+    grep -q 'is outside of the fluid: is this a state of the same case?' said.txt
+    config 60 44 44 "<container> <cylinder axis='x' radius='10.5' length='30' center='14.75 10.75 10.75'/> <nodes> 60 44 44 </nodes> </container>"
+    "$program" config.xml --ends periodic --fixed flowing.h5 --plt 25 > more.txt
+    grep -q 'Certificate: clean' more.txt
+    grep -q 'RBC.pos is not written.*state.h5 has them' more.txt
+    # The plug-in packs around them, too, and loads deformed and undeformed cells alike.
+    config 60 44 44 ""
+    case_on 2 pipe 2 1 1 --fixed flowing.h5 --plt 25 --state mixed.h5 > more.txt
+    grep -q '^(stand-in) [0-9]* 25$' more.txt
+    mv particles.txt mixed.particles
+    case_on 3 pipe 3 1 1 load mixed.h5 > loaded.txt
+    paste mixed.particles particles.txt | awk '{ for (k = 4; k <= 6; ++k) { d = $k - $(k + 6); if (d < 0) d = -d; if (d > 1e-9) bad++ } }
+      END { exit bad > 0 || NR == 0 }' || fail "vertices moved" ;;
   watch)  # cells that become longer than the envelope are named before HemoCell deletes them, alike on any ranks and blocks
     config 60 44 44 "<hematocrit> 0.2 </hematocrit>"
     case_on 1 pipe 1 1 1 stretch 60 > one.txt 2> one.err

@@ -201,7 +201,7 @@ packmesh::LoadedParticles load(hemo::HemoCell& hemocell, std::vector<std::string
   if (taken(words, "load")) return packmesh::loadParticles(hemocell, takenNext(words));
   packmesh::PackingOptions options;
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "save") break;
+    if (words[i] == "save" || words[i] == "fit") break;
     if (words[i] == "distributed") {
       options.mostNodesOnEveryRank = 0;
     } else if (words[i] == "--count") {
@@ -224,8 +224,12 @@ void run(hemo::HemoCell& hemocell, std::vector<std::string> words) {
   }
   const bool shifts = taken(words, "shifts"), copies = taken(words, "copies");
   const bool checkpoint = taken(words, "checkpoint"), lose = taken(words, "lose");
+  const bool deforms = taken(words, "deform");
   const packmesh::LoadedParticles loaded = load(hemocell, words);
-  if (words.size() > 1 && words[words.size() - 2] == "save") packmesh::savePositions(hemocell, words.back());
+  for (int i = 0; deforms && i < 2; ++i) stretch(hemocell);
+  if (deforms) hemocell.cellfields->syncEnvelopes();
+  const std::string last = words.size() > 1 ? words[words.size() - 2] : "";
+  if (last == "save" || last == "fit") packmesh::savePositions(hemocell, words.back(), last == "fit");
   hemocell.iterate();
   if (shifts) hemo::exchangeParticles(*hemocell.cellfields, hemo::Exchange::shiftsBuffer);
   if (copies) hemo::exchangeParticles(*hemocell.cellfields, hemo::Exchange::copies);

@@ -3,11 +3,13 @@
 
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <iterator>
 #include <optional>
 
 #include "packMesh/core/error.h"
 #include "packMesh/packing/pack.h"
 #include "packMesh/packing/state_file.h"
+#include "tests/support/deformed.h"
 #include "tests/support/packings.h"
 #include "tests/support/temporary_folder.h"
 
@@ -50,4 +52,65 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   CHECK_THROWS_AS(readStateCells(file, ranks), InputError);
   CHECK_THROWS_AS(readStateCells(file.string() + " no such file", ranks), InputError);
   (void)ranks.sum(std::int64_t(0));
+}
+
+TEST_CASE("Deformed cells are packed, saved and read alike on any ranks", "[mpi]") {
+  const Communicator ranks = Communicator::world();
+  std::optional<test::TemporaryFolder> folder;
+  if (ranks.rank() == 0) folder.emplace();
+  const fs::path place = ranks.broadcast(folder ? folder->path().string() : "", 0);
+  const auto problemOn = [&](const Communicator& on, const fs::path& file) {
+    PackingProblem problem =
+        test::redCellProblem(makeBox({Vec3::Zero(), Vec3(40, 30, 26)}, {true, false, false}), 0.2, 5);
+    const Species red = problem.physics.species[0];
+    for (int n = 0; n < 12; ++n) {
+      Species& one = problem.physics.species.emplace_back(red);
+      one.name = n < 4 ? "RBC, deformed, fixed" : "RBC, deformed";
+      one.shape = std::make_shared<const Shape>(test::deformed(red.shape->mesh(), n), red.shape);
+      one.count = n == 7 ? 3 : 1;
+      one.kind = n + 1;
+      one.start = {Pose{1.0, Quaternion::Identity(), Vec3(1.0 + 10.0 * (n % 4), n < 4 ? 6.0 : 15.0, 13.0)}};
+      one.freedom.fixed = n < 4;
+    }
+    problem.physics.species[0].kind = 0;
+    problem.execution.communicator = on;
+    problem.checkpoints =
+        Checkpoints{{}, [=](const PackingState& state) { writeState(file, problem, {"packMesh"}, state); }};
+    return problem;
+  };
+  const PackingProblem problem = problemOn(ranks, place / "state.h5");
+  const PackingResult result = pack(problem);
+  REQUIRE(result.outcome == Outcome::certified);
+  const auto bytesOf = [&](const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  if (ranks.rank() == 0) {
+    pack(problemOn(Communicator(), place / "alone.h5"));
+    CHECK(bytesOf(place / "state.h5") == bytesOf(place / "alone.h5"));
+  }
+  (void)ranks.sum(std::int64_t(0));
+
+  const StateCells state = readStateCells(place / "state.h5", ranks);
+  REQUIRE(state.species.size() == 1);
+  CHECK(state.species[0].count == problem.physics.cellCount());
+  CHECK(state.period == Vec3(40, 0, 0));
+  const std::int64_t first = ranks.sumBefore({std::int64_t(state.cells.size())}).front();
+  const std::int64_t rigid = problem.physics.species[0].count;
+  std::int64_t deformed = 0;
+  for (std::size_t i = 0; i < state.cells.size(); ++i) {
+    const std::int64_t number = first + std::int64_t(i) - rigid;  // among the deformed ones
+    deformed += !state.cells[i].vertices.empty();
+    REQUIRE(state.cells[i].vertices.empty() == (number < 0));
+    if (number < 0) continue;
+    const int n = int(number <= 7 ? number : number <= 9 ? 7 : number - 2);
+    CHECK(state.cells[i].vertices == problem.physics.species[n + 1].shape->mesh().vertices);
+    if (n < 4) CHECK(state.cells[i].pose.position == problem.physics.species[n + 1].start[0].position);
+  }
+  CHECK(ranks.sum(deformed) == 14);
+  // A run that continues from the end has the same cells.
+  PackingProblem again = problem;
+  again.checkpoints.reset();
+  again.resume = readState(place / "state.h5", problem);
+  CHECK(test::sameBits(pack(again), result));
 }

@@ -146,7 +146,8 @@ inline LoadedParticles loadParticles(hemo::HemoCell& hemocell,
 }
 
 /// Adds the cells of a state that the program, loadParticles() or savePositions() wrote; each rank reads a
-/// part. Cells that are not those of a finished packing are the start of one.
+/// part. Cells of a run are added as they were, with all vertices; other cells that are not those of a
+/// finished packing are the start of one.
 inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const std::string& stateFile) {
   return plugin::loadInto(hemocell, plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
                             return plugin::load(system, stateFile);
@@ -156,13 +157,14 @@ inline LoadedParticles loadParticles(hemo::HemoCell& hemocell, const char* state
   return loadParticles(hemocell, std::string(stateFile));
 }
 
-/// Writes the cells as they are now to a state file, as rigid templates that fit best; their residual is
-/// stated. With a pre-inlet: the cells in it. Collective.
-inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile) {
+/// Writes the cells as they are now, deformed, to a state file. With a pre-inlet: the cells in it.
+/// Collective.
+/// @param rigid write the rigid templates that fit best instead; their residual is stated
+inline void savePositions(hemo::HemoCell& hemocell, const std::string& stateFile, bool rigid = false) {
   hemocell.cellfields->syncEnvelopes();
   hemocell.cellfields->deleteIncompleteCells(false);
   plugin::onRanksWithCells(hemocell, [&](const plugin::System& system) {
-    return plugin::save(system, plugin::cellsOf(hemocell), hemocell.iter, stateFile);
+    return plugin::save(system, plugin::cellsOf(hemocell), hemocell.iter, stateFile, rigid);
   });
 }
 

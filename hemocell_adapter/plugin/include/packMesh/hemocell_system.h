@@ -56,6 +56,8 @@ struct Cell {
   std::int64_t id;
   std::array<double, 9> linear;       ///< applied to the template centred on its bounding box; by rows
   std::array<double, 3> translation;  ///< [nodes]
+  /// Of a cell that is deformed [nodes]; empty: it is the template, moved as above.
+  std::vector<std::array<double, 3>> vertices;
 };
 
 struct Filling {
@@ -119,11 +121,14 @@ __attribute__((visibility("default"))) Filling fill(const System& system, const 
 /// The cells of a state file. All ranks of `system.ranks` call. Throws nothing.
 __attribute__((visibility("default"))) Filling load(const System& system, const std::string& stateFile);
 
-/// Writes cells to a state file, as the rigid templates that fit best. Every cell comes from one rank. All
-/// ranks of `system.ranks` call. Throws nothing. @return only exit code and message
+/// Writes cells to a state file. Every cell comes from one rank. All ranks of `system.ranks` call. Throws
+/// nothing.
+/// @param rigid instead of their vertices, the rigid templates that fit best are kept
+/// @return only exit code and message
 __attribute__((visibility("default"))) Filling save(const System& system,
                                                     const std::vector<DeformedCell>& cells,
-                                                    std::int64_t iteration, const std::string& stateFile);
+                                                    std::int64_t iteration, const std::string& stateFile,
+                                                    bool rigid);
 
 /// Finds cells whose extent along an axis comes within `margin` of the envelope, where blocks or periodic
 /// faces divide the lattice: HemoCell deletes a cell that is longer. All ranks of `watch.ranks` call.

@@ -48,11 +48,13 @@ class ParticleAdder {
 
   void operator()(const Cell& cell) {
     const std::vector<Point>& shape = templates_[cell.type];
+    const bool deformed = !cell.vertices.empty();
     for (std::size_t i = 0; i < shape.size(); ++i) {
       Point p;
       for (int row = 0; row < 3; ++row)
-        p[row] = cell.linear[3 * row] * shape[i][0] + cell.linear[3 * row + 1] * shape[i][1] +
-                 cell.linear[3 * row + 2] * shape[i][2] + cell.translation[row];
+        p[row] = deformed ? cell.vertices[i][row]
+                          : cell.linear[3 * row] * shape[i][0] + cell.linear[3 * row + 1] * shape[i][1] +
+                                cell.linear[3 * row + 2] * shape[i][2] + cell.translation[row];
       const plb::plint id = cell.id + wrap(p);
       for (hemo::HemoCellParticleField* block : blocks_) {
         if (!block->isContainedABS(p, block->localDomain)) continue;
