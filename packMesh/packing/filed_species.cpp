@@ -55,6 +55,7 @@ void FiledSpecies::writeMembranes(Hdf5Writer& out, const PackingState& state,
   for (const BodyState& cell : state.cells) species.push_back(of(cell.species));
   const auto verticesOf = [&](std::size_t i) -> const std::vector<Vec3>* {
     if (!state.vertices.empty()) return state.vertices[i].empty() ? nullptr : &state.vertices[i];
+    if (species[i] < 0) return nullptr;
     const Shape& shape = physics_.shapeOf(state.cells[i].species);
     return shape.undeformed() ? &shape.mesh().vertices : nullptr;
   };

@@ -20,8 +20,10 @@ class FiledSpecies {
   /// References the physics, which must outlive it.
   explicit FiledSpecies(const Physics& physics);
 
-  /// Number in files of a species of the problem.
-  std::int32_t of(int species) const { return groupOf_[species]; }
+  /// Number in files of a species of the problem; -1 if there is none.
+  std::int32_t of(int species) const {
+    return species >= 0 && species < int(groupOf_.size()) ? groupOf_[species] : -1;
+  }
   /// The species of the problem of a cell with this number of a species in the file; empty if there is none.
   std::optional<int> speciesOf(std::int64_t group, std::int64_t id) const;
 
