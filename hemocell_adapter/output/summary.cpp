@@ -175,9 +175,9 @@ std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Pa
       there += started;
       (parts[p].number == int(s) ? templates : deformed) += counts[p] - started;
     }
-    lines.push_back(
-        fmt::format("{}: {} where {} has them or nearby, {} more with its meshes, {} with the template",
-                    problem.species[s].name, there, problem.request.blood->string(), deformed, templates));
+    lines.push_back(fmt::format("{}: {} cells of {}, {} more with its meshes, {} with the template",
+                                problem.species[s].name, there, problem.request.blood->string(), deformed,
+                                templates));
   }
   return lines;
 }
@@ -190,8 +190,7 @@ std::vector<std::string> headLines(const Problem& problem) {
   if (const auto& discharge = problem.request.dischargeHematocrit)
     lines.push_back(
         fmt::format("Discharge hematocrit {:.15g}: hematocrit {:.4f} in the lumen, {:.4g} µm in diameter "
-                    "(Fåhraeus effect, "
-                    "Pries 1990)",
+                    "(Fåhraeus effect, Pries 1990)",
                     *discharge, *problem.request.hematocrit,
                     *hydraulicDiameter(*problem.lumen.container, endAxes(problem))));
   else if (problem.request.hematocrit) {

@@ -101,7 +101,7 @@ std::vector<std::size_t> fitting(const Problem& problem, const std::vector<Copy>
     const Wall* const wall = problem.lumen.container->wall();
     fits[i] = !(wall &&
                 wall->examine({problem.shapeOf(cell.species).hierarchy(), cell.placement}, 0.0).violation) &&
-              !(problem.lumen.acceptedOnly && !problem.lumen.periodic && hemocellViolation(problem, cell));
+              !(keepsAll(problem) && hemocellViolation(problem, cell));
   });
   // Cells that exist already stay.
   std::vector<PlacedCell> cells;

@@ -52,12 +52,21 @@ Refined refined(const Request& request, const Case* simulation, double other) {
   return made;
 }
 
+/// HemoCell's verdict at another spacing on a cell with this placement at that of the case.
+std::optional<std::string> violationAt(const OtherLattice& other, const Acceptance& acceptance,
+                                       const TriangleMesh& mesh, const Placement& placement) {
+  const Placement moved{placement.linear, placement.translation + other.shift};
+  auto violation = acceptance.violation(placedVertices(mesh, moved));
+  if (violation) *violation += fmt::format(" at dx {:.6g} µm", other.dx);
+  return violation;
+}
+
 /// Walls of which the first is that of the lumen, the others those of other spacings.
 class KeptEverywhere final : public Wall {
  public:
   struct Other {
+    OtherLattice at;
     OtherAcceptance acceptance;
-    Vec3 shift;
     std::unique_ptr<const Wall> wall;
   };
 
@@ -67,7 +76,7 @@ class KeptEverywhere final : public Wall {
   WallDistance distance(const Vec3& p) const override {
     WallDistance nearest = own_->distance(p);
     for (const Other& other : others_) {
-      const WallDistance d = other.wall->distance(p + other.shift);
+      const WallDistance d = other.wall->distance(p + other.at.shift);
       if (d.distance < nearest.distance) nearest = d;
     }
     return nearest;
@@ -78,7 +87,7 @@ class KeptEverywhere final : public Wall {
     std::vector<float> further(std::size_t(block.nodes[0]) * block.nodes[1] * block.nodes[2]);
     for (const Other& other : others_) {
       NodeBlock moved = block;
-      moved.origin += other.shift;
+      moved.origin += other.at.shift;
       other.wall->sample(moved, further.data());
       for (std::size_t i = 0; i < further.size(); ++i) distances[i] = std::min(distances[i], further[i]);
     }
@@ -93,7 +102,7 @@ class KeptEverywhere final : public Wall {
 
   bool isAway(const Sphere& sphere, double gap) const override {
     return own_->isAway(sphere, gap) && std::all_of(others_.begin(), others_.end(), [&](const Other& other) {
-             return other.wall->isAway({sphere.center + other.shift, sphere.radius + margin}, 0.0);
+             return other.wall->isAway({sphere.center + other.at.shift, sphere.radius + margin}, 0.0);
            });
   }
 
@@ -101,9 +110,8 @@ class KeptEverywhere final : public Wall {
     WallVerdict verdict = own_->examine(cell, gapOfInterest);
     for (const Other& other : others_) {
       if (verdict.violation) return verdict;
-      const Placement moved{cell.placement.linear, cell.placement.translation + other.shift};
       verdict.violation =
-          other.acceptance.acceptance->violation(placedVertices(other.acceptance.mesh, moved));
+          violationAt(other.at, *other.acceptance.acceptance, other.acceptance.mesh, cell.placement);
     }
     return verdict;
   }
@@ -141,11 +149,10 @@ void addOtherSpacings(const Request& request, const Case* simulation,
   for (const double other : request.alsoDx) {
     if (other == request.dx) continue;
     if (preInlet || (simulation && simulation->running) || lumen.periodic || (!simulation && !lumen.keptBox))
-      throw InputError(
-          fmt::format("--also-dx {:.15g}: other spacings are for cases and boxes with closed ends: HemoCell "
-                      "deletes cells "
-                      "across periodic ends, and the frame of a pre-inlet follows from its nodes",
-                      other));
+      throw InputError(fmt::format(
+          "--also-dx {:.15g}: other spacings are for cases and boxes with closed ends: HemoCell deletes "
+          "cells across periodic ends, and the frame of a pre-inlet follows from its nodes",
+          other));
     const Refined at = refined(request, simulation, other);
     const Case* refinedCase = at.simulation ? &*at.simulation : nullptr;
     const Lumen there = makeLumen(at.request, refinedCase, {});
@@ -173,11 +180,9 @@ std::vector<OtherAcceptance> otherAcceptances(const CellSpecies& species, const 
 std::optional<std::string> violationElsewhere(const CellSpecies& species, const Lumen& lumen,
                                               const Placement& placement, const TriangleMesh* own) {
   for (std::size_t i = 0; i < species.others.size(); ++i) {
-    const OtherLattice& other = lumen.others[i];
-    const Placement moved{placement.linear, placement.translation + other.shift};
-    const TriangleMesh& mesh = own ? *own : species.others[i].mesh;
-    if (auto violation = species.others[i].acceptance->violation(placedVertices(mesh, moved)))
-      return fmt::format("{} at dx {:.6g} µm", *violation, other.dx);
+    const OtherAcceptance& other = species.others[i];
+    if (auto violation = violationAt(lumen.others[i], *other.acceptance, own ? *own : other.mesh, placement))
+      return violation;
   }
   return {};
 }
@@ -196,7 +201,7 @@ std::shared_ptr<const Wall> wallAtAllSpacings(std::shared_ptr<const Wall> wall, 
     const OtherLattice& other = lumen.others[i];
     const double beyond = 2.0 * inflation * std::max(0.0, other.dx - dx);
     others.push_back(
-        {species.others[i], other.shift,
+        {other, species.others[i],
          makeAcceptedWall(nullptr, other.lattice, species.minimumDistanceFromSolid, wallClearance - beyond)});
   }
   return std::make_shared<KeptEverywhere>(std::move(wall), std::move(others));

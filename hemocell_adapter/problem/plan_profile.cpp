@@ -16,6 +16,7 @@
 #include "packMesh/core/error.h"
 #include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
+#include "packMesh/placement/placement.h"
 #include "packMesh/shape/inner_points.h"
 
 namespace packmesh::hemocell {
@@ -228,8 +229,7 @@ class Planning {
       Pose pose;
       pose.position = inside_[point];
       const auto u = uniform4(0, RandomStream::orientation, point, attempt);
-      if (problem_.request.rotate) pose.orientation = uniformRotation(u[0], u[1], u[2]);
-      if (problem_.request.rotate && species.cone) pose.orientation = species.cone->nearest(pose.orientation);
+      if (problem_.request.rotate) pose.orientation = randomOrientation(species.cone, u[0], u[1], u[2]);
       const Placement placed = pose.placement();
       if (std::all_of(vertices.begin(), vertices.end(),
                       [&](const Vec3& v) { return depthAt(placed(v)) >= least; }))

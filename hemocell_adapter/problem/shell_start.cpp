@@ -7,30 +7,16 @@
 
 #include "packMesh/core/poll.h"
 #include "packMesh/core/random.h"
+#include "packMesh/placement/placement.h"
 
 namespace packmesh::hemocell {
 namespace {
-
-/// Points are displaced at random by up to this along each axis [cube root of the cell's volume], as in
-/// placeRandomly().
-constexpr double jitter = 1.0 / 3.0;
 
 /// Points that are tried, at most: for each cell, and besides.
 constexpr std::int64_t triesOfCell = 2000, fewestTries = 100000;
 
 /// Purposes of the random numbers of poses, beside those of placeRandomly().
 constexpr std::uint32_t ownPurpose = 1 << 20;
-
-/// Point n of a quasirandom sequence in the unit cube (placement.cpp).
-Vec3 evenPoint(const std::array<double, 4>& begin, std::int64_t n) {
-  constexpr double g = 1.22074408460575947536, step[] = {1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g)};
-  Vec3 point;
-  for (int k = 0; k < 3; ++k) {
-    const double p = begin[k] + static_cast<double>(n) * step[k];
-    point[k] = p - std::floor(p);
-  }
-  return point;
-}
 
 }  // namespace
 
@@ -52,7 +38,7 @@ std::vector<std::vector<Pose>> startInShells(const Problem& problem, int species
   std::vector<std::vector<Pose>> start(counts.size());
   for (std::int64_t n = 0; n < most && missing > 0; ++n) {
     pollAt(std::size_t(n));
-    Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenPoint(begin, n));
+    Vec3 p = bounds.lo + bounds.size().cwiseProduct(evenPoint(begin, std::uint64_t(n)));
     const auto u = uniform4(problem.request.seed, RandomStream::position, std::uint64_t(n), purpose);
     p += reach * (Vec3(u[0], u[1], u[2]) - Vec3::Constant(0.5));
     const double depth = (*profile.depth)(p).distance;
@@ -64,8 +50,7 @@ std::vector<std::vector<Pose>> startInShells(const Problem& problem, int species
     --missing;
     if (!problem.request.rotate) continue;
     const auto v = uniform4(problem.request.seed, RandomStream::orientation, std::uint64_t(n), purpose);
-    pose.orientation = uniformRotation(v[0], v[1], v[2]);
-    if (cells.cone) pose.orientation = cells.cone->nearest(pose.orientation);
+    pose.orientation = randomOrientation(cells.cone, v[0], v[1], v[2]);
   }
   return start;
 }

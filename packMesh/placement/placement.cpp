@@ -23,31 +23,14 @@ constexpr std::int64_t betweenPolls = 100;
 /// twentieth.
 constexpr std::uint32_t evenTries = 8;
 
-/// Largest random displacement of these points along each axis, so that seeds differ in more than the
-/// beginning of the sequence [cube root of the cell's volume].
-constexpr double jitter = 1.0 / 3.0;
-
-/// Point n of the unit cube: frac(begin + n (1/g, 1/g², 1/g³)) with g⁴ = g + 1, for which any number of
-/// successive points is evenly spread (M. Roberts 2018, "The unreasonable effectiveness of quasirandom
-/// sequences"), plus an offset. Every try has its own random `begin`.
-Vec3 evenPoint(std::uint64_t seed, std::uint64_t n, std::uint32_t attempt, const Vec3& offset) {
-  constexpr double g = 1.22074408460575947536, step[] = {1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g)};
-  const auto begin = uniform4(seed, RandomStream::begin, 0, attempt);
-  Vec3 point;
-  for (int k = 0; k < 3; ++k) {
-    const double p = begin[k] + static_cast<double>(n) * step[k] + offset[k];
-    point[k] = p - std::floor(p);
-  }
-  return point;
-}
-
 /// Position at which to try to place the centre of a cell.
 Vec3 centre(const Box& room, double volume, std::uint64_t seed, std::uint64_t id, std::uint32_t attempt) {
   const auto u = uniform4(seed, RandomStream::position, id, attempt);
   Vec3 at(u[0], u[1], u[2]);
   if (attempt < evenTries) {
     const Vec3 reach = 2.0 * jitter * std::cbrt(volume) * room.size().cwiseInverse();
-    at = evenPoint(seed, id, attempt, (at - Vec3::Constant(0.5)).cwiseProduct(reach));
+    const auto begin = uniform4(seed, RandomStream::begin, 0, attempt);  // of every try its own
+    at = evenPoint(begin, id, (at - Vec3::Constant(0.5)).cwiseProduct(reach));
   }
   return room.lo + room.size().cwiseProduct(at);
 }
@@ -64,6 +47,20 @@ Quaternion withinCone(const AxisCone& cone, double u, double v, double w) {
 }
 
 }  // namespace
+
+Vec3 evenPoint(const std::array<double, 4>& begin, std::uint64_t n, const Vec3& offset) {
+  constexpr double g = 1.22074408460575947536, step[] = {1.0 / g, 1.0 / (g * g), 1.0 / (g * g * g)};
+  Vec3 point;
+  for (int k = 0; k < 3; ++k) {
+    const double p = begin[k] + static_cast<double>(n) * step[k] + offset[k];
+    point[k] = p - std::floor(p);
+  }
+  return point;
+}
+
+Quaternion randomOrientation(const std::optional<AxisCone>& cone, double u, double v, double w) {
+  return cone ? withinCone(*cone, u, v, w) : uniformRotation(u, v, w);
+}
 
 std::vector<Pose> placeRandomly(const Physics& physics, const Execution& execution, int species,
                                 std::int64_t firstId, std::int64_t count) {
@@ -88,8 +85,7 @@ std::vector<Pose> placeRandomly(const Physics& physics, const Execution& executi
     }
     if (!physics.rotate) return;
     const auto u = uniform4(physics.seed, RandomStream::orientation, id, 0);
-    pose.orientation =
-        freedom.cone ? withinCone(*freedom.cone, u[0], u[1], u[2]) : uniformRotation(u[0], u[1], u[2]);
+    pose.orientation = randomOrientation(freedom.cone, u[0], u[1], u[2]);
   };
   std::atomic<bool> stops{false};
   execution.threads.forEachPart(

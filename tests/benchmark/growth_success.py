@@ -60,7 +60,7 @@ TIMED = [(f"periodic box 25³, {fraction}", f"25 25 25 {CUBE} {fraction}", []) f
 
 def make(folder, command):
     if command[0].endswith(".sh"):  # prints the file
-        words = [str(HERE / command[0])] + command[1:]
+        words = [str(ROOT / "scripts" / command[0])] + command[1:]
         with open(folder / words.pop(), "wb") as out:
             subprocess.run(words, stdout=out, check=True)
     else:

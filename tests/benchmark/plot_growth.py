@@ -56,7 +56,7 @@ def plot_times(rows, folder):
         axis.set_xlabel("cells")
     for axis in axes[:, 0]:
         axis.set_ylabel("ms per cell and iteration")
-    axes[0, 0].legend(fontsize=7, loc="upper left", ncol=2)
+    axes[0, 1].legend(*axes[0, 0].get_legend_handles_labels(), fontsize=7, loc="upper right")
     save(figure, folder, "growth_time.png")
 
 
