@@ -147,7 +147,7 @@ def test_blood(state, program):
     first = found[0] - found[0].mean(axis=0)
     assert min(np.abs(first - (one - one.mean(axis=0))).max() for one in packing.vertices("RBC")) < 1e-9
     dense, text = program("--cylinder", "x", 9, 60, *words, "--hematocrit", 0.25, folder="dense")
-    added = int(re.search(r"RBC: 18 where .*, (\d+) more with its meshes, 0 with the template", text).group(1))
+    added = int(re.search(r"RBC: 18 cells of .*, (\d+) more with its meshes, 0 with the template", text).group(1))
     assert added > 10 and len(vertices_of(dense / "state.h5", "RBC")) == 18 + added
     assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 60, "--ends", "periodic", "--start", dense / "state.h5")[1]
     # Another axis, a wider pipe: the cells are turned with it.
