@@ -142,7 +142,7 @@ def test_blood(state, program):
     case, packing = state
     words = ["--ends", "periodic", "--blood", case / "flowing.h5", "--output-dir", "."]
     longer, text = program("--cylinder", "x", 9, 60, *words, folder="longer")
-    assert "RBC: 18 where" in text and "PLT: 4 where" in text and "Certificate: clean" in text
+    assert "RBC: 18 cells of" in text and "PLT: 4 cells of" in text and "Certificate: clean" in text
     found = vertices_of(longer / "state.h5", "RBC")
     first = found[0] - found[0].mean(axis=0)
     assert min(np.abs(first - (one - one.mean(axis=0))).max() for one in packing.vertices("RBC")) < 1e-9
