@@ -230,7 +230,7 @@ def prepare(source, case, name, hematocrit, road):
 
 
 def predicted(packmesh, case, name, pack, ranks):
-    """What packMesh check says of the .pos files, after packing them if asked. @return cells kept, in files, complaint"""
+    """What packMesh check says of the .pos files, after packing them if asked. Returns cells kept, in files, complaint"""
     for command in [[], ["check"]] if pack else [["check"]]:
         done = subprocess.run(["mpirun", "-n", str(1 if command else ranks), str(packmesh)] + command + ["config.xml"] + OPTIONS.get(name, []),
                               cwd=case, capture_output=True, text=True)

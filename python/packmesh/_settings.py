@@ -323,9 +323,9 @@ class Words:
 
     def species(self, species: Mapping[str, Union[Integer, Species]], hematocrit: bool = False, case: bool = False,
                 counts: bool = True) -> None:
-        """@param hematocrit: whether it is given; then only the number of red cells is an option, which it excludes
-        @param case: whether a section of config.xml has to be overridden, which options do
-        @param counts: whether numbers can be options; not for check"""
+        """hematocrit: whether it is given; then only the number of red cells is an option, which it excludes
+        case: whether a section of config.xml has to be overridden, which options do
+        counts: whether numbers can be options; not for check"""
         species = mapping("species", species, '{"RBC": 100}')
         for name in species:
             if not isinstance(name, str):

@@ -49,7 +49,7 @@ class BlockFile:
 
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[Any]:
-    """@raises InputError if it is no whole HDF5 file, or what is read of it is not"""
+    """Raises InputError if it is no whole HDF5 file, or what is read of it is not"""
     import h5py  # only reading needs it
 
     try:
@@ -65,7 +65,7 @@ def opened(path: str) -> Iterator[Any]:
 
 
 def steps_of(folder: str) -> Dict[int, str]:
-    """The folders of the steps by iteration, ascending. @raises InputError"""
+    """The folders of the steps by iteration, ascending. Raises InputError"""
     hdf5 = os.path.join(folder, "hdf5")
     try:
         names = os.listdir(hdf5)
@@ -78,7 +78,7 @@ def steps_of(folder: str) -> Dict[int, str]:
 
 
 def names_in(folder: str, iteration: int) -> Dict[str, Dict[int, str]]:
-    """Paths by type and block. @raises InputError if files are of another step, or blocks are missing"""
+    """Paths by type and block. Raises InputError if files are of another step, or blocks are missing"""
     types: Dict[str, Dict[int, str]] = {}
     for name in sorted(os.listdir(folder)):
         match = _NAME.fullmatch(name)
@@ -110,14 +110,14 @@ def cell_types(types: Sequence[str], pre_inlet: bool) -> List[str]:
 
 
 def require_attributes(path: str, attributes: Container[str], *names: str) -> None:
-    """@raises InputError"""
+    """Raises InputError"""
     for name in names:
         if name not in attributes:
             raise InputError(f"{path}: has no attribute '{name}'; is it a file of HemoCell?")
 
 
 def header_of(path: str, block: int, iteration: int) -> BlockFile:
-    """@raises InputError if its numbers contradict each other"""
+    """Raises InputError if its numbers contradict each other"""
     with opened(path) as file:
         attributes = dict(file.attrs)
         shapes = {name: dataset.shape for name, dataset in file.items() if hasattr(dataset, "shape")}
@@ -141,7 +141,7 @@ def header_of(path: str, block: int, iteration: int) -> BlockFile:
 
 
 def headers_of(blocks: Dict[int, str], iteration: int) -> List[BlockFile]:
-    """Those of one type in a step. @raises InputError if they are not of one run"""
+    """Those of one type in a step. Raises InputError if they are not of one run"""
     headers = [header_of(path, block, iteration) for block, path in sorted(blocks.items())]
     first = headers[0]
     for other in headers[1:]:
@@ -153,7 +153,7 @@ def headers_of(blocks: Dict[int, str], iteration: int) -> List[BlockFile]:
 
 
 def layout_of(header: BlockFile) -> Optional[Layout]:
-    """None if the file does not say. @raises InputError"""
+    """None if the file does not say. Raises InputError"""
     if header.rows == 0:
         return None
     found = _by_triangles(header) if header.datasets.get("Triangles") else None
@@ -166,7 +166,7 @@ def layout_of(header: BlockFile) -> Optional[Layout]:
 
 
 def require_whole_cells(header: BlockFile, layout: Optional[Layout]) -> None:
-    """@raises InputError if the file has parts of cells"""
+    """Raises InputError if the file has parts of cells"""
     if layout is not None and header.rows % layout.vertices:
         raise InputError(f"{header.path}: has {header.rows} positions, not a whole number of cells with {layout.vertices} vertices")
 
@@ -222,7 +222,7 @@ def micrometres_per_unit(positions: np.ndarray, dx: float) -> float:
 def cells_in(header: BlockFile, layout: Layout, name: str, numbers: Optional[np.ndarray] = None) -> Iterator[Tuple[np.ndarray, np.ndarray]]:
     """Numbers of cells in the file, ascending, and their rows of a dataset as written, shape (n, V, k); some cells at a time.
 
-    @raises InputError
+    Raises InputError
     """
     size, count = layout.vertices, header.rows // layout.vertices
     wanted = np.arange(count) if numbers is None else numbers

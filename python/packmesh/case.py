@@ -216,7 +216,7 @@ def realisations(count: Integer, *, seed: Optional[Integer] = None, **options: A
 
 
 def _bound(options: Mapping[str, Any], function: str) -> Dict[str, Any]:
-    """All arguments of pack(). @raises TypeError"""
+    """All arguments of pack(). Raises TypeError"""
     try:
         arguments = inspect.signature(pack).bind(**options)
     except TypeError as error:

@@ -22,7 +22,7 @@ Mesh = Tuple[np.ndarray, np.ndarray]
 
 
 def read(path: str) -> List[Tuple[str, str, Mesh]]:
-    """Kind, name and mesh of each. @raises InputError"""
+    """Kind, name and mesh of each. Raises InputError"""
     import h5py  # only reading needs it
 
     def text(value: Any) -> str:

@@ -29,7 +29,7 @@ class CellTable:
 
 
 def read_table(folder: str, name: str, step: str) -> Optional[CellTable]:
-    """None if there is none. step: the iteration as the name of its folder. @raises InputError"""
+    """None if there is none. step: the iteration as the name of its folder. Raises InputError"""
     path = os.path.join(folder, "csv", f"{name}.{step}.csv")
     try:
         with open(path, newline="", encoding="utf-8") as stream:
@@ -44,7 +44,7 @@ def read_table(folder: str, name: str, step: str) -> Optional[CellTable]:
 
 
 def require_no_more(table: CellTable, cells: Copies) -> None:
-    """@raises InputError if the table has more cells than the files"""
+    """Raises InputError if the table has more cells than the files"""
     if len(table.ids) > len(cells):
         raise InputError(f"{table.path}: lists {len(table.ids)} cells, but the files of the step have {len(cells)}; are all blocks there?")
 

@@ -252,13 +252,14 @@ def page_of(name, page):
 def page_data(names, reports, found, curves, page):
     """`page`: its file, from which links start"""
     versions = sorted({f"{report['program']['version']} ({report['program']['commit']})" for report in reports})
-    rows = [[name, str(report["configuration"]["seed"]), report["outcome"],
+    pages = [page_of(name, page) for name in names]
+    rows = [[name if to is None else os.path.splitext(name)[0] + ".html", str(report["configuration"]["seed"]), report["outcome"],
              "clean" if report["certificate"]["clean"] else "not clean", str(report["certificate"]["cells"]),
              f"{report['hematocrit'][0]['ofLumen']:.5f}", f"{report['times']['cpu']:.3f}"]
-            for name, report in zip(names, reports)]
+            for name, report, to in zip(names, reports, pages)]
     return {"title": title_of(reports), "subtitle": "packMesh " + ", ".join(versions), "species": [], "errors": "standard deviation",
             "figures": {"heads": ["quantity", *("#" + head for head in HEADS)], "rows": [row_of(*one) for one in found]},
-            "realisations": {"rows": rows, "links": [page_of(name, page) for name in names],
+            "realisations": {"rows": rows, "links": pages,
                              "heads": ["report", "#seed", "outcome", "certificate", "#cells", "#hematocrit", "#CPU time [s]"]},
             "measures": mean_measures(reports, curves)}
 

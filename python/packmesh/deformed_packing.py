@@ -48,7 +48,7 @@ class DeformedPacking(CellPacking):
     fit_errors: np.ndarray
 
     def __init__(self, step: Step, config: Optional[str]) -> None:
-        """@raises InputError if a template is not known or another"""
+        """Raises InputError if a template is not known or another"""
         self.step = step
         self._config = config
         self._lumen = RunLumen(config) if config is not None else None
@@ -88,7 +88,7 @@ class DeformedPacking(CellPacking):
 
     @property
     def hematocrit(self) -> float:
-        """Volume of the deformed red cells over that of the lumen. @raises InputError without a case"""
+        """Volume of the deformed red cells over that of the lumen. Raises InputError without a case"""
         from .membrane_measures import shapes_of
 
         if self._lumen is None:

@@ -27,7 +27,7 @@ FOR_LOOKING = ("vtk", "vtk-meshes")
 
 
 def exported(packing: PackingFile, formats: Sequence[str]) -> List[File]:
-    """The files of these formats, each once. @raises InputError if the other program cannot have these cells, or not there"""
+    """The files of these formats, each once. Raises InputError if the other program cannot have these cells, or not there"""
     packing.require_full_size()
     for kind in packing.kinds:
         if any(name not in FOR_LOOKING for name in formats) and not is_cell_name(kind.name):
@@ -48,7 +48,7 @@ def is_cell_name(name: str) -> bool:
 
 
 def write(exports: Sequence[File], folder: str) -> List[str]:
-    """All or none. @return the names @raises OutputError"""
+    """All or none. Returns the names. Raises OutputError"""
     with files.Outputs() as outputs:
         for file in exports:
             outputs.write(os.path.join(folder, file.name), file.pieces())
@@ -61,7 +61,7 @@ def names_of(exports: Sequence[File], folder: str) -> List[str]:
 
 
 def cells_of(name: str, step: Optional[int], case: Optional[str]) -> PackingFile:
-    """Of a file, or of a step of a run. @raises InputError"""
+    """Of a file, or of a step of a run. Raises InputError"""
     if not os.path.isdir(name):
         if step is not None or case is not None:
             raise InputError(f"{name}: --step and --case are for the output folder of a run")

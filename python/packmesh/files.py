@@ -89,7 +89,7 @@ class Outputs:
 
     @contextlib.contextmanager
     def begin(self, path: str) -> Iterator[BinaryIO]:
-        """@raises OutputError"""
+        """Raises OutputError"""
         target = os.path.realpath(path)
         folder, name = os.path.split(target)
         temporary = os.path.join(folder, f".{name}~{socket.gethostname()}.{os.getpid()}-{len(self._files)}.new")
@@ -107,14 +107,14 @@ class Outputs:
                 os.chmod(temporary, os.stat(target).st_mode & 0o7777)
 
     def write(self, path: str, pieces: Iterable[bytes]) -> None:
-        """@raises OutputError"""
+        """Raises OutputError"""
         with self.begin(path) as file:
             for piece in pieces:
                 file.write(piece)
 
     @contextlib.contextmanager
     def begin_text(self, path: str) -> Iterator[TextIO]:
-        """@raises OutputError"""
+        """Raises OutputError"""
         with self.begin(path) as file:
             text = io.TextIOWrapper(file, encoding="utf-8", newline="")
             yield text
@@ -122,7 +122,7 @@ class Outputs:
             text.detach()
 
     def commit(self) -> None:
-        """@raises OutputError"""
+        """Raises OutputError"""
         for temporary, target in self._files:
             with _written(target):
                 os.replace(temporary, target)
@@ -144,7 +144,7 @@ def _end(_signal: int, _frame: Any) -> None:
 
 
 def run_command(work: Any) -> int:
-    """Calls work(), prints its error. @return exit code"""
+    """Calls work(), prints its error. Returns exit code"""
     signal.signal(signal.SIGTERM, _end)
     try:
         work()

@@ -16,7 +16,7 @@ from packmesh.joined_cells import Domain
 
 
 def fluid_domain(blocks: Dict[int, str]) -> Optional[Domain]:
-    """The box of all nodes, half a spacing around them; None without files. blocks: paths. @raises InputError"""
+    """The box of all nodes, half a spacing around them; None without files. blocks: paths. Raises InputError"""
     corners: List[Tuple[np.ndarray, np.ndarray]] = []
     dx = 0.0
     for path in blocks.values():
@@ -32,7 +32,7 @@ def flow_rates(blocks: Dict[int, str]) -> Optional[np.ndarray]:
     """Volume that flows through a cross-section along x, y, z [µm³/s]: mean over all cross-sections, shape (3,). None if no
     velocities were written. Nodes of walls have velocity 0.
 
-    @raises InputError
+    Raises InputError
     """
     total, domain = np.zeros(3), fluid_domain(blocks)
     for path in blocks.values():
@@ -53,7 +53,7 @@ def _is_si(file: object) -> bool:
 
 
 def _nodes_of(path: str) -> Tuple[np.ndarray, np.ndarray, float]:
-    """First node of the block and number of nodes along x, y, z; their spacing [µm]. @raises InputError"""
+    """First node of the block and number of nodes along x, y, z; their spacing [µm]. Raises InputError"""
     with opened(path) as file:
         require_attributes(path, file.attrs, "dx", "dt", "subdomainSize", "relativePosition", "dxdydz")
         dx = 1e6 * float(np.ravel(file.attrs["dx"])[0])

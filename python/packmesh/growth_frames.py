@@ -22,7 +22,7 @@ from packmesh.formats import File, vtk
 
 
 class State:
-    """Cells in the order of the file. @raises InputError"""
+    """Cells in the order of the file. Raises InputError"""
 
     def __init__(self, path: str) -> None:
         import h5py  # only reading needs it
@@ -67,7 +67,7 @@ def series(frames: List[Tuple[int, str]]) -> bytes:
 
 
 def write(folder: str) -> List[str]:
-    """@return the files that were read @raises InputError, OutputError"""
+    """Returns the files that were read. Raises InputError, OutputError"""
     found: Dict[str, List[int]] = {"state": [], "cat_cells": []}
     for name in sorted(os.listdir(folder) if os.path.isdir(folder) else []):
         match = re.fullmatch(r"(state|cat_cells)_(\d+)\.h5", name)
@@ -97,7 +97,7 @@ def write(folder: str) -> List[str]:
 
 
 def convert(folder: str) -> None:
-    """Makes the series and removes the states. @raises InputError, OutputError"""
+    """Makes the series and removes the states. Raises InputError, OutputError"""
     for path in write(folder):
         os.remove(path)
 

@@ -98,7 +98,7 @@ class Joined:
 
 
 def joined(headers: List[BlockFile], layout: Optional[Layout], domain: Optional[Domain], progress: Advance) -> Joined:
-    """@raises InputError if files contradict each other"""
+    """Raises InputError if files contradict each other"""
     if layout is None:
         return Joined(headers, None, 1.0, _none(), [], None)
     copies, scale, inexact = _read(headers, layout, progress)
@@ -146,7 +146,7 @@ def _require_order_of_vertices(headers: List[BlockFile], layout: Layout) -> None
 
 
 def _ids(headers: List[BlockFile], layout: Layout) -> Tuple[Optional[np.ndarray], Optional[str]]:
-    """Ids, None if there are none; the first file whose ids are too large. @raises InputError"""
+    """Ids, None if there are none; the first file whose ids are too large. Raises InputError"""
     parts = []
     for header in headers:
         if header.rows == 0:
@@ -163,7 +163,7 @@ def _ids(headers: List[BlockFile], layout: Layout) -> Tuple[Optional[np.ndarray]
 
 
 def _without_copies(copies: Copies, headers: List[BlockFile]) -> Copies:
-    """@raises InputError if one id has several places"""
+    """Raises InputError if one id has several places"""
     _, first = np.unique(copies.digest, return_index=True)
     found = copies.of(np.sort(first))
     tolerance = found.tolerance()

@@ -355,7 +355,7 @@ def report_files(name: str) -> List[str]:
 
 
 def write_report(names: Sequence[str], report: str, tables: str) -> None:
-    """The files that report_files() names. @raises OutputError"""
+    """The files that report_files() names. Raises OutputError"""
     with files.Outputs() as outputs:
         outputs.write(names[0], [report.encode()])
         if len(names) > 1:

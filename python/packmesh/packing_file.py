@@ -59,7 +59,7 @@ class PackingFile:
     """
 
     def __init__(self, path: str) -> None:
-        """@raises InputError"""
+        """Raises InputError"""
         import h5py  # only reading needs it
 
         self.path = path
@@ -119,13 +119,13 @@ class PackingFile:
         return len(self.species)
 
     def require_lumen(self) -> Lumen:
-        """@raises InputError"""
+        """Raises InputError"""
         if self.lumen is None:
             raise InputError(f"{self.path}: has no lumen, as an earlier version of packMesh wrote it")
         return self.lumen
 
     def require_full_size(self) -> None:
-        """@raises InputError"""
+        """Raises InputError"""
         scale = self.columns.get("scale")
         if scale is not None and np.any(np.abs(scale - 1) > _ROUNDING):
             raise InputError(f"{self.path}: has cells that still grow: continue that run first (packMesh --restart)")

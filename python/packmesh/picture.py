@@ -60,7 +60,7 @@ class Canvas:
     """Pixels, of which each keeps the nearest point: colour and height towards the eye."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray) -> None:
-        """@param low, high: corners of what is shown [µm], right and up"""
+        """low, high: corners of what is shown [µm], right and up"""
         size = high - low
         self.pixel = max(size[0] / WIDTH, size[1] / HEIGHT, 1e-9) / (1 - 2 * MARGIN)
         self.width, self.height = (int(np.ceil(extent / self.pixel * (1 + 2 * MARGIN))) + 1 for extent in size)

@@ -48,7 +48,7 @@ def columns_of(steps: List[Dict[str, Any]]) -> List[Tuple[str, List[Any], int]]:
                 ("layer [µm]", [step["cellFreeLayer"] for step in steps], 2)]
     if platelets:
         columns.append((f"{platelets} at wall", of(platelets, "nearWall"), 2))
-    columns += [("length [µm]", of(red, "length"), 2), ("elongation", of(red, "elongation"), 3), ("inclination", of(red, "inclination"), 1),
+    columns += [("length [µm]", of(red, "length"), 2), ("elongation", of(red, "elongation"), 3), ("inclination [°]", of(red, "inclination"), 1),
                 ("volume [%]", of(red, "volumeDrift", 100), 3), ("area [%]", of(red, "areaDrift", 100), 2),
                 ("overlaps", [step["overlaps"] for step in steps], 0), ("force [pN]", [largest_force(step) for step in steps], 2),
                 ("flow [µm³/ms]", [None if step["flow"] is None else 1e-3 * step["flow"] for step in steps], 1)]
@@ -70,7 +70,7 @@ def rows_of_lost(analysis: RunAnalysis) -> List[List[str]]:
 
 
 def envelope_of(config: Optional[str], step: Step) -> Optional[float]:
-    """Length of `<particleEnvelope>` [µm]. @raises InputError"""
+    """Length of `<particleEnvelope>` [µm]. Raises InputError"""
     if config is None:
         return None
     try:
@@ -81,7 +81,7 @@ def envelope_of(config: Optional[str], step: Step) -> Optional[float]:
 
 
 def lumen_of(config: Optional[str]) -> Optional[RunLumen]:
-    """@raises InputError"""
+    """Raises InputError"""
     if config is None:
         return None
     try:
@@ -101,7 +101,7 @@ def has_exact_test() -> bool:
 
 
 def analysed(run: Run, iterations: List[int], words: argparse.Namespace) -> Tuple[List[Dict[str, Any]], RunAnalysis]:
-    """The figures of these steps. @raises InputError"""
+    """The figures of these steps. Raises InputError"""
     config = run.config
     analysis = RunAnalysis(lumen_of(config), near_wall=words.near_wall, envelope=envelope_of(config, run.at(iterations[0])),
                            overlaps=not words.no_overlaps and has_exact_test())
@@ -175,7 +175,7 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
 
 
 def chosen_of(iterations: List[int], words: argparse.Namespace) -> List[int]:
-    """@raises InputError"""
+    """Raises InputError"""
     within = [one for one in iterations if (words.begin is None or one >= words.begin) and (words.end is None or one <= words.end)]
     if not within or words.every < 1:
         raise InputError(f"there are no such steps; the run has {len(iterations)} from {iterations[0]} to {iterations[-1]}")

@@ -17,7 +17,7 @@ class RunLumen:
 
     def __init__(self, config: str) -> None:
         """That in which the cells flow, behind a pre-inlet if there is one, with periodic ends; with closed ones if their outlines
-        differ. @raises InputError"""
+        differ. Raises InputError"""
         from packmesh import _packmesh  # the rest of the analysis runs without it
 
         self.of_library = self._lumen = _packmesh.lumen([b"check", os.fsencode(config)])

@@ -69,7 +69,7 @@ class RunAnalysis:
         self._lumen_layers: Optional[Tuple[np.ndarray, np.ndarray]] = None
 
     def analyse(self, step: Step, progress: Advance = lambda cells: None) -> Dict[str, Any]:
-        """The figures of a step, as the page has them. @raises InputError"""
+        """The figures of a step, as the page has them. Raises InputError"""
         profiles = _Profiles(self.lumen, step)
         found = {name: self._species(step, name, profiles, progress) for name in step.species_names}
         for name, one in found.items():
@@ -144,7 +144,7 @@ class RunAnalysis:
         return figures
 
     def _compare_with_step_before(self, step: Step, found: Dict[str, OfSpecies]) -> int:
-        """Lists the cells lost. @return by how many cells types without ids have fewer"""
+        """Lists the cells lost. Returns by how many cells types without ids have fewer"""
         if self._before is None:
             return 0
         uncounted = 0
@@ -210,7 +210,7 @@ class _Profiles:
         self._nearest = np.full(SECTORS_ALONG * SECTORS_AROUND, np.inf)
 
     def add(self, name: str, vertices: np.ndarray, triangles: Optional[np.ndarray], count: int) -> Optional[np.ndarray]:
-        """count: cells of this type. @return least distance of each cell's vertices to the wall [µm], None without a wall"""
+        """count: cells of this type. Returns least distance of each cell's vertices to the wall [µm], None without a wall"""
         lumen = self._lumen
         if lumen is None:
             return None

@@ -19,7 +19,7 @@ Cell = Tuple[str, int]
 def overlapping(step: Step, names: Sequence[str], progress: Callable[[int], None] = lambda cells: None) -> List[Tuple[Cell, Cell]]:
     """Pairs of cells that have a point in common, or of which one is inside the other; periodic images included.
 
-    The test is exact for the positions as HemoCell wrote them, in single precision. @raises ImportError without the C++ module
+    The test is exact for the positions as HemoCell wrote them, in single precision. Raises ImportError without the C++ module
     """
     from packmesh import _packmesh
 

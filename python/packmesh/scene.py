@@ -88,7 +88,7 @@ def image_of_y(q):
 
 
 def read_packing(folder):
-    """The cells of all species in the files that --vtp writes, and the lumen. @raises OSError, vtp.Unreadable, Unusable"""
+    """The cells of all species in the files that --vtp writes, and the lumen. Raises OSError, vtp.Unreadable, Unusable"""
     species, ids = [], []
     for name in sorted(file[:-len("_mesh.vtp")] for file in os.listdir(folder) if file.endswith("_mesh.vtp")):
         path = os.path.join(folder, name + ".vtp")
@@ -174,7 +174,7 @@ def part(surface, chosen):
 def cat_scene(surface, shown=()):
     """Of the file that catCells --vtp writes: objects, and around them their cells of the chordal axis transform, in a container.
 
-    shown: numbers of the objects whose cells are drawn, from 1 on; empty: all. @raises Unusable
+    shown: numbers of the objects whose cells are drawn, from 1 on; empty: all. Raises Unusable
     """
     if not surface.data.get("object") or "cell" not in surface.data:
         raise Unusable("is not a file that catCells --vtp writes")
@@ -203,7 +203,7 @@ def cat_scene(surface, shown=()):
 
 
 def write_of(path, tables):
-    """Of a packing in a file (packing_file.py). @raises packmesh.errors.InputError, packmesh.errors.OutputError"""
+    """Of a packing in a file (packing_file.py). Raises packmesh.errors.InputError, packmesh.errors.OutputError"""
     from packmesh import export, packing_file  # render reads .vtp files without NumPy
     from packmesh.errors import OutputError
 
@@ -216,7 +216,7 @@ def write_of(path, tables):
 
 
 def write(path, pieces):
-    """Writes a scene; an existing file is replaced when the new one is complete. @raises OSError"""
+    """Writes a scene; an existing file is replaced when the new one is complete. Raises OSError"""
     unfinished = f"{path}.{os.getpid()}.part"
     try:
         with open(unfinished, "w", encoding="utf-8") as file:

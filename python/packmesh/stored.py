@@ -33,7 +33,7 @@ class Stored:
             return cls(state, {str(file.relative_to(folder)): file.read_bytes() for file in found})
 
     def unpack(self, folder: str) -> str:
-        """Writes all to a folder. @return the state"""
+        """Writes all to a folder. Returns the state"""
         for name, content in self.contents.items():
             os.makedirs(os.path.dirname(os.path.join(folder, name)), exist_ok=True)
             with open(os.path.join(folder, name), "wb") as file:
@@ -41,7 +41,7 @@ class Stored:
         return os.path.join(folder, self.state)
 
     def write(self, state: str) -> None:
-        """Writes the state under this name, the others beside it. @raises InputError, OutputError"""
+        """Writes the state under this name, the others beside it. Raises InputError, OutputError"""
         if self.path:
             raise InputError(f"the packing was loaded from {self.path}: copy that file")
         with files.Outputs() as outputs:
@@ -65,7 +65,7 @@ class StateFile:
         return found.st_ino, found.st_size, found.st_mtime_ns
 
     def read(self) -> Stored:
-        """@raises InputError if it is another one by now"""
+        """Raises InputError if it is another one by now"""
         if not self._version or self._found() != self._version:
             raise InputError(f"{self.path}: is no longer the file that the packing was loaded from, so the packing cannot be pickled")
         with open(self.path, "rb") as file:

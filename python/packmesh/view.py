@@ -113,7 +113,7 @@ def page_of(report: Any, cells: Any, scripts: Sequence[str] = SCRIPTS, libraries
 
 
 def page_text(packing: PackingFile, report: Any) -> str:
-    """The page of a packing with its report. @raises InputError if they are of different packings"""
+    """The page of a packing with its report. Raises InputError if they are of different packings"""
     placed = {one["name"]: one["placed"] for one in report["species"]}
     found = {kind.name: int(np.sum(packing.species == index)) for index, kind in enumerate(packing.kinds)}
     if {name: n for name, n in placed.items() if n} != {name: n for name, n in found.items() if n}:
@@ -122,7 +122,7 @@ def page_text(packing: PackingFile, report: Any) -> str:
 
 
 def report_for(file: str, stated: Optional[str]) -> Any:
-    """@raises InputError"""
+    """Raises InputError"""
     beside = os.path.join(os.path.dirname(file), "report.json")
     if stated or os.path.isfile(beside):
         return plot.read_report(stated or beside)

@@ -26,7 +26,7 @@ class Unreadable(ValueError):
 
 
 def read(path):
-    """The contents of a file. @raises OSError, Unreadable"""
+    """The contents of a file. Raises OSError, Unreadable"""
     with open(path, "rb") as file:
         content = file.read()
     try:

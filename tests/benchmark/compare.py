@@ -45,7 +45,7 @@ def packers(options):
 
 
 def run(command, folder, timeout):
-    """@return CPU time [s] of the command and its children, wall time [s], why it failed"""
+    """Returns CPU time [s] of the command and its children, wall time [s], why it failed"""
     start = time.monotonic()
     environment = {"OMP_NUM_THREADS": "1", **os.environ}  # one core for each program
     with open(os.devnull, "rb") as nothing, open(folder / "packer.log", "wb") as log:

@@ -173,7 +173,7 @@ class Programme:
         self.crystal, self.blocks = crystal, []
 
     def add(self, i, j, image, on_i, on_j, normals, distances):
-        """@param on_i, on_j: points [µm]; normals: unit vectors from j to i; distances: along them [µm]"""
+        """on_i, on_j: points [µm]; normals: unit vectors from j to i; distances: along them [µm]"""
         apart = self.crystal.centers[i] - image
         strain = np.stack([normals[:, 0] * apart[0], normals[:, 1] * apart[1], normals[:, 2] * apart[2],
                            normals[:, 0] * apart[1] + normals[:, 1] * apart[0], normals[:, 0] * apart[2] + normals[:, 2] * apart[0],

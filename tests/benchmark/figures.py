@@ -141,7 +141,7 @@ def table_text(data, name):
 
 
 def filled(text, data):
-    """@raises KeyError for a marker without a table"""
+    """Raises KeyError for a marker without a table"""
     def table(found):
         if found[2] not in NAMES:
             raise KeyError(found[2])

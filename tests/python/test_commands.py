@@ -34,7 +34,7 @@ def alone(tmp_path):
 
 
 def stand_in(folder, text):
-    """A command packmesh in a folder of its own. @return the folder"""
+    """A command packmesh in a folder of its own. Returns the folder"""
     folder.mkdir()
     (folder / "packmesh").write_text(f"#!{sys.executable}\n{text}\n")
     (folder / "packmesh").chmod(0o755)

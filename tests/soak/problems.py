@@ -108,7 +108,7 @@ def number(x):
 
 
 def put_mesh(problem, rng, stem, mesh):
-    """Writes a mesh in a kind of file drawn at random, and what it holds as <stem>_oracle.off. @return the file"""
+    """Writes a mesh in a kind of file drawn at random, and what it holds as <stem>_oracle.off. Returns the file"""
     kind = rng.choice(["off", "obj", "ply", "stl", "binary"])
     name = f"{stem}.{'stl' if kind == 'binary' else kind}"
     put(problem, name, text_of(mesh, kind))
@@ -117,7 +117,7 @@ def put_mesh(problem, rng, stem, mesh):
 
 
 def lumen(problem, rng, oracle):
-    """@return volume [µm³] (None: not known to the last digit), point well inside, tags for <container>"""
+    """Returns volume [µm³] (None: not known to the last digit), point well inside, tags for <container>"""
     kind = rng.choices(["box", "walled box", "cylinder", "sphere", "vessel", "case"], [4, 3, 3, 2, 3, 5])[0]
     problem["kind"] = kind
     args = problem["args"]

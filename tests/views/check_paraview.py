@@ -12,7 +12,7 @@ import numpy as np
 
 
 def draw(*words, path=None, code=0):
-    """Without a display. @return what is told on standard error"""
+    """Without a display. Returns what is told on standard error"""
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run([sys.executable, "-m", "packmesh", *words], env={**environment, "PATH": path or environment["PATH"]},
                           stderr=subprocess.PIPE, text=True, check=False)

@@ -51,6 +51,11 @@ def check(page, data):
     assert np.allclose(sets["Flow rate"][0][1], [1000 * step * 400e-3 for step in range(6)])
     depth = dict(sets["Volume fractions by distance to the wall"])
     assert depth["RBC last"] == steps[-1]["byDepth"]["fraction"]["RBC"] and any(name.startswith("PLT first") for name in depth)
+    legends = page.run("return packMesh.charts.map((c) => c.legend.legendItems.map((item) => [item.text, item.lineDash.length > 0]))")
+    assert all(dashed == (" first" in name) for legend in legends for name, dashed in legend), legends
+    for ticks in page.run("return packMesh.charts.filter((c) => /^(Cells;|Overlap)/.test(c.canvas.getAttribute('aria-label')))"
+                          ".map((c) => c.scales.y.ticks.map((tick) => tick.value))"):
+        assert len(ticks) > 2 and all(value == int(value) for value in ticks), ticks
     assert page.text("h1") == "Run out" and "Cells lost" in page.text("#tables")
     assert len(page.driver.find_elements("css selector", "#tables tr")) == 1 + 6 + 1 + 5
     lines = page.run("return csvOf(runPlots()[0])").splitlines()

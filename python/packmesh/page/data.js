@@ -57,7 +57,7 @@ function shown(value, digits = 6) {
   if (typeof value === "number") return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(digits)));
   if (Array.isArray(value)) return value.length ? value.map((one) => shown(one, digits)).join(", ") : "–";
   if (typeof value === "object")
-    return Object.entries(value).filter(([, one]) => one !== null).map(([key, one]) => key + " " + shown(one, digits)).join(", ");
+    return Object.entries(value).filter(([, one]) => one !== null && one.length !== 0).map(([key, one]) => key + " " + shown(one, digits)).join(", ");
   return value;
 }
 

@@ -47,7 +47,7 @@ function gapPlot(gaps) {
   let last = 10;
   for (const curve of curves) curve.y.forEach((y, i) => { if (y >= 0.01) last = Math.max(last, i + 2); });
   return { id: "gaps", title: "Gap to the nearest other cell", x: "gap [µm]", y: "share of the cells", curves,
-    upTo: gaps.length ? last * gaps[0].width : undefined };
+    upTo: gaps.length ? Math.min(last, gaps[0].counts.length) * gaps[0].width : undefined };
 }
 
 /** Of the species with the most cells. */
@@ -96,8 +96,9 @@ function datasetsOf(plot) {
   const sets = [];
   for (const curve of plot.curves) {
     const factor = curve.factor || 1, points = (x, y) => x.map((at, i) => ({ x: at, y: factor * y[i] }));
-    sets.push({ label: curve.name + (factor > 1 ? " × " + factor : ""), name: curve.name, factor, data: points(curve.x, curve.y), borderColor: curve.color, backgroundColor: curve.color + "22",
-      borderDash: curve.dash || [], borderWidth: 1.8, pointRadius: plot.points ? 2 : 0, pointHitRadius: 6, stepped: curve.steps ? "middle" : false,
+    sets.push({ label: curve.name + (factor > 1 ? " × " + factor : ""), name: curve.name, factor, data: points(curve.x, curve.y),
+      borderColor: curve.color, backgroundColor: curve.color + "22",
+      borderDash: curve.dash || [], borderWidth: 1.8, pointRadius: plot.points ? 2 : 0, pointHitRadius: 6, clip: plot.points ? 3 : undefined, stepped: curve.steps ? "middle" : false,
       fill: curve.steps ? "origin" : false });
     if (!curve.error) continue;
     const band = { borderWidth: 0, pointRadius: 0, pointHoverRadius: 0, pointHitRadius: 0, band: true,
@@ -173,10 +174,22 @@ function addZoom(chart, area, all) {
   canvas.addEventListener("dblclick", all);
 }
 
+/** Of all that values at these positions stand for: the layers that the positions are the middles of, unless they are points. */
+function extentOf(x, points) {
+  const half = points || x.length < 2 ? 0 : (x[1] - x[0]) / 2;
+  return [x[0] - half, x[x.length - 1] + half].map((end) => Number(end.toFixed(9)));
+}
+
+/** Lines as they are drawn in the plot. */
+function legendItems(chart) {
+  return Chart.defaults.plugins.legend.labels.generateLabels(chart).map((item) =>
+    ({ ...item, lineDash: chart.data.datasets[item.datasetIndex].borderDash, lineWidth: 2 }));
+}
+
 function addPlot(plot) {
   const canvas = element("canvas", { role: "img", "aria-label": plot.title + "; the button CSV saves its numbers" });
   const area = element("div", { class: "plot-area" }, canvas);
-  const ends = plot.curves.flatMap((curve) => [curve.x[0], curve.x[curve.x.length - 1]]);
+  const ends = plot.curves.flatMap((curve) => extentOf(curve.x, plot.points));
   const [least, most] = [Math.min(0, ...ends), Math.max(...ends)];
   const all = () => showRange(chart, least, plot.upTo || most);
   const scaled = (factor) => {
@@ -202,10 +215,11 @@ function addPlot(plot) {
         x: { type: "linear", min: least, max: plot.upTo || most, title: { display: true, text: plot.x },
           grid: { color: "#e6eaf0" },
           ticks: { maxRotation: 0, autoSkipPadding: 12, includeBounds: false, callback: (x) => Number(x.toPrecision(3)) } },
-        y: { min: plot.signed ? undefined : 0, title: { display: true, text: plot.y }, grid: { color: "#e6eaf0" } },
+        y: { min: plot.signed ? undefined : 0, title: { display: true, text: plot.y }, grid: { color: "#e6eaf0" },
+          suggestedMax: plot.whole ? 5 : undefined, ticks: { precision: plot.whole ? 0 : undefined } },
       },
       plugins: {
-        legend: { labels: { boxWidth: 14, boxHeight: 2, filter: (item, data) => !data.datasets[item.datasetIndex].band } },
+        legend: { labels: { usePointStyle: true, pointStyle: "line", pointStyleWidth: 22, generateLabels: legendItems, filter: (item, data) => !data.datasets[item.datasetIndex].band } },
         tooltip: { filter: (item) => !item.dataset.band,
           callbacks: { title: (items) => (items.length ? plot.x.replace(/ \[.*/, "") + " " + shown(items[0].parsed.x, 4) : ""),
             label: (item) => item.dataset.name + ": " + shown(item.parsed.y / item.dataset.factor, 4) } },

@@ -20,8 +20,8 @@ const ofSpecies = (name, key, factor = 1) => report.steps.map((step) => {
 });
 const eachSpecies = (key, factor) => speciesNames.map((name, s) => curveOf(name, colorOf(name, s), ofSpecies(name, key, factor)));
 
-function timePlot(id, title, y, curves, signed = false) {
-  return { id, title, x: "time [ms]", y, curves: curves.filter((curve) => curve), signed, points: true };
+function timePlot(id, title, y, curves, kind = {}) {
+  return { id, title, x: "time [ms]", y, curves: curves.filter((curve) => curve), points: true, ...kind };
 }
 
 function orderCurves() {
@@ -36,9 +36,9 @@ function profilePlot(id, key, title, x) {
   for (const [i, text, dash] of last ? [[0, "first", [4, 3]], [last, "last", []]] : [[0, "", []]]) {
     const profile = report.steps[i][key];
     if (!profile) continue;
-    Object.entries(profile.fraction).forEach(([name, fraction], s) => curves.push({
-      name: (name + " " + text).trim(), color: colorOf(name, s), dash, y: fraction,
-      x: middles(profile.begin, profile.width, fraction.length) }));
+    for (const [name, fraction] of Object.entries(profile.fraction)) curves.push({
+      name: (name + " " + text).trim(), color: colorOf(name, speciesNames.indexOf(name)), dash, y: fraction,
+      x: middles(profile.begin, profile.width, fraction.length) });
   }
   return { id, title, x, y: "volume fraction", curves: magnified(curves) };
 }
@@ -46,16 +46,16 @@ function profilePlot(id, key, title, x) {
 function runPlots() {
   const lost = report.steps.reduce((sums, step) => [...sums, (sums.length ? sums[sums.length - 1] : 0) + step.lost], []);
   return [
-    timePlot("cells", "Cells", "number", [...eachSpecies("count"), curveOf("lost", "#1d2733", lost)]),
+    timePlot("cells", "Cells", "number", [...eachSpecies("count"), curveOf("lost", "#1d2733", lost)], { whole: true }),
     timePlot("hematocrit", "Hematocrit by deformed volumes", "hematocrit", [curveOf("lumen", "#b3261e", ofStep("hematocrit"))]),
     timePlot("layer", "Cell-free layer", "thickness [µm]", [curveOf("cell-free layer", "#1f5fa8", ofStep("cellFreeLayer"))]),
-    timePlot("wall", "Share of the cells with a centre within " + report.nearWall + " µm of the wall", "share", eachSpecies("nearWall")),
-    timePlot("elongation", "Deformation: (a - b) / (a + b) of the longer semi-axes", "elongation", eachSpecies("elongation")),
+    timePlot("wall", "Cells with a centre within " + report.nearWall + " µm of the wall", "share of the cells", eachSpecies("nearWall")),
+    timePlot("elongation", "Elongation of the cells", "elongation", eachSpecies("elongation")),
     timePlot("length", "Longest extent of a cell along an axis", "length [µm]", eachSpecies("length")),
-    timePlot("order", "Order of the red cells' short axes along x, y, z", "order", orderCurves(), true),
-    timePlot("volume", "Mean change of volume", "change [%]", eachSpecies("volumeDrift", 100), true),
-    timePlot("area", "Mean change of area", "change [%]", eachSpecies("areaDrift", 100), true),
-    timePlot("overlaps", "Overlapping membranes", "pairs", [curveOf("pairs", "#b3261e", ofStep("overlaps"))]),
+    timePlot("order", "Order of the red cells' short axes along x, y, z", "order", orderCurves(), { signed: true }),
+    timePlot("volume", "Mean change of volume", "change [%]", eachSpecies("volumeDrift", 100), { signed: true }),
+    timePlot("area", "Mean change of area", "change [%]", eachSpecies("areaDrift", 100), { signed: true }),
+    timePlot("overlaps", "Overlapping membranes", "pairs", [curveOf("pairs", "#b3261e", ofStep("overlaps"))], { whole: true }),
     timePlot("force", "Largest force on a vertex", "force [pN]", eachSpecies("force")),
     timePlot("flow", "Flow rate", "flow rate [µm³/ms]", [curveOf("flow rate", "#1f5fa8", ofStep("flow", 1e-3))]),
     profilePlot("axis", "along", "Volume fractions along " + report.axis, report.axis + " [µm]"),
@@ -81,7 +81,7 @@ function showRunTiles() {
 showRunTiles();
 addCard("Steps", tableOf(report.table.heads, report.table.rows),
   noteOf("Length: longest extent of a red cell along x, y or z. Elongation: (a - b) / (a + b) of the two longer semi-axes of the ellipsoid with the same " +
-    "moments, 0 for a cell at rest. Inclination: mean angle between longest axis and flow [degrees]. Volume, area: mean change since " +
+    "moments, 0 for a cell at rest. Inclination: mean angle between longest axis and flow. Volume, area: mean change since " +
     "the first step. Layer: mean over sectors of the least distance of a red cell to the wall."));
 if (report.lost.rows.length) addCard("Cells lost", tableOf(report.lost.heads, report.lost.rows));
 const charts = runPlots().map(addPlot);
