@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: AGPL-3.0-or-later
+"""Does a developed start save iterations? Cases for HemoCell, and the tables and the figure of docs/explanation/starts.md.
+
+    starts.py case FOLDER START --hematocrit H --seed N [--length L] [--iterations N]    writes a case for HemoCell's pipe program
+    starts.py table FOLDER [--figure starts.png]                                         of the runs in the folders of FOLDER
+
+START is uniform, developed, or the state (.h5) of an earlier run. The pipe program is HemoCell's pipeflow with the plug-in
+(docs/howto/plugin.md), OUTPUT_CELL_ID among its outputs, and nothing else changed; each case is run in its folder on one rank:
+
+    ../pipeflow config.xml > log
+
+Needs the Python package, its C++ module and, for the figure, matplotlib.
+"""
+import argparse
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent.parent.parent
+RADIUS, SPACING, STEP = 8.0, 5e-7, 1e-7  # of the tube [µm], of the lattice [m], of time [s]
+OUTPUT_EVERY = 1000  # iterations
+SMOOTH = 5  # outputs over which curves are averaged
+STEADY = 0.5  # the last part of a run from random positions that is taken for steady
+BAND = 2.0  # half width of the band of the steady state [standard deviations]
+LAYER = 2.0  # thickness of the layer at the wall whose hematocrit is compared [µm]
+
+CASE = """<?xml version="1.0" ?>
+<hemocell>
+<parameters>
+  <warmup> 200 </warmup> <outputDirectory> output </outputDirectory> <checkpointDirectory> checkpoint </checkpointDirectory>
+  <logDirectory> log </logDirectory> <logFile> logfile </logFile>
+</parameters>
+<ibm> <stepMaterialEvery> 20 </stepMaterialEvery> <stepParticleEvery> 5 </stepParticleEvery> </ibm>
+<domain>
+  <geometry> tube.stl </geometry> <fluidEnvelope> 2 </fluidEnvelope> <rhoP> 1025 </rhoP> <nuP> 1.1e-6 </nuP>
+  <dx> {spacing} </dx> <dt> {step} </dt> <refDir> 1 </refDir> <refDirN> {nodes} </refDirN> <blockSize> -1 </blockSize>
+  <kBT> 4.100531391e-21 </kBT> <Re> {reynolds} </Re> <particleEnvelope> {envelope} </particleEnvelope>
+</domain>
+<sim> <tmax> {iterations} </tmax> <tmeas> {every} </tmeas> <tcsv> {every} </tcsv> <tcheckpoint> 100000000 </tcheckpoint> </sim>
+<packing>
+  <hematocrit> {hematocrit} </hematocrit> <species name="RBC"/> <species name="PLT" ratio="0.25"/> <seed> {seed} </seed>
+  {start}
+</packing>
+</hemocell>
+"""
+
+
+def write_case(words):
+    folder = Path(words.folder)
+    folder.mkdir(parents=True)
+    tube = subprocess.run([HERE / "scripts/make_tube.sh", str(words.length), str(RADIUS), "96"], capture_output=True, check=True)
+    (folder / "tube.stl").write_bytes(tube.stdout)
+    for name in ("RBC.xml", "PLT.xml"):
+        (folder / name).write_bytes((HERE / "examples/pipe" / name).read_bytes())
+    start = {"uniform": "", "developed": "<profile> developed </profile>"}.get(words.start)
+    if start is None:
+        start = f"<blood> {Path(words.start).resolve()} </blood>"
+    (folder / "config.xml").write_text(CASE.format(
+        spacing=SPACING, step=STEP, nodes=round(2 * RADIUS * 1e-6 / SPACING), reynolds=words.reynolds, envelope=words.envelope,
+        iterations=words.iterations, every=OUTPUT_EVERY, hematocrit=words.hematocrit, seed=words.seed, start=start))
+
+
+class RunOfStudy:
+    """One run: what it started from, and its curves over the iterations."""
+
+    def __init__(self, folder):
+        from packmesh import hemocell_output
+        from packmesh.run_lumen import RunLumen
+        from packmesh.run_measures import RunAnalysis
+        self.name = folder.name
+        packing = xml.parse(folder / "config.xml").getroot().find("packing")
+        self.hematocrit = float(packing.find("hematocrit").text)
+        self.start = "developed" if packing.find("profile") is not None else "flowing blood" if packing.find("blood") is not None else "uniform"
+        config = str(folder / "config.xml")
+        lumen = RunLumen(config)
+        self.length = lumen.period[0]
+        run = hemocell_output(str(folder / "output"), config=config)
+        analysis = RunAnalysis(lumen, overlaps=False)
+        steps = [analysis.analyse(step) for step in run[:-1]]
+        self.lost = sum(step["lost"] for step in steps)
+        self.iterations = np.array([step["iteration"] for step in steps])
+        self.area = np.array([step["species"]["RBC"]["areaDrift"] for step in steps])
+        self.force = np.array([step["species"]["RBC"]["force"] or 0 for step in steps])
+        width = steps[0]["byDepth"]["width"]
+        layers = round(LAYER / width)
+        profile = np.array([padded(step["byDepth"]["fraction"]["RBC"]) for step in steps])
+        self.profile, self.width = profile, width
+        self.curves = {
+            "cell-free layer [µm]": np.array([step["cellFreeLayer"] for step in steps]),
+            f"hematocrit within {LAYER:g} µm of the wall": profile[:, :layers].mean(axis=1),
+            "flow rate [10³ µm³/ms]": np.array([step["flow"] or np.nan for step in steps]) * 1e-6,
+            "distance of platelets from the wall [µm]": np.array([step["species"]["PLT"]["wallDistance"] for step in steps]),
+        }
+
+
+def padded(values, size=64):
+    return np.pad(np.array(values, float), (0, size - len(values)))
+
+
+def smooth(values):
+    """Mean of the last SMOOTH values at each."""
+    return np.array([np.mean(values[max(0, i + 1 - SMOOTH):i + 1]) for i in range(len(values))])
+
+
+def band_of(runs, name):
+    """(low, high) of the steady state, from the last part of the runs from random positions."""
+    values = np.concatenate([smooth(run.curves[name])[int(STEADY * len(run.iterations)):] for run in runs])
+    return values.mean() - BAND * values.std(), values.mean() + BAND * values.std()
+
+
+def reached(run, name, band):
+    """The iteration from which on a curve stays inside the band, None if it does not."""
+    outside = np.flatnonzero((smooth(run.curves[name]) < band[0]) | (smooth(run.curves[name]) > band[1]))
+    if not len(outside):
+        return 0
+    return None if outside[-1] + 1 >= len(run.iterations) else int(run.iterations[outside[-1] + 1])
+
+
+def core_hours(folder):
+    """By HemoCell's clock of the log, on one core."""
+    seconds = [float(s) for s in re.findall(r"performance: ([\d.]+) s / iteration", (folder / "log").read_text())]
+    return sum(seconds) * OUTPUT_EVERY / 3600
+
+
+def table(words):
+    folders = sorted(path.parent for path in Path(words.folder).glob("*/config.xml") if (path.parent / "output").is_dir())
+    runs = [RunOfStudy(folder) for folder in folders if not words.only or re.search(words.only, folder.name)]
+    longest = max(run.length for run in runs)
+    runs = [run for run in runs if run.length > 0.75 * longest]  # not those that only provide blood
+    for hematocrit in sorted({run.hematocrit for run in runs}):
+        chosen = [run for run in runs if run.hematocrit == hematocrit]
+        uniform = [run for run in chosen if run.start == "uniform"]
+        if not uniform:
+            continue
+        bands = {name: band_of(uniform, name) for name in uniform[0].curves}
+        print(f"\nHematocrit {hematocrit:g}; inside the band from iteration ... on\n")
+        print("| start | run | iterations | lost | largest change of area | " + " | ".join(
+            f"{name}: {low:.3g} to {high:.3g}" for name, (low, high) in bands.items()) + " |")
+        print("| --- | --- | ---: | ---: | ---: | " + " | ".join(["---:"] * len(bands)) + " |")
+        for run in sorted(chosen, key=lambda run: (run.start != "uniform", run.start, run.name)):
+            found = [reached(run, name, band) for name, band in bands.items()]
+            print(f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.lost} | {100 * run.area.max():.1f} % | " +
+                  " | ".join("not" if at is None else f"{at:,}" for at in found) + " |")
+    if words.figure:
+        draw(runs, words.figure)
+
+
+COLOURS = {"uniform": "C7", "developed": "C0", "flowing blood": "C3"}
+
+
+def draw(runs, file):
+    import matplotlib
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+    hematocrits = sorted({run.hematocrit for run in runs})
+    names = list(runs[0].curves)
+    figure, axes = plt.subplots(len(names), len(hematocrits), figsize=(4.2 * len(hematocrits), 2.1 * len(names)), sharex=True, squeeze=False)
+    for column, hematocrit in enumerate(hematocrits):
+        chosen = [run for run in runs if run.hematocrit == hematocrit]
+        uniform = [run for run in chosen if run.start == "uniform"]
+        for row, name in enumerate(names):
+            axis = axes[row, column]
+            if uniform:
+                axis.axhspan(*band_of(uniform, name), color="C7", alpha=0.2, linewidth=0)
+            for run in chosen:
+                axis.plot(run.iterations / 1000, smooth(run.curves[name]), color=COLOURS[run.start], linewidth=1, label=run.start)
+            axis.set_ylabel(name.replace(" [", "\n[").replace(" within", "\nwithin").replace("platelets", "platelets\n"), fontsize=8)
+            axis.grid(alpha=0.3)
+            axis.tick_params(labelsize=8)
+        axes[0, column].set_title(f"hematocrit {hematocrit:g}", fontsize=9)
+        axes[-1, column].set_xlabel("thousands of iterations", fontsize=8)
+    legend = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels())))
+    axes[0, 0].legend(legend.values(), legend.keys(), fontsize=7)
+    figure.tight_layout()
+    figure.savefig(file, dpi=100, metadata={"Software": None})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    case = commands.add_parser("case", help="write a case")
+    case.add_argument("folder")
+    case.add_argument("start", help="uniform, developed, or a state (.h5)")
+    case.add_argument("--hematocrit", type=float, required=True)
+    case.add_argument("--seed", type=int, required=True)
+    case.add_argument("--length", type=float, default=30.0, help="of the tube [µm] (30)")
+    case.add_argument("--iterations", type=int, default=80000)
+    case.add_argument("--reynolds", type=float, default=0.2)
+    case.add_argument("--envelope", type=int, default=31, help="of particles [nodes] (31)")
+    tables = commands.add_parser("table", help="compare runs")
+    tables.add_argument("folder")
+    tables.add_argument("--figure", help="PNG file")
+    tables.add_argument("--only", help="regular expression: only these folders")
+    words = parser.parse_args()
+    return write_case(words) if words.command == "case" else table(words)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
