@@ -26,6 +26,7 @@ class View {
     });
     this.look(this.size[1] > this.size[0] ? 22.8 : -67.2, 20.2);
     this.color(false);
+    this.fitCanvas();
     new ResizeObserver(() => this.fitCanvas()).observe(byId("stage"));
   }
 
@@ -49,12 +50,12 @@ class View {
   }
 
   fitCanvas() {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    if (!width || !height) return;
+    const { clientWidth: width, clientHeight: height } = this.canvas, pixels = Math.min(window.devicePixelRatio || 1, 2);
+    if (!width || !height || (width === this.width && height === this.height && pixels === this.pixels)) return;
+    Object.assign(this, { width, height, pixels });
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.drawing.resize(width, height);
-    this.pixels = Math.min(window.devicePixelRatio || 1, 2);
     Object.assign(this.marks, { width: width * this.pixels, height: height * this.pixels });
     if (!this.touched) this.look(this.azimuth, this.elevation);
     this.move();
