@@ -166,8 +166,9 @@ def show(steps: List[Dict[str, Any]], analysis: RunAnalysis) -> None:
     lost = rows_of_lost(analysis)
     if lost:
         files.say("Cells lost:")
-        for line in table_lines([[" ".join(row[:2]), *row[2:]] for row in [[head.lstrip("#") for head in HEADS_OF_LOST], *lost]]):
-            files.say("  " + line)
+        rows = [[head.lstrip("#") for head in HEADS_OF_LOST], *lost]
+        for line, row in zip(table_lines([[" ".join(row[:2]), *row[2:-1]] for row in rows]), rows):
+            files.say(f"  {line}  {row[-1]}")
     for text in analysis.unknown_ids[:1]:
         files.warn(f"{text}; cells that are lost there are not listed")
     if analysis.entered:
