@@ -17,6 +17,7 @@ from paraview.simple import (Clip, ColorBy, GetActiveViewOrCreate, GetColorTrans
                              SaveScreenshot, Show, Text, Transform, XMLPolyDataReader)
 
 ACROSS = 700  # [pixels]
+ABOVE, BELOW = 44, 76  # pixels of labels above each state, of the scale below all
 BLACK = [0.0, 0.0, 0.0]
 
 
@@ -89,16 +90,22 @@ def main():
     view.Background = [1.0, 1.0, 1.0]
     outer = folder / f"cat_cells_{last:04}.vtp"
     bounds = read(outer if outer.exists() else folder / f"membranes_{last:04}.vtp").GetDataInformation().GetBounds()
-    width, height = bounds[1] - bounds[0], 1.05 * (bounds[3] - bounds[2])
+    width = bounds[1] - bounds[0]
+    above, below = ABOVE * width / ACROSS, BELOW * width / ACROSS
+    seen = 2 / 4.25**0.5  # of a length along y, by the camera below
+    height = bounds[3] - bounds[2] + above / seen
+    whole = seen * len(numbers) * height + below
     for k, number in enumerate(numbers):
-        show(folder, number, [0.0, -k * height, 0.0], 1 - (k + 0.09) / len(numbers), view)
+        show(folder, number, [0.0, -k * height, 0.0], 1 - (k * seen * height + 0.8 * above) / whole, view)
     style_scale(view)
     view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [0, -0.5, 2], [0, 0, 0], [0, 1, 0]
     view.CameraParallelProjection = 1
     ResetCamera(view)
     Render(view)
-    view.CameraParallelScale = 0.5 * height * len(numbers)
-    size = [ACROSS, int(ACROSS * height * len(numbers) / width)]
+    for end in (view.CameraPosition, view.CameraFocalPoint):
+        end[1] += 0.5 * (above - below)
+    view.CameraParallelScale = 0.5 * whole
+    size = [ACROSS, int(ACROSS * whole / width)]
     view.ViewSize = size
     SaveScreenshot(sys.argv[2], view, ImageResolution=size)
 
