@@ -29,8 +29,9 @@ constexpr double largestTurn = 0.4, largestStep = 0.5;
 /// fraction of half their thickness; for pairs that failed the exact test, always.
 constexpr double lockedNormal = 0.8, lockedDepth = 0.1, lockedFraction = 0.3;
 
-/// Number of successive tests of a touching pair that only examine the clusters that touched last.
-constexpr int mostQuickLooks = 1;
+/// Number of successive tests of a touching pair that only examine the clusters that touched last, and in
+/// economical sweeps.
+constexpr int mostQuickLooks = 1, mostQuickLooksOfMany = 3;
 
 /// Contacts shallower than this are not resolved [µm]: cells that have been pushed apart then come to rest
 /// instead of touching again because of rounding.
@@ -52,6 +53,19 @@ SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double
       lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * shape.halfThickness())),
       wall(wallOfSpecies),
       freedom(std::move(freedomOfSpecies)) {}
+
+/// How a body moves.
+struct ContactSolver::Motion {
+  Vec3 step;  ///< of its centre [µm]
+  Vec3 turn;  ///< rotation vector [rad]
+
+  Motion operator+(const Motion& other) const { return {step + other.step, turn + other.turn}; }
+};
+
+/// What one contact does to the body that it pushes along its normal, and to the other one.
+struct ContactSolver::Push {
+  Motion away, back;
+};
 
 /// One contact: the sampled body is pushed along `normal`, the other one in the opposite direction.
 struct ContactSolver::Contact {
@@ -184,7 +198,7 @@ void ContactSolver::move(Body& body, const Vec3& translation, const Vec3& rotati
   body.moved += length + reach * angle;
 }
 
-void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
+ContactSolver::Push ContactSolver::pushOf(const Contact& contact, Body& away, Body& back) const {
   away.overlap += contact.depth;
   back.overlap += contact.depth;
   const SpeciesModel &a = models_[away.species], &b = models_[back.species];
@@ -193,8 +207,8 @@ void ContactSolver::push(const Contact& contact, Body& away, Body& back) const {
   const double compliance =
       a.inverseMass + b.inverseMass + inertiaA * turnA.squaredNorm() + inertiaB * turnB.squaredNorm();
   const double impulse = omega_ * contact.depth / compliance;
-  move(away, impulse * a.inverseMass * contact.normal, impulse * inertiaA * turnA);
-  move(back, -impulse * b.inverseMass * contact.normal, -impulse * inertiaB * turnB);
+  return {{impulse * a.inverseMass * contact.normal, impulse * inertiaA * turnA},
+          {-impulse * b.inverseMass * contact.normal, -impulse * inertiaB * turnB}};
 }
 
 void ContactSolver::resolve(ContactPair& pair, std::vector<Body>& bodies, SweepSums& sums) const {
@@ -236,18 +250,31 @@ double ContactSolver::boundedGap(const Body& a, const Body& b, const Vec3& fromB
 
 void ContactSolver::resolve(const Contact (&contacts)[2], const bool (&touching)[2], Body& a, Body& b,
                             SweepSums& sums) const {
+  Push pushes[2];
   for (int side = 0; side < 2; ++side) {
     if (!touching[side]) continue;
     sums.add(contacts[side].depth);
-    if (side == 0)
-      push(contacts[side], a, b);
-    else
-      push(contacts[side], b, a);
+    pushes[side] = side == 0 ? pushOf(contacts[side], a, b) : pushOf(contacts[side], b, a);
+  }
+  const auto moveBy = [this](Body& body, const Motion& motion) { move(body, motion.step, motion.turn); };
+  if (economical_ && touching[0] && touching[1]) {
+    moveBy(a, pushes[0].away + pushes[1].back);
+    moveBy(b, pushes[0].back + pushes[1].away);
+    return;
+  }
+  if (touching[0]) {
+    moveBy(a, pushes[0].away);
+    moveBy(b, pushes[0].back);
+  }
+  if (touching[1]) {
+    moveBy(b, pushes[1].away);
+    moveBy(a, pushes[1].back);
   }
 }
 
 bool ContactSolver::mayLookQuickly(const ContactPair& pair) const {
-  return !thoroughly_ && pair.quickLooks < mostQuickLooks && (pair.touched[0] | pair.touched[1]) != 0;
+  return !thoroughly_ && pair.quickLooks < (economical_ ? mostQuickLooksOfMany : mostQuickLooks) &&
+         (pair.touched[0] | pair.touched[1]) != 0;
 }
 
 bool ContactSolver::findKnownContacts(ContactPair& pair, const Meeting& meeting, Contact (&contacts)[2],

@@ -87,6 +87,9 @@ class ContactSolver {
   void setThoroughly(bool thoroughly) { thoroughly_ = thoroughly; }
   /// Use coarse samples for all contacts.
   void setCoarsely(bool coarsely) { coarsely_ = coarsely; }
+  /// Move a body once for both contacts of a pair, and examine touching pairs completely less often: cheaper
+  /// sweeps, of which dense packings need as many.
+  void setEconomical(bool economical) { economical_ = economical; }
   void setMobile(bool rotate) { rotate_ = rotate; }
 
   /// Resolves the contacts of a pair; records in the pair how long its next test can be skipped.
@@ -101,6 +104,8 @@ class ContactSolver {
  private:
   struct Contact;
   struct Meeting;
+  struct Motion;
+  struct Push;
   /// Lower bound of the distance between the surfaces of two bodies, from bounding volumes [µm]; may be
   /// negative.
   double boundedGap(const Body& a, const Body& b, const Vec3& fromB) const;
@@ -119,7 +124,8 @@ class ContactSolver {
   void resolveWall(Body& body, SweepSums& sums) const;
   void resolveLayer(Body& body, SweepSums& sums) const;
   void resolveRegion(Body& body, SweepSums& sums) const;
-  void push(const Contact& contact, Body& away, Body& back) const;
+  /// Of a contact, which adds to the overlaps of both bodies.
+  Push pushOf(const Contact& contact, Body& away, Body& back) const;
   void push(Body& body, const WallSums& found, SweepSums& sums) const;
   void move(Body& body, const Vec3& translation, const Vec3& rotation) const;
 
@@ -127,7 +133,7 @@ class ContactSolver {
   Vec3 period_;
   double clearance_, wallClearance_;
   double omega_ = 1.0, slack_ = 0.0;
-  bool rotate_ = true, coarsely_ = false, thoroughly_ = true;
+  bool rotate_ = true, coarsely_ = false, thoroughly_ = true, economical_ = false;
   double expectedMotion_ = 0.1;
   ContactKernel kernel_;
   WallKernel wallKernel_;

@@ -18,6 +18,9 @@ constexpr double coarseDepth = 0.015;
 /// If the deepest contact of a sweep was less than this, the next one examines all pairs completely [µm].
 constexpr double nearlyResolved = 3.0 * tolerance::relaxationTolerance;
 
+/// Sweeps from here on are economical. Packings below about 0.59 are complete by then.
+constexpr std::int64_t economicalFrom = 300;
+
 /// The second cell of a pair is loaded into the cache this many pairs before it is needed: cells lie anywhere
 /// in the memory of their own and the adjacent blocks.
 constexpr std::size_t pairsAhead = 10;
@@ -121,6 +124,7 @@ SweepSums Relaxation::sweep(double omega, double slack) {
   const bool coarsely = coarseWillDo();
   sums.thorough = nearlyResolvedBefore() && !coarsely;
   solver_.setThoroughly(sums.thorough);
+  solver_.setEconomical(state_.sweeps >= economicalFrom);
   if (slack < state_.slack || coarsely != state_.coarsely) activateAll();
   state_.slack = slack;
   state_.coarsely = coarsely;
