@@ -202,11 +202,6 @@ Acceptance::Acceptance(std::shared_ptr<const Lattice> lattice, int minimumDistan
       allowed_(lattice_->eroded(nodesWithin(minimumDistanceFromSolid, lattice_->dx()))),
       minimumDistance_(minimumDistanceFromSolid) {}
 
-bool Acceptance::allows(const Vec3& p) const {
-  const auto node = nodeOf(p, allowed_);
-  return node && allowed_.fluid((*node)[0], (*node)[1], (*node)[2]);
-}
-
 std::optional<std::string> Acceptance::violation(const std::vector<Vec3>& vertices) const {
   for (const Vec3& p : vertices) {
     const auto node = nodeOf(p, allowed_);

@@ -27,9 +27,6 @@ class Acceptance {
   /// lies outside the lattice", "a vertex lies on a wall node", "closer than 1 µm to a solid node").
   std::optional<std::string> violation(const std::vector<Vec3>& vertices) const;
 
-  /// True if a vertex at p [µm] satisfies all three rules.
-  bool allows(const Vec3& p) const;
-
   /// Fluid nodes here are the nodes whose vertices are kept.
   const Lattice& allowedNodes() const { return allowed_; }
 

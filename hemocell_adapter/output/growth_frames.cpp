@@ -15,7 +15,6 @@
 #include "packMesh/growth/cat_cells.h"
 #include "packMesh/growth/tetrahedralise.h"
 #include "packMesh/io/hdf5_meshes.h"
-#include "packMesh/packing/gathered_cells.h"
 #include "packMesh/packing/packing_file.h"
 
 namespace packmesh::hemocell {
@@ -94,7 +93,7 @@ void GrowthFrames::add(const std::vector<PlacedCell>& own) {
     throw AgreedFailure({ExitCode::cannotWrite, error.what()});
   }
   if (ranks.sum(std::int64_t(own.size())) > mostWithCatCells) return;
-  const std::vector<PlacedCell> all = gatheredCells(own, ranks);
+  const std::vector<PlacedCell> all = ranks.gatherAll(own);
   onFirstRank(ranks, [&] {
     const std::vector<NamedMesh> cells = catCellsOf(all, problem_.physics);
     if (!cells.empty()) writeMeshes(folder_ / fmt::format("cat_cells_{:06}.h5", state), cells);

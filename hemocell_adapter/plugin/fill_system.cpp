@@ -17,7 +17,6 @@
 namespace packmesh::plugin {
 namespace {
 
-using hemocell::AddedCell;
 using hemocell::FluidRun;
 using hemocell::Lattice;
 using hemocell::RunningSystem;
@@ -110,15 +109,15 @@ struct SentCell {
   std::int64_t vertices;  ///< their number; 0: those of the template
 };
 
-SentCell inNodes(const AddedCell& cell, const System& system) {
+SentCell inNodes(const packmesh::Cell& cell, const Placement& placement, const System& system) {
   SentCell result{};
   result.vertices = std::int64_t(cell.vertices.size());
-  result.type = cell.type;
+  result.type = cell.species;
   result.id = cell.id;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
-      result.linear[3 * row + column] = cell.placement.linear(row, column);
-    result.translation[row] = cell.placement.translation[row] / system.dx + double(system.first[row]);
+      result.linear[3 * row + column] = placement.linear(row, column);
+    result.translation[row] = placement.translation[row] / system.dx + double(system.first[row]);
   }
   return result;
 }
@@ -147,20 +146,21 @@ class Distribution {
     regions_ = ranks.gatherAll(mine);
   }
 
-  std::vector<Cell> operator()(const std::vector<AddedCell>& cells) const {
+  std::vector<Cell> operator()(const hemocell::Filling& packed) const {
     using Vertex = std::array<double, 3>;
     std::vector<std::vector<SentCell>> to(ranks_.size());
     std::vector<std::vector<Vertex>> verticesTo(ranks_.size());
-    for (const AddedCell& cell : cells) {
-      TriangleMesh mesh = running_.cells[cell.type].mesh;
+    for (std::size_t i = 0; i < packed.cells.size(); ++i) {
+      const packmesh::Cell& cell = packed.cells[i];
+      TriangleMesh mesh = running_.cells[cell.species].mesh;
       if (!cell.vertices.empty()) mesh.vertices = cell.vertices;
-      mesh = placed(mesh, cell.placement);
+      mesh = placed(mesh, packed.placements[i]);
       const Box box = boundingBox(mesh);
       std::vector<bool> sent(ranks_.size(), false);
       for (const Region& region : regions_) {
         if (sent[region.rank] || !meets(box, region)) continue;
         sent[region.rank] = true;
-        to[region.rank].push_back(inNodes(cell, system_));
+        to[region.rank].push_back(inNodes(cell, packed.placements[i], system_));
         if (cell.vertices.empty()) continue;
         for (const Vec3& v : mesh.vertices) {
           Vertex& vertex = verticesTo[region.rank].emplace_back();
@@ -204,9 +204,10 @@ class Distribution {
 };
 
 /// The rigid motion of the template that fits best (Kabsch): largest trace of R sum (v - v0) (p - p0)^T.
-/// @param keepsVertices with those of the cell
-hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running,
-                           bool keepsVertices) {
+/// @param keepsVertices with those of the cell @param largest residual so far, raised to that of this fit
+/// [µm]
+packmesh::Cell fitted(const DeformedCell& cell, const System& system, const RunningSystem& running,
+                      bool keepsVertices, double& largest) {
   const std::vector<Vec3>& shape = running.cells[cell.type].mesh.vertices;
   std::vector<Vec3> points;
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();
@@ -225,14 +226,13 @@ hemocell::MovedCell fitted(const DeformedCell& cell, const System& system, const
   Vec3 signs = Vec3::Ones();
   if ((parts.matrixU() * parts.matrixV().transpose()).determinant() < 0.0) signs[2] = -1.0;
   const Mat3 rotation = parts.matrixU() * signs.asDiagonal() * parts.matrixV().transpose();
-  hemocell::MovedCell moved;
-  moved.type = cell.type;
-  moved.id = cell.id;
+  packmesh::Cell moved{cell.id, cell.type, {}};
   moved.pose.orientation = Quaternion(rotation).normalized();
   moved.pose.position = to - rotation * from;
+  double squares = 0.0;
   for (std::size_t i = 0; i < shape.size(); ++i)
-    moved.residual += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();
-  moved.residual = std::sqrt(moved.residual / double(shape.size()));
+    squares += (points[i] - moved.pose.placement()(shape[i])).squaredNorm();
+  largest = std::max(largest, std::sqrt(squares / double(shape.size())));
   if (keepsVertices)
     for (const Vec3& p : points)
       moved.vertices.push_back(moved.pose.orientation.conjugate() * (p - moved.pose.position));
@@ -277,7 +277,7 @@ Filling distributed(const hemocell::Filling& packed, const System& system, const
   hemocell::warnOfLostCells(system, ranks);
   Filling filling;
   filling.counts = packed.counts;
-  filling.cells = Distribution(system, running, ranks)(packed.cells);
+  filling.cells = Distribution(system, running, ranks)(packed);
   return filling;
 }
 
@@ -299,10 +299,11 @@ Filling load(const System& system, const std::string& stateFile) {
 Filling save(const System& system, const std::vector<DeformedCell>& cells, std::int64_t iteration,
              const std::string& stateFile, bool rigid) {
   return guarded(system, {}, [&](const auto& simulation, const Communicator& ranks) {
-    std::vector<hemocell::MovedCell> moved;
+    std::vector<packmesh::Cell> moved;
+    double residual = 0.0;
     for (const DeformedCell& cell : cells)
-      moved.push_back(fitted(cell, system, *simulation->running, !rigid));
-    hemocell::saveCells(simulation, moved, iteration, stateFile, ranks);
+      moved.push_back(fitted(cell, system, *simulation->running, !rigid, residual));
+    hemocell::saveCells(simulation, moved, residual, iteration, stateFile, ranks);
     return Filling();
   });
 }

@@ -142,7 +142,7 @@ void addBlood(Problem& problem) {
   std::vector<OwnMesh> meshes;
   std::vector<PresentCell> cells(blood.cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    StateCell& cell = blood.cells[i];
+    Cell& cell = blood.cells[i];
     cells[i].vertices = std::move(cell.vertices);
     if (!cells[i].vertices.empty())
       meshes.push_back({&cells[i], speciesOf[cell.species], &blood.species[cell.species].mesh.triangles});

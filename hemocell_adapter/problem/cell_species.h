@@ -17,7 +17,7 @@
 
 namespace packmesh::hemocell {
 
-/// A cell that exists already.
+/// A cell that exists already. Not a Cell: a line of a .pos file keeps the angles that it states.
 struct PresentCell : PosLine {
   PresentCell() = default;
   PresentCell(const PosLine& line) : PosLine(line) {}

@@ -279,17 +279,14 @@ namespace {
 
 /// A cell of the box that is repeated.
 struct BoxedCell {
-  double numbers[6];
+  PosLine line;
   int number;  ///< of its shape
 };
 
 std::vector<BoxedCell> boxedCells(const Problem& problem, const PackingResult& result) {
-  std::vector<BoxedCell> own(result.cells.size());
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const PosLine line = problem.read.lineOf(result.poses[i]);
-    for (int k = 0; k < 6; ++k) own[i].numbers[k] = k < 3 ? line.position[k] : line.angles[k - 3];
-    own[i].number = result.cells[i].species;
-  }
+  std::vector<BoxedCell> own;
+  for (std::size_t i = 0; i < result.cells.size(); ++i)
+    own.push_back({problem.read.lineOf(result.poses[i]), result.cells[i].species});
   return problem.ranks.gatherAll(own);
 }
 
@@ -307,13 +304,12 @@ std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<Bo
   const std::array<int, 3>& times = problem.request.tiles;
   const Vec3& box = *problem.request.boxSize;
   for (const BoxedCell& cell : cells) {
-    const Eigen::Map<const Vec3> position(cell.numbers), angles(cell.numbers + 3);
     std::vector<PresentCell>& images = plans[problem.speciesOf(cell.number)].start;
     for (int x = 0; x < times[0]; ++x)
       for (int y = 0; y < times[1]; ++y)
         for (int z = 0; z < times[2]; ++z) {
-          images.emplace_back(PosLine{
-              Vec3(position[0] + x * box[0], position[1] + y * box[1], position[2] + z * box[2]), angles});
+          images.emplace_back(
+              PosLine{cell.line.position + Vec3(x, y, z).cwiseProduct(box), cell.line.angles});
           if (cell.number >= int(problem.species.size()))
             images.back().vertices = problem.shapeOf(cell.number).mesh().vertices;
         }

@@ -34,7 +34,7 @@ std::vector<PresentCell> cellsOfState(const fs::path& file, const std::string& n
                                       std::vector<Triangle>& triangles) {
   StateCells state = readStateCells(file, Communicator());
   std::vector<PresentCell> cells;
-  for (StateCell& cell : state.cells) {
+  for (Cell& cell : state.cells) {
     const StateCells::Kind& kind = state.species[cell.species];
     if (kind.name != name) continue;
     PresentCell& present = cells.emplace_back(posLineOf(cell.pose));

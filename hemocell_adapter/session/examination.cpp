@@ -22,19 +22,8 @@ namespace {
 struct ReadCell {
   std::int64_t id;
   int number;  ///< of its shape
-  double position[3], angles[3];
-
-  PosLine line() const { return {Eigen::Map<const Vec3>(position), Eigen::Map<const Vec3>(angles)}; }
+  PosLine line;
 };
-
-ReadCell readCell(std::int64_t id, int number, const PosLine& line) {
-  ReadCell cell{};
-  cell.id = id;
-  cell.number = number;
-  Eigen::Map<Vec3>(cell.position) = line.position;
-  Eigen::Map<Vec3>(cell.angles) = line.angles;
-  return cell;
-}
 
 /// This rank's part of the cells of a state, which every rank has read.
 PosShare shareOf(const std::vector<PresentCell>& all, const Communicator& ranks) {
@@ -128,9 +117,9 @@ FoundCells readCells(const Problem& problem) {
     for (const PosLine& line : share.lines) {
       const std::int64_t index = id - found.all;
       const bool inState = isState(species.startFrom);
-      read.push_back(readCell(
-          id++, inState ? problem.numberOf(static_cast<int>(s), species.start[index]) : static_cast<int>(s),
-          line));
+      read.push_back(
+          {id++, inState ? problem.numberOf(static_cast<int>(s), species.start[index]) : static_cast<int>(s),
+           line});
     }
     found.counts.push_back(share.all);
     found.all += share.all;
@@ -139,10 +128,9 @@ FoundCells readCells(const Problem& problem) {
   found.cells.reserve(read.size());
   found.poses.reserve(read.size());
   for (const ReadCell& cell : read) {
-    const PosLine line = cell.line();
-    found.cells.push_back({cell.number, placementOf(line)});
-    found.poses.push_back(poseOf(line));
-    found.lines.push_back(line);
+    found.cells.push_back({cell.number, placementOf(cell.line)});
+    found.poses.push_back(poseOf(cell.line));
+    found.lines.push_back(cell.line);
   }
   return found;
 }

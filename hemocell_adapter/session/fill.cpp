@@ -25,19 +25,10 @@ namespace {
 
 using SharedCase = std::shared_ptr<const Case>;
 
-CompletedRequest requestFor(SharedCase simulation, const std::vector<std::string>& words) {
-  std::vector<std::string> all = {simulation->file.string()};
-  all.insert(all.end(), words.begin(), words.end());
-  CompletedRequest completed = requestToPack(parseCommandLine("packMesh", all), std::move(simulation));
-  if (!completed.request.states("output-dir")) completed.request.output.exports.clear();
-  return completed;
-}
-
 /// Numbers cells as HemoCell numbers those of .pos files. Pre: sorted by type, those of lower ranks before
-Filling numbered(std::vector<AddedCell> cells, std::size_t types, const Communicator& ranks) {
-  Filling filling;
+Filling numbered(Filling filling, std::size_t types, const Communicator& ranks) {
   filling.counts.assign(types, 0);
-  for (const AddedCell& cell : cells) ++filling.counts[cell.type];
+  for (const Cell& cell : filling.cells) ++filling.counts[cell.species];
   std::vector<std::int64_t> next = ranks.sumBefore(filling.counts);
   ranks.sum(filling.counts);
   std::int64_t first = 0;  // of the type
@@ -45,23 +36,24 @@ Filling numbered(std::vector<AddedCell> cells, std::size_t types, const Communic
     next[t] += first;
     first += filling.counts[t];
   }
-  for (AddedCell& cell : cells) cell.id = next[cell.type]++;
-  filling.cells = std::move(cells);
+  for (Cell& cell : filling.cells) cell.id = next[cell.species]++;
   return filling;
 }
 
 Filling numbered(const Packing& packing) {
   const Problem& problem = *packing.problem;
   const std::vector<BuiltCell>& types = problem.running()->cells;
-  std::vector<AddedCell> cells;
-  cells.reserve(packing.result.cells.size());
-  for (const PlacedCell& cell : packing.result.cells) {
+  Filling filling;
+  for (std::size_t i = 0; i < packing.result.cells.size(); ++i) {
+    const PlacedCell& cell = packing.result.cells[i];
     const int species = problem.speciesOf(cell.species);
     const BuiltCell* type = problem.running()->cell(problem.species[species].name);
-    cells.push_back({static_cast<std::int32_t>(type - types.data()), 0, cell.placement});
-    if (cell.species != species) cells.back().vertices = problem.shapeOf(cell.species).mesh().vertices;
+    filling.placements.push_back(cell.placement);
+    filling.cells.push_back({0, static_cast<std::int32_t>(type - types.data()), packing.result.poses[i]});
+    if (cell.species != species)
+      filling.cells.back().vertices = problem.shapeOf(cell.species).mesh().vertices;
   }
-  return numbered(std::move(cells), types.size(), problem.ranks);
+  return numbered(std::move(filling), types.size(), problem.ranks);
 }
 
 /// The case with a `<packing>` that asks for these cells of each type and nothing else.
@@ -100,7 +92,12 @@ Filling fill(std::shared_ptr<const Case> simulation, const std::vector<std::stri
   const InputRecord inputs;
   Session session(addedToHemocell, {}, ranks);
   CompletedRequest completed;
-  together(ranks, [&] { completed = requestFor(std::move(simulation), words); });
+  together(ranks, [&] {
+    std::vector<std::string> all = {simulation->file.string()};
+    all.insert(all.end(), words.begin(), words.end());
+    completed = requestToPack(parseCommandLine("packMesh", all), std::move(simulation));
+    if (!completed.request.states("output-dir")) completed.request.output.exports.clear();
+  });
   return filled(completed, session, ranks);
 }
 
@@ -124,7 +121,7 @@ struct StateTypes {
 bool areDeformed(const StateCells& state, const Communicator& ranks) {
   return !state.species.empty() &&
          !ranks.any(std::any_of(state.cells.begin(), state.cells.end(),
-                                [](const StateCell& cell) { return cell.vertices.empty(); }));
+                                [](const Cell& cell) { return cell.vertices.empty(); }));
 }
 
 /// The type of each kind of cell of a state. @throws InputError if HemoCell has no such type
@@ -142,15 +139,15 @@ StateTypes typesOf(const StateCells& state, const RunningSystem& running, const 
 
 /// Cells of which HemoCell would delete a rigid one; of cells of a run, which may come nearer to the wall,
 /// those with their centres outside. @throws InputError
-void requireKept(const Problem& problem, const StateCells& state, const std::vector<AddedCell>& cells,
+void requireKept(const Problem& problem, const StateCells& state, const std::vector<Placement>& placements,
                  const std::string& file) {
-  for (std::size_t i = 0; i < cells.size(); ++i)
+  for (std::size_t i = 0; i < placements.size(); ++i)
     for (std::size_t s = 0; s < problem.species.size(); ++s) {
       const CellSpecies& species = problem.species[s];
       if (species.name != state.species[state.cells[i].species].name) continue;
-      if (!cells[i].vertices.empty()) {
+      if (!state.cells[i].vertices.empty()) {
         const Wall* const lumen = problem.lumen.container->wall();
-        const Vec3& center = cells[i].placement.translation;
+        const Vec3& center = placements[i].translation;
         if (lumen && !(lumen->distance(center).distance > -problem.request.dx))
           throw InputError(
               fmt::format("{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm is outside of the fluid: is this a "
@@ -161,12 +158,11 @@ void requireKept(const Problem& problem, const StateCells& state, const std::vec
       const auto& own = problem.atDemanded.walls[s];
       const Wall* wall = own ? own.get() : problem.lumen.container->wall();
       if (!wall) continue;
-      if (const auto violation =
-              wall->examine({species.shape->hierarchy(), cells[i].placement}, 0.0).violation)
+      if (const auto violation = wall->examine({species.shape->hierarchy(), placements[i]}, 0.0).violation)
         throw InputError(fmt::format(
             "{}: a cell '{}' at ({:.6g}, {:.6g}, {:.6g}) µm {}: is this a state of the same case?", file,
-            species.name, cells[i].placement.translation[0], cells[i].placement.translation[1],
-            cells[i].placement.translation[2], *violation));
+            species.name, placements[i].translation[0], placements[i].translation[1],
+            placements[i].translation[2], *violation));
     }
 }
 
@@ -176,7 +172,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
                       const Communicator& ranks) {
   const Timer timer;
   const RunningSystem& running = *simulation->running;
-  const StateCells state = readStateCells(file, ranks);
+  StateCells state = readStateCells(file, ranks);
   StateTypes found;
   together(ranks, [&] { found = typesOf(state, running, file.string()); });
   const std::vector<std::int32_t>& types = found.types;
@@ -184,7 +180,7 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
   for (std::size_t s = 0; s < types.size(); ++s) counts[types[s]] = state.species[s].count;
   const bool deformed = areDeformed(state, ranks);
   together(ranks, [&] {
-    for (const StateCell& cell : state.cells)
+    for (const Cell& cell : state.cells)
       if (!cell.vertices.empty() &&
           state.species[cell.species].mesh.triangles != running.cells[types[cell.species]].mesh.triangles)
         throw InputError(fmt::format(
@@ -202,19 +198,20 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
     const InputRecord inputs;
     Session session(addedToHemocell, {}, ranks);
     CompletedRequest completed;
-    together(ranks, [&] { completed = requestFor(withCounts(simulation, counts, file), {}); });
+    together(ranks, [&] { completed = requestToPack({}, withCounts(simulation, counts, file)); });
     return filled(completed, session, ranks);
   }
-  std::vector<AddedCell> cells;
-  for (const StateCell& cell : state.cells)
-    cells.push_back({types[cell.species], 0, placementOf(posLineOf(cell.pose)), cell.vertices});
+  Filling filling;
+  for (const Cell& cell : state.cells) filling.placements.push_back(placementOf(posLineOf(cell.pose)));
   together(ranks, [&] {
-    CompletedRequest completed = requestFor(withCounts(simulation, counts), {});
+    CompletedRequest completed = requestToPack({}, withCounts(simulation, counts));
     completed.request.bestEffort = true;  // the cells are there: however dense
     completed.request.clearance = completed.request.wallClearance = 0.0;
-    requireKept(problemToPack(completed), state, cells, file.string());
+    requireKept(problemToPack(completed), state, filling.placements, file.string());
   });
-  Filling filling = numbered(std::move(cells), running.cells.size(), ranks);
+  for (Cell& cell : state.cells) cell.species = types[cell.species];
+  filling.cells = std::move(state.cells);
+  filling = numbered(std::move(filling), running.cells.size(), ranks);
   for (std::size_t t = 0; t < counts.size(); ++t)
     log::info(fmt::format("{}: {} cells of {}", running.cells[t].name, counts[t], file.string()));
   log::info(fmt::format("Time: {:.3f} s CPU, {:.3f} s wall", timer.cpu(), timer.wall()));
@@ -223,75 +220,53 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
 
 namespace {
 
-/// Number of a cell in a state before cells are counted, of type and number in HemoCell.
-std::int64_t idOf(const MovedCell& cell, std::int64_t numbers) {
-  return cell.type * numbers + cell.id;
-}
+/// A cell as a state has it, and where its vertices are.
+struct SavedCell : BodyState {
+  int rank, index;
+};
 
-/// The vertices of this rank's share of the cells of a state. All ranks call.
-/// @param numbers of cells in HemoCell @param ids of a state before cells are counted @param count of all
-/// cells
-std::vector<std::vector<Vec3>> verticesInOrder(const std::vector<MovedCell>& cells, std::int64_t numbers,
-                                               std::int64_t ids, std::int64_t count,
-                                               const Communicator& ranks) {
-  struct Origin {
-    std::int64_t id;
-    int rank, index;
-  };
-  std::vector<Origin> order;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    order.push_back({idOf(cells[i], numbers), ranks.rank(), int(i)});
-  const auto byId = [](const Origin& a, const Origin& b) { return a.id < b.id; };
-  std::sort(order.begin(), order.end(), byId);
-  order = IdShares(ids, ranks).collect(order);
-  std::int64_t next = ranks.sumBefore({std::int64_t(order.size())}).front();
-  for (Origin& one : order) one.id = next++;
-  order = IdShares(count, ranks).collect(order);
+/// The vertices of these cells of all ranks, each as many as its template has. All ranks call.
+/// @param own cells of this rank
+std::vector<std::vector<Vec3>> verticesOf(const std::vector<SavedCell>& order, const std::vector<Cell>& own,
+                                          const Physics& physics, const Communicator& ranks) {
   std::vector<std::vector<int>> asked(ranks.size());
-  for (const Origin& one : order) asked[one.rank].push_back(one.index);
-  std::vector<std::vector<double>> sent(ranks.size());
+  for (const SavedCell& one : order) asked[one.rank].push_back(one.index);
+  std::vector<std::vector<Vec3>> sent(ranks.size());
   const std::vector<std::vector<int>> asking = ranks.exchange(asked);
   for (int rank = 0; rank < ranks.size(); ++rank)
-    for (const int index : asking[rank]) {
-      const std::vector<Vec3>& vertices = cells[index].vertices;
-      sent[rank].push_back(double(vertices.size()));
-      for (const Vec3& v : vertices) sent[rank].insert(sent[rank].end(), v.data(), v.data() + 3);
-    }
-  const std::vector<std::vector<double>> received = ranks.exchange(sent);
-  std::vector<std::size_t> at(ranks.size(), 0);
+    for (const int index : asking[rank])
+      sent[rank].insert(sent[rank].end(), own[index].vertices.begin(), own[index].vertices.end());
+  const std::vector<std::vector<Vec3>> received = ranks.exchange(sent);
+  std::vector<std::vector<Vec3>::const_iterator> next;
+  for (const std::vector<Vec3>& vertices : received) next.push_back(vertices.begin());
   std::vector<std::vector<Vec3>> ordered;
-  for (const Origin& one : order) {
-    const std::vector<double>& from = received[one.rank];
-    std::size_t& place = at[one.rank];
-    std::vector<Vec3>& vertices = ordered.emplace_back(std::size_t(from[place++]));
-    for (Vec3& v : vertices) {
-      v = Vec3(from[place], from[place + 1], from[place + 2]);
-      place += 3;
-    }
+  for (const SavedCell& one : order) {
+    const auto first = next[one.rank];
+    next[one.rank] += std::ptrdiff_t(physics.species[one.species].shape->mesh().vertices.size());
+    ordered.emplace_back(first, next[one.rank]);
   }
   return ordered;
 }
 
 }  // namespace
 
-void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCell>& cells,
+void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& cells, double residual,
                std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks) {
   const RunningSystem& running = *simulation->running;
   std::vector<std::int64_t> counts(running.cells.size(), 0);
   std::int64_t cellCount = 0;
-  double largest = 0.0, highest = 0.0;  // residual, number in HemoCell
-  for (const MovedCell& cell : cells) {
-    ++counts[cell.type];
-    largest = std::max(largest, cell.residual);
+  double highest = 0.0;  // number in HemoCell
+  for (const Cell& cell : cells) {
+    ++counts[cell.species];
     highest = std::max(highest, static_cast<double>(cell.id));
   }
   ranks.sum(counts);
   for (const std::int64_t count : counts) cellCount += count;
-  largest = ranks.max(largest);
+  residual = ranks.max(residual);
   const std::int64_t numbers = static_cast<std::int64_t>(ranks.max(highest)) + 1;
   std::optional<Problem> problem;
   together(ranks, [&] {
-    CompletedRequest completed = requestFor(withCounts(simulation, counts), {});
+    CompletedRequest completed = requestToPack({}, withCounts(simulation, counts));
     completed.request.bestEffort = true;  // the cells are there: however dense
     problem = problemToPack(completed, ranks);
   });
@@ -303,28 +278,22 @@ void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCe
   PackingState state;
   state.position.stage = Stage::certificate;
   state.cellCount = cellCount;
-  std::vector<BodyState> bodies;
-  for (const MovedCell& cell : cells) {
-    BodyState body{};
-    for (int k = 0; k < 3; ++k) body.pose.position[k] = cell.pose.position[k];
-    for (int k = 0; k < 4; ++k) body.pose.orientation[k] = cell.pose.orientation.coeffs()[k];
-    body.scale = body.stepTaken = 1.0;
-    body.species = partOf[cell.type];
-    body.id = idOf(cell, numbers);
-    bodies.push_back(body);
-  }
-  std::sort(bodies.begin(), bodies.end(), [](const BodyState& a, const BodyState& b) { return a.id < b.id; });
-  const std::int64_t ids = static_cast<std::int64_t>(counts.size()) * numbers;
-  bodies = IdShares(ids, ranks).collect(bodies);
-  std::int64_t next = ranks.sumBefore({static_cast<std::int64_t>(bodies.size())}).front();
-  for (BodyState& body : bodies) body.id = next++;
-  state.cells = IdShares(cellCount, ranks).collect(bodies);
+  std::vector<SavedCell> saved;  // numbered by type and number in HemoCell, then by their order
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    saved.push_back(
+        {stateOf(cells[i].species * numbers + cells[i].id, partOf[cells[i].species], cells[i].pose),
+         ranks.rank(), int(i)});
+  saved = IdShares(std::int64_t(counts.size()) * numbers, ranks).collect(saved);
+  std::int64_t next = ranks.sumBefore({std::int64_t(saved.size())}).front();
+  for (SavedCell& cell : saved) cell.id = next++;
+  saved = IdShares(cellCount, ranks).collect(saved);
+  state.cells.assign(saved.begin(), saved.end());
   const bool deformed = ranks.any(
-      std::any_of(cells.begin(), cells.end(), [](const MovedCell& cell) { return !cell.vertices.empty(); }));
-  if (deformed) state.vertices = verticesInOrder(cells, numbers, ids, cellCount, ranks);
+      std::any_of(cells.begin(), cells.end(), [](const Cell& cell) { return !cell.vertices.empty(); }));
+  if (deformed) state.vertices = verticesOf(saved, cells, packing.physics, ranks);
   const std::string origin =
       deformed ? fmt::format("iteration {}, cells as they were", iteration)
-               : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, largest);
+               : fmt::format("iteration {}, rigid fits with residuals up to {:.4f} µm", iteration, residual);
   writeState(file, packing, {"savePositions", origin}, state);
   std::string names;
   for (std::size_t t = 0; t < counts.size(); ++t)

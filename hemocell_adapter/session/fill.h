@@ -9,33 +9,20 @@
 #include <vector>
 
 #include "hemocell_adapter/hemocell/case.h"
-#include "packMesh/core/pose.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/cell.h"
 
 namespace packmesh::hemocell {
 
-/// A cell to be added.
-struct AddedCell {
-  std::int32_t type = 0;  ///< index into RunningSystem::cells
-  /// As HemoCell numbers the cells of .pos files: by type, then in the order of the file, from 0.
-  std::int64_t id = 0;
-  Placement placement;  ///< of the template, node (0, 0, 0) of the lattice at the origin [µm]
-  /// Of a mesh of its own, in the order and frame of the template [µm]; empty: it has that of the template.
-  std::vector<Vec3> vertices = {};
-};
-
-/// A cell of a running simulation.
-struct MovedCell {
-  std::int32_t type = 0;            ///< index into RunningSystem::cells
-  std::int64_t id = 0;              ///< that of HemoCell
-  Pose pose;                        ///< that fits best, of a rigid template
-  double residual = 0.0;            ///< of the fit, root mean square over the vertices [µm]
-  std::vector<Vec3> vertices = {};  ///< that are kept, in the frame of the pose [µm]; empty: the template's
-};
-
+/// Cells to be added, whose species are indices into RunningSystem::cells.
 struct Filling {
   std::vector<std::int64_t> counts;  ///< of each type, on all ranks
-  std::vector<AddedCell> cells;      ///< this rank's share
+  /// This rank's share, as HemoCell numbers the cells of .pos files: by type, then in the order of the file,
+  /// from 0.
+  std::vector<Cell> cells;
+  /// Of each, by the numbers of .pos files: of its template, node (0, 0, 0) of the lattice at the origin
+  /// [µm].
+  std::vector<Placement> placements;
 };
 
 /// Packs cells into the fluid nodes of a running HemoCell, as the program packs a case: reports, states and
@@ -55,8 +42,10 @@ Filling fillFromState(std::shared_ptr<const Case> simulation, const std::filesys
 
 /// Writes the cells of a running simulation to a state file, numbered by type and then by their numbers in
 /// HemoCell; either all of them have vertices that are kept, or none.
+/// @param cells with the numbers of HemoCell; their species are indices into RunningSystem::cells
+/// @param residual largest of their fits on this rank, root mean square over the vertices of a cell [µm]
 /// @throws OutputError, AgreedFailure, InputError. All ranks call
-void saveCells(std::shared_ptr<const Case> simulation, const std::vector<MovedCell>& cells,
+void saveCells(std::shared_ptr<const Case> simulation, const std::vector<Cell>& cells, double residual,
                std::int64_t iteration, const std::filesystem::path& file, const Communicator& ranks);
 
 }  // namespace packmesh::hemocell

@@ -24,7 +24,6 @@
 #include "packMesh/core/input_record.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/packing/id_shares.h"
-#include "packMesh/packing/state_cells.h"
 #include "packMesh/packing/state_file.h"
 
 namespace packmesh::hemocell {
@@ -55,12 +54,6 @@ void requireWritableState(const Request& request, const Communicator& ranks) {
     requireReplaceableState(request);
   });
 }
-
-/// A measured cell in a message between ranks.
-struct MeasuredCell {
-  std::int64_t id;
-  MeasuresOfCell of;
-};
 
 bool sameVertices(const TriangleMesh& a, const TriangleMesh& b) {
   return a.vertices == b.vertices && a.triangles == b.triangles;
@@ -129,10 +122,10 @@ HeldPacking loadPacking(const fs::path& file, const Communicator& ranks, const f
   held.ranks = ranks;
   held.file = original.empty() ? file : original;
   held.words = wordsNow(state.command, held.file);
-  for (const StateCells::Kind& kind : state.species) held.kinds.push_back({kind.name, kind.mesh, kind.count});
+  held.kinds = state.species;
   held.kindOf.resize(held.kinds.size());
   std::iota(held.kindOf.begin(), held.kindOf.end(), 0);
-  for (const StateCell& cell : state.cells) {
+  for (const Cell& cell : state.cells) {
     held.packing.result.poses.push_back(cell.pose);
     if (!cell.vertices.empty()) held.membranes[held.packing.result.cells.size()] = cell.vertices;
     held.packing.result.cells.push_back({cell.species, placementOf(posLineOf(cell.pose))});
@@ -147,7 +140,7 @@ HeldPacking completed(HeldPacking held) {
     throw InputError(fmt::format("{}: the box of a packing that was repeated in it (--tile) is not rebuilt",
                                  held.file.string()));
   std::vector<int> speciesOf;
-  for (const HeldPacking::Kind& kind : held.kinds) {
+  for (const StateCells::Kind& kind : held.kinds) {
     const auto& all = problem->species;
     const auto species = std::find_if(all.begin(), all.end(), [&](const CellSpecies& s) {
       return s.name == kind.name && sameVertices(s.shape->mesh(), kind.mesh);
@@ -231,46 +224,36 @@ void savePacking(const HeldPacking& held, const std::vector<std::string>& words,
   state.cellCount = result.cellCount;
   const CellMeasures own = asFinished(packing, {}, [&](const Finished& done) { return measuresOf(done); });
   std::vector<BodyState> bodies;
-  std::vector<MeasuredCell> measured;
+  std::vector<std::int64_t> ids;
   std::int64_t id = ranks.sumBefore({std::int64_t(result.poses.size())}).front();
   for (std::size_t part = 0, i = 0; part < result.counts.size(); ++part)
     for (std::int64_t n = 0; n < result.counts[part]; ++n, ++i, ++id) {
-      BodyState body{};
-      Eigen::Map<Vec3>(body.pose.position) = result.poses[i].position;
-      Eigen::Map<Eigen::Vector4d>(body.pose.orientation) = result.poses[i].orientation.coeffs();
-      body.scale = body.stepTaken = 1.0;
-      body.species = std::int32_t(part);
-      body.id = id;
-      bodies.push_back(body);
-      measured.push_back({id, measuresOfCell(own, i)});
+      bodies.push_back(stateOf(id, int(part), result.poses[i]));
+      ids.push_back(id);
     }
   const IdShares shares(result.cellCount, ranks);
   state.cells = shares.collect(std::move(bodies));
-  const std::vector<MeasuredCell> sorted = shares.collect(measured);
-  state.measures.resize(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) setMeasuresOfCell(state.measures, i, sorted[i].of);
+  state.measures = shares.collect(ids, own);
   writeState(file, packingProblemOf(*packing.problem, packing.packed), storedWords(words, file), state);
 }
 
-void saveCells(const std::vector<DeformedCells>& kinds, std::shared_ptr<const Container> lumen,
-               const std::vector<std::string>& words, const fs::path& file) {
+void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const fs::path& file) {
   PackingProblem problem;
   problem.physics.container = std::move(lumen);
-  PackingState state;
-  state.position.stage = Stage::certificate;
-  for (const DeformedCells& kind : kinds) {
-    Species species;
+  for (StateCells::Kind& kind : state.species) {
+    Species& species = problem.physics.species.emplace_back();
     species.name = kind.name;
-    species.shape = std::make_shared<const Shape>(kind.mesh);
-    species.count = std::int64_t(kind.poses.size());
-    for (const Pose& pose : kind.poses) {
-      Body body = makeBody(state.cellCount++, int(problem.physics.species.size()), pose);
-      state.cells.push_back(stateOf(body));
-    }
-    state.vertices.insert(state.vertices.end(), kind.vertices.begin(), kind.vertices.end());
-    problem.physics.species.push_back(std::move(species));
+    species.shape = std::make_shared<const Shape>(std::move(kind.mesh));
+    species.count = kind.count;
   }
-  writeState(file, problem, words, state);
+  PackingState saved;
+  saved.position.stage = Stage::certificate;
+  saved.cellCount = std::int64_t(state.cells.size());
+  for (Cell& cell : state.cells) {
+    saved.cells.push_back(makeBody(cell.id, cell.species, cell.pose));
+    saved.vertices.push_back(std::move(cell.vertices));
+  }
+  writeState(file, problem, state.command, saved);
 }
 
 std::string reportOf(const HeldPacking& held) {

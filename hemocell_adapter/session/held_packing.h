@@ -12,18 +12,14 @@
 
 #include "hemocell_adapter/session/session.h"
 #include "hemocell_adapter/settings/command_line.h"
+#include "packMesh/packing/state_cells.h"
 #include "packMesh/parallel/communicator.h"
 
 namespace packmesh::hemocell {
 
 /// A certified packing. Each rank has its share of the cells.
 struct HeldPacking {
-  struct Kind {
-    std::string name;
-    TriangleMesh mesh;       ///< the template [µm]
-    std::int64_t count = 0;  ///< on all ranks
-  };
-  std::vector<Kind> kinds;  ///< of the species
+  std::vector<StateCells::Kind> kinds;  ///< of the species; their numbers are those of all ranks
   /// Without a problem after loading; see completed(). The species of its result are those of the problem or,
   /// without one, the kinds.
   Packing packing;
@@ -77,18 +73,9 @@ void requireWritableFiles(const HeldPacking& held, const std::vector<std::filesy
 void writePosFiles(const std::filesystem::path& folder,
                    const std::vector<std::pair<std::string, std::vector<PosLine>>>& cells);
 
-/// Cells with meshes of their own.
-struct DeformedCells {
-  std::string name;
-  TriangleMesh mesh;  ///< the template [µm]
-  std::vector<Pose> poses;
-  std::vector<std::vector<Vec3>> vertices;  ///< of each, in the order and frame of the template [µm]
-};
-
-/// Writes a state file of cells that are as they are. One rank calls.
-/// @param words where they are from @throws OutputError
-void saveCells(const std::vector<DeformedCells>& kinds, std::shared_ptr<const Container> lumen,
-               const std::vector<std::string>& words, const std::filesystem::path& file);
+/// Writes a state file of cells that are as they are. One rank calls. @throws OutputError
+/// @param state its cells all have vertices, and are sorted by kind and numbered
+void saveCells(StateCells state, std::shared_ptr<const Container> lumen, const std::filesystem::path& file);
 
 /// Writes a state file, from which the program continues and loadPacking() reads. All ranks call. Pre: packed
 /// @param words the command that it contains

@@ -14,25 +14,20 @@ namespace {
 
 /// A cell sent to a rank that examines it or one of its neighbours.
 struct Traveller {
+  PlacedCell cell;
   std::int64_t number;
-  int from, index;  ///< rank of origin and index there
-  int species;
+  SharedCells::Origin origin;
   bool own;
-  double linear[9], translation[3];
-
-  PlacedCell cell() const {
-    return {species, {Eigen::Map<const Mat3>(linear), Eigen::Map<const Vec3>(translation)}};
-  }
 };
 
 /// That many of a rank's cells are sent at a time, so that messages need little memory.
 constexpr std::int64_t atATime = 1 << 12;
 
 void add(SharedCells& cells, const Traveller& one) {
-  cells.cells.push_back(one.cell());
+  cells.cells.push_back(one.cell);
   cells.own.push_back(one.own);
   cells.numbers.push_back(one.number);
-  cells.origins.push_back({one.from, one.index});
+  cells.origins.push_back(one.origin);
 }
 
 void add(SharedCells& cells, const SharedCells& others) {
@@ -164,16 +159,10 @@ SharedCells sharedInSpace(const std::vector<PlacedCell>& own, const Physics& phy
   std::vector<std::vector<Traveller>> to(ranks.size());
   for (std::int64_t begin = 0; ranks.any(begin < cells); begin += atATime) {
     for (std::int64_t i = begin; i < std::min(begin + atATime, cells); ++i) {
-      Traveller one{};
-      one.number = first + i;
-      one.from = ranks.rank();
-      one.index = static_cast<int>(i);
-      one.species = own[i].species;
-      const Placement& placement = own[i].placement;
-      Eigen::Map<Mat3>(one.linear) = placement.linear;
-      Eigen::Map<Vec3>(one.translation) = placement.translation;
-      const int owner = parts.of(placement.translation);
-      parts.forEachNear(placement.translation, reach, [&](int rank) {
+      Traveller one{own[i], first + i, {ranks.rank(), static_cast<int>(i)}, false};
+      const Vec3& center = own[i].placement.translation;
+      const int owner = parts.of(center);
+      parts.forEachNear(center, reach, [&](int rank) {
         one.own = rank == owner;
         if (!one.own) to[rank].push_back(one);
       });

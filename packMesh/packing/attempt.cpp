@@ -15,11 +15,8 @@ namespace packmesh {
 namespace {
 
 bool isUnmoved(const BodyState& before, const BodyState& after) {
-  const auto& a = before.pose;
-  const auto& b = after.pose;
   return before.id == after.id && before.species == after.species && before.scale == after.scale &&
-         std::equal(std::begin(a.position), std::end(a.position), b.position) &&
-         std::equal(std::begin(a.orientation), std::end(a.orientation), b.orientation);
+         before.position == after.position && before.orientation.coeffs() == after.orientation.coeffs();
 }
 
 }  // namespace
@@ -178,7 +175,8 @@ void Attempt::keepState() {
     kept_.position.stage = Stage::growth;
     kept_.growth = growth_->position();
     kept_.cellCount = cells_;
-    kept_.cells = statesOf(growth_->cells());
+    const std::vector<Body> grown = growth_->cells();
+    kept_.cells.assign(grown.begin(), grown.end());
   }
   const auto& due = problem_.checkpoints->due;
   if (due && problem_.execution.communicator.any(due())) problem_.checkpoints->save(kept());
@@ -212,16 +210,10 @@ void Attempt::measure() {
   input.stop = {};
   endRelaxation();
   const CellMeasures measured = measureCells(problem_.physics, problem_.execution, input);
-  struct Measure {
-    std::int64_t id;
-    MeasuresOfCell of;
-  };
-  std::vector<Measure> own;
+  std::vector<std::int64_t> own;
   for (std::size_t i = 0; i < input.own->size(); ++i)
-    if ((*input.own)[i]) own.push_back({written_.ids()[i], measuresOfCell(measured, own.size())});
-  const std::vector<Measure> sorted = shares_.collect(own);
-  kept_.measures.resize(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) setMeasuresOfCell(kept_.measures, i, sorted[i].of);
+    if ((*input.own)[i]) own.push_back(written_.ids()[i]);
+  kept_.measures = shares_.collect(own, measured);
   written_ = WrittenCells(problem_);
 }
 
@@ -318,7 +310,7 @@ void Attempt::deliver(const Certificate& certificate) {
   problem_.execution.threads.forEachPart(
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i) {
-          const Pose pose = result_.poses[i] = bodyOf(states[i]).pose();
+          const Pose pose = result_.poses[i] = states[i].pose();
           result_.cells[i] = {problem_.physics.kindOf(states[i].species), problem_.physics.placement(pose)};
         }
       });

@@ -8,7 +8,6 @@
 #include "packMesh/core/timer.h"
 #include "packMesh/growth/seeding.h"
 #include "packMesh/packing/placed_cells.h"
-#include "packMesh/relaxation/body_state.h"
 
 namespace packmesh {
 namespace {

@@ -10,10 +10,24 @@ std::pair<std::int64_t, std::int64_t> IdShares::of(int rank) const {
 }
 
 std::vector<BodyState> IdShares::collect(std::vector<Body> bodies) const {
-  std::vector<BodyState> states = statesOf(bodies);
+  std::vector<BodyState> states(bodies.begin(), bodies.end());
   bodies.clear();
   bodies.shrink_to_fit();  // they are large
   return collect(std::move(states));
+}
+
+CellMeasures IdShares::collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const {
+  struct Measured {
+    std::int64_t id;
+    MeasuresOfCell of;
+  };
+  std::vector<Measured> measured;
+  for (std::size_t i = 0; i < ids.size(); ++i) measured.push_back({ids[i], measuresOfCell(own, i)});
+  measured = collect(std::move(measured));
+  CellMeasures all;
+  all.resize(measured.size());
+  for (std::size_t i = 0; i < measured.size(); ++i) setMeasuresOfCell(all, i, measured[i].of);
+  return all;
 }
 
 }  // namespace packmesh

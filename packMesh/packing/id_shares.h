@@ -7,8 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "packMesh/analysis/cell_measures.h"
 #include "packMesh/parallel/communicator.h"
-#include "packMesh/relaxation/body_state.h"
+#include "packMesh/relaxation/body.h"
 
 namespace packmesh {
 
@@ -25,6 +26,9 @@ class IdShares {
   /// This rank's share of the bodies that all ranks bring, each on one rank; both sorted by id. All ranks
   /// call it.
   std::vector<BodyState> collect(std::vector<Body> bodies) const;
+
+  /// The same for the measures of cells. @param ids of each of them
+  CellMeasures collect(const std::vector<std::int64_t>& ids, const CellMeasures& own) const;
 
   /// The same for any plain type with an `id`.
   template <class T>

@@ -10,7 +10,7 @@
 
 #include "packMesh/analysis/cell_measures.h"
 #include "packMesh/growth/growth.h"
-#include "packMesh/relaxation/body_state.h"
+#include "packMesh/relaxation/body.h"
 #include "packMesh/relaxation/relaxation_state.h"
 #include "packMesh/relaxation/schedule.h"
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "packMesh/core/error.h"
 #include "packMesh/core/input_record.h"
@@ -74,7 +75,8 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     constexpr double rounding = 1e-6;  // of unit quaternions and scales
     const double* p = &position[3 * i];
     const double* q = &orientation[4 * i];
-    StateCell cell;
+    Cell cell;
+    cell.id = first + i;
     cell.pose.position = {p[0], p[1], p[2]};
     cell.pose.orientation = Quaternion(q[0], q[1], q[2], q[3]);
     if (species[i] < 0 || !cell.pose.position.allFinite() ||
@@ -85,7 +87,7 @@ StateCells readShare(const std::filesystem::path& file, const Communicator& rank
     cell.species = kinds[species[i]];
     if (membranes) cell.vertices = membranes->of(i);
     ++state.species[cell.species].count;
-    state.cells.push_back(cell);
+    state.cells.push_back(std::move(cell));
     state.certified = state.certified && !std::isnan(gap[i]);
   }
   return state;

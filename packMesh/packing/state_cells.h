@@ -8,20 +8,13 @@
 #include <vector>
 
 #include "packMesh/core/box.h"
-#include "packMesh/core/pose.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/parallel/communicator.h"
+#include "packMesh/problem/cell.h"
 
 namespace packmesh {
 
-/// A cell of a state, at full size.
-struct StateCell {
-  std::int32_t species = 0;  ///< index into StateCells::species
-  Pose pose;
-  /// Of a mesh of its own, in the order and frame of the template [µm]; empty: it has that of the template.
-  std::vector<Vec3> vertices = {};
-};
-
+/// Cells with their kinds, which Cell::species counts.
 struct StateCells {
   /// A kind of cell. Parts of it that were packed under different constraints are one.
   struct Kind {
@@ -32,7 +25,7 @@ struct StateCells {
   std::vector<Kind> species;
   Box box;                           ///< of the lumen [µm]
   Vec3 period = Vec3::Zero();        ///< 0: not periodic [µm]
-  std::vector<StateCell> cells;      ///< this rank's share, in the order of the file
+  std::vector<Cell> cells;           ///< this rank's share, at full size, in the order of the file
   std::vector<std::string> command;  ///< of the run, or words that describe the origin of the cells
   bool certified = false;            ///< they are those of a finished packing
   bool deformed = false;             ///< some have meshes of their own

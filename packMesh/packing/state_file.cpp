@@ -80,9 +80,9 @@ CellTables tablesOf(const std::vector<BodyState>& cells, const FiledSpecies& spe
   for (const BodyState& cell : cells) {
     tables.id.push_back(cell.id);
     tables.species.push_back(species.of(cell.species));
-    tables.position.insert(tables.position.end(), cell.pose.position, cell.pose.position + 3);
-    const double* q = cell.pose.orientation;
-    tables.orientation.insert(tables.orientation.end(), {q[3], q[0], q[1], q[2]});
+    tables.position.insert(tables.position.end(), cell.position.begin(), cell.position.end());
+    const Quaternion& q = cell.orientation;
+    tables.orientation.insert(tables.orientation.end(), {q.w(), q.x(), q.y(), q.z()});
     tables.scale.push_back(cell.scale);
     tables.extraWallClearance.push_back(cell.extraWallClearance);
     tables.overlap.push_back(cell.overlap);
@@ -106,13 +106,11 @@ std::vector<BodyState> cellsOf(const CellTables& tables) {
   std::vector<BodyState> cells(tables.id.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     BodyState& cell = cells[i];
-    cell = BodyState{};
-    cell.stepTaken = 1.0;
     cell.id = tables.id[i];
     cell.species = tables.species[i];
-    std::copy_n(&tables.position[3 * i], 3, cell.pose.position);
+    cell.position = Vec3(&tables.position[3 * i]);
     const double* q = &tables.orientation[4 * i];
-    for (int k = 0; k < 4; ++k) cell.pose.orientation[k] = q[(k + 1) % 4];
+    cell.orientation = {q[0], q[1], q[2], q[3]};
     cell.scale = tables.scale[i];
     cell.extraWallClearance = tables.extraWallClearance[i];
     cell.overlap = tables.overlap[i];
@@ -247,15 +245,15 @@ bool ofPossibleNumbers(const std::vector<BodyState>& cells, const PackingProblem
   const double longest = longestPossible(problem);
   for (const BodyState& cell : cells) {
     double turned = 0.0;
-    for (const double q : cell.pose.orientation) turned += q * q;
+    for (const double q : cell.orientation.coeffs()) turned += q * q;
     bool possible = std::abs(turned - 1.0) < rounding && cell.scale > smallestScale &&
                     cell.scale < 1.0 + rounding && cell.extraWallClearance >= 0.0 &&
                     cell.extraWallClearance < longest && cell.overlap >= 0.0 && cell.overlap < longest &&
                     cell.moved >= 0.0 && cell.moved < mostPossible && cell.stepTaken >= 0.0 &&
                     cell.stepTaken <= 1.0;
     for (int k = 0; k < 3; ++k)  // positions are not always wrapped at once
-      possible = possible && cell.pose.position[k] > bounds.lo[k] - size[k] - farthest &&
-                 cell.pose.position[k] < bounds.hi[k] + size[k] + farthest;
+      possible = possible && cell.position[k] > bounds.lo[k] - size[k] - farthest &&
+                 cell.position[k] < bounds.hi[k] + size[k] + farthest;
     if (!possible) return false;
   }
   return true;

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "packMesh/relaxation/body_state.h"
-
 namespace packmesh {
 
 namespace {
@@ -37,7 +35,7 @@ void WrittenCells::take(Relaxation& relaxation) {
   problem_->execution.threads.forEachPart(
       static_cast<std::int64_t>(states.size()), [&](std::int64_t begin, std::int64_t end, int) {
         for (std::int64_t i = begin; i < end; ++i)
-          cells_[i] = {states[i].species, problem_->physics.placement(bodyOf(states[i]).pose())};
+          cells_[i] = {states[i].species, problem_->physics.placement(states[i].pose())};
       });
   relaxation.forgetTouched();
 }
@@ -58,7 +56,7 @@ std::optional<std::vector<std::int64_t>> WrittenCells::update(Relaxation& relaxa
     if (at == ids_.end() || *at != state.id) continue;
     const std::int64_t i = at - ids_.begin();
     Placement& known = cells_[i].placement;
-    const Placement now = problem_->physics.placement(bodyOf(state).pose());
+    const Placement now = problem_->physics.placement(state.pose());
     if (known.linear == now.linear && known.translation == now.translation) continue;
     const Vec3& from = takenAt_.emplace(i, known.translation).first->second;
     far = far || distanceBetween(from, now.translation, period) > Relaxation::certifiedMotion;

@@ -23,6 +23,11 @@ struct Traffic {
   }
 };
 
+/// Whether the bytes of a value are all of it, so that they can be sent: it owns nothing. Eigen's vectors and
+/// matrices of fixed size are so, although their copy constructors are not trivial.
+template <class T>
+inline constexpr bool isSelfContained = std::is_trivially_destructible_v<T>;
+
 /// A group of MPI ranks, or a single rank without MPI. Copies refer to the same group.
 ///
 /// All functions except rank(), size(), alone(), traffic() and abort() are collective: all ranks of the group
@@ -58,7 +63,7 @@ class Communicator {
   /// Sends to[r] to rank r, for every r. @return what each rank sent to this one, by rank
   template <class T>
   std::vector<std::vector<T>> exchange(std::vector<std::vector<T>> to) const {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(isSelfContained<T>);
     if (alone()) return to;
     std::vector<std::int64_t> lengths;
     for (const std::vector<T>& items : to) lengths.push_back(static_cast<std::int64_t>(items.size()));
@@ -79,7 +84,7 @@ class Communicator {
   /// The items of all ranks, in rank order.
   template <class T>
   std::vector<T> gatherAll(const std::vector<T>& mine) const {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(isSelfContained<T>);
     std::vector<T> all;
     if (alone()) {
       all = mine;
@@ -95,7 +100,7 @@ class Communicator {
   /// time. `visit` must not throw.
   template <class T, class Visit>
   void visitInOrder(const std::vector<T>& mine, Visit&& visit) const {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(isSelfContained<T>);
     if (rank() == 0) visit(mine);
     if (alone()) return;
     const std::vector<std::int64_t> lengths = gatheredLengths(static_cast<std::int64_t>(mine.size()));

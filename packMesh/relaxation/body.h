@@ -3,37 +3,46 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "packMesh/core/pose.h"
 #include "packMesh/relaxation/contact_kernel.h"
 
 namespace packmesh {
 
-/// Aligned so that threads that move neighbours in memory do not write to the same lines of their caches.
-struct alignas(64) Body {
+/// What persists of a body between neighbour lists: what is sent between ranks and stored in states.
+struct BodyState {
   Vec3 position = Vec3::Zero();  ///< [µm]
-  Quaternion orientation = Quaternion::Identity();
-  Mat3 rotation = Mat3::Identity();  ///< of `orientation`
   double scale = 1.0;
-  int species = 0;
-  int block = 0;
-  std::int64_t id = 0;  ///< global, over all species
-
+  Quaternion orientation = Quaternion::Identity();
   /// Upper bound of the displacement of any of its points since the pairs were last listed [µm]. Results
   /// about its surroundings stay valid up to a certain displacement.
   double moved = 0.0;
-  double awayFromWallUntil = -1.0;  ///< the wall test is skipped until `moved` reaches this
+  double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
+  double extraWallClearance = 0.0;  ///< added for cells that the exact test found misplaced [µm]
+  double stepTaken = 1.0;           ///< growth: the fraction of the last proposed step that was taken
+  std::int64_t id = 0;              ///< global, over all species
+  int species = 0;
+  int block = 0;
+  bool deepInWall = false;  ///< was deep in the wall at the last test, so coarse samples suffice
+  bool touched = false;     ///< moved since Relaxation::forgetTouched()
+  bool frozen = false;      ///< growth: does not move, and neighbours grow up to its surface
+
+  Pose pose() const { return {scale, orientation, position}; }
+};
+
+/// Aligned so that threads that move neighbours in memory do not write to the same lines of their caches.
+struct alignas(64) Body : BodyState {
+  Mat3 rotation = Mat3::Identity();  ///< of `orientation`
+  double awayFromWallUntil = -1.0;   ///< the wall test is skipped until `moved` reaches this
   /// Until `moved` reaches wallMaskUntil, only these clusters of samples can touch the wall.
   ClusterMask wallMask = allClusters;
   double wallMaskUntil = -1.0;
-  bool deepInWall = true;           ///< was deep in the wall at the last test, so coarse samples suffice
-  bool sleeping = false;            ///< until it moves, the tests against wall and region are skipped
-  double overlap = 0.0;             ///< sum of its penetrations in the last sweep [µm]
-  bool changed = false;             ///< moved since the last ghost update
-  bool touched = false;             ///< moved since Relaxation::forgetTouched()
-  double extraWallClearance = 0.0;  ///< added for cells that the exact test found misplaced [µm]
-  double stepTaken = 1.0;           ///< growth: the fraction of the last proposed step that was taken
-  bool frozen = false;              ///< growth: does not move, and neighbours grow up to its surface
+  bool sleeping = false;  ///< until it moves, the tests against wall and region are skipped
+  bool changed = false;   ///< moved since the last ghost update
+
+  Body() { deepInWall = true; }
+  explicit Body(const BodyState& state) : BodyState(state), rotation(orientation.toRotationMatrix()) {}
 
   /// Discards everything cached about its surroundings.
   void forgetSurroundings() {
@@ -41,7 +50,6 @@ struct alignas(64) Body {
     awayFromWallUntil = wallMaskUntil = -1.0;
   }
 
-  Pose pose() const { return {scale, orientation, position}; }
   void setPose(const Pose& pose) {
     scale = pose.scale;
     position = pose.position;
@@ -50,13 +58,25 @@ struct alignas(64) Body {
   }
 };
 
-/// A body with the given pose.
+/// The state of a body that has not been moved yet.
+inline BodyState stateOf(std::int64_t id, int species, const Pose& pose) {
+  BodyState state;
+  state.id = id;
+  state.species = species;
+  state.scale = pose.scale;
+  state.orientation = pose.orientation;
+  state.position = pose.position;
+  return state;
+}
+
 inline Body makeBody(std::int64_t id, int species, const Pose& pose) {
-  Body body;
-  body.id = id;
-  body.species = species;
-  body.setPose(pose);
+  Body body(stateOf(id, species, pose));
+  body.deepInWall = true;
   return body;
+}
+
+inline std::vector<Body> bodiesOf(const std::vector<BodyState>& states) {
+  return {states.begin(), states.end()};
 }
 
 }  // namespace packmesh

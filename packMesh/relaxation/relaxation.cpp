@@ -182,8 +182,8 @@ double Relaxation::range() const {
 }
 
 BodyState Relaxation::wrappedState(const Body& body) const {
-  BodyState state = stateOf(body);
-  Eigen::Map<Vec3>(state.pose.position) = wrapped(body.position, bounds_, period_);
+  BodyState state = body;
+  state.position = wrapped(body.position, bounds_, period_);
   return state;
 }
 

@@ -12,7 +12,6 @@
 #include "packMesh/problem/execution.h"
 #include "packMesh/problem/physics.h"
 #include "packMesh/relaxation/body.h"
-#include "packMesh/relaxation/body_state.h"
 #include "packMesh/relaxation/contact_solver.h"
 #include "packMesh/relaxation/pair_lister.h"
 #include "packMesh/relaxation/pair_order.h"
@@ -80,10 +79,7 @@ class Relaxation {
   /// These and this rank's ghosts.
   std::vector<BodyState> statesAround() const;
   std::vector<Body> cells() const { return bodiesOf(states()); }
-  template <class Cell>  ///< a Body or a BodyState
-  bool owns(const Cell& cell) const {
-    return shared_.owns(cell.block);
-  }
+  bool owns(const BodyState& cell) const { return shared_.owns(cell.block); }
   std::int64_t cellCount() const { return cellCount_; }  ///< on all ranks
   int blockCount() const { return blocks_.count(); }
 

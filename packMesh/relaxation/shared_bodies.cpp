@@ -5,14 +5,13 @@
 #include <cstring>
 #include <tuple>
 
-#include "packMesh/relaxation/body_state.h"
-
 namespace packmesh {
 namespace {
 
 /// The part of a body that a contact changes.
 struct Change {
-  PlainPose pose;
+  Vec3 position;
+  Eigen::Quaternion<double, Eigen::DontAlign> orientation;
   double scale, moved, overlap;
   std::int64_t slot;
 };
@@ -132,7 +131,7 @@ void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
         if (rank == rank_)
           stays = true;
         else
-          to[rank].push_back(stateOf(bodies[i]));
+          to[rank].push_back(bodies[i]);
       });
       if (!stays) continue;
       bodies[i].changed = false;
@@ -141,7 +140,7 @@ void SharedBodies::distribute(std::vector<Body>& bodies, double range) {
     }
     bodies.resize(staying);
     for (const std::vector<BodyState>& states : communicator_.exchange(to))
-      for (const BodyState& state : states) bodies.push_back(bodyOf(state));
+      for (const BodyState& state : states) bodies.emplace_back(state);
   }
   sortByBlock(bodies);
   if (!communicator_.alone()) plan(bodies, range);
@@ -185,8 +184,9 @@ void SharedBodies::beginGhostUpdate(std::vector<Body>& bodies, const std::vector
       if (slot == common.size()) break;
       const Body& body = bodies[i];
       if (common[slot] != i || !body.changed) continue;
-      const Change change{PlainPose::of(body), body.scale, body.moved, body.overlap,
-                          static_cast<std::int64_t>(slot)};
+      const Change change{body.position, Eigen::Quaternion<double, Eigen::DontAlign>(body.orientation),
+                          body.scale,    body.moved,
+                          body.overlap,  static_cast<std::int64_t>(slot)};
       const auto* bytes = reinterpret_cast<const std::byte*>(&change);
       peers_[p].send.insert(peers_[p].send.end(), bytes, bytes + sizeof change);
     }
@@ -202,10 +202,9 @@ std::vector<int> SharedBodies::finishGhostUpdate(std::vector<Body>& bodies) {
   for (std::size_t p = 0; p < peers_.size(); ++p)
     for (std::size_t at = 0; at < peers_[p].length; at += sizeof(Change)) {
       Change change;
-      std::memcpy(&change, &peers_[p].received[at], sizeof change);
+      std::memcpy(static_cast<void*>(&change), &peers_[p].received[at], sizeof change);
       Body& body = bodies[common_[p][change.slot]];
-      change.pose.giveTo(body);
-      body.scale = change.scale;
+      body.setPose({change.scale, Quaternion(change.orientation), change.position});
       body.moved = change.moved;
       body.overlap = change.overlap;
       body.touched = true;

@@ -33,7 +33,6 @@
 #include "packMesh/core/poll_scope.h"
 #include "packMesh/core/timer.h"
 #include "packMesh/core/version.h"
-#include "packMesh/packing/gathered_cells.h"
 #include "run_analysis.h"
 
 namespace py = pybind11;
@@ -259,7 +258,7 @@ py::dict caseOf(const fs::path& file) {
 
 py::list countsByName(const PythonPacking& packing) {
   py::list counts;
-  for (const HeldPacking::Kind& kind : packing.held->kinds)
+  for (const StateCells::Kind& kind : packing.held->kinds)
     counts.append(py::make_tuple(kind.name, kind.count));
   return counts;
 }

@@ -173,24 +173,25 @@ void saveDeformed(const std::filesystem::path& file, const std::vector<std::stri
                   const std::vector<std::tuple<std::string, Points, Corners, Points, Points, Points>>& kinds,
                   const PythonLumen* lumen,
                   const std::optional<std::array<std::array<double, 3>, 2>>& corners) {
-  std::vector<DeformedCells> all;
+  StateCells all;
+  all.command = words;
   Box around;
   for (const auto& [name, vertices, triangles, positions, rotations, bodies] : kinds) {
-    DeformedCells& cells = all.emplace_back();
-    cells.name = name;
     std::vector<TriangleMesh> meshes;
     Points one = vertices;
     addMeshes(one.reshape({py::ssize_t(1), one.shape(0), py::ssize_t(3)}), triangles, meshes);
-    cells.mesh = meshes.front();
     const auto p = positions.unchecked<2>(), q = rotations.unchecked<2>();
     const auto v = bodies.unchecked<3>();
+    all.species.push_back({name, std::move(meshes.front()), std::int64_t(p.shape(0))});
     for (py::ssize_t i = 0; i < p.shape(0); ++i) {
       const Vec3 position(p(i, 0), p(i, 1), p(i, 2));
-      cells.poses.push_back({1.0, Quaternion(q(i, 3), q(i, 0), q(i, 1), q(i, 2)).normalized(), position});
-      std::vector<Vec3>& own = cells.vertices.emplace_back();
+      const Quaternion turned = Quaternion(q(i, 3), q(i, 0), q(i, 1), q(i, 2)).normalized();
+      const int kind = int(all.species.size()) - 1;
+      Cell& cell =
+          all.cells.emplace_back(Cell{std::int64_t(all.cells.size()), kind, {1.0, turned, position}});
       for (py::ssize_t k = 0; k < v.shape(1); ++k) {
-        own.emplace_back(v(i, k, 0), v(i, k, 1), v(i, k, 2));
-        around.add(cells.poses.back().placement()(own.back()));
+        cell.vertices.emplace_back(v(i, k, 0), v(i, k, 1), v(i, k, 2));
+        around.add(cell.pose.placement()(cell.vertices.back()));
       }
     }
   }
@@ -201,7 +202,7 @@ void saveDeformed(const std::filesystem::path& file, const std::vector<std::stri
     container = makeBox({Vec3((*corners)[0].data()), Vec3((*corners)[1].data())}, {true, true, true});
   else
     container = makeBox(around.grownBy(1.0), {false, false, false});
-  Caller().run([&] { saveCells(all, container, words, file); });
+  Caller().run([&] { saveCells(std::move(all), container, file); });
 }
 
 }  // namespace

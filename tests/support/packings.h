@@ -7,7 +7,7 @@
 
 #include "packMesh/container/primitives.h"
 #include "packMesh/packing/pack.h"
-#include "packMesh/relaxation/body_state.h"
+#include "packMesh/relaxation/body.h"
 #include "tests/support/shapes.h"
 
 namespace packmesh::test {
@@ -65,7 +65,7 @@ inline PackingProblem toBeCalibrated(double edge, double fraction, double factor
     for (std::size_t i = 0; i < packed.poses.size(); ++i) {
       Pose pose = packed.poses[i];
       pose.position *= factor;
-      state.cells.push_back(stateOf(makeBody(static_cast<std::int64_t>(i), 0, pose)));
+      state.cells.push_back(makeBody(static_cast<std::int64_t>(i), 0, pose));
     }
   return problem;
 }

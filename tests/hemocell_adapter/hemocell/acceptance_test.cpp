@@ -25,6 +25,10 @@ using namespace packmesh::hemocell;
 
 namespace {
 
+bool allows(const Acceptance& acceptance, const Vec3& p) {
+  return !acceptance.violation({p});
+}
+
 std::vector<bool> keptCells(const Acceptance& acceptance, const TriangleMesh& mesh,
                             const std::vector<PosLine>& lines) {
   std::vector<bool> kept;
@@ -63,7 +67,7 @@ TEST_CASE("HemoCell keeps vertices above -0.5 and up to n - 0.5 on every axis", 
     const auto at = [&](double u) {
       Vec3 p = inside;
       p[k] = 0.5 * u;
-      return acceptance.allows(p);
+      return allows(acceptance, p);
     };
     CHECK(!at(-0.5));
     CHECK(at(std::nextafter(-0.5, 1.0)));
@@ -82,12 +86,12 @@ TEST_CASE("The node of a vertex is trunc(p + 0.5)", "[acceptance]") {
   lattice->setFluid(3, 4, 4, false);
   lattice->setFluid(0, 0, 0, false);
   const Acceptance acceptance(lattice, 0);
-  CHECK(acceptance.allows({0.5 * std::nextafter(2.5, 0.0), 2, 2}));
-  CHECK(!acceptance.allows({0.5 * 2.5, 2, 2}));
-  CHECK(!acceptance.allows({0.5 * std::nextafter(3.5, 0.0), 2, 2}));
-  CHECK(acceptance.allows({0.5 * 3.5, 2, 2}));
-  CHECK(!acceptance.allows({-0.2, -0.2, -0.2}));  // node 0, not -1
-  CHECK(acceptance.allows({0.26, -0.2, -0.2}));
+  CHECK(allows(acceptance, {0.5 * std::nextafter(2.5, 0.0), 2, 2}));
+  CHECK(!allows(acceptance, {0.5 * 2.5, 2, 2}));
+  CHECK(!allows(acceptance, {0.5 * std::nextafter(3.5, 0.0), 2, 2}));
+  CHECK(allows(acceptance, {0.5 * 3.5, 2, 2}));
+  CHECK(!allows(acceptance, {-0.2, -0.2, -0.2}));  // node 0, not -1
+  CHECK(allows(acceptance, {0.26, -0.2, -0.2}));
   CHECK(acceptance.violation({{2, 2, 1}, {1.5, 2, 2}}) == std::string("a vertex lies on a wall node"));
 }
 
@@ -96,21 +100,21 @@ TEST_CASE("A minimum distance from solid keeps a cube of nodes free", "[acceptan
   lattice->setFluid(8, 8, 8, false);
   const Acceptance one(lattice, 1);  // ±2 nodes
   for (int i = 0; i < 16; ++i) {
-    CHECK(one.allows({0.5 * i, 4, 4}) == (std::abs(i - 8) > 2));
-    CHECK(one.allows(0.5 * Vec3(i, i, i)) == (std::abs(i - 8) > 2));  // a cube, not a ball
-    CHECK(one.allows({0.5 * i, 5.5, 4}));
+    CHECK(allows(one, {0.5 * i, 4, 4}) == (std::abs(i - 8) > 2));
+    CHECK(allows(one, 0.5 * Vec3(i, i, i)) == (std::abs(i - 8) > 2));  // a cube, not a ball
+    CHECK(allows(one, {0.5 * i, 5.5, 4}));
   }
   CHECK(one.violation({{3, 4, 4}}) == std::string("closer than 1 µm to a solid node"));
   CHECK(one.violation({{4, 4, 4}}) == std::string("a vertex lies on a wall node"));
-  CHECK(one.allows({-0.2, 4, 4}));  // what lies outside the lattice does not count
+  CHECK(allows(one, {-0.2, 4, 4}));  // what lies outside the lattice does not count
   // int(d/dx): 0.4 µm nodes, 1 µm is 2 nodes; 0.1 µm, 10.
   for (const auto& [dx, nodes] :
        {std::pair(0.4, 2), std::pair(0.1, 10), std::pair(1.0, 1), std::pair(3.0, 0)}) {
     auto fine = std::make_shared<Lattice>(std::array<int, 3>{32, 3, 3}, dx);
     fine->setFluid(16, 1, 1, false);
     const Acceptance acceptance(fine, 1);
-    CHECK(!acceptance.allows({dx * (16 + nodes), dx, dx}));
-    CHECK(acceptance.allows({dx * (17 + nodes), dx, dx}));
+    CHECK(!allows(acceptance, {dx * (16 + nodes), dx, dx}));
+    CHECK(allows(acceptance, {dx * (17 + nodes), dx, dx}));
   }
 }
 

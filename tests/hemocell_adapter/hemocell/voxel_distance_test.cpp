@@ -142,13 +142,13 @@ TEST_CASE("The gradient of the accepted wall leads from any point to where HemoC
     for (int n = 0; n < 20000; ++n) {
       Vec3 p(uniform(random) * 1.2, uniform(random), uniform(random));
       WallDistance at = wall->distance(p);
-      if (at.distance > clearance) refused += !acceptance.allows(p);
-      if (at.distance < clearance - 1e-12) CHECK(!acceptance.allows(p));
+      if (at.distance > clearance) refused += acceptance.violation({p}).has_value();
+      if (at.distance < clearance - 1e-12) CHECK(acceptance.violation({p}).has_value());
       for (int step = 0; step < 60 && at.distance < clearance + 1e-6; ++step) {
         p += (clearance + 1e-3 - at.distance) * at.gradient;
         at = wall->distance(p);
       }
-      lost += !acceptance.allows(p);
+      lost += acceptance.violation({p}).has_value();
     }
     CHECK(refused == 0);
     CHECK(lost == 0);

@@ -44,7 +44,7 @@ TEST_CASE("A packing in memory is that of the program", "[held]") {
   const HeldPacking packing = packed(words);
   REQUIRE(folder.files() == (packing.kinds.size() == 2 ? 3 : 2));
   writeCells(packing, folder.path() / "held", {});
-  for (const HeldPacking::Kind& kind : packing.kinds)
+  for (const StateCells::Kind& kind : packing.kinds)
     CHECK(readText(folder.path() / "held" / (kind.name + ".pos")) ==
           readText(folder.path() / (kind.name + ".pos")));
   auto expected = nlohmann::json::parse(readText(folder.path() / "report.json"));

@@ -3,7 +3,6 @@
 
 #include <catch2/catch.hpp>
 
-#include "packMesh/relaxation/body_state.h"
 #include "tests/packMesh/escape/escape_scene.h"
 
 using namespace packmesh;
@@ -17,7 +16,7 @@ TEST_CASE("Escapes in several blocks do not depend on the number of ranks", "[mp
     if (cell.id % ranks.size() == ranks.rank()) own.push_back(cell);
   const std::vector<EscapePhase> phases = shared.escapeFrom(own);
   REQUIRE((own.size() < shared.state.size() || ranks.alone()));
-  std::vector<Body> all = bodiesOf(ranks.gatherAll(statesOf(own)));
+  std::vector<Body> all = ranks.gatherAll(own);
   std::sort(all.begin(), all.end(), [](const Body& a, const Body& b) { return a.id < b.id; });
   if (ranks.rank() != 0) return;
 

@@ -292,7 +292,7 @@ TEST_CASE("A run continued from any readable state ends with a certificate") {
       [&](PackingState& s) { s.demandedOfWall[number()] = length(); },
       [&](PackingState& s) { cell(s).species = static_cast<int>(random() % 3); },
       [&](PackingState& s) { cell(s).scale = length(); },
-      [&](PackingState& s) { cell(s).pose.position[random() % 3] = length(); },
+      [&](PackingState& s) { cell(s).position[random() % 3] = length(); },
       [&](PackingState& s) { cell(s).extraWallClearance = length(); },
       [&](PackingState& s) { cell(s).overlap = length(); },
       [&](PackingState& s) { cell(s).moved = length(); },

@@ -41,7 +41,7 @@ TEST_CASE("The cells of a state are read in parts, whatever problem is at hand",
   CHECK(state.species[0].mesh.vertices == problem.physics.species[0].shape->mesh().vertices);
   CHECK(state.species[0].mesh.triangles == problem.physics.species[0].shape->mesh().triangles);
   std::vector<double> read, packed;
-  for (const StateCell& cell : state.cells)
+  for (const Cell& cell : state.cells)
     read.insert(read.end(), cell.pose.position.data(), cell.pose.position.data() + 3);
   for (const Pose& pose : result.poses)
     packed.insert(packed.end(), pose.position.data(), pose.position.data() + 3);

@@ -186,8 +186,8 @@ TEST_CASE("States with impossible numbers are rejected, even with a valid seal")
   for (const double bad : {nan, infinite, -infinite, -1.0, 1e300}) {
     CAPTURE(bad);
     const bool negative = bad == -1.0;
-    CHECK((negative || refused([&](PackingState& s) { s.cells[1].pose.position[2] = bad; })));
-    CHECK(refused([&](PackingState& s) { s.cells[1].pose.orientation[0] = 2.0 * bad; }));
+    CHECK((negative || refused([&](PackingState& s) { s.cells[1].position[2] = bad; })));
+    CHECK(refused([&](PackingState& s) { s.cells[1].orientation.x() = 2.0 * bad; }));
     CHECK(refused([&](PackingState& s) { s.cells[1].scale = bad; }));
     CHECK(refused([&](PackingState& s) { s.cells[1].extraWallClearance = bad; }));
     CHECK(refused([&](PackingState& s) { s.cells[1].overlap = bad; }));
@@ -199,7 +199,7 @@ TEST_CASE("States with impossible numbers are rejected, even with a valid seal")
   }
   CHECK(refused([](PackingState& s) { s.cells[1].id = s.cells[0].id; }));
   CHECK(refused([](PackingState& s) { s.cells[1].scale = 0.0; }));
-  CHECK(refused([](PackingState& s) { std::fill_n(s.cells[1].pose.orientation, 4, 0.0); }));
+  CHECK(refused([](PackingState& s) { s.cells[1].orientation.coeffs().setZero(); }));
   CHECK(refused([](PackingState& s) { s.position.round = -1; }));
   CHECK(refused([](PackingState& s) { s.position.schedule.part = -1; }));
   CHECK(refused([](PackingState& s) { s.position.schedule.sweep = -1; }));

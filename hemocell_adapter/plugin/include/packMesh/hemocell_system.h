@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: AGPL-3.0-or-later
 /// @file What the plug-in's two halves exchange: the half that is compiled with HemoCell's headers, in the
 /// standard and with the flags of HemoCell (packMesh/hemocell.h), and the library, which knows none of them.
-/// C++11, plain data.
+/// C++11, plain data: a Cell here is not that of the library, which has types of C++17.
 #pragma once
 
 #include <array>
