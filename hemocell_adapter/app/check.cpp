@@ -50,8 +50,9 @@ class CheckReport {
     printMisplaced();
     printFactor();
     if (knowsAcceptance(problem_)) printKept();
-    printHematocrit("In the files", found_.counts);
-    if (knowsAcceptance(problem_) && dropped() > 0) printHematocrit("Of what HemoCell keeps", kept().kept);
+    printHematocrit("In the files", found_.counts, found_.excess);
+    if (knowsAcceptance(problem_) && dropped() > 0)
+      printHematocrit("Of what HemoCell keeps", kept().kept, examination_.excess);
     log::info(fmt::format("Minimum gap: {}", certificate_.minimumGap > 0.0 ? gapText(certificate_.minimumGap)
                                                                            : "none, cells overlap"));
     if (problem_.lumen.container->wall())
@@ -71,7 +72,7 @@ class CheckReport {
 
   /// Summary in one line, for one of several packings.
   std::string line() const {
-    const Tally tally = tallyOf(problem_, found_.counts);
+    const Tally tally = tallyOf(problem_, found_.counts, found_.excess);
     std::string text = fmt::format("{}; {} cell{}, hematocrit {:.4f} of the lumen",
                                    clean() ? "clean" : "not clean", found_.all, found_.all == 1 ? "" : "s",
                                    tally.redMesh / problem_.lumen.container->volume());
@@ -113,7 +114,7 @@ class CheckReport {
       log::info(fmt::format("{}: {}", species.name, species.origin));
       log::info(distanceLine(species));
     }
-    const Tally tally = tallyOf(problem_, found_.counts);
+    const Tally tally = tallyOf(problem_, found_.counts, found_.excess);
     for (std::size_t s = 0; s < problem_.species.size(); ++s) {
       log::info(fmt::format("{}: {} cells", problem_.species[s].name, tally.counts[s]));
     }
@@ -193,7 +194,8 @@ class CheckReport {
       if (chosen(problem_.speciesOf(cell.species))) positions.push_back(cell.placement.translation);
     double volumes = 0.0;
     for (std::size_t s = 0; s < problem_.species.size(); ++s)
-      if (chosen(int(s))) volumes += double(found_.counts[s]) * problem_.species[s].shape->volume();
+      if (chosen(int(s)))
+        volumes += double(found_.counts[s]) * problem_.species[s].shape->volume() + found_.excess[s];
     return positionFactor(*problem_.lumen.container, positions, volumes, problem_.request.dx, problem_.ranks);
   }
 
@@ -218,8 +220,9 @@ class CheckReport {
           [&] { return fmt::format("deleted: {}: {}", nameOf(one.cell), examination_.reasons[one.reason]); });
   }
 
-  void printHematocrit(const char* which, const std::vector<std::int64_t>& counts) const {
-    const Tally tally = tallyOf(problem_, counts);
+  void printHematocrit(const char* which, const std::vector<std::int64_t>& counts,
+                       const std::vector<double>& excess) const {
+    const Tally tally = tallyOf(problem_, counts, excess);
     for (const std::string& line : hematocritLines(problem_, tally))
       log::info(fmt::format("{}: {}", which, line));
   }

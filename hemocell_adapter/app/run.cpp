@@ -48,7 +48,7 @@ void warnOfDropped(const Packing& packing) {
       "HemoCell would keep {} of {} cells, a hematocrit of {:.4f}: it silently deletes cells that cross a "
       "periodic face when it loads them; {} packs cells that it keeps",
       sum(packing.kept.kept), sum(packing.cells.tally.counts),
-      tallyOf(problem, packing.kept.kept).redMesh / problem.referenceVolume(),
+      tallyOf(problem, packing.kept.kept, packing.kept.excess).redMesh / problem.referenceVolume(),
       problem.request.packCellsConventions ? "--keep-all (or the name packMesh)" : "--ends closed"));
 }
 

@@ -75,7 +75,8 @@ Report hematocritOf(const Finished& done) {
   const double lumen = done.problem.lumen.container->volume(), fluid = done.problem.lumen.fluidVolume();
   std::vector<HematocritConvention> kept;
   if (knowsAcceptance(done.problem))
-    kept = hematocritConventions(done.problem.request, tallyOf(done.problem, done.kept.kept));
+    kept =
+        hematocritConventions(done.problem.request, tallyOf(done.problem, done.kept.kept, done.kept.excess));
   const auto ofKept = [&](const HematocritConvention& all) {
     for (const HematocritConvention& one : kept)
       if (std::string_view(one.key) == all.key) return Report(one.volume / lumen);

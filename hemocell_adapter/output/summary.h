@@ -21,6 +21,7 @@ struct RunTimes {
 /// Number of cells in `cells` that HemoCell keeps, per species.
 struct Kept {
   std::vector<std::int64_t> kept;
+  std::vector<double> excess;  ///< of these cells, see excessVolumes() [µm³]
   std::vector<std::pair<std::string, std::int64_t>>
       reasons;  ///< why the others are deleted, with their number
 };

@@ -73,6 +73,7 @@ struct CellSpecies : SpeciesPlan {
 
   std::shared_ptr<const Shape> shape;
   double countedVolume = 0.0;                    ///< of a cell, in the requested hematocrit [µm³]
+  double excessVolume = 0.0;                     ///< of the existing cells over this, together [µm³]
   std::shared_ptr<const Acceptance> acceptance;  ///< nullptr without a lattice
   std::vector<OtherAcceptance> others;           ///< at those of Lumen::others
   std::int64_t count = 0;                        ///< to be packed, or found by a check

@@ -117,14 +117,31 @@ std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<Pla
   return counts;
 }
 
-Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts) {
+std::vector<double> excessVolumes(const Problem& problem, const std::vector<PlacedCell>& own,
+                                  const std::function<bool(std::size_t)>& counts) {
+  constexpr double steps = 0x1p20;  // per µm³: the sum of whole numbers does not depend on their order
+  const std::size_t species = problem.species.size();
+  std::vector<std::int64_t> sums(species, 0);
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const int number = own[i].species;
+    if (std::size_t(number) < species || (counts && !counts(i))) continue;
+    const int s = problem.speciesOf(number);
+    sums[s] += std::llround(steps * (problem.shapeOf(number).volume() - problem.species[s].shape->volume()));
+  }
+  if (!problem.membranes.empty()) problem.ranks.sum(sums);
+  std::vector<double> excess;
+  for (const std::int64_t sum : sums) excess.push_back(double(sum) / steps);
+  return excess;
+}
+
+Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts, const std::vector<double>& excess) {
   Tally tally;
   tally.counts = std::move(counts);
   tally.meshVolume.assign(problem.species.size(), 0.0);
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const CellSpecies& species = problem.species[s];
     const double n = double(tally.counts[s]);
-    tally.meshVolume[s] = n * species.shape->volume();
+    tally.meshVolume[s] = n * species.shape->volume() + excess[s];
     if (!species.redCell || n == 0) continue;
     tally.redCells += tally.counts[s];
     tally.redMesh += tally.meshVolume[s];

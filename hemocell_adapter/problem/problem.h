@@ -118,7 +118,15 @@ struct Tally {
 std::vector<std::int64_t> countsOf(const Problem& problem, const std::vector<PlacedCell>& cells,
                                    const std::vector<std::int64_t>* chosen = nullptr);
 
+/// By how much the volumes of deformed cells exceed those of their templates: per species, on all ranks
+/// [µm³]. The sums do not depend on the number of ranks. All ranks call.
+/// @param own of this rank
+/// @param counts whether a cell counts; empty: all do
+std::vector<double> excessVolumes(const Problem& problem, const std::vector<PlacedCell>& own,
+                                  const std::function<bool(std::size_t cell)>& counts = {});
+
 /// @param counts of the species
-Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts);
+/// @param excess of these cells, see excessVolumes()
+Tally tallyOf(const Problem& problem, std::vector<std::int64_t> counts, const std::vector<double>& excess);
 
 }  // namespace packmesh::hemocell

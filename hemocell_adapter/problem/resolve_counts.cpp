@@ -63,9 +63,25 @@ void refuseBeyondKnown(const CellSpecies& species, const Container& lumen) {
         species.name, part, densestKnown));
 }
 
+/// Deformed cells count with the volumes of their own meshes, those to be added with the mean of the meshes
+/// that they have; unless the request states the volume of a red cell.
+void countOwnVolumes(Problem& problem) {
+  for (CellSpecies& species : problem.species) {
+    if (species.redCell && problem.request.redCellVolume) continue;
+    double sum = 0.0;
+    for (const int m : species.membranes) sum += problem.membranes[m].shape->volume();
+    if (!species.membranes.empty()) species.countedVolume = sum / double(species.membranes.size());
+    for (const auto* const cells : {&species.fixed, &species.start})
+      for (const PresentCell& cell : *cells)
+        if (cell.membrane >= 0)
+          species.excessVolume += problem.membranes[cell.membrane].shape->volume() - species.countedVolume;
+  }
+}
+
 }  // namespace
 
 void resolveCounts(Problem& problem) {
+  countOwnVolumes(problem);
   double reference = problem.referenceVolume();
   if (problem.request.packCellsConventions && problem.request.boxSize)
     reference = problem.request.boxSize->prod();

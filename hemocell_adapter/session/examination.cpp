@@ -68,9 +68,12 @@ void takeVerdicts(const Problem& problem, const std::vector<PlacedCell>& own, Ex
   };
   std::vector<Examination::Dropped> dropped;
   const std::int64_t first = ranks.sumBefore({static_cast<std::int64_t>(own.size())}).front();
+  std::vector<char> isKept(own.size(), true);
   forEachVerdict(problem, own, [&](std::size_t i, const std::optional<std::string>& violation) {
+    isKept[i] = !violation;
     if (violation) dropped.push_back({first + static_cast<std::int64_t>(i), indexOf(reasons, *violation)});
   });
+  found.excess = excessVolumes(problem, own, [&](std::size_t i) { return isKept[i]; });
   const std::int64_t before = ranks.sumBefore({static_cast<std::int64_t>(reasons.size())}).front();
   for (Examination::Dropped& one : dropped) one.reason += before;
   std::string text;
@@ -132,6 +135,7 @@ FoundCells readCells(const Problem& problem) {
     found.poses.push_back(poseOf(cell.line));
     found.lines.push_back(cell.line);
   }
+  found.excess = excessVolumes(problem, found.cells);
   return found;
 }
 

@@ -21,6 +21,7 @@ struct FoundCells {
   std::vector<PosLine> lines;        ///< as read
   std::int64_t all = 0;              ///< of all ranks
   std::vector<std::int64_t> counts;  ///< of all ranks, per species
+  std::vector<double> excess;        ///< of all ranks, see excessVolumes() [µm³]
 
   /// Species of a cell, given its number, and its number within the species.
   struct Place {
@@ -49,6 +50,7 @@ struct Examination {
   };
   std::vector<Dropped> dropped;      ///< cells that HemoCell does not keep, in ascending order
   std::vector<std::string> reasons;  ///< why, in the order in which they occur
+  std::vector<double> excess;        ///< of the cells that it keeps, see excessVolumes() [µm³]
   bool droppedIsFault = false;       ///< whether HemoCell is to keep all
 
   bool keeps(std::int64_t cell) const;

@@ -11,6 +11,7 @@ namespace packmesh::hemocell {
 Kept keptOf(const FoundCells& found, const Examination& examination) {
   Kept all;
   all.kept = found.counts;
+  all.excess = examination.excess;
   for (const Examination::Dropped& one : examination.dropped) {
     --all.kept[found.placeOf(one.cell).species];
     countReason(all, examination.reasons[one.reason], 1);
@@ -31,7 +32,7 @@ void withExamined(Problem problem, const OutputRequest& output, const FoundCells
   result.poses = found.poses;
   result.cellCount = found.all;
   result.certificate = examination.certificate;
-  const Tally tally = tallyOf(problem, found.counts);
+  const Tally tally = tallyOf(problem, found.counts, found.excess);
   const Kept kept = keptOf(found, examination);
   Finished done{problem, output, problem.demanded, result, tally, kept};
   done.checked = true;

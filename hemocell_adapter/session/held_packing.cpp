@@ -174,7 +174,7 @@ HeldPacking completed(HeldPacking held) {
   result.certificate = examine(*problem, result.cells).certificate;
   std::vector<std::int64_t> counts = countsOf(*problem, result.cells);
   held.ranks.sum(counts);
-  packing.cells.tally = tallyOf(*problem, std::move(counts));
+  packing.cells.tally = tallyOf(*problem, std::move(counts), excessVolumes(*problem, result.cells));
   packing.kept = keptOf(*problem, result.cells);
   packing.packed = problem->atDemanded;
   packing.problem = problem;

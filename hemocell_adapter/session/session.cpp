@@ -49,7 +49,7 @@ Counted counted(const Problem& problem, const PackingResult& result) {
   problem.ranks.sum(counted.parts);
   std::vector<std::int64_t> counts = countsOf(problem, result.cells);
   problem.ranks.sum(counts);
-  counted.tally = tallyOf(problem, std::move(counts));
+  counted.tally = tallyOf(problem, std::move(counts), excessVolumes(problem, result.cells));
   return counted;
 }
 
@@ -169,7 +169,8 @@ Packing Session::verified(std::shared_ptr<const Problem> problem, PackedParts pa
   done.cells = counted(*done.problem, done.result);
   const Tally& tally = done.cells.tally;
   requireEnough(*done.problem, done.result, tally, delivery_);
-  done.kept = delivery_.countedLater ? Kept{tally.counts, {}} : keptOf(*done.problem, done.result.cells);
+  done.kept = delivery_.countedLater ? Kept{tally.counts, excessVolumes(*done.problem, done.result.cells), {}}
+                                     : keptOf(*done.problem, done.result.cells);
   requireVerified(*done.problem, done.result, done.kept, delivery_);
   return done;
 }
@@ -195,8 +196,11 @@ Packing Session::repeatedInTiles(Packing before) const {
 Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   Kept own;
   own.kept.assign(problem.species.size(), 0);
+  own.excess.assign(problem.species.size(), 0.0);
   if (!knowsAcceptance(problem)) return own;
+  std::vector<char> isKept(cells.size(), true);
   forEachVerdict(problem, cells, [&](std::size_t i, const std::optional<std::string>& violation) {
+    isKept[i] = !violation;
     if (violation) {
       countReason(own, *violation, 1);
     } else {
@@ -209,6 +213,7 @@ Kept keptOf(const Problem& problem, const std::vector<PlacedCell>& cells) {
   Kept kept;
   kept.kept = std::move(own.kept);
   problem.ranks.sum(kept.kept);
+  kept.excess = excessVolumes(problem, cells, [&](std::size_t i) { return isKept[i]; });
   std::istringstream reasons(std::string(all.begin(), all.end()));
   std::int64_t count = 0;
   std::string reason;

@@ -17,6 +17,8 @@ namespace {
 /// Largest grid [bytes].
 constexpr double largestGrid = 2e9;
 
+}  // namespace
+
 DistanceGrid emptyGrid(const Box& region, double spacing) {
   if (region.empty() || !(spacing > 0.0) || !std::isfinite(spacing) || !region.size().allFinite())
     throw InputError("a distance grid needs a region and a positive spacing, found a spacing of " +
@@ -36,6 +38,8 @@ DistanceGrid emptyGrid(const Box& region, double spacing) {
   grid.value.resize(std::size_t(grid.nodes[0]) * grid.nodes[1] * grid.nodes[2]);
   return grid;
 }
+
+namespace {
 
 /// Fills a grid: for nodes next to the surface, every triangle near them is tested; nearest triangles are
 /// then propagated from node to node in sweeps (after P.-E. Danielsson, "Euclidean distance mapping",
@@ -254,13 +258,6 @@ DistanceGrid sampleDistance(const MeshHierarchy& mesh, const Box& region, double
                             const Threads& threads) {
   DistanceGrid grid = emptyGrid(region, spacing);
   Sampler(mesh, grid, threads).fill(std::max(band, 3.0 * spacing));
-  return grid;
-}
-
-DistanceGrid sampleRoughly(const MeshHierarchy& mesh, const Box& region, double spacing) {
-  DistanceGrid grid = emptyGrid(region, spacing);
-  const Threads alone;
-  Sampler(mesh, grid, alone).fill(spacing);
   return grid;
 }
 

@@ -59,7 +59,7 @@ ChordPlanes::ChordPlanes(const Physics& physics)
                     physics.wallOf(s),
                     nullptr,
                     LevelsOfDetail(shape.mesh()),
-                    viewOf(shape),
+                    shape.views().field,
                     {},
                     {}};
     if (species.wall && !species.wall->closedForm())

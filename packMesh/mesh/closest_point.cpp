@@ -8,49 +8,6 @@
 #include "packMesh/core/poll.h"
 
 namespace packmesh {
-namespace {
-
-struct OnTriangle {
-  double s, t;  ///< the point is a + s u + t v
-  int feature;
-};
-
-/// Minimises |s u + t v - w|² over the triangle s, t >= 0, s + t <= 1: the unconstrained minimum if it is
-/// inside, otherwise the best minimum on the three edges.
-template <class Facet>
-OnTriangle nearestOnTriangle(const Facet& f, const Vec3& w) {
-  const double uw = f.u.dot(w), vw = f.v.dot(w);
-  const double determinant = f.uu * f.vv - f.uv * f.uv;
-  const double s = f.vv * uw - f.uv * vw, t = f.uu * vw - f.uv * uw;
-  if (s > 0.0 && t > 0.0 && s + t < determinant) return {s / determinant, t / determinant, 6};
-
-  // Position along each edge, and the squared distance there minus |w|².
-  OnTriangle best{0.0, 0.0, 0};
-  double lowest = 0.0;
-  const auto consider = [&](double x, double y, int feature) {
-    const double value = x * x * f.uu + 2.0 * x * y * f.uv + y * y * f.vv - 2.0 * (x * uw + y * vw);
-    if (value < lowest) {
-      lowest = value;
-      best = {x, y, feature};
-    }
-  };
-  const double onU = uw / f.uu, onV = vw / f.vv;
-  if (onU >= 1.0)
-    consider(1.0, 0.0, 1);
-  else if (onU > 0.0)
-    consider(onU, 0.0, 3);
-  if (onV >= 1.0)
-    consider(0.0, 1.0, 2);
-  else if (onV > 0.0)
-    consider(0.0, onV, 5);
-  // From corner u to corner v.
-  const double across = (f.uu - f.uv + vw - uw) / (f.uu - 2.0 * f.uv + f.vv);
-  if (across > 0.0 && across < 1.0) consider(1.0 - across, across, 4);
-  return best;
-}
-
-}  // namespace
-
 ClosestPoint::ClosestPoint(const TriangleMesh& mesh) : tree_(mesh) {
   const std::size_t n = mesh.triangles.size();
   facets_.reserve(n);
@@ -64,9 +21,8 @@ ClosestPoint::ClosestPoint(const TriangleMesh& mesh) : tree_(mesh) {
     pollAt(t);
     const Triangle& corners = mesh.triangles[t];
     const Vec3& a = mesh.vertices[corners[0]];
-    const Vec3 u = mesh.vertices[corners[1]] - a, v = mesh.vertices[corners[2]] - a;
-    facets_.push_back({a, u, v, u.dot(u), u.dot(v), v.dot(v)});
-    const Vec3 normal = u.cross(v).normalized();
+    facets_.emplace_back(a, mesh.vertices[corners[1]], mesh.vertices[corners[2]]);
+    const Vec3 normal = facets_[t].u.cross(facets_[t].v).normalized();
     normals_[t][6] = normal;
     for (int k = 0; k < 3; ++k) {
       const int here = corners[k], next = corners[(k + 1) % 3], previous = corners[(k + 2) % 3];
@@ -96,8 +52,8 @@ ClosestPoint::Nearest ClosestPoint::nearest(const Vec3& p, int hint, double slac
   const double enough = 1.0 / ((1.0 + slack) * (1.0 + slack));
   const auto visit = [&](int t) {
     const Facet& facet = facets_[t];
-    const OnTriangle on = nearestOnTriangle(facet, p - facet.a);
-    const Vec3 point = facet.a + on.s * facet.u + on.t * facet.v;
+    const Facet::Nearest on = facet.nearest(p);
+    const Vec3 point = facet.at(on);
     const double d2 = (point - p).squaredNorm();
     if (d2 < squared) {
       squared = d2;
@@ -116,8 +72,8 @@ ClosestPoint::Nearest ClosestPoint::nearest(const Vec3& p, int hint, double slac
 
 ClosestPoint::Nearest ClosestPoint::onTriangle(int triangle, const Vec3& p) const {
   const Facet& facet = facets_[triangle];
-  const OnTriangle on = nearestOnTriangle(facet, p - facet.a);
-  const Vec3 point = facet.a + on.s * facet.u + on.t * facet.v;
+  const Facet::Nearest on = facet.nearest(p);
+  const Vec3 point = facet.at(on);
   return {(point - p).norm(), triangle, on.feature, point};
 }
 

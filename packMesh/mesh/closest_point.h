@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "packMesh/mesh/facet.h"
 #include "packMesh/mesh/triangle_mesh.h"
 #include "packMesh/mesh/triangle_tree.h"
 
@@ -60,12 +61,6 @@ class ClosestPoint {
   }
 
  private:
-  /// A triangle a, a + u, a + v with the products needed to compute nearest points.
-  struct Facet {
-    Vec3 a, u, v;
-    double uu, uv, vv;
-  };
-
   TriangleTree tree_;
   std::vector<Facet> facets_;
   std::vector<std::array<Vec3, 7>> normals_;  ///< pseudonormals of corners, edges, face of each triangle

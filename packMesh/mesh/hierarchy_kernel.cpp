@@ -239,9 +239,13 @@ class Search {
   };
 
   void add(int a, int b) {
-    for (int k = 0; k < 9; ++k) {
-      batch_.first[k][batch_.size] = first_.corners[a][k];
-      batch_.second[k][batch_.size] = second_.corners[b][k];
+    for (int c = 0; c < 3; ++c) {
+      const float *p = first_.vertices[first_.triangles[a][c]],
+                  *q = second_.vertices[second_.triangles[b][c]];
+      for (int k = 0; k < 3; ++k) {
+        batch_.first[3 * c + k][batch_.size] = p[k];
+        batch_.second[3 * c + k][batch_.size] = q[k];
+      }
     }
     batch_.firstTriangle[batch_.size] = a;
     batch_.secondTriangle[batch_.size] = b;

@@ -28,8 +28,9 @@ struct DiscQuad {
 
 /// The mesh data used by the kernel.
 struct TreeView {
-  const DiscQuad* quads;      ///< the first has one lane, which contains the whole mesh
-  const float (*corners)[9];  ///< coordinates of each triangle's corners
+  const DiscQuad* quads;  ///< the first has one lane, which contains the whole mesh
+  const float (*vertices)[3];
+  const int (*triangles)[3];  ///< indices of their corners
   const int* discs;           ///< position of each triangle's disc (DiscQuad::disc)
 };
 

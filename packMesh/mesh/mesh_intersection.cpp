@@ -95,7 +95,8 @@ class PairTest {
 
  private:
   static TreeView viewOf(const MeshTree& tree) {
-    return {tree.quads.data(), reinterpret_cast<const float(*)[9]>(tree.corners.data()), tree.discs.data()};
+    return {tree.quads.data(), reinterpret_cast<const float(*)[3]>(tree.vertices.data()),
+            reinterpret_cast<const int(*)[3]>(tree.mesh.triangles.data()), tree.discs.data()};
   }
 
   /// Pairs further apart than this are irrelevant: best_ or more [frame of the first].

@@ -31,15 +31,17 @@ class TreeBuilder {
  public:
   explicit TreeBuilder(MeshTree& tree) : tree_(tree), mesh_(tree.mesh) {
     const int count = static_cast<int>(mesh_.triangles.size());
-    tree_.corners.reserve(count);
+    centroid_.reserve(count);
+    normal_.reserve(count);
     for (int t = 0; t < count; ++t) {
       const Vec3 &a = mesh_.corner(t, 0), &b = mesh_.corner(t, 1), &c = mesh_.corner(t, 2);
       centroid_.push_back((a + b + c) / 3.0);
       normal_.push_back((b - a).cross(c - a).stableNormalized());
-      std::array<float, 9> corners;
-      for (int k = 0; k < 9; ++k) corners[k] = static_cast<float>(mesh_.corner(t, k / 3)[k % 3]);
-      tree_.corners.push_back(corners);
     }
+    tree_.vertices.reserve(mesh_.vertices.size());
+    for (const Vec3& v : mesh_.vertices)
+      tree_.vertices.push_back(
+          {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
   }
 
   void build() {
@@ -254,8 +256,8 @@ MeshTree::MeshTree(const TriangleMesh& source) : mesh(notEmpty(source)), hull(so
   measure();
 }
 
-MeshTree::MeshTree(std::vector<Vec3> vertices, const MeshTree& undeformed)
-    : mesh{std::move(vertices), undeformed.mesh.triangles},
+MeshTree::MeshTree(std::vector<Vec3> positions, const MeshTree& undeformed)
+    : mesh{std::move(positions), undeformed.mesh.triangles},
       quads(undeformed.quads),
       discs(undeformed.discs),
       samples(undeformed.samples) {

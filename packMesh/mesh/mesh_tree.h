@@ -19,10 +19,10 @@ namespace packmesh {
 struct MeshTree {
   TriangleMesh mesh;
 
-  std::vector<DiscQuad> quads;                ///< the first has one lane, which contains the whole mesh
-  std::vector<std::array<float, 9>> corners;  ///< coordinates of each triangle's corners
-  std::vector<int> discs;                     ///< position of each triangle's disc (DiscQuad::disc)
-  ConvexHull hull;                            ///< empty for a deformed mesh
+  std::vector<DiscQuad> quads;                 ///< the first has one lane, which contains the whole mesh
+  std::vector<std::array<float, 3>> vertices;  ///< of the mesh [µm]
+  std::vector<int> discs;                      ///< position of each triangle's disc (DiscQuad::disc)
+  ConvexHull hull;                             ///< empty for a deformed mesh
 
   Vec3 center;    ///< centre of a sphere around all vertices [µm]
   double radius;  ///< radius of that sphere [µm]
@@ -35,8 +35,8 @@ struct MeshTree {
   explicit MeshTree(const TriangleMesh& mesh);
   /// Of a deformed form of the mesh of another tree, of which it takes the patches: in a tenth of the time,
   /// with looser discs.
-  /// @param vertices in the order of the other mesh [µm]
-  MeshTree(std::vector<Vec3> vertices, const MeshTree& undeformed);
+  /// @param positions of the vertices in the order of the other mesh [µm]
+  MeshTree(std::vector<Vec3> positions, const MeshTree& undeformed);
 
  private:
   void measure();

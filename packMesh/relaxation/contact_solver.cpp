@@ -39,18 +39,16 @@ constexpr double negligible = 0.1 * tolerance::relaxationTolerance;
 
 }  // namespace
 
-SpeciesModel::SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume,
+SpeciesModel::SpeciesModel(const Shape& shapeOfCells, const Wall* wallOfSpecies, double referenceVolume,
                            Freedom freedomOfSpecies)
-    : samples(viewOf(shape.samples())),
-      coarseSamples(viewOf(shape.coarseSamples())),
-      field(viewOf(shape)),
-      bound(shape.bound()),
-      radius(shape.radius()),
+    : shape(&shapeOfCells),
+      bound(shapeOfCells.bound()),
+      radius(shapeOfCells.radius()),
       inverseMass(freedomOfSpecies.fixed ? 0.0
-                                         : std::clamp(referenceVolume / shape.volume(),
+                                         : std::clamp(referenceVolume / shapeOfCells.volume(),
                                                       1.0 / largestMassRatio, largestMassRatio)),
       inverseInertia(inverseMass * inertiaFactor / (radius * radius)),
-      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * shape.halfThickness())),
+      lockedDepth(std::min(packmesh::lockedDepth, lockedFraction * shapeOfCells.halfThickness())),
       wall(wallOfSpecies),
       freedom(std::move(freedomOfSpecies)) {}
 
@@ -134,10 +132,10 @@ bool ContactSolver::findContact(const Meeting& meeting, int side, bool coarsely,
   const Body &sampled = side == 0 ? meeting.a : meeting.b, &surface = side == 0 ? meeting.b : meeting.a;
   const double clearance = meeting.clearance;
   ContactSums sums;
-  const SpeciesModel& model = models_[sampled.species];
-  kernel_(coarsely ? model.coarseSamples : model.samples, meeting.frame(side), models_[surface.species].field,
-          static_cast<float>(clearance / surface.scale), static_cast<float>(margin / surface.scale), mask,
-          sums);
+  const ContactViews& views = models_[sampled.species].views();
+  kernel_(coarsely ? views.coarseSamples : views.samples, meeting.frame(side),
+          models_[surface.species].views().field, static_cast<float>(clearance / surface.scale),
+          static_cast<float>(margin / surface.scale), mask, sums);
   nearest = surface.scale * sums.nearest;
   touched = sums.touched;
   if (!(sums.weight > 0.0f)) return false;

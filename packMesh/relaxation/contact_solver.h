@@ -21,8 +21,7 @@ constexpr double deepContact = 0.4;
 
 /// Properties of a species that relaxation uses.
 struct SpeciesModel {
-  SampleView samples, coarseSamples;
-  FieldView field;
+  const Shape* shape;
   SupportBound bound;
   double radius;                         ///< [µm]
   double inverseMass;                    ///< of a cell of scale 1; 1 for the species of the median volume
@@ -34,9 +33,13 @@ struct SpeciesModel {
 
   Freedom freedom;
 
-  /// References `shape`, which must outlive the model.
+  /// What finds contacts; that of a deformed cell is made when it is first needed.
+  const ContactViews& views() const { return shape->views(); }
+
+  /// References the shape, which must outlive the model.
   /// @param referenceVolume volume of a cell of mass 1 [µm³]
-  SpeciesModel(const Shape& shape, const Wall* wallOfSpecies, double referenceVolume, Freedom freedom = {});
+  SpeciesModel(const Shape& shapeOfCells, const Wall* wallOfSpecies, double referenceVolume,
+               Freedom freedom = {});
 };
 
 /// Sums over one sweep. They are exact, so that they do not depend on the order of summation.

@@ -54,10 +54,7 @@ const Shape* medianShape(const Physics& physics, const std::vector<std::int64_t>
   return nullptr;
 }
 
-ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>& counts,
-                         const Threads& threads) {
-  threads.forEach(static_cast<std::int64_t>(counts.size()),
-                  [&](std::int64_t s, int) { physics.shapeOf(static_cast<int>(s)).samples(); });
+ContactSolver makeSolver(const Physics& physics, const std::vector<std::int64_t>& counts) {
   std::vector<SpeciesModel> models;
   const Shape* median = medianShape(physics, counts);
   const double reference = median != nullptr ? median->volume() : 1.0;
@@ -100,7 +97,7 @@ Relaxation::Relaxation(const Physics& physics, const Execution& execution, std::
       clearance_(physics.clearance + tolerance::relaxationMargin),
       state_(begun(state, physics, bodies, communicator_)),
       cellCount_(communicator_.sum(static_cast<std::int64_t>(bodies.size()))),
-      solver_(makeSolver(physics, state_.counts, threads_)),
+      solver_(makeSolver(physics, state_.counts)),
       halfThickness_(medianHalfThickness(physics, state_.counts)),
       largestRadius_(largestRadius(physics)),
       largestReach_(physics.largestReach()),

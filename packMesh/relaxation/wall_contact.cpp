@@ -53,6 +53,7 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
     return;
   }
 
+  const ContactViews& views = model.views();
   const auto lookAt = [&](const SampleView& samples, bool deep, double margin, ClusterMask& mask) {
     WallSums found;
     wallKernel_(samples, wall.frameOf(body, reach, deep), static_cast<float>(clearance),
@@ -63,19 +64,19 @@ void ContactSolver::resolveWall(Body& body, SweepSums& sums) const {
   WallSums found;
   if (body.deepInWall || coarsely_) {
     ClusterMask all = allClusters;
-    found = lookAt(model.coarseSamples, true, 0.0, all);
+    found = lookAt(views.coarseSamples, true, 0.0, all);
   }
   if (!body.deepInWall && !coarsely_) {
     if (body.moved < body.wallMaskUntil) {
       ClusterMask mask = body.wallMask;  // with margin 0, a full mask would be reduced
-      found = lookAt(model.samples, false, 0.0, mask);
+      found = lookAt(views.samples, false, 0.0, mask);
       found.nearest =
           std::min(found.nearest, static_cast<float>(clearance + body.wallMaskUntil - body.moved));
     } else {
       const double expected = 0.5 * expectedMotion_;
       body.wallMask = allClusters;
       body.wallMaskUntil = body.moved + expected;
-      found = lookAt(model.samples, false, expected, body.wallMask);
+      found = lookAt(views.samples, false, expected, body.wallMask);
     }
   }
   if (found.contacts == 0) {
@@ -97,7 +98,8 @@ void ContactSolver::resolveLayer(Body& body, SweepSums& sums) const {
   const bool deep = coarsely_ || atCenter < thickness - reach;
   ClusterMask all = allClusters;
   WallSums found;
-  wallKernel_(deep ? model.coarseSamples : model.samples, wall.frameOf(body, reach, deep),
+  const ContactViews& views = model.views();
+  wallKernel_(deep ? views.coarseSamples : views.samples, wall.frameOf(body, reach, deep),
               static_cast<float>(thickness), 0.0f, all, found);
   push(body, found, sums);
 }

@@ -4,7 +4,6 @@
 
 namespace packmesh {
 
-class Shape;
 struct SamplePoints;
 
 /// The surface of a cell as kernels use it, in its body frame.
@@ -35,8 +34,12 @@ struct RelativeFrame {
   float m[9], t[3], scale;
 };
 
-/// References the shape, which must outlive the view.
-FieldView viewOf(const Shape& shape);
+/// What finds the contacts of a cell.
+struct ContactViews {
+  SampleView samples, coarseSamples;
+  FieldView field;
+};
+
 /// References the points, which must outlive the view.
 SampleView viewOf(const SamplePoints& points);
 

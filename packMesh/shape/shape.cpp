@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "packMesh/core/tolerances.h"
+#include "packMesh/field/rough_distance.h"
 
 namespace packmesh {
 namespace {
@@ -52,6 +53,34 @@ DistanceGrid gridOf(const MeshHierarchy& hierarchy, const Threads& threads) {
   const TriangleMesh& mesh = hierarchy.mesh();
   const double spacing = gridSpacingFraction * boundingRadius(mesh), margin = marginOfGrid * spacing;
   return sampleDistance(hierarchy, boundingBox(mesh).grownBy(margin), spacing, margin, threads);
+}
+
+/// @param bound, box around the surface
+FieldView viewOf(const std::variant<ProfileSurface, DistanceGrid>& field, const SupportBound& bound,
+                 const Box& box) {
+  FieldView view{};
+  if (const auto* profile = std::get_if<ProfileSurface>(&field)) {
+    view.onGrid = false;
+    for (int k = 0; k < 6; ++k) view.p[k] = static_cast<float>(profile->p[k]);
+    view.a = static_cast<float>(profile->a);
+    view.c = static_cast<float>(profile->c);
+    view.bend = static_cast<float>(profile->bendBeyondRim());
+    view.curvature = static_cast<float>(profile->curvatureInside());
+  } else {
+    const auto& grid = std::get<DistanceGrid>(field);
+    view.onGrid = true;
+    view.value = grid.value.data();
+    view.nodesPerLength = static_cast<float>(1.0 / grid.spacing);
+    for (int k = 0; k < 3; ++k) {
+      view.origin[k] = static_cast<float>(grid.origin[k]);
+      view.nodes[k] = grid.nodes[k];
+    }
+  }
+  view.ring = static_cast<float>(bound.ring);
+  view.thickness = static_cast<float>(bound.semiAxes.maxCoeff());
+  for (int k = 0; k < 3; ++k)
+    view.extent[k] = static_cast<float>(std::max(std::abs(box.lo[k]), std::abs(box.hi[k])));
+  return view;
 }
 
 }  // namespace
@@ -102,7 +131,7 @@ Shape::Shape(MeshHierarchy&& hierarchy, Field field)
       halfThickness_(halfThicknessOf(field)),
       reach_(reachOf(boundingSphere(*hierarchy_, Placement()))),
       bound_(boundSupport(mesh())),
-      contacts_(Contacts{sampleSurface(mesh(), sampleSpacing()), sampleCoarsely(mesh()), std::move(field)}) {}
+      contacts_(contactsWith(std::move(field))) {}
 
 Shape::Shape(MeshHierarchy&& hierarchy, const Threads& threads)
     : Shape(std::move(hierarchy), Field(gridOf(hierarchy, threads))) {}
@@ -127,6 +156,14 @@ Shape::Shape(std::vector<Vec3> vertices, std::shared_ptr<const Shape> undeformed
   pending_->vertices = std::move(mesh.vertices);
 }
 
+/// Pre: the mesh and its bound are there
+Shape::Contacts Shape::contactsWith(Field field) const {
+  Contacts made{sampleSurface(mesh(), sampleSpacing()), sampleCoarsely(mesh()), std::move(field), {}};
+  made.views = {viewOf(made.samples), viewOf(made.coarseSamples),
+                viewOf(made.field, bound_, boundingBox(mesh()))};
+  return made;
+}
+
 const MeshHierarchy& Shape::madeHierarchy() const {
   std::call_once(pending_->hierarchy, [&] {
     hierarchy_.emplace(std::exchange(pending_->vertices, {}), undeformed_->hierarchy());
@@ -137,8 +174,7 @@ const MeshHierarchy& Shape::madeHierarchy() const {
 const Shape::Contacts& Shape::madeContacts() const {
   std::call_once(pending_->contacts, [&] {
     const double spacing = roughSpacingFraction * std::cbrt(volume_);
-    contacts_.emplace(Contacts{sampleSurface(mesh(), sampleSpacing()), sampleCoarsely(mesh()),
-                               sampleRoughly(hierarchy(), boundingBox(mesh()).grownBy(spacing), spacing)});
+    contacts_.emplace(contactsWith(sampleRoughly(mesh(), boundingBox(mesh()).grownBy(spacing), spacing)));
   });
   return *contacts_;
 }

@@ -12,6 +12,7 @@
 #include "packMesh/field/distance_grid.h"
 #include "packMesh/mesh/mesh_intersection.h"
 #include "packMesh/mesh/triangle_mesh.h"
+#include "packMesh/shape/field_view.h"
 #include "packMesh/shape/sample_points.h"
 #include "packMesh/shape/support_bound.h"
 
@@ -72,6 +73,7 @@ class Shape {
   double sampleSpacing() const;  ///< approximate largest distance of a surface point from a sample [µm]
   const SamplePoints& samples() const { return contacts().samples; }
   const SamplePoints& coarseSamples() const { return contacts().coarseSamples; }
+  const ContactViews& views() const { return contacts().views; }
   const std::variant<ProfileSurface, DistanceGrid>& field() const { return contacts().field; }
 
  private:
@@ -80,6 +82,7 @@ class Shape {
   struct Contacts {
     SamplePoints samples, coarseSamples;
     Field field;
+    ContactViews views;  ///< of these
   };
   /// Of a deformed cell: what is made later, and of what.
   struct Pending {
@@ -89,6 +92,7 @@ class Shape {
 
   Shape(MeshHierarchy&& hierarchy, const Threads& threads);
   Shape(MeshHierarchy&& hierarchy, Field field);
+  Contacts contactsWith(Field field) const;
   const Contacts& contacts() const { return pending_ ? madeContacts() : *contacts_; }
   const MeshHierarchy& madeHierarchy() const;
   const Contacts& madeContacts() const;

@@ -368,7 +368,11 @@ class Words:
             return
         if isinstance(source, (str, os.PathLike)):
             source = [source]
-        if hasattr(source, "pos_lines"):
+        if callable(getattr(source, "packing", None)):  # a step of a run
+            source = source.packing()
+        if hasattr(source, "pos_lines") and source.deformed:
+            source = [self._state_of(option, source)]
+        elif hasattr(source, "pos_lines"):
             lines = {name: source.pos_lines(name) for name in source.species_names}
             if self._comm is not None:
                 lines = {name: np.concatenate(self._comm.allgather(own)) for name, own in lines.items()}
@@ -377,13 +381,25 @@ class Words:
             folder = self._folder / option
             _packmesh.write_pos(folder, pos_rows(source))
             source = [folder / (name.strip() + ".pos") for name in source]
-        what = 'files, {"RBC": array of shape (n, 6)} or a Packing'
+        what = 'files, {"RBC": array of shape (n, 6)}, a Packing or a step of a run'
         if not hasattr(source, "__iter__"):
             raise InputError(f"{option}: expected {what}, found {source!r}")
         for file in source:
             if not isinstance(file, (str, os.PathLike)):
                 raise InputError(f"{option}: expected {what}, found a list with {file!r}")
             self.option(option, file)
+
+    def _state_of(self, option: str, packing: Any) -> str:
+        """The state of cells that have meshes of their own."""
+        file = self._folder / (option + ".h5")
+        comm = getattr(packing, "_comm", None)  # of the ranks that share it
+        if comm is None:
+            return packing._state_for(file)
+        written = packing._state_for(comm.bcast(str(file)))
+        if os.path.basename(written) == file.name and written != str(file):  # in the folder of the first rank
+            shutil.copy(written, file)
+            return str(file)
+        return written
 
     def blood(self, source: Any) -> None:
         """A state, the output folder of a run, or a step of one. Of a folder, the case is in the folder around it."""
@@ -394,12 +410,10 @@ class Words:
 
             config = pathlib.Path(source).absolute().parent / "config.xml"
             source = hemocell_output(source, config=config if config.exists() else None)[-1]
-        if hasattr(source, "packing"):
+        if callable(getattr(source, "packing", None)):
             source = source.packing()
-        if hasattr(source, "fit_errors"):
-            file = self._folder / "blood.h5"
-            source.save(file)
-            source = file
+        if hasattr(source, "_state_for"):
+            source = self._state_of("blood", source)
         if not isinstance(source, (str, os.PathLike)):
             raise InputError(f"blood: expected a state file, the output folder of a run, or a step of one, found {source!r}")
         self.option("blood", source)

@@ -7,7 +7,7 @@ import dataclasses
 import inspect
 import os
 import pathlib
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -15,11 +15,15 @@ from . import _packmesh
 from ._check import check
 from ._settings import (Body, Box, Cylinder, Integer, MeshSource, Number, Path, Region, Species, Sphere, Vector, Words, address,
                         encoded, file_name, mapping, several, words)
+from .cells import CellPacking
 from .errors import InputError
 from .packing import Check, Packing
 from .progress import Progress, ProgressDisplay
 
-Cells = Union[Path, Sequence[Path], Mapping[str, Any], Packing]
+if TYPE_CHECKING:
+    from .hemocell_run import Step
+
+Cells = Union[Path, Sequence[Path], Mapping[str, Any], CellPacking, "Step"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -127,7 +131,8 @@ def pack(
         profile: distribution over the distance from the wall: "developed" (a cell-free layer, platelets in it), a table in
             a file, or {"distance": [0, 2, 4], "RBC": [0, 0, 1]} (µm; with "fraction" of the largest distance)
         fixed, start: existing cells that stay, or that the packing starts from: .pos files named after the cell, state
-            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, or a Packing
+            files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, or a step of a run or its packing, whose cells
+            keep their membranes
         blood: flowing blood that is repeated over the lumen: a state file, the output folder of a run, of which the last step is
             taken, or a step of a run
         rbc_volume: volume of one red cell in the hematocrit [µm³] (of its mesh)

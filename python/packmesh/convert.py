@@ -58,8 +58,14 @@ def to_trimesh(packing: "CellPacking") -> Any:
     placements = matrices(packing)
     for index, name in enumerate(packing.species_names):
         vertices, triangles = packing.template(name)
+        numbers = np.flatnonzero(packing.species == index)
+        if packing.deformed:
+            for number, membrane in zip(numbers, packing.vertices(name)):
+                scene.add_geometry(trimesh.Trimesh(vertices=membrane, faces=triangles, process=False), geom_name=f"{name}_{number}",
+                                   node_name=f"{name}_{number}")
+            continue
         mesh = trimesh.Trimesh(vertices=vertices, faces=triangles, process=False)
-        for number in np.flatnonzero(packing.species == index):
+        for number in numbers:
             scene.add_geometry(mesh, geom_name=name, node_name=f"{name}_{number}", transform=placements[number])
     return scene
 

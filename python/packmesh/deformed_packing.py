@@ -46,6 +46,7 @@ class DeformedPacking(CellPacking):
 
     positions: np.ndarray
     fit_errors: np.ndarray
+    deformed = True  #: cells have meshes of their own
 
     def __init__(self, step: Step, config: Optional[str]) -> None:
         """Raises InputError if a template is not known or another"""
@@ -131,6 +132,11 @@ class DeformedPacking(CellPacking):
         words = ["packmesh.hemocell_output", f"iteration {self.step.iteration}, cells as they were"]
         _packmesh.save_cells(os.fspath(file), words, kinds, None if self._lumen is None else self._lumen.of_library, boxes)
 
+    def _state_for(self, file: "str | os.PathLike[str]") -> str:
+        """Writes a state with these cells. @return its name"""
+        self.save(file)
+        return os.fspath(file)
+
     def cells_file(self) -> PackingFile:
         """The cells as exports read them."""
         return _StepCells(self)
@@ -163,6 +169,11 @@ class _StepCells(PackingFile):
         self.kinds = [Kind(name, count, is_red(name), *packing.template(name), None, "") for name, count in packing.counts.items()]
         lumen = packing._lumen
         self.lumen = None if lumen is None else Lumen(lumen.low, lumen.high, lumen.period, None, None)
+
+    def meshes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
+        """In the frames of the rigid fits."""
+        cells = np.asarray(cells, int)
+        return np.einsum("nvi,nij->nvj", self.membranes(kind, cells) - self.positions[cells, None], self._packing._matrices[cells])
 
     def membranes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
         """The deformed ones."""

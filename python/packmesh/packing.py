@@ -187,6 +187,11 @@ class Packing(CellPacking):
         """The mesh of a species: vertices [µm], shape (V, 3), and triangles, shape (T, 3), outwards."""
         return self._held.template(self.index_of(name))
 
+    @property
+    def deformed(self) -> bool:
+        """Whether there are cells with meshes of their own (collective)."""
+        return self._held.deformed
+
     def vertices(self, name: str) -> Floats:
         """The vertices of the cells of a species as certified [µm], shape (N, V, 3); not wrapped at periodic faces."""
         return self._held.vertices(self.index_of(name))
@@ -243,6 +248,16 @@ class Packing(CellPacking):
             return self._source.write(file)
         words = self.command if self._inputs is None else keep_inputs(self.command, self._inputs, file)
         self._held.save(encoded(words), file)
+
+    def _state_for(self, file: Path) -> str:
+        """A state with these cells: that from which they were read, or `file`, which is written (collective)."""
+        name = file_name("file", file)
+        if isinstance(self._source, StateFile):
+            return self._source.path
+        if isinstance(self._source, Stored):
+            return self._source.unpack(os.path.dirname(name))
+        self.save(name)
+        return name
 
     def write_pos(self, folder: Path = ".", export: Sequence[str] = ()) -> List[pathlib.Path]:
         """Writes ``<species>.pos`` for HemoCell, the bytes that the program writes, all or none (collective).
@@ -341,7 +356,7 @@ class Packing(CellPacking):
         return convert.to_meshio(self)
 
     def to_trimesh(self) -> Any:
-        """A trimesh.Scene: the template of each species, and a node for each cell."""
+        """A trimesh.Scene: the template of each species, and a node for each cell; the membrane of each if some are deformed."""
         return convert.to_trimesh(self)
 
     def to_pyvista(self) -> Any:

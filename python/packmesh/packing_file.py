@@ -148,14 +148,18 @@ class PackingFile:
         """The rotations that HemoCell applies to these cells, shape (n, 3, 3)."""
         return np.array([rotation_of(line) for line in self.angles(cells).tolist()]).reshape(-1, 3, 3)
 
+    def meshes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
+        """Vertices of cells of a species in the frame of the template [µm], shape (n, V, 3)."""
+        cells = np.asarray(cells, int)
+        vertices = np.repeat(self.kinds[kind].vertices[None], len(cells), axis=0)
+        for i in np.flatnonzero(self.deformed[cells]):
+            vertices[i] = self._membranes[self._part[cells[i]]][self._row[cells[i]]]
+        return vertices
+
     def membranes(self, kind: int, cells: Sequence[int]) -> np.ndarray:
         """Vertices of cells of a species as certified [µm], shape (n, V, 3)."""
         cells = np.asarray(cells, int)
-        vertices = self.kinds[kind].vertices
-        if self.deformed[cells].any():
-            vertices = np.repeat(vertices[None], len(cells), axis=0)
-            for i in np.flatnonzero(self.deformed[cells]):
-                vertices[i] = self._membranes[self._part[cells[i]]][self._row[cells[i]]]
+        vertices = self.meshes(kind, cells) if self.deformed[cells].any() else self.kinds[kind].vertices
         return placed(vertices, self.matrices(cells), self.positions[cells])
 
 

@@ -125,7 +125,10 @@ def picture_of(packing: "CellPacking") -> Optional[str]:
     centres = (packing.positions @ camera.T).astype(np.float32)
     canvas = Canvas((centres[:, :2] - reach).min(axis=0), (centres[:, :2] + reach).max(axis=0))
     turned = (camera @ matrices_of(np.asarray(packing.rotations))).astype(np.float32)
-    surfaces = [points_on(*template, POINTS_PER_PIXEL ** -1 * canvas.pixel) for template in templates]
+    spacing = canvas.pixel / POINTS_PER_PIXEL
+    surfaces = [points_on(*template, spacing) for template in templates]
+    membranes = [packing.vertices(name) if packing.deformed else None for name in packing.species_names]
+    number_of = np.arange(len(packing)) - np.searchsorted(packing.species, packing.species)  # within the species
     colours = [colour_of(name, number) for number, name in enumerate(packing.species_names)]
     order = np.argsort(-centres[:, 2])  # from the nearest on: most points of those behind are not needed
     species = packing.species[order]
@@ -135,8 +138,14 @@ def picture_of(packing: "CellPacking") -> Optional[str]:
         chosen = np.flatnonzero(species == kind)[:max(1, AT_A_TIME // len(points))]
         cells = order[chosen]
         order, species = np.delete(order, chosen), np.delete(species, chosen)
-        hidden = canvas.covers(centres[cells], float(reach[cells[0], 0]))
-        draw(canvas, centres[cells[~hidden]], turned[cells[~hidden]], points, normals, colours[kind], cells[~hidden])
+        seen = cells[~canvas.covers(centres[cells], float(reach[cells[0], 0]))]
+        own = membranes[kind]
+        if own is None:
+            draw(canvas, centres[seen], turned[seen], points, normals, colours[kind], seen)
+            continue
+        for cell in seen:
+            surface = points_on(own[number_of[cell]] @ camera.T, templates[kind][1], spacing)
+            draw(canvas, np.zeros((1, 3), np.float32), np.eye(3, dtype=np.float32)[None], *surface, colours[kind], np.array([cell]))
     return "data:image/png;base64," + base64.b64encode(canvas.png()).decode()
 
 

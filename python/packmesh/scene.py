@@ -15,6 +15,7 @@ OBJECT_PALETTE = [(0.80, 0.10, 0.08), (0.12, 0.38, 0.70), (0.16, 0.55, 0.30), (0
                   (0.10, 0.56, 0.60)]
 FADED = (0.80, 0.82, 0.85)  # objects whose cells are not shown
 TRANSPARENCY = 0.60  # of cells of the chordal axis transform
+INSIDE = "  inside_vector <0.31, 0.17, 0.93>\n"  # along no edge that cells are likely to have
 SAME_PLANE = 0.99999  # cosine of the largest angle between faces that count as one plane
 RIM_RADIUS, EDGE_RADIUS = 0.0014, 0.0009  # of the bars, as a fraction of the diagonal
 
@@ -64,7 +65,10 @@ class Unusable(ValueError):
 
 @dataclasses.dataclass
 class Cells:
-    """The cells of a species: template mesh, radius around its centre; centre, images of x and y, and gap of each cell."""
+    """The cells of a species: template mesh, radius around its centre; centre, images of x and y, and gap of each cell.
+
+    own: vertices of the cells that have meshes of their own, in the frame of the template, by number
+    """
 
     name: str
     species: int
@@ -74,6 +78,7 @@ class Cells:
     x: list
     y: list
     gaps: list
+    own: dict = dataclasses.field(default_factory=dict)
 
 
 def image_of_x(q):
@@ -130,12 +135,23 @@ def species_text(number, one):
     names = [f"{what}{number}" for what in ("At", "X", "Y", "Gap")]
     values = [list(map(pov.vector, vectors)) for vectors in (one.centres, one.x, one.y)] + [list(map(pov.number, one.gaps))]
     at, x, y, gap = (name + "[I]" for name in names)
-    return (f"\n// {label}: mesh; position, images of x and y, gap of each cell\n#declare Cell{number} =\n"
+    yield (f"\n// {label}: mesh; position, images of x and y, gap of each cell\n#declare Cell{number} =\n"
             + pov.mesh2(one.mesh.points, one.mesh.triangles, -1)
-            + "  inside_vector <0.31, 0.17, 0.93>\n}\n"  # along no edge that cells are likely to have
-            + "".join(map(pov.listed, names, values))
-            + f"#for (I, 0, {len(one.gaps) - 1})\n  Draw(Cell{number}, I, {at}, {x}, {y}, {gap}, {pov.vector(colour_of(one))}, "
-            + f"{pov.number(one.radius)})\n#end\n")
+            + INSIDE + "}\n"
+            + "".join(map(pov.listed, names, values)))
+
+    def drawn(mesh, i):
+        return f"  Draw({mesh}, {i}, {at}, {x}, {y}, {gap}, {pov.vector(colour_of(one))}, {pov.number(one.radius)})\n"
+
+    if one.own:  # meshes are declared one after the other, so that POV-Ray has no name for each
+        for i in range(len(one.gaps)):
+            if i not in one.own:
+                yield f"#declare I = {i};\n" + drawn(f"Cell{number}", "I")
+                continue
+            yield (f"#declare I = {i};\n#declare Own =\n" + pov.mesh2(one.own[i], one.mesh.triangles, -1) + INSIDE + "}\n"
+                   + drawn("Own", "I"))
+    else:
+        yield f"#for (I, 0, {len(one.gaps) - 1})\n" + drawn(f"Cell{number}", "I") + "#end\n"
 
 
 def packing_scene(species, lumen):
@@ -152,7 +168,7 @@ def packing_scene(species, lumen):
     yield camera(extents, low, high, clipped=True)
     yield pov_legend.axis_colours() + SETTINGS + pov_legend.LEGEND
     for number, one in enumerate(species):
-        yield species_text(number, one)
+        yield from species_text(number, one)
     edges = [(lumen.points[a], lumen.points[b]) for a, b in lumen.lines]
     if lumen.triangles:
         yield pov.glass(lumen.points, lumen.triangles, "  Clip()\n")
@@ -202,15 +218,26 @@ def cat_scene(surface, shown=()):
     yield pov.RIM + pov.bars(pov.sharp_edges(*container, pov.CREASE), "Rim", RIM_RADIUS * size, size)
 
 
+def take_own(one, packing):
+    """Meshes of the deformed cells of a species."""
+    cells = packing.of(one.species)
+    one.own = {i: packing.meshes(one.species, [cell])[0].tolist() for i, cell in enumerate(cells) if packing.deformed[cell]}
+    one.radius = max([one.radius, *(max(map(pov.norm, vertices)) for vertices in one.own.values())])
+
+
 def write_of(path, tables):
     """Of a packing in a file (packing_file.py). Raises packmesh.errors.InputError, packmesh.errors.OutputError"""
     from packmesh import export, packing_file  # render reads .vtp files without NumPy
     from packmesh.errors import OutputError
 
     with tempfile.TemporaryDirectory() as folder:
-        export.write(export.exported(packing_file.PackingFile(tables), ["vtk"]), folder)
+        packing = packing_file.PackingFile(tables)
+        export.write(export.exported(packing, ["vtk"]), folder)
         try:
-            write(path, packing_scene(*read_packing(folder)))
+            species, lumen = read_packing(folder)
+            for one in species:
+                take_own(one, packing)
+            write(path, packing_scene(species, lumen))
         except OSError as error:
             raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
 

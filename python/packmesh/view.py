@@ -23,7 +23,7 @@ from packmesh import files, plot
 from packmesh.errors import InputError
 from packmesh.packing_file import PackingFile
 
-MOST_DRAWN, MOST_OF_LUMEN = 20000, 20000  # cells; triangles
+MOST_DRAWN, MOST_DEFORMED, MOST_OF_LUMEN = 20000, 3000, 20000  # cells; if some have meshes of their own; triangles
 SCRIPTS = ("data", "geometry", "marks", "colors", "tables", "plots", "shaders", "meshes", "outlines", "view", "panel", "start")
 LIBRARIES = {"three.min.js": "three", "OrbitControls.js": "three/examples/js/controls", "chart.min.js": "chart.js"}
 #: What pages without a view have in place of cells.
@@ -38,6 +38,35 @@ def packed(values: np.ndarray, type_: str) -> str:
 
 def mesh_of(vertices: np.ndarray, triangles: np.ndarray) -> Dict[str, str]:
     return {"vertices": packed(vertices, "<f4"), "triangles": packed(triangles, "<u4")}
+
+
+def directions_of(normals: np.ndarray) -> np.ndarray:
+    """Unit vectors, shape (..., 3), as two bytes each: octahedral coordinates (Cigolle et al., J. Comput. Graph. Tech. 3, 2014)."""
+    flat = normals[..., :2] / np.abs(normals).sum(axis=-1, keepdims=True)
+    folded = (1 - np.abs(flat[..., ::-1])) * np.where(flat < 0, -1, 1)
+    parts = np.rint(127.5 * (np.where(normals[..., 2:] < 0, folded, flat) + 1)).astype(np.uint16)
+    return parts[..., 0] + 256 * parts[..., 1]
+
+
+def own_meshes(packing: PackingFile, kind: int, cells: np.ndarray) -> Optional[Dict[str, Any]]:
+    """Of those of these cells of a species that have meshes of their own: `rows` of each cell in `vertices`, -1 without one; four
+    whole numbers a vertex: position in the frame of the template over `scale` [µm], and the direction of the surface."""
+    deformed = packing.deformed[cells]
+    if not deformed.any():
+        return None
+    triangles = packing.kinds[kind].triangles
+    vertices = packing.meshes(kind, cells[deformed])
+    corners = vertices[:, triangles]
+    faces = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+    normals = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(normals, (slice(None), triangles[:, k]), faces)
+    scale = float(np.abs(vertices).max()) / 32767
+    numbers = np.empty((*vertices.shape[:2], 4), "<i2")
+    numbers[..., :3] = np.rint(vertices / scale)
+    numbers[..., 3] = directions_of(normals).view(np.int16)
+    return {"rows": packed(np.where(deformed, np.cumsum(deformed) - 1, -1), "<i4"), "scale": scale,
+            "radius": float(np.linalg.norm(vertices, axis=2).max()), "vertices": packed(numbers, "<i2")}
 
 
 def drawn_of(positions: np.ndarray, middle: float, axis: int, most: int) -> np.ndarray:
@@ -63,16 +92,23 @@ def coarsened(vertices: np.ndarray, triangles: np.ndarray, most: int) -> "tuple[
     return coarse, corners
 
 
-def view_of(packing: PackingFile, names: Sequence[str], most: int = MOST_DRAWN) -> Dict[str, Any]:
+def view_of(packing: PackingFile, names: Sequence[str], most: Optional[int] = None) -> Dict[str, Any]:
     """What the page draws: see the page Reports of the documentation. names: species in the order of the report"""
     lumen = packing.require_lumen()
+    most = most or (MOST_DEFORMED if packing.deformed.any() else MOST_DRAWN)
     axis = int(np.argmax(lumen.high - lumen.low))
     drawn = drawn_of(packing.positions, 0.5 * (lumen.low[axis] + lumen.high[axis]), axis, most)
-    kinds = {kind.name: (kind, int(np.sum(packing.species[drawn] == index))) for index, kind in enumerate(packing.kinds)}
+    kinds = {kind.name: index for index, kind in enumerate(packing.kinds)}
     species: List[Dict[str, Any]] = []
     for name in names:
-        kind, count = kinds.get(name, (None, 0))
-        species.append({"cells": count, **(mesh_of(kind.vertices, kind.triangles) if kind and count else {})})
+        cells = drawn[packing.species[drawn] == kinds[name]] if name in kinds else drawn[:0]
+        species.append({"cells": len(cells)})
+        if len(cells):
+            kind = packing.kinds[kinds[name]]
+            species[-1].update(mesh_of(kind.vertices, kind.triangles))
+            own = own_meshes(packing, kinds[name], cells)
+            if own:
+                species[-1]["own"] = own
     sliced = len(drawn) < len(packing)
     return {
         "cells": len(packing), "slice": "xyz"[axis] if sliced else None, "species": species,

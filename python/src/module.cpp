@@ -81,9 +81,8 @@ py::dict certificateOf(const Certificate& certificate) {
   return all;
 }
 
-/// @param counts of the cells examined, per species
-py::dict examinationOf(const Problem& problem, const std::vector<std::int64_t>& counts,
-                       const Examination& found) {
+/// @param tally of the cells examined
+py::dict examinationOf(const Problem& problem, const Tally& tally, const Examination& found) {
   py::list names, dropped;
   for (const CellSpecies& species : problem.species) names.append(species.name);
   for (const Examination::Dropped& one : found.dropped)
@@ -91,11 +90,11 @@ py::dict examinationOf(const Problem& problem, const std::vector<std::int64_t>& 
   py::dict all;
   all["clean"] = found.clean();
   all["names"] = names;
-  all["counts"] = counts;
+  all["counts"] = tally.counts;
   all["certificate"] = certificateOf(found.certificate);
   all["knows_acceptance"] = knowsAcceptance(problem);
   all["dropped"] = dropped;
-  all["hematocrit"] = tallyOf(problem, counts).redMesh / problem.referenceVolume();
+  all["hematocrit"] = tally.redMesh / problem.referenceVolume();
   all["unchecked"] = problem.unchecked;
   return all;
 }
@@ -152,13 +151,13 @@ double hematocritOf(PythonPacking& packing) {
 
 py::dict examined(PythonPacking& packing) {
   std::shared_ptr<const Problem> problem;
-  std::vector<std::int64_t> counts;
+  Tally tally;
   const Examination found = withScene(packing, [&](const HeldPacking& held) {
     problem = held.packing.problem;
-    counts = held.packing.cells.tally.counts;
+    tally = held.packing.cells.tally;
     return examine(*held.packing.problem, held.packing.result.cells);
   });
-  return examinationOf(*problem, counts, found);
+  return examinationOf(*problem, tally, found);
 }
 
 /// @param tables file that the package converts; empty: none
@@ -191,7 +190,7 @@ py::dict check(const Words& words, const std::optional<fs::path>& tables, bool w
       });
     return examined;
   });
-  py::dict all = examinationOf(*problem, cells.counts, found);
+  py::dict all = examinationOf(*problem, tallyOf(*problem, cells.counts, cells.excess), found);
   all["report"] = report;
   all["written"] = written;
   all["require_writable"] = py::cpp_function([problem](const std::vector<fs::path>& files) {
@@ -292,6 +291,11 @@ void addPacking(py::module_& module) {
       .def_property_readonly(
           "complete",
           [](const PythonPacking& p) { return p.held->packing.result.outcome == Outcome::certified; })
+      .def_property_readonly("deformed",
+                             [](const PythonPacking& p) {
+                               const std::shared_ptr<const HeldPacking> held = p.held;
+                               return held->ranks.any(!held->membranes.empty());
+                             })
       .def_property_readonly("positions", &positionsOf)
       .def_property_readonly("rotations", &rotationsOf)
       .def_property_readonly("species", &speciesOf)

@@ -134,7 +134,7 @@ RelativeFrame frameOf(const Pair& pair) {
 }
 
 void contactOf(State& state, const Shape& shape, bool coarsely) {
-  const SpeciesModel model(shape, nullptr, shape.volume());
+  const ContactViews& model = shape.views();
   const ContactKernel kernel = contactKernel(chosenInstructionSet());
   forEach(state, pairsAt(2.5, 7.5), [&](const Pair& p) {
     ClusterMask mask = allClusters;

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: AGPL-3.0-or-later
 """Deformed cells in states: saved from a run, checked, fixed, moved, repeated over other vessels."""
+import base64
+import json
+import pickle
 import re
 import shutil
 import subprocess
@@ -12,7 +15,9 @@ import pytest
 import packmesh
 import packmesh._packmesh
 from conftest import PROGRAM, SOURCE, write_off
+from packmesh import scene, view
 from packmesh.packing_file import PackingFile
+from packmesh.picture import picture_of, points_on
 from write_run import Writer, sphere
 
 CENTERS = [(x, y, 9.75) for x in (0.5, 10.5, 20.5) for y in (6.5, 9.75, 13.0)]
@@ -135,6 +140,93 @@ def test_python_keeps_membranes(state):
     loaded = packmesh.load(case / "packed.h5")
     np.testing.assert_array_equal(loaded.vertices("RBC"), packed.vertices("RBC"))
     assert loaded.check() and packed.check()
+
+
+def volumes_of(cells, name="RBC"):
+    corners = cells[:, template(name)[1]]
+    return np.einsum("ntk,ntk->n", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6
+
+
+def test_packings_start_from_steps(state):
+    """Cells of a run keep their membranes in Python; so do those of a packing that has them."""
+    case, cells = state
+    step = packmesh.hemocell_output(case / "output", config=case / "config.xml")[-1]
+    options = {"case": case / "config.xml", "ends": "periodic"}
+    fixed = packmesh.pack(fixed=step, species={"PLT": 6}, **options)
+    assert fixed.counts == {"RBC": 9, "PLT": 6} and fixed.deformed
+    np.testing.assert_allclose(fixed.vertices("RBC"), cells.vertices("RBC"), rtol=0, atol=1e-9)
+    started = packmesh.pack(start=cells, hematocrit=0.25, state=case / "kept.h5", **options)
+    assert started.counts["RBC"] > 9 and (case / "kept_inputs/start.h5").exists()
+    np.testing.assert_allclose(volumes_of(started.vertices("RBC"))[:9], volumes_of(cells.vertices("RBC")), rtol=1e-9)
+    for source in (fixed, packmesh.load(case / "kept.h5"), pickle.loads(pickle.dumps(fixed))):
+        again = packmesh.pack(fixed=source, **options)
+        assert again.counts == source.counts
+        np.testing.assert_allclose(again.vertices("RBC"), source.vertices("RBC"), rtol=0, atol=1e-9)
+    rigid = packmesh.pack(start={name: cells.pos_lines(name) for name in ("RBC", "PLT")}, **options)
+    assert rigid.counts == cells.counts and not rigid.deformed
+
+
+def test_hematocrit_of_membranes(state, program):
+    """Requests, summaries, reports and checks count the volumes of the membranes."""
+    case, packing = state
+    grown = []  # by a quarter of their volume
+    for name, shape in (("RBC", 1.25 ** (1 / 3)), ("PLT", 1.0)):
+        own = packing.vertices(name)
+        centers = own.mean(axis=1, keepdims=True)
+        grown.append((name, *template(name), centers[:, 0], np.tile([0, 0, 0, 1.0], (len(own), 1)), shape * (own - centers)))
+    packmesh._packmesh.save_cells(str(case / "grown.h5"), ["test"], grown, None, ([0, 0, 0], [30, 19.5, 19.5]))
+    volume = volumes_of(grown[0][5]).sum()
+    assert volume > 1.2 * 9 * volumes_of(template("RBC")[0][None])[0]
+    words = (case / "config.xml", "--ends", "periodic")
+    _, text = program("check", *words, "--start", case / "grown.h5")
+    lumen = float(re.search(r"Lumen volume: ([\d.e+]+) µm³", text).group(1))
+    assert f"Hematocrit {volume / lumen:.4f} of the lumen, " in text
+    folder, text = program(*words, "--fixed", case / "grown.h5", "--hematocrit", 0.25, "--state", "grown.h5", "--report", "report.json",
+                           "--output-dir", ".", folder="grown")
+    cells = vertices_of(folder / "grown.h5", "RBC")
+    reached = volumes_of(cells).sum() / lumen
+    assert len(cells) > 12 and abs(reached - 0.25) < 0.6 * volumes_of(template("RBC")[0][None])[0] / lumen
+    assert f"Hematocrit {reached:.4f} of the lumen, " in text
+    report = json.loads((folder / "report.json").read_text())
+    assert report["species"][[one["name"] for one in report["species"]].index("RBC")]["volumeFraction"] == pytest.approx(reached, rel=1e-6)
+    assert packmesh.load(folder / "grown.h5").hematocrit == pytest.approx(reached, rel=1e-6)
+
+
+def test_views_have_the_membranes(state, program, monkeypatch):
+    """The page, the picture, the scene and trimesh have the meshes of the cells beside templates."""
+    case, packing = state
+    folder, _ = program(case / "config.xml", "--ends", "periodic", "--fixed", case / "flowing.h5", "--rbc", 11, "--state", "cells.h5",
+                        "--report", "report.json", "--output-dir", ".", folder="views")
+    file = PackingFile(str(folder / "cells.h5"))
+    kind = [kind.name for kind in file.kinds].index("RBC")
+    cells = file.of(kind)
+    assert list(file.deformed[cells]) == [True] * 9 + [False] * 2
+    shown = view.view_of(file, ["RBC", "PLT"])["species"][0]
+    own, size = shown["own"], len(file.kinds[kind].vertices)
+    rows = np.frombuffer(base64.b64decode(own["rows"]), "<i4")
+    numbers = np.frombuffer(base64.b64decode(own["vertices"]), "<i2").reshape(9, size, 4)
+    np.testing.assert_array_equal(rows, [*range(9), -1, -1])
+    meshes = file.meshes(kind, cells)
+    np.testing.assert_allclose(own["scale"] * numbers[..., :3], meshes[:9], rtol=0, atol=own["scale"])
+    assert own["radius"] == pytest.approx(np.linalg.norm(meshes[:9], axis=2).max())
+    # Directions point outwards, decoded as in page/shaders.js.
+    code = numbers[..., 3].astype(np.int64) & 0xffff
+    flat = np.stack([code % 256, code // 256], axis=-1) / 127.5 - 1
+    z = 1 - np.abs(flat).sum(axis=-1)
+    folded = (1 - np.abs(flat[..., ::-1])) * np.where(flat < 0, -1, 1)
+    normals = np.concatenate([np.where(z[..., None] < 0, folded, flat), z[..., None]], axis=-1)
+    _, expected = points_on(meshes[0], file.kinds[kind].triangles, 10.0)  # in the middle of each triangle
+    corners = normals[0][file.kinds[kind].triangles].sum(axis=1)
+    assert np.all(np.einsum("tk,tk->t", corners, expected) > 0.95 * np.linalg.norm(corners, axis=1))
+    # The scene: a mesh of each deformed cell, the template of the others and of platelets.
+    scene.write_of(str(folder / "cells.pov"), str(folder / "cells.h5"))
+    text = (folder / "cells.pov").read_text()
+    assert text.count("#declare Own =") == 9 + 2 and text.count("Draw(Own, I, ") == 11 and text.count("  Draw(Cell0, I, ") == 2
+    for vertex in meshes[8][[0, 300]]:
+        assert "<" + ",".join(f"{x:.7g}" for x in vertex) + ">" in text
+    loaded = packmesh.load(folder / "cells.h5")
+    assert loaded.deformed and picture_of(loaded) != picture_of(packmesh.pack(case=case / "config.xml", ends="periodic", start={
+        name: loaded.pos_lines(name) for name in ("RBC", "PLT")}, best_effort=True))
 
 
 def test_blood(state, program):

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 
+import numpy as np
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 
@@ -18,7 +19,8 @@ program = os.path.realpath(sys.argv[1])
 Page = Browser(sys.argv[2], sys.argv[3], os.path.realpath(sys.argv[4]) if len(sys.argv) > 4 else None).open
 package = os.path.join(os.path.dirname(os.path.realpath(__file__)), "../../python")
 sys.path.append(package)
-from packmesh import plot  # noqa: E402
+from packmesh import plot, view  # noqa: E402
+from packmesh.packing_file import PackingFile  # noqa: E402
 
 
 def run(arguments, code=0):
@@ -146,6 +148,33 @@ def check_many():
         assert level == 0 and share < 0.01 and all(seen + hidden == count for seen, hidden, count in fronts), (level, share, fronts)
         assert fronts[0][1] > 0.2 * fronts[0][2], fronts
         page.save("many")
+
+
+def check_deformed():
+    """Cells with meshes of their own: with that of the template, picture and distances are the same; flat ones are seen to be flat."""
+    run("20 20 20 --rbc 12 --state cells.h5 --report cells.json".split())
+    with open("cells.json", encoding="utf-8") as file:
+        report = json.load(file)
+
+    def shown(name, stretch):
+        packing = PackingFile("cells.h5")
+        if stretch is not None:
+            packing.deformed[:] = True
+            packing.meshes = lambda kind, cells: np.repeat(packing.kinds[kind].vertices[None] * stretch, len(cells), axis=0)
+        with open(name + ".html", "w", encoding="utf-8") as file:
+            file.write(view.page_text(packing, report))
+        with Page(name + ".html") as page:
+            picture = page.run(PIXELS + "packMesh.view.draw(); return Array.from(pixelsOf(packMesh.view.canvas).data)")
+            gaps = page.run("return Array.from(packMesh.cells.gaps, (_, i) => (neighboursOf(i, 1)[0] || { gap: 1 }).gap)")
+            page.save(name)
+        return np.array(picture).reshape(-1, 4).astype(int), np.array(gaps)
+
+    expected, gaps = shown("templates", None)
+    picture, same = shown("own", (1, 1, 1))
+    assert np.abs(gaps - same).max() < 1e-3, (gaps, same)
+    assert (np.abs(picture - expected).max(axis=1) > 12).mean() < 0.005
+    picture, wider = shown("flat", (1, 0.25, 1))
+    assert np.all(wider > gaps) and (picture[:, 0] > 1.5 * picture[:, 1]).sum() < 0.9 * (expected[:, 0] > 1.5 * expected[:, 1]).sum()
 
 
 def check_sections():
@@ -293,6 +322,7 @@ def main():
         for webgl in (True, False):
             check_clicks(webgl)
         check_sections()
+        check_deformed()
         check_many()
         check_bad_files()
         check_markup()

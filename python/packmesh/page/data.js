@@ -11,6 +11,7 @@ function bytesOf(text) {
 }
 const floatsOf = (text) => new Float32Array(bytesOf(text));
 const wholesOf = (text) => new Uint32Array(bytesOf(text));
+const shortsOf = (text) => new Int16Array(bytesOf(text));
 const meshOf = (mesh) => ({ vertices: floatsOf(mesh.vertices), triangles: wholesOf(mesh.triangles) });
 
 /** The cells that are drawn: index i is that of the arrays, cells.number(i) that among all cells, from 1 on. */
@@ -25,10 +26,26 @@ const cells = (() => {
     all: stored.cells,
     species,
     templates: stored.species.map((one) => (one.cells ? meshOf(one) : null)),
+    /** Meshes of deformed cells by species: the row of each cell, -1: it has the template; four numbers a vertex. */
+    own: stored.species.map(({ own }) => own && { ...own, rows: new Int32Array(bytesOf(own.rows)), vertices: shortsOf(own.vertices) }),
     positions: floatsOf(stored.positions),
     orientations: floatsOf(stored.orientations),
     gaps: floatsOf(stored.gaps),
     localHematocrits: floatsOf(stored.localHematocrits),
+    first: counts.map((_, s) => counts.slice(0, s).reduce((sum, count) => sum + count, 0)),
+    /** Vertices of a cell in the frame of its template. */
+    verticesOf(i) {
+      const s = species[i], own = this.own[s], row = own ? own.rows[i - this.first[s]] : -1, { vertices } = this.templates[s];
+      if (row < 0) return vertices;
+      const size = vertices.length / 3, made = new Float32Array(vertices.length);
+      for (let v = 0; v < size; ++v) for (let k = 0; k < 3; ++k) made[3 * v + k] = own.scale * own.vertices[4 * (row * size + v) + k];
+      return made;
+    },
+    /** Of the largest sphere around the origin of a cell of a species. */
+    radiusOf(s) {
+      const mesh = this.templates[s], own = this.own[s];
+      return Math.max(mesh ? radiusOf(mesh) : 0, own ? own.radius : 0);
+    },
     number: (i) => (numbers ? numbers[i] : i) + 1,
     /** -1 if it is not drawn. */
     indexOf: (number) => {

@@ -56,13 +56,13 @@ function radiusOf(mesh) {
 
 /** The triangles of a cell, with centre and radius of each: those within `reach` of the ball around `middle`. */
 function trianglesNear(cell, shift, middle, reach) {
-  const mesh = cells.templates[cells.species[cell]], at = cells.position(cell).map((x, k) => x + shift[k]);
+  const { triangles } = cells.templates[cells.species[cell]], vertices = cells.verticesOf(cell), at = cells.position(cell).map((x, k) => x + shift[k]);
   const points = [];
-  for (let i = 0; i < mesh.vertices.length; i += 3)
-    points.push(along(at, turned(cells.orientations, cell, mesh.vertices.subarray(i, i + 3)), 1));
+  for (let i = 0; i < vertices.length; i += 3)
+    points.push(along(at, turned(cells.orientations, cell, vertices.subarray(i, i + 3)), 1));
   const found = [];
-  for (let i = 0; i < mesh.triangles.length; i += 3) {
-    const corners = [points[mesh.triangles[i]], points[mesh.triangles[i + 1]], points[mesh.triangles[i + 2]]];
+  for (let i = 0; i < triangles.length; i += 3) {
+    const corners = [points[triangles[i]], points[triangles[i + 1]], points[triangles[i + 2]]];
     const center = [0, 1, 2].map((k) => (corners[0][k] + corners[1][k] + corners[2][k]) / 3);
     const radius = Math.sqrt(Math.max(...corners.map((p) => squared(minus(p, center)))));
     if (squared(minus(center, middle)) < (reach + radius) ** 2) found.push({ corners, center, radius });
@@ -95,7 +95,7 @@ function gapBetween(a, b, shift, limit) {
 
 /** Drawn cells nearer than `limit` [µm] to a cell, periodic images included: index, gap, shift; nearest first. */
 function neighboursOf(cell, limit) {
-  cells.radii = cells.radii || cells.templates.map((mesh) => (mesh ? radiusOf(mesh) : 0));
+  cells.radii = cells.radii || cells.templates.map((_, s) => cells.radiusOf(s));
   const shifts = report.lumen.period.map((period) => (period > 0 ? [-period, 0, period] : [0]));
   const at = cells.position(cell), found = [];
   for (let other = 0; other < cells.count; ++other) {
@@ -148,9 +148,10 @@ function creased(mesh) {
   return { vertices, normals };
 }
 
-/** A mesh with fewer triangles: vertices in the same cube of this edge that face the same way are merged. */
+/** A mesh with fewer triangles: vertices in the same cube of this edge that face the same way are merged.
+ *  @return also the number of a vertex of each cube */
 function coarsened(mesh, normals, edge) {
-  const groups = new Map(), groupOf = [], sums = [];
+  const groups = new Map(), groupOf = [], sums = [], numbers = [];
   for (let i = 0; i < mesh.vertices.length; i += 3) {
     let key = "";
     for (let k = 0; k < 3; ++k) key += Math.round(mesh.vertices[i + k] / edge) + ",";
@@ -158,6 +159,7 @@ function coarsened(mesh, normals, edge) {
     if (!groups.has(key)) {
       groups.set(key, sums.length);
       sums.push([0, 0, 0, 0, 0, 0, 0]);
+      numbers.push(i / 3);
     }
     const sum = sums[groups.get(key)];
     groupOf.push(groups.get(key));
@@ -180,5 +182,5 @@ function coarsened(mesh, normals, edge) {
     if (a !== b && b !== c && c !== a) triangles.push(a, b, c);
   }
   return { vertices: Float32Array.from(vertices), triangles: Uint32Array.from(triangles),
-    normals: Float32Array.from(newNormals) };
+    normals: Float32Array.from(newNormals), numbers: Float32Array.from(numbers) };
 }

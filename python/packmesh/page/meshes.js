@@ -30,6 +30,26 @@ function contextOf(canvas, hardware) {
   return context;
 }
 
+/** The meshes of deformed cells as a texture, with the place of each cell's first vertex in it by species; null without such cells. */
+function membranesOfAll() {
+  if (!cells.own.some((one) => one)) return null;
+  const width = 2048, sizes = cells.own.map((one) => (one ? one.vertices.length / 4 : 0));
+  const height = Math.ceil(sizes.reduce((sum, size) => sum + size, 0) / width), texels = new Float32Array(4 * width * height);
+  let first = 0;
+  const own = cells.own.map((one, s) => {
+    const template = cells.templates[s];
+    if (!one) return template && new Float32Array(stored.species[s].cells).fill(-1);
+    for (let i = 0; i < one.vertices.length; ++i)
+      texels[4 * first + i] = i % 4 < 3 ? one.scale * one.vertices[i] : one.vertices[i] & 0xffff;
+    const places = Float32Array.from(one.rows, (row) => (row < 0 ? -1 : first + (row * template.vertices.length) / 3));
+    first += sizes[s];
+    return places;
+  });
+  const texture = new THREE.DataTexture(texels, width, height, THREE.RGBAFormat, THREE.FloatType);
+  texture.needsUpdate = true;
+  return { own, uniforms: { membranes: { value: texture }, texels: { value: new THREE.Vector2(width, height) } } };
+}
+
 /** Some cells of a species, at all levels of coarseness; those that are drawn are the first `shown`. */
 class Instances {
   /** @param shapes geometries of the template by level; @param count of cells at most; @param from arrays of all cells of the species */
@@ -41,10 +61,11 @@ class Instances {
       turn: new THREE.InstancedBufferAttribute(array(from.turn, 4), 4),
       tint: new THREE.InstancedBufferAttribute(array(from.tint, 4), 4, true),
       index: new THREE.InstancedBufferAttribute(array(from.index, 1), 1),
+      ...(from.own && { own: new THREE.InstancedBufferAttribute(array(from.own, 1), 1) }),
     };
     this.levels = shapes.map((shape) => {
       const geometry = new THREE.InstancedBufferGeometry();
-      for (const name of ["position", "normal"]) geometry.setAttribute(name, shape.attributes[name]);
+      for (const [name, values] of Object.entries(shape.attributes)) geometry.setAttribute(name, values);
       geometry.setIndex(shape.index);
       for (const [name, attribute] of Object.entries(this.attributes)) geometry.setAttribute(name, attribute);
       const skin = new THREE.Mesh(geometry, view.cellMaterial), section = new THREE.Mesh(geometry, view.sectionMaterial);
@@ -86,8 +107,9 @@ class MeshView {
     this.scene = new THREE.Scene();
     this.picked = new THREE.WebGLRenderTarget(1, 1);
     this.planes = [];
-    const shader = (vertexShader, fragmentShader, more) => new THREE.ShaderMaterial(
-      { vertexShader, fragmentShader, clipping: true, clippingPlanes: [], extensions: { derivatives: true }, ...more });
+    const membranes = membranesOfAll(), shader = (vertexShader, fragmentShader, { uniforms, ...more } = {}) => new THREE.ShaderMaterial(
+      { vertexShader, fragmentShader, clipping: true, clippingPlanes: [], extensions: { derivatives: true }, ...more,
+        defines: membranes ? { OWN_MESHES: 1 } : {}, uniforms: { ...uniforms, ...(membranes && membranes.uniforms) } });
     this.cellMaterial = shader(cellVertex, cellFragment);
     this.sectionMaterial = shader(sectionVertex, sectionFragment,
       { side: THREE.BackSide, uniforms: { reach: { value: 0 } }, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 });
@@ -100,7 +122,7 @@ class MeshView {
     this.species = [];
     let first = 0;
     stored.species.forEach((one, s) => {
-      if (one.cells) this.addSpecies(cells.templates[s], first, one.cells);
+      if (one.cells) this.addSpecies(cells.templates[s], first, one.cells, membranes && membranes.own[s]);
       first += one.cells;
     });
     this.wall = new THREE.Group();
@@ -108,16 +130,18 @@ class MeshView {
     this.addWall();
   }
 
-  addSpecies(template, first, count) {
+  addSpecies(template, first, count, own) {
     const normals = normalsOf(template), radius = radiusOf(template);
     const { reach } = this.sectionMaterial.uniforms;
-    reach.value = Math.max(reach.value, radius);
+    reach.value = Math.max(reach.value, cells.radiusOf(cells.species[first]));
     const each = [];
     const shapes = coarseness.map((edge, level) => {
-      const mesh = edge ? coarsened(template, normals, edge * radius) : { ...template, normals };
+      const mesh = edge ? coarsened(template, normals, edge * radius)
+        : { ...template, normals, numbers: Float32Array.from({ length: normals.length / 3 }, (_, i) => i) };
       const shape = new THREE.BufferGeometry();
       shape.setAttribute("position", new THREE.BufferAttribute(mesh.vertices, 3));
       shape.setAttribute("normal", new THREE.BufferAttribute(mesh.normals, 3));
+      if (own) shape.setAttribute("number", new THREE.BufferAttribute(mesh.numbers, 1));
       shape.setIndex(new THREE.BufferAttribute(mesh.triangles, 1));
       each.push(mesh.triangles.length / 3);
       this.triangles[level] += count * each[level];
@@ -126,6 +150,7 @@ class MeshView {
     const from = {
       place: cells.positions.subarray(3 * first, 3 * (first + count)), turn: cells.orientations.subarray(4 * first, 4 * (first + count)),
       tint: this.tint.subarray(4 * first, 4 * (first + count)), index: Float32Array.from({ length: count }, (_, i) => first + i),
+      own,
     };
     this.species.push({ first, count, each, shapes, from, all: new Instances(this, shapes, from, count, true) });
   }
@@ -182,11 +207,12 @@ class MeshView {
     const { first, shapes, from } = this.species.filter((one) => one.first <= index).pop();
     const geometry = new THREE.InstancedBufferGeometry(), at = index - first, one = (array, size, normalized) =>
       new THREE.InstancedBufferAttribute(array.slice(size * at, size * (at + 1)), size, normalized);
-    for (const name of ["position", "normal"]) geometry.setAttribute(name, shapes[0].attributes[name]);
+    for (const [name, values] of Object.entries(shapes[0].attributes)) geometry.setAttribute(name, values);
     geometry.setIndex(shapes[0].index);
     geometry.setAttribute("place", one(from.place, 3));
     geometry.setAttribute("turn", one(from.turn, 4));
     geometry.setAttribute("tint", one(from.tint, 4, true));
+    if (from.own) geometry.setAttribute("own", one(from.own, 1));
     geometry.maxInstancedCount = 1;
     this.marked = new THREE.Mesh(geometry, this.markMaterial);
     Object.assign(this.marked, { frustumCulled: false, renderOrder: 10 });

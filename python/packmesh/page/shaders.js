@@ -16,14 +16,34 @@ const sectionDistance = `
 const instanceVertex = `
   #include <clipping_planes_pars_vertex>
   attribute vec3 place; attribute vec4 turn; attribute vec4 tint; attribute float index;
-  vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }`;
+  vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+  #ifdef OWN_MESHES  // of deformed cells: four numbers a vertex in a texture, from that of own on; below 0: the template
+    attribute float own; attribute float number;
+    uniform sampler2D membranes; uniform vec2 texels;
+    vec4 vertexOfOwn() {
+      float at = own + number, row = floor((at + 0.5) / texels.x);
+      return texture2D(membranes, vec2((at - row * texels.x + 0.5) / texels.x, (row + 0.5) / texels.y));
+    }
+    vec3 formed() { return own < 0.0 ? position : vertexOfOwn().xyz; }
+    vec3 facing() {
+      if (own < 0.0) return normal;
+      float code = vertexOfOwn().w, high = floor(code / 256.0);
+      vec2 flat2 = vec2(code - 256.0 * high, high) / 127.5 - 1.0;
+      vec3 n = vec3(flat2, 1.0 - abs(flat2.x) - abs(flat2.y));
+      if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * vec2(n.x < 0.0 ? -1.0 : 1.0, n.y < 0.0 ? -1.0 : 1.0);
+      return normalize(n);
+    }
+  #else
+    vec3 formed() { return position; }
+    vec3 facing() { return normal; }
+  #endif`;
 
 const cellVertex = instanceVertex + `
   varying vec3 vTint; varying vec3 vNormal;
   void main() {
     vTint = tint.rgb;
-    vNormal = normalMatrix * turned(normal);
-    vec4 mvPosition = modelViewMatrix * vec4(place + turned(position), 1.0);
+    vNormal = normalMatrix * turned(facing());
+    vec4 mvPosition = modelViewMatrix * vec4(place + turned(formed()), 1.0);
     gl_Position = tint.a > 0.0 ? projectionMatrix * mvPosition : vec4(2.0, 2.0, 2.0, 1.0);
     #include <clipping_planes_vertex>
   }`;
@@ -57,7 +77,7 @@ const sectionVertex = instanceVertex + `
       for (int i = 0; i < NUM_CLIPPING_PLANES; ++i)
         isCut = isCut || abs(clippingPlanes[i].w + dot(mvPosition.xyz, clippingPlanes[i].xyz)) < reach;
     #endif
-    mvPosition = modelViewMatrix * vec4(place + turned(position), 1.0);
+    mvPosition = modelViewMatrix * vec4(place + turned(formed()), 1.0);
     gl_Position = isCut && tint.a > 0.0 ? projectionMatrix * mvPosition : vec4(2.0, 2.0, 2.0, 1.0);
     #include <clipping_planes_vertex>
   }`;
@@ -85,7 +105,7 @@ const pickVertex = instanceVertex + `
   void main() {
     float i = index + 1.0;
     vCode = vec3(mod(i, 256.0), mod(floor(i / 256.0), 256.0), floor(i / 65536.0)) / 255.0;
-    vec4 mvPosition = modelViewMatrix * vec4(place + turned(position), 1.0);
+    vec4 mvPosition = modelViewMatrix * vec4(place + turned(formed()), 1.0);
     gl_Position = tint.a > 0.0 ? projectionMatrix * mvPosition : vec4(2.0, 2.0, 2.0, 1.0);
     #include <clipping_planes_vertex>
   }`;

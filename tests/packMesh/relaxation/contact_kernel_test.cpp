@@ -118,8 +118,8 @@ class TrueDistance {
   std::unique_ptr<ClosestPoint> surface_;
 };
 
-SpeciesModel modelOf(const NamedShape& shape) {
-  return SpeciesModel(*shape.shape, nullptr, shape.shape->volume());
+const ContactViews& modelOf(const NamedShape& shape) {
+  return shape.shape->views();
 }
 
 }  // namespace
@@ -136,7 +136,7 @@ TEST_CASE("Contact kernels of all instruction sets give the same bits", "[relaxa
   for (const NamedShape& sampled : test::allShapes())
     for (const NamedShape& surface : test::allShapes()) {
       CAPTURE(sampled.name, surface.name);
-      const SpeciesModel a = modelOf(sampled), b = modelOf(surface);
+      const ContactViews &a = modelOf(sampled), &b = modelOf(surface);
       for (int n = 0; n < 150; ++n) {
         const Configuration c = randomConfiguration(*sampled.shape, *surface.shape, random);
         const SampleView& samples = n % 4 == 0 ? a.coarseSamples : a.samples;
@@ -161,7 +161,7 @@ TEST_CASE("Contacts are the sums over all sample points, with or without culling
   for (const NamedShape& sampled : test::allShapes())
     for (const NamedShape& surface : test::allShapes()) {
       CAPTURE(sampled.name, surface.name);
-      const SpeciesModel a = modelOf(sampled), b = modelOf(surface);
+      const ContactViews &a = modelOf(sampled), &b = modelOf(surface);
       const auto* grid = std::get_if<DistanceGrid>(&surface.shape->field());
       for (int n = 0; n < 60; ++n) {
         const Configuration c = randomConfiguration(*sampled.shape, *surface.shape, random);
@@ -205,7 +205,7 @@ TEST_CASE("Penetrations are measured to the surface itself", "[relaxation][kerne
   for (const NamedShape& surface : test::allShapes()) {
     CAPTURE(surface.name);
     const TrueDistance distance(*surface.shape);
-    const SpeciesModel model = modelOf(surface);
+    const ContactViews& model = modelOf(surface);
     const auto* grid = std::get_if<DistanceGrid>(&surface.shape->field());
     // One sample point at a time, near the surface and beyond.
     std::uniform_real_distribution<double> offset(-0.1, 1.6);
@@ -259,7 +259,7 @@ TEST_CASE("Without a contact, no sample point is closer than the bound given by 
     const double error = grid ? grid->interpolationError() : 2e-3;
     for (const NamedShape& sampled : test::allShapes()) {
       CAPTURE(sampled.name, surface.name);
-      const SpeciesModel a = modelOf(sampled), b = modelOf(surface);
+      const ContactViews &a = modelOf(sampled), &b = modelOf(surface);
       for (int n = 0; n < 25; ++n) {
         const Configuration c = randomConfiguration(*sampled.shape, *surface.shape, random);
         const ContactSums sums = run(chosenInstructionSet(), a.samples, c, b.field);
@@ -285,7 +285,7 @@ TEST_CASE("Clusters outside the mask have no contact before the cells have moved
   for (const NamedShape& sampled : test::allShapes())
     for (const NamedShape& surface : test::allShapes()) {
       CAPTURE(sampled.name, surface.name);
-      const SpeciesModel a = modelOf(sampled), b = modelOf(surface);
+      const ContactViews &a = modelOf(sampled), &b = modelOf(surface);
       // Sampled distances err, so that a point may come nearer by more than it moves.
       const auto* grid = std::get_if<DistanceGrid>(&surface.shape->field());
       for (int n = 0; n < 40; ++n) {
@@ -324,7 +324,7 @@ TEST_CASE("Clusters outside the mask have no contact before the cells have moved
 TEST_CASE("The padding of clusters has no effect", "[relaxation][kernel]") {
   std::mt19937 random(5);
   const NamedShape surface{"red cell", test::redCellShape()};
-  const SpeciesModel b = modelOf(surface);
+  const ContactViews& b = modelOf(surface);
   SamplePoints samples = surface.shape->samples();
   REQUIRE(samples.clusters % SamplePoints::width != 0);
   const auto view = [&samples] {

@@ -55,8 +55,8 @@ bool sameBits(const Looked& a, const Looked& b) {
   return std::memcmp(&a.sums, &b.sums, sizeof a.sums) == 0 && a.mask == b.mask;
 }
 
-SpeciesModel modelOf(const Shape& shape) {
-  return SpeciesModel(shape, nullptr, shape.volume());
+const ContactViews& modelOf(const Shape& shape) {
+  return shape.views();
 }
 
 /// Sixteen points as a cluster that is never culled.
@@ -117,11 +117,11 @@ TEST_CASE("Wall kernels of all instruction sets give the same bits", "[relaxatio
     const WallField field(c.wall(), regionOf(*c.container));
     for (const test::NamedShape& shape : test::allShapes()) {
       CAPTURE(c.name, shape.name);
-      const SpeciesModel model = modelOf(*shape.shape);
+      const ContactViews& model = modelOf(*shape.shape);
       for (int n = 0; n < 25; ++n) {
-        const Body body = randomBody(c, model.radius, random);
+        const Body body = randomBody(c, shape.shape->radius(), random);
         const SampleView& samples = n % 4 == 0 ? model.coarseSamples : model.samples;
-        const WallFrame frame = field.frameOf(body, model.radius * body.scale, n % 5 == 0);
+        const WallFrame frame = field.frameOf(body, shape.shape->radius() * body.scale, n % 5 == 0);
         const double margin = n % 3 == 0 ? 0.1 : 0.0;
         const Looked expected = look(InstructionSet::portable, samples, frame, 0.02, margin);
         ++(expected.sums.contacts > 0 ? touching : apart);
@@ -188,11 +188,11 @@ TEST_CASE("Contacts with the wall are the sums over all sample points", "[relaxa
     const WallField field(c.wall(), region);
     for (const test::NamedShape& shape : test::allShapes()) {
       CAPTURE(c.name, shape.name);
-      const SpeciesModel model = modelOf(*shape.shape);
+      const ContactViews& model = modelOf(*shape.shape);
       for (int n = 0; n < 12; ++n) {
-        const Body body = randomBody(c, model.radius, random);
+        const Body body = randomBody(c, shape.shape->radius(), random);
         const double clearance = n % 2 == 0 ? 0.02 : 0.3;
-        const WallFrame frame = field.frameOf(body, model.radius * body.scale, false);
+        const WallFrame frame = field.frameOf(body, shape.shape->radius() * body.scale, false);
         const WallSums sums = look(chosenInstructionSet(), model.samples, frame, clearance).sums;
         double weight = 0.0, deepest = 0.0, found = 0.0;
         Vec3 point = Vec3::Zero(), foundPoint = Vec3::Zero();
@@ -217,7 +217,7 @@ TEST_CASE("Contacts with the wall are the sums over all sample points", "[relaxa
         CAPTURE(n, sums.contacts, weight, found);
         const double rounding = 1e-5 * (100.0 + weight);
         REQUIRE(std::abs(found - weight) < rounding);
-        REQUIRE((foundPoint - point).norm() < model.radius * rounding);
+        REQUIRE((foundPoint - point).norm() < shape.shape->radius() * rounding);
         REQUIRE(foundDeepest == Approx(deepest).margin(1e-4));
         touching += weight > 0.0;
         several += sums.contacts > 1;
@@ -238,10 +238,10 @@ TEST_CASE("Without a contact, no sample point is closer to the wall than the bou
     const double error = c.wall().closedForm() ? 1e-4 : 0.3 * c.wall().samplingSpacing() + c.wall().slack();
     for (const test::NamedShape& shape : test::allShapes()) {
       CAPTURE(c.name, shape.name);
-      const SpeciesModel model = modelOf(*shape.shape);
+      const ContactViews& model = modelOf(*shape.shape);
       for (int n = 0; n < 25; ++n) {
-        const Body body = randomBody(c, model.radius, random);
-        const WallFrame frame = field.frameOf(body, model.radius * body.scale, false);
+        const Body body = randomBody(c, shape.shape->radius(), random);
+        const WallFrame frame = field.frameOf(body, shape.shape->radius() * body.scale, false);
         const WallSums sums = look(chosenInstructionSet(), model.samples, frame, 0.02).sums;
         if (sums.contacts > 0) continue;
         double nearest = std::numeric_limits<double>::infinity();
@@ -270,10 +270,10 @@ TEST_CASE("Clusters outside the mask have no wall contact before the cell has mo
     const WallField field(c.wall(), regionOf(*c.container));
     for (const test::NamedShape& shape : test::allShapes()) {
       CAPTURE(c.name, shape.name);
-      const SpeciesModel model = modelOf(*shape.shape);
+      const ContactViews& model = modelOf(*shape.shape);
       for (int n = 0; n < 15; ++n) {
-        Body body = randomBody(c, model.radius, random);
-        const double reach = model.radius * body.scale, margin = n % 2 == 0 ? 0.1 : 0.02;
+        Body body = randomBody(c, shape.shape->radius(), random);
+        const double reach = shape.shape->radius() * body.scale, margin = n % 2 == 0 ? 0.1 : 0.02;
         const ClusterMask mask =
             look(chosenInstructionSet(), model.samples, field.frameOf(body, reach, false), 0.02, margin).mask;
         body.position += 0.5 * margin * test::randomDirection(random);
@@ -300,7 +300,7 @@ TEST_CASE("Clusters outside the mask have no wall contact before the cell has mo
 
 TEST_CASE("A cell between two walls has a contact with each", "[relaxation][kernel][wall]") {
   const auto sphere = test::sphereShape(2.0);
-  const SpeciesModel model = modelOf(*sphere);
+  const ContactViews& model = modelOf(*sphere);
   const auto slit = makeBox(Box{Vec3::Zero(), Vec3(20.0, 20.0, 3.8)}, {true, true, false});
   const auto room = makeBox(Box{Vec3::Zero(), Vec3(20.0, 20.0, 20.0)}, {false, false, false});
   const auto seen = [&](const Container& container, const Vec3& at) {

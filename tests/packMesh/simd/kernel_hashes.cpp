@@ -408,6 +408,7 @@ class Tree {
         for (int k = 0; k < 3; ++k) corners[3 * c + k] = axes[k] * at[k] + 0.4f * aside[k];
       }
       std::memcpy(corners_[t], corners, sizeof corners);
+      for (int c = 0; c < 3; ++c) triangles_[t][c] = 3 * t + c;
     }
     quads_.resize(1);
     clear(quads_[0]);
@@ -415,7 +416,9 @@ class Tree {
     put(0, 0, 0, 256);
     quads_[0].size = quads_[0].discs.radius[0];
   }
-  TreeView view() const { return {quads_.data(), corners_, discs_}; }
+  TreeView view() const {
+    return {quads_.data(), reinterpret_cast<const float(*)[3]>(corners_), triangles_, discs_};
+  }
 
  private:
   static void clear(DiscQuad& quad) {
@@ -464,6 +467,7 @@ class Tree {
 
   std::vector<DiscQuad> quads_;
   float corners_[256][9];
+  int triangles_[256][3];
   int discs_[256];
 };
 
