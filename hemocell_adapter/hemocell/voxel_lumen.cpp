@@ -49,6 +49,8 @@ class VoxelLumen final : public Container, public Wall {
   const Wall* wall() const override { return this; }
   TriangleMesh surface() const override { return voxelSurface(*lattice_, periodic_); }
 
+  double spacing() const { return lattice_->dx(); }
+
   std::string describe() const override {
     const Vec3 size = bounds_.size();
     std::string axes;
@@ -204,6 +206,11 @@ std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice
                                           const std::array<bool, 3>& periodic) {
   if (!lattice->hasFluidNodes()) throw InputError("the lumen has no fluid node");
   return std::make_unique<VoxelLumen>(std::move(lattice), periodic);
+}
+
+std::optional<double> voxelSpacing(const Container& lumen) {
+  const auto* voxels = dynamic_cast<const VoxelLumen*>(&lumen);
+  return voxels ? std::optional(voxels->spacing()) : std::nullopt;
 }
 
 }  // namespace packmesh::hemocell

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "hemocell_adapter/hemocell/lattice.h"
 #include "packMesh/container/container.h"
@@ -17,6 +18,9 @@ namespace packmesh::hemocell {
 /// @throws InputError if no node is fluid
 std::unique_ptr<Container> makeVoxelLumen(std::shared_ptr<const Lattice> lattice,
                                           const std::array<bool, 3>& periodic);
+
+/// The lattice spacing of a lumen that makeVoxelLumen() made, whose surface consists of stairs [µm].
+std::optional<double> voxelSpacing(const Container& lumen);
 
 /// The faces between fluid nodes and everything else, outward, in the coordinate system of the lattice [µm].
 /// Edges at which only the edges of cubes touch have four or more triangles.

@@ -5,10 +5,50 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "hemocell_adapter/hemocell/voxel_lumen.h"
 #include "packMesh/container/side_wall.h"
 
 namespace packmesh::hemocell {
+namespace {
+
+/// Edge of the cubes in which a wall of stairs is taken for a plane [lattice spacings].
+constexpr double flatPart = 4.0;
+
+/// Area of a surface without its ends [µm²].
+/// @param spacing of the stairs that it consists of, if it does: the area is that of the smooth surface,
+/// whose parts have
+///   the mean normals of the stairs
+double areaOfSides(const TriangleMesh& surface, const std::array<bool, 3>& ends,
+                   std::optional<double> spacing) {
+  const Box bounds = boundingBox(surface);
+  const double rounding = 1e-6 * bounds.size().maxCoeff();  // of vertices in the planes of the ends
+  double area = 0.0;
+  std::map<std::array<int, 3>, Vec3> parts;  // of stairs: area and mean normal
+  for (const Triangle& t : surface.triangles) {
+    const Vec3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]], &c = surface.vertices[t[2]];
+    bool end = false;
+    for (int k = 0; k < 3; ++k)
+      for (const double plane : {bounds.lo[k], bounds.hi[k]})
+        end = end || (ends[k] && std::max({std::abs(a[k] - plane), std::abs(b[k] - plane),
+                                           std::abs(c[k] - plane)}) < rounding);
+    if (end) continue;
+    const Vec3 facing = 0.5 * (b - a).cross(c - a);
+    if (!spacing) {
+      area += facing.norm();
+      continue;
+    }
+    std::array<int, 3> part;
+    for (int k = 0; k < 3; ++k)
+      part[k] = static_cast<int>(std::floor((a[k] + b[k] + c[k]) / (3.0 * flatPart * *spacing)));
+    parts.try_emplace(part, Vec3::Zero()).first->second += facing;
+  }
+  for (const auto& [part, facing] : parts) area += facing.norm();
+  return area;
+}
+
+}  // namespace
 
 double tubeHematocrit(double dischargeHematocrit, double diameter) {
   const double h = dischargeHematocrit;
@@ -41,21 +81,11 @@ std::optional<double> hydraulicDiameter(const Container& lumen, const std::array
     const bool planes = sides.lo.array().isFinite().any() || sides.hi.array().isFinite().any();
     if (sides.radius > 0.0 && sides.across.minCoeff() == 0.0 && !planes) return 2.0 * sides.radius;
   }
+  const std::optional<double> spacing = voxelSpacing(lumen);
   const TriangleMesh surface = lumen.surface();
-  const Box bounds = boundingBox(surface);
-  const double rounding = 1e-6 * bounds.size().maxCoeff();  // of vertices in the planes of the ends
-  double area = 0.0;
-  for (const Triangle& t : surface.triangles) {
-    const Vec3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]], &c = surface.vertices[t[2]];
-    bool end = false;
-    for (int k = 0; k < 3; ++k)
-      for (const double plane : {bounds.lo[k], bounds.hi[k]})
-        end = end || (ends[k] && std::max({std::abs(a[k] - plane), std::abs(b[k] - plane),
-                                           std::abs(c[k] - plane)}) < rounding);
-    if (!end) area += 0.5 * (b - a).cross(c - a).norm();
-  }
+  const double area = areaOfSides(surface, ends, spacing);
   if (!(area > 0.0)) return {};
-  return 4.0 * signedVolume(surface) / area;
+  return 4.0 * (spacing ? lumen.volume() : signedVolume(surface)) / area;
 }
 
 std::optional<std::string> fahraeusWarning(double diameter) {

@@ -3,7 +3,9 @@
 #include "hemocell_adapter/problem/fahraeus.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
+#include "hemocell_adapter/hemocell/voxel_lumen.h"
 #include "packMesh/container/primitives.h"
 #include "packMesh/container/vessel.h"
 #include "tests/hemocell_adapter/sample_case.h"
@@ -55,6 +57,23 @@ TEST_CASE("The diameter is that of a cylinder, elsewhere four volumes per area o
   CHECK(*hydraulicDiameter(*slit, {false, true, false}) == Approx(4.0 / (2.0 / 20 + 2.0 / 10)));
   CHECK_FALSE(hydraulicDiameter(*slit, {true, true, true}));
   CHECK_FALSE(hydraulicDiameter(*makeBox({Vec3(0, 0, 0), Vec3(20, 30, 10)}, {true, true, true}), closed));
+}
+
+TEST_CASE("The diameter of fluid nodes is that of the vessel without stairs", "[profile][lattice]") {
+  for (const double radius : {8.0, 12.5, 20.0})
+    for (const bool periodic : {false, true}) {
+      const double dx = 0.5;
+      const int across = 2 * static_cast<int>(radius / dx) + 3, along = 60;
+      const double middle = 0.5 * (across - 1) * dx;
+      auto lattice = std::make_shared<Lattice>(std::array<int, 3>{along, across, across}, dx);
+      for (int k = 0; k < across; ++k)
+        for (int j = 0; j < across; ++j)
+          for (int i = 0; i < along; ++i)
+            lattice->setFluid(i, j, k, std::hypot(j * dx - middle, k * dx - middle) < radius);
+      const auto lumen = makeVoxelLumen(lattice, {periodic, false, false});
+      CAPTURE(radius, periodic);
+      CHECK(*hydraulicDiameter(*lumen, {true, false, false}) == Approx(2.0 * radius).epsilon(0.03));
+    }
 }
 
 TEST_CASE("A discharge hematocrit packs the hematocrit of the tube", "[executable][profile]") {
