@@ -22,14 +22,17 @@ inside sh -euc '
   packCells 30 30 30 --hematocrit 0.3 --quiet && head -n 1 RBC.pos
   packMesh 10 10 10 --rbc 2 --method cat --builder cat-faces --quiet  # by packmesh-tetgen
   test -s /usr/share/man/man1/packMesh.1*'
-# With the recommended openmpi-bin, on two ranks: the same bytes.
-inside apt-get -qq install -y --no-install-recommends openmpi-bin > "$system/root/install.log" 2>&1
+# With what the package recommends: on two ranks the same bytes, and pages.
+mapfile -t recommended < <(inside dpkg-query -W -f '${Recommends}' packmesh | sed 's/, */\n/g')
+inside apt-get -qq install -y --no-install-recommends "${recommended[@]}" > "$system/root/install.log" 2>&1
 inside sh -euc '
   cd /root/pipe && mkdir -p ranks
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
   packMesh config.xml --quiet
   mpirun --oversubscribe -n 2 packMesh config.xml --output-dir ranks | head -n 1
-  cmp RBC.pos ranks/RBC.pos'
+  cmp RBC.pos ranks/RBC.pos
+  packMesh 20 20 20 --rbc 5 --state cells.h5 --report report.html --quiet && grep -q OrbitControls report.html
+  packmesh view cells.h5 --report report.json --page page.html && cmp report.html page.html'
 inside apt-get -qq purge -y packmesh > /dev/null 2>&1
 inside sh -c '! command -v packMesh'
 echo "(packMesh) The package installs, runs and goes away on $(cat "$system/etc/debian_version")"
