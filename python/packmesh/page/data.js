@@ -102,6 +102,9 @@ function element(name, attributes = {}, ...children) {
   return made;
 }
 
+/** Lets the processor draw on a canvas. Without a graphics processor, an emulated one would take longer, and delay the view. */
+const byProcessor = (canvas) => canvas.getContext("2d", { willReadFrequently: true });
+
 function download(blob, name) {
   const link = element("a", { href: URL.createObjectURL(blob), download: name });
   link.click();

@@ -205,7 +205,7 @@ function addPlot(plot) {
       button("PNG", "Save as picture", () => canvas.toBlob((blob) => download(blob, plot.id + ".png"))), " ",
       button("CSV", "Save the numbers", () => download(new Blob([csvOf(plot)], { type: "text/csv" }), plot.id + ".csv")))),
     area));
-  canvas.getContext("2d", { willReadFrequently: true });  // drawn by the processor: without a graphics processor that is faster
+  byProcessor(canvas);
   const chart = new Chart(canvas, {
     type: "line",
     data: { datasets: datasetsOf(plot) },

@@ -39,6 +39,7 @@ class View {
     };
     this.marks = element("canvas", { class: "marks", "aria-hidden": "true" });
     byId("stage").append(this.marks);
+    byProcessor(this.marks);
     this.canvas = add();
     try {
       this.drawing = new MeshView(this.canvas, this.camera);
