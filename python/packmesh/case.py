@@ -134,7 +134,7 @@ def pack(
             files (.h5), {"RBC": array of shape (n, 6)} of .pos lines, a Packing, or a step of a run or its packing, whose cells
             keep their membranes
         blood: flowing blood that is repeated over the lumen: a state file, the output folder of a run, of which the last step is
-            taken, or a step of a run
+            taken, a step of a run, or a packing with deformed cells
         rbc_volume: volume of one red cell in the hematocrit [µm³] (of its mesh)
         fluid_volume: the hematocrit refers to the fluid nodes instead of the true lumen
     Gaps:

@@ -81,7 +81,7 @@ class RunOfStudy:
         self.length = lumen.period[0]
         run = hemocell_output(str(folder / "output"), config=config)
         analysis = RunAnalysis(lumen, overlaps=False)
-        steps = [analysis.analyse(step) for step in run[:-1]]
+        steps = [analysis.analyse(step) for step in run]
         self.lost = sum(step["lost"] for step in steps)
         self.iterations = np.array([step["iteration"] for step in steps])
         self.area = np.array([step["species"]["RBC"]["areaDrift"] for step in steps])
