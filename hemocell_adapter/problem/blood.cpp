@@ -6,16 +6,28 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "hemocell_adapter/problem/own_meshes.h"
 #include "packMesh/certificate/certify.h"
+#include "packMesh/container/side_wall.h"
 #include "packMesh/core/error.h"
+#include "packMesh/core/poll.h"
+#include "packMesh/core/random.h"
 #include "packMesh/packing/state_cells.h"
 #include "packMesh/parallel/periodic_images.h"
 
 namespace packmesh::hemocell {
 namespace {
+
+/// Distances from the wall that differ by less are the same [µm]; places that are tried to find one.
+constexpr double sameDepth = 0.25;
+constexpr std::uint32_t mostPlaces = 200;
+
+/// The distances between cells are changed by at most this fraction along an axis, so that the period of the
+/// lumen is a multiple of that of the piece.
+constexpr double mostStretch = 0.1;
 
 /// The only periodic axis.
 std::optional<int> periodicAxis(const Vec3& period) {
@@ -47,6 +59,12 @@ class Piece {
     for (int k = 0; k < 3; ++k) {
       const int to = (k + shift_) % 3;
       step_[to] = blood.period[k] > 0.0 ? blood.period[k] : size[k];
+      const double period = lumen.period()[to];
+      if (blood.period[k] > 0.0 && period > 0.0) {
+        const double fitting = period / std::max(1.0, std::round(period / step_[to]));
+        if (std::abs(fitting / step_[to] - 1.0) <= mostStretch) stretch_[to] = fitting / step_[to];
+        step_[to] *= stretch_[to];
+      }
       from_[to] = blood.period[k] > 0.0 ? bounds.lo[to] : bounds.center()[to] - 0.5 * size[k];
       first_[to] = int(std::floor((bounds.lo[to] - from_[to]) / step_[to]));
       last_[to] = int(std::ceil((bounds.hi[to] - from_[to]) / step_[to])) - 1;
@@ -62,7 +80,7 @@ class Piece {
     Vec3 p = pose.position;
     for (int k = 0; k < 3; ++k)
       if (period_[k] > 0.0) p[k] -= period_[k] * std::floor((p[k] - low_[k]) / period_[k]);
-    const Vec3 at = from_ + turned(p - low_);
+    const Vec3 at = from_ + stretch_.cwiseProduct(turned(p - low_));
     const Quaternion orientation = (turn_ * pose.orientation).normalized();
     for (int x = first_[0]; x <= last_[0]; ++x)
       for (int y = first_[1]; y <= last_[1]; ++y)
@@ -79,18 +97,30 @@ class Piece {
 
   Vec3 low_, period_;
   int shift_ = 0;
-  Vec3 step_, from_;
+  Vec3 step_, from_, stretch_ = Vec3::Ones();
   std::array<int, 3> first_{}, last_{};
   Quaternion turn_;
 };
+
+/// The rotation that turns one direction of the wall into another, about the axis if there is one.
+Quaternion turnBetween(const Vec3& from, const Vec3& to, std::optional<int> axis) {
+  if (!(from.norm() > 0.0 && to.norm() > 0.0)) return Quaternion::Identity();
+  if (!axis) return Quaternion::FromTwoVectors(from, to);
+  const auto angle = [&](const Vec3& v) { return std::atan2(v[(*axis + 2) % 3], v[(*axis + 1) % 3]); };
+  return Quaternion(Eigen::AngleAxisd(angle(to) - angle(from), Vec3::Unit(*axis)));
+}
 
 struct Copy {
   int species;
   PresentCell cell;
 };
 
-/// Numbers of copies that can stay.
-std::vector<std::size_t> fitting(const Problem& problem, const std::vector<Copy>& copies) {
+/// Numbers of the copies that are where cells can be: those that meet none before them, and the others.
+struct Fitting {
+  std::vector<std::size_t> apart, crowded;
+};
+
+Fitting fitting(const Problem& problem, const std::vector<Copy>& copies) {
   const Physics physics = physicsOf(problem);
   const auto placedOf = [&](int species, const PresentCell& cell) {
     return PlacedCell{problem.numberOf(species, cell), placementOf(cell)};
@@ -118,10 +148,10 @@ std::vector<std::size_t> fitting(const Problem& problem, const std::vector<Copy>
   std::vector<char> leaves(cells.size(), 0);
   for (const OverlappingPair& pair : findOverlaps(certificateInputOf(physics, cells, problem.team)))
     if (!leaves[pair.first] && pair.second >= others) leaves[pair.second] = 1;
-  std::vector<std::size_t> stay;
+  Fitting found;
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (!leaves[others + i]) stay.push_back(numbers[i]);
-  return stay;
+    (leaves[others + i] ? found.crowded : found.apart).push_back(numbers[i]);
+  return found;
 }
 
 }  // namespace
@@ -157,8 +187,10 @@ void addBlood(Problem& problem) {
       copy.membrane = cells[i].membrane;
       copies.push_back({speciesOf[blood.cells[i].species], copy});
     });
-  for (const std::size_t i : fitting(problem, copies))
-    problem.species[copies[i].species].start.push_back(copies[i].cell);
+  const Fitting found = fitting(problem, copies);
+  for (const std::size_t i : found.apart) problem.species[copies[i].species].start.push_back(copies[i].cell);
+  for (const std::size_t i : found.crowded)
+    problem.species[copies[i].species].crowded.push_back(copies[i].cell);
   for (CellSpecies& species : problem.species) {
     const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
     if (!asked || !asked->inBlood) continue;
@@ -166,6 +198,39 @@ void addBlood(Problem& problem) {
     if (!determined) species.statedCount = std::int64_t(species.fixed.size() + species.start.size());
     if (species.startFrom.empty()) species.startFrom = file;
   }
+}
+
+std::vector<LikeCell> likeThoseThere(const Problem& problem, const std::vector<Pose>& there,
+                                     std::int64_t count, std::uint32_t stream) {
+  std::vector<LikeCell> cells;
+  if (there.empty() || !problem.lumen.container->wall()) return cells;
+  const SideWall wall(problem.lumen.container, endAxes(problem));
+  if (!wall.exists()) return cells;
+  const std::uint64_t seed = problem.request.seed;
+  const Box bounds = problem.lumen.container->bounds();
+  const std::optional<int> axis = axisOf(problem);
+  for (std::int64_t n = 0; n < count; ++n) {
+    poll();
+    const double chosen = uniform4(seed, RandomStream::draw, std::uint64_t(n), stream)[0];
+    LikeCell cell{std::size_t(chosen * double(there.size())), {}};
+    const Pose& like = there[cell.like];
+    const WallDistance from = wall.distance(like.position);
+    WallDistance found{};
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::uint32_t k = 0; k < mostPlaces && nearest > sameDepth; ++k) {
+      const auto u = uniform4(seed, RandomStream::position, std::uint64_t(n) * mostPlaces + k, stream);
+      const Vec3 place = bounds.lo + bounds.size().cwiseProduct(Vec3(u[0], u[1], u[2]));
+      const WallDistance to = wall.distance(place);
+      if (!(std::abs(to.distance - from.distance) < nearest)) continue;
+      nearest = std::abs(to.distance - from.distance);
+      found = to;
+      cell.pose.position = place;
+    }
+    cell.pose.orientation =
+        (turnBetween(from.gradient, found.gradient, axis) * like.orientation).normalized();
+    cells.push_back(cell);
+  }
+  return cells;
 }
 
 }  // namespace packmesh::hemocell

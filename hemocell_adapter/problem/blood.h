@@ -2,6 +2,9 @@
 /// @file Blood that flows already: the cells of a piece of it, repeated over the lumen.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "hemocell_adapter/problem/problem.h"
 
 namespace packmesh::hemocell {
@@ -14,5 +17,18 @@ namespace packmesh::hemocell {
 /// species and their shapes
 /// @throws InputError if the state does not fit the species
 void addBlood(Problem& problem);
+
+/// Where a further cell starts, and which cell of the blood it is like.
+struct LikeCell {
+  std::size_t like;
+  Pose pose;
+};
+
+/// Starts of further cells of flowing blood: each is like a random one of the cells that are there, at a
+/// random place as far from the wall, turned as the wall is (in a pipe about its axis), so that the layers of
+/// the blood stay what they are. None where there is no wall. Every rank computes all of them. @param stream
+/// of the random numbers
+std::vector<LikeCell> likeThoseThere(const Problem& problem, const std::vector<Pose>& there,
+                                     std::int64_t count, std::uint32_t stream);
 
 }  // namespace packmesh::hemocell

@@ -49,10 +49,11 @@ struct SpeciesPlan {
   std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
   std::int64_t stock = 0;                         ///< additional cells, for escapes
   std::vector<PresentCell> fixed, start;          ///< existing cells: fixed, or movable
-  std::vector<Triangle> ownTriangles;             ///< of those with meshes of their own
-  std::vector<int> membranes;                     ///< that further cells have; empty: the template
-  std::string fixedFrom, startFrom;               ///< files
-  double ownWallClearance = 0.0;                  ///< of this species, if larger than that of all [µm]
+  std::vector<PresentCell> crowded;    ///< of flowing blood, that meet others: starts of further cells
+  std::vector<Triangle> ownTriangles;  ///< of those with meshes of their own
+  std::vector<int> membranes;          ///< that further cells have; empty: the template
+  std::string fixedFrom, startFrom;    ///< files
+  double ownWallClearance = 0.0;       ///< of this species, if larger than that of all [µm]
   std::optional<AxisCone> cone;
 
   /// Wall clearance of its cells, and by how much it exceeds that of the others [µm].

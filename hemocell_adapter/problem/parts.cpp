@@ -11,6 +11,7 @@
 #include <numeric>
 #include <set>
 
+#include "hemocell_adapter/problem/blood.h"
 #include "hemocell_adapter/problem/make_lumen.h"
 #include "hemocell_adapter/problem/other_spacings.h"
 #include "hemocell_adapter/problem/shell_start.h"
@@ -137,9 +138,25 @@ class Parting {
     if (problem_.profile && problem_.profile->species[s].isAsked())
       freeInShells(s);
     else if (regions_.empty() || !species.redCell)
-      free(s, -1, species.count - fixed, startOf(problem_, s));
+      free(s, -1, species.count - fixed, withBlood(s, species.count - fixed, startOf(problem_, s)));
     else
       freeInRegions(s);
+  }
+
+  /// With flowing blood, the starts of all cells: further ones are those of the blood that meet others, or
+  /// else like those there.
+  std::vector<Start> withBlood(int s, std::int64_t count, std::vector<Start> start) const {
+    const SpeciesRequest* const asked = findSpecies(problem_.request, problem_.species[s].name);
+    if (!problem_.request.blood || !asked || !asked->inBlood) return start;
+    const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
+    for (const Start& cell : drawn(startsOf(problem_, s, problem_.species[s].crowded), missing(),
+                                   problem_.request.seed, std::uint64_t(s)))
+      start.push_back(cell);
+    std::vector<Pose> there;
+    for (const Start& cell : start) there.push_back(cell.pose);
+    for (const LikeCell& cell : likeThoseThere(problem_, there, missing(), std::uint32_t(s)))
+      start.push_back({cell.pose, start[cell.like].number});
+    return start;
   }
 
   void freeInRegions(int s) {

@@ -97,17 +97,12 @@ class Planning {
   }
 
  private:
-  std::array<bool, 3> ends() const {
-    const bool runningBox = problem_.running() && !problem_.request.container;
-    return runningBox ? problem_.running()->periodic : endAxes(problem_);
-  }
-
   void makeDepth() {
     const auto refuse = [] {
       throw InputError("a profile is over the distance from the wall, and this lumen has none (see --walls)");
     };
     if (!container_.wall() || !problem_.lumen.solidWalls) refuse();
-    const auto wall = std::make_shared<const SideWall>(problem_.lumen.container, ends());
+    const auto wall = std::make_shared<const SideWall>(problem_.lumen.container, endAxes(problem_));
     if (!wall->exists()) refuse();
     plan_.depth = std::make_shared<const SideDepth>(wall, container_.bounds());
   }
@@ -154,7 +149,7 @@ class Planning {
       if (!species.redCell && species.name.rfind("PLT", 0) == 0) platelets.push_back(species.name);
     }
     if (!(volume > 0.0)) throw InputError("a developed profile is that of red cells, and there are none");
-    const double diameter = *hydraulicDiameter(container_, ends());
+    const double diameter = *hydraulicDiameter(container_, endAxes(problem_));
     if (const auto warning = fahraeusWarning(diameter)) notices_.push_back("developed profile: " + *warning);
     return developedFlow(volume / container_.volume(), diameter, red, platelets);
   }

@@ -42,6 +42,7 @@ Physics physicsOf(const Problem& problem) {
 }
 
 std::array<bool, 3> endAxes(const Problem& problem) {
+  if (problem.running() && !problem.request.container) return problem.running()->periodic;
   std::array<bool, 3> ends{};
   const auto allBut = [&](const std::string& walls) {
     for (int k = 0; k < 3; ++k) ends[k] = walls.find("xyz"[k]) == std::string::npos;

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: AGPL-3.0-or-later
+// Cells that are added to flowing blood.
+#include "hemocell_adapter/problem/blood.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "packMesh/container/primitives.h"
+
+using namespace packmesh;
+using namespace packmesh::hemocell;
+
+TEST_CASE("Cells that are added to blood in a pipe are as far from its wall as others, turned with it",
+          "[blood]") {
+  const double radius = 8.0;
+  const Vec3 middle(15, 9, 9);
+  Problem problem;
+  problem.request.boxSize = Vec3(30, 18, 18);
+  problem.lumen.container = makeCylinder(middle, 0, radius, 30.0, true);
+  std::vector<Pose> there(2);
+  there[0].position = Vec3(4, 9 + 5, 9);
+  there[0].orientation = Quaternion(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()));
+  there[1].position = Vec3(20, 9, 9 - 2);
+  const auto radial = [&](const Pose& pose) {
+    Vec3 from = pose.position - middle;
+    from.x() = 0.0;
+    return from;
+  };
+  std::vector<int> like(2, 0);
+  double lowest = 30.0, highest = 0.0;
+  for (const LikeCell& cell : likeThoseThere(problem, there, 200, 0)) {
+    const Pose& first = there[cell.like];
+    ++like[cell.like];
+    CHECK(radial(cell.pose).norm() == Approx(radial(first).norm()).margin(0.25));
+    lowest = std::min(lowest, cell.pose.position.x());
+    highest = std::max(highest, cell.pose.position.x());
+    for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
+      const Vec3 before = first.orientation * axis, now = cell.pose.orientation * axis;
+      CHECK(now.x() == Approx(before.x()).margin(1e-9));
+      CHECK(now.dot(radial(cell.pose).normalized()) ==
+            Approx(before.dot(radial(first).normalized())).margin(1e-9));
+    }
+  }
+  CHECK(like[0] + like[1] == 200);
+  CHECK(std::abs(like[0] - like[1]) < 60);
+  CHECK(lowest < 2.0);
+  CHECK(highest > 28.0);
+}
+
+TEST_CASE("Without a wall nothing says where cells of blood are added", "[blood]") {
+  Problem problem;
+  problem.request.boxSize = Vec3(20, 30, 10);
+  problem.lumen.container = makeBox({Vec3(0, 0, 0), Vec3(20, 30, 10)}, {true, true, true});
+  CHECK(likeThoseThere(problem, std::vector<Pose>(3), 10, 0).empty());
+}
