@@ -172,7 +172,7 @@ std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Pa
     for (std::size_t p = 0; p < parts.size(); ++p)
       if (parts[p].species == int(s)) (parts[p].number == int(s) ? templates : deformed) += counts[p];
     std::int64_t there = 0;
-    for (const auto* const cells : {&problem.species[s].start, &problem.species[s].crowded})
+    for (const auto* const cells : {&problem.species[s].start, &problem.species[s].blood.crowded})
       for (const PresentCell& cell : *cells) {
         std::int64_t& left = cell.membrane < 0 ? templates : deformed;
         if (left == 0) continue;

@@ -178,7 +178,8 @@ void addBlood(Problem& problem) {
       meshes.push_back({&cells[i], speciesOf[cell.species], &blood.species[cell.species].mesh.triangles});
   }
   addOwnMeshes(problem, meshes, file);
-  for (const OwnMesh& mesh : meshes) problem.species[mesh.species].membranes.push_back(mesh.cell->membrane);
+  for (const OwnMesh& mesh : meshes)
+    problem.species[mesh.species].blood.membranes.push_back(mesh.cell->membrane);
   std::vector<Copy> copies;
   const Box bounds = problem.lumen.container->bounds();
   for (std::size_t i = 0; i < cells.size(); ++i)
@@ -190,7 +191,7 @@ void addBlood(Problem& problem) {
   const Fitting found = fitting(problem, copies);
   for (const std::size_t i : found.apart) problem.species[copies[i].species].start.push_back(copies[i].cell);
   for (const std::size_t i : found.crowded)
-    problem.species[copies[i].species].crowded.push_back(copies[i].cell);
+    problem.species[copies[i].species].blood.crowded.push_back(copies[i].cell);
   for (CellSpecies& species : problem.species) {
     const SpeciesRequest* const asked = findSpecies(problem.request, species.name);
     if (!asked || !asked->inBlood) continue;

@@ -27,6 +27,12 @@ struct PresentCell : PosLine {
   int membrane = -1;  ///< then: index into Problem::membranes
 };
 
+/// What flowing blood provides for further cells of a species.
+struct FlowingBlood {
+  std::vector<PresentCell> crowded;  ///< cells that meet others, which start the first of them
+  std::vector<int> membranes;        ///< that they have; empty: the template
+};
+
 /// What is to be built of a SpeciesRequest: template, existing cells, and how their number is determined.
 struct SpeciesPlan {
   enum class Template { model, mesh, ellipsoid, built };
@@ -49,11 +55,10 @@ struct SpeciesPlan {
   std::string distanceFromSolidOrigin;            ///< "pipeflow.cpp:91", for people
   std::int64_t stock = 0;                         ///< additional cells, for escapes
   std::vector<PresentCell> fixed, start;          ///< existing cells: fixed, or movable
-  std::vector<PresentCell> crowded;    ///< of flowing blood, that meet others: starts of further cells
-  std::vector<Triangle> ownTriangles;  ///< of those with meshes of their own
-  std::vector<int> membranes;          ///< that further cells have; empty: the template
-  std::string fixedFrom, startFrom;    ///< files
-  double ownWallClearance = 0.0;       ///< of this species, if larger than that of all [µm]
+  std::vector<Triangle> ownTriangles;             ///< of those with meshes of their own
+  FlowingBlood blood;                             ///< what further cells are like
+  std::string fixedFrom, startFrom;               ///< files
+  double ownWallClearance = 0.0;                  ///< of this species, if larger than that of all [µm]
   std::optional<AxisCone> cone;
 
   /// Wall clearance of its cells, and by how much it exceeds that of the others [µm].

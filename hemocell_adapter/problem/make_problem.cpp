@@ -296,7 +296,7 @@ std::vector<SpeciesPlan> tiledPlans(const Problem& problem, const std::vector<Bo
   for (SpeciesPlan& species : plans) {
     species.fixed.clear();
     species.start.clear();
-    species.membranes.clear();
+    species.blood = {};
     species.fixedFrom.clear();
     species.startFrom = "the box that is repeated";
     species.ratio.reset();

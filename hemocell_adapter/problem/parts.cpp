@@ -149,7 +149,7 @@ class Parting {
     const SpeciesRequest* const asked = findSpecies(problem_.request, problem_.species[s].name);
     if (!problem_.request.blood || !asked || !asked->inBlood) return start;
     const auto missing = [&] { return std::max<std::int64_t>(0, count - std::int64_t(start.size())); };
-    for (const Start& cell : drawn(startsOf(problem_, s, problem_.species[s].crowded), missing(),
+    for (const Start& cell : drawn(startsOf(problem_, s, problem_.species[s].blood.crowded), missing(),
                                    problem_.request.seed, std::uint64_t(s)))
       start.push_back(cell);
     std::vector<Pose> there;
@@ -248,7 +248,7 @@ class Parting {
   /// Number of the shape of a further cell of a species: that of a random one of the blood, if there is
   /// blood.
   int furtherNumber(int s, std::int64_t n) const {
-    const std::vector<int>& meshes = problem_.species[s].membranes;
+    const std::vector<int>& meshes = problem_.species[s].blood.membranes;
     if (meshes.empty()) return s;
     const double u = uniform4(problem_.request.seed, RandomStream::draw, n, std::uint32_t(parts_.size()))[1];
     return int(problem_.species.size()) + meshes[std::size_t(u * double(meshes.size()))];

@@ -69,8 +69,9 @@ void countOwnVolumes(Problem& problem) {
   for (CellSpecies& species : problem.species) {
     if (species.redCell && problem.request.redCellVolume) continue;
     double sum = 0.0;
-    for (const int m : species.membranes) sum += problem.membranes[m].shape->volume();
-    if (!species.membranes.empty()) species.countedVolume = sum / double(species.membranes.size());
+    for (const int m : species.blood.membranes) sum += problem.membranes[m].shape->volume();
+    if (!species.blood.membranes.empty())
+      species.countedVolume = sum / double(species.blood.membranes.size());
     for (const auto* const cells : {&species.fixed, &species.start})
       for (const PresentCell& cell : *cells)
         if (cell.membrane >= 0)
