@@ -146,8 +146,20 @@ def table(words):
             found = [reached(run, name, band) for name, band in bands.items()]
             print(f"| {run.start} | {run.name} | {run.iterations[-1]:,} | {run.lost} | {100 * run.area.max():.1f} % | " +
                   " | ".join("not" if at is None else f"{at:,}" for at in found) + " |")
+        values(chosen)
     if words.figure:
         draw(runs, words.figure)
+
+
+def values(runs):
+    """The curves at some iterations."""
+    shown = [0, 5000, 10000, 20000, 30000, 40000, 60000, 80000]
+    for name in runs[0].curves:
+        print(f"\n| {name} at iteration | " + " | ".join(f"{at:,}" for at in shown) + " |")
+        print("| --- |" + " ---: |" * len(shown))
+        for run in sorted(runs, key=lambda run: (run.start != "uniform", run.start, run.name)):
+            curve = dict(zip(run.iterations, smooth(run.curves[name])))
+            print(f"| {run.start} ({run.name}) | " + " | ".join(f"{curve[at]:.3g}" if at in curve and np.isfinite(curve[at]) else "" for at in shown) + " |")
 
 
 COLOURS = {"uniform": "C7", "developed": "C0", "flowing blood": "C3"}
