@@ -12,9 +12,10 @@ namespace packmesh::hemocell {
 /// Adds the cells of Request::blood to those that the species start from. The piece is repeated along all its
 /// axes, by its periods or, where it has none, by the size of its box; it begins at the low end of the lumen
 /// along periodic axes, is centred along the others, and is turned so that its axis is that of the lumen, if
-/// that has one. Cells that are not in the lumen, that HemoCell would delete, or that meet cells before them
-/// are left out. The same on every number of ranks. Does not communicate. Pre: the problem has its lumen, its
-/// species and their shapes
+/// that has one. Where both are periodic, distances between cells are changed by up to a tenth if a whole
+/// number of pieces fits then. Cells that are not in the lumen, or that HemoCell would delete, are left out;
+/// those that meet cells before them start further ones. The same on every number of
+/// ranks. Does not communicate. Pre: the problem has its lumen, its species and their shapes
 /// @throws InputError if the state does not fit the species
 void addBlood(Problem& problem);
 

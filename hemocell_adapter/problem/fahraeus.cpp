@@ -18,8 +18,7 @@ constexpr double flatPart = 4.0;
 
 /// Area of a surface without its ends [µm²].
 /// @param spacing of the stairs that it consists of, if it does: the area is that of the smooth surface,
-/// whose parts have
-///   the mean normals of the stairs
+/// whose parts have the mean normals of the stairs
 double areaOfSides(const TriangleMesh& surface, const std::array<bool, 3>& ends,
                    std::optional<double> spacing) {
   const Box bounds = boundingBox(surface);
