@@ -168,14 +168,17 @@ std::vector<std::string> bloodLines(const Problem& problem, const std::vector<Pa
   for (std::size_t s = 0; s < problem.species.size(); ++s) {
     const SpeciesRequest* const asked = findSpecies(problem.request, problem.species[s].name);
     if (!asked || !asked->inBlood) continue;
-    std::int64_t deformed = 0, templates = 0;
-    for (std::size_t p = 0; p < parts.size(); ++p)
-      if (parts[p].species == int(s)) (parts[p].number == int(s) ? templates : deformed) += counts[p];
+    std::int64_t deformed = 0, templates = 0, started = 0;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (parts[p].species != int(s)) continue;
+      (parts[p].number == int(s) ? templates : deformed) += counts[p];
+      started += std::min<std::int64_t>(std::int64_t(parts[p].cells.start.size()), counts[p]);
+    }
     std::int64_t there = 0;
     for (const auto* const cells : {&problem.species[s].start, &problem.species[s].blood.crowded})
       for (const PresentCell& cell : *cells) {
         std::int64_t& left = cell.membrane < 0 ? templates : deformed;
-        if (left == 0) continue;
+        if (left == 0 || there == started) continue;
         --left;
         ++there;
       }

@@ -133,7 +133,7 @@ class DeformedPacking(CellPacking):
         _packmesh.save_cells(os.fspath(file), words, kinds, None if self._lumen is None else self._lumen.of_library, boxes)
 
     def _state_for(self, file: "str | os.PathLike[str]") -> str:
-        """Writes a state with these cells. @return its name"""
+        """Writes a state with these cells. Returns its name"""
         self.save(file)
         return os.fspath(file)
 

@@ -144,7 +144,7 @@ def _end(_signal: int, _frame: Any) -> None:
 
 
 def run_command(work: Any) -> int:
-    """Calls work(), prints its error. Returns exit code"""
+    """Calls work(), prints its error. Returns the exit code"""
     signal.signal(signal.SIGTERM, _end)
     try:
         work()

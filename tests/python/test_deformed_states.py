@@ -242,6 +242,9 @@ def test_blood(state, program):
     added = int(re.search(r"RBC: 18 cells of .*, (\d+) more with its meshes, 0 with the template", text).group(1))
     assert added > 10 and len(vertices_of(dense / "state.h5", "RBC")) == 18 + added
     assert "Verdict: clean" in program("check", "--cylinder", "x", 9, 60, "--ends", "periodic", "--start", dense / "state.h5")[1]
+    # A pipe of 1.9 periods: both pieces are there, nearer to each other; cells that overlap then come back first.
+    _, text = program("--cylinder", "x", 9, 57, *words, "--rbc", 18, "--plt", 4, folder="shorter")
+    assert re.search(r"RBC: 18 cells of .*, 0 more with its meshes, 0 with the template", text) and "Certificate: clean" in text
     # Another axis, a wider pipe: the cells are turned with it.
     _, text = program("--cylinder", "z", 14, 45, *words, "--hematocrit", 0.2, folder="wider")
     assert "Certificate: clean" in text
