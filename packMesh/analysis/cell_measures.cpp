@@ -139,8 +139,8 @@ class Measuring {
       NearPair pair;
     };
     std::vector<Candidate> candidates;
-    neighbors.forEachNear(cell, level, false, [&](const NearPair& pair) {
-      if (pair.first != cell && open[pair.first]) return;
+    const auto wanted = [&](std::int64_t other) { return other >= cell || !open[other]; };
+    neighbors.forEachNear(cell, level, wanted, [&](const NearPair& pair) {
       const double least = cells_.leastGap(pair);
       if (least < level) candidates.push_back({least, pair});
     });

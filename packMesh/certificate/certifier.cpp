@@ -71,9 +71,9 @@ void Certifier::forgetChanged() {
   wallGap_.forgetLeast();
   for (std::int64_t i = 0; i < cells_.count(); ++i) {
     if (changed_[i]) {
-      neighbors_->forEachNear(i, input_.requiredGap, false, [&](const NearPair& pair) {
-        const std::int64_t other = pair.first == i ? pair.second : pair.first;
-        if (cells_.isOwn(pair.first) && !(changed_[other] && other < i)) --certificate_.pairsTested;
+      const auto notYet = [&](std::int64_t other) { return !(changed_[other] && other < i); };
+      neighbors_->forEachNear(i, input_.requiredGap, notYet, [&](const NearPair& pair) {
+        if (cells_.isOwn(pair.first)) --certificate_.pairsTested;
       });
       nearest_[i] = wallGaps_[i] = infinite;
       partner_[i] = -1;
@@ -205,12 +205,12 @@ void Certifier::examinePairs(std::int64_t cell, bool onlyLater, bool isNew, Find
   SmallestGap& smallest = found.pairGap;
   const auto reach = [&] { return std::max(smallest.limit(), isNew ? input_.requiredGap : 0.0); };
   smallest.measured();
-  neighbors_->forEachNear(cell, reach(), onlyLater, [&](const NearPair& pair) {
-    const std::int64_t other = pair.first == cell ? pair.second : pair.first;
+  // Pairs of changed cells are examined from the first of them.
+  const auto wanted = [&](std::int64_t other) { return other >= cell || !(onlyLater || changed_[other]); };
+  neighbors_->forEachNear(cell, reach(), wanted, [&](const NearPair& pair) {
     if (!cells_.isOwn(pair.first)) return;
     if (room && *room <= 0) return;
     if (isUnlisted()) return;
-    if (!onlyLater && changed_[other] && other < cell) return;  // already examined from the other cell
     if (isNew && pair.apart < input_.requiredGap) ++found.pairsTested;
     if (!(pair.apart < reach())) return;
     const MeshPairResult result = cells_.relation(pair, reach());
@@ -237,7 +237,7 @@ void Certifier::findExamples(std::int64_t cell, Findings& found) const {
     std::nth_element(near.begin(), near.begin() + mostCandidates, near.end(), isEarlier);
     near.resize(mostCandidates);
   };
-  neighbors_->forEachNear(cell, input_.requiredGap, true, [&](const NearPair& pair) {
+  neighbors_->forEachLater(cell, input_.requiredGap, [&](const NearPair& pair) {
     near.push_back(pair);
     if (near.size() == 2 * mostCandidates) keepFirst();
   });

@@ -79,7 +79,7 @@ std::vector<OverlappingPair> findMeshOverlaps(const std::vector<TriangleMesh>& m
   const PeriodicNeighbors neighbors(std::move(spheres), Vec3::Zero());
   std::vector<std::vector<OverlappingPair>> found(count);
   threads.forEach(count, [&](std::int64_t i, int) {
-    neighbors.forEachNear(i, 0.0, true, [&](const NearPair& pair) {
+    neighbors.forEachLater(i, 0.0, [&](const NearPair& pair) {
       const MeshRelation relation =
           PairOfMeshes(meshes[pair.first], boxes[pair.first], meshes[pair.second], boxes[pair.second])
               .relation();

@@ -38,10 +38,11 @@ std::vector<OverlappingPair> OverlapFinder::operator()(const std::vector<std::in
   for (const std::int64_t i : moved) isMoved[i] = 1;
   PerThread<std::vector<OverlappingPair>> found(input_.threads);
   const auto examine = [&](std::int64_t i, std::vector<OverlappingPair>& faults) {
-    neighbors_.forEachNear(i, input_.requiredGap, false, [&](const NearPair& near) {
-      const std::int64_t other = near.first == i ? near.second : near.first;
-      if (other < i && isMoved[other]) return;  // examined from the other cell
-      if (!cells_.isOwn(i) && !cells_.isOwn(other)) return;
+    const auto wanted = [&](std::int64_t other) {
+      if (other < i && isMoved[other]) return false;  // examined from the other cell
+      return cells_.isOwn(i) || cells_.isOwn(other);
+    };
+    neighbors_.forEachNear(i, input_.requiredGap, wanted, [&](const NearPair& near) {
       const NearPair pair = asPlaced(near);
       if (cells_.leastGap(pair) > input_.requiredGap) return;
       const MeshPairResult result = cells_.relation(pair, input_.requiredGap);

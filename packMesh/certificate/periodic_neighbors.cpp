@@ -14,8 +14,6 @@ namespace packmesh {
 
 namespace {
 
-using Periods = std::array<std::int32_t, 3>;
-
 /// Largest number of images along an axis that are searched, and of periods from the origin. A sphere that
 /// needs more does not belong to a lumen with this period.
 constexpr double mostImages = 100.0, furthest = 1e9;
@@ -28,8 +26,8 @@ void requireBelow(double limit, double periods, const Sphere& sphere, double per
                   2.0 * sphere.radius, toText(sphere.center), period));
 }
 
-std::vector<Periods> wrap(std::vector<Sphere>& spheres, const Vec3& period) {
-  std::vector<Periods> moved(spheres.size(), Periods{0, 0, 0});
+std::vector<std::array<std::int32_t, 3>> wrap(std::vector<Sphere>& spheres, const Vec3& period) {
+  std::vector<std::array<std::int32_t, 3>> moved(spheres.size(), {0, 0, 0});
   for (std::size_t i = 0; i < spheres.size(); ++i)
     for (int k = 0; k < 3; ++k)
       if (period[k] > 0.0) {
@@ -56,52 +54,38 @@ PeriodicNeighbors::PeriodicNeighbors(std::vector<Sphere> spheres, const Vec3& pe
       bounds_(boundsOf(wrapped_)),
       grid_(wrapped_) {}
 
-void PeriodicNeighbors::forEachNear(std::int64_t sphere, double margin, bool onlyLater,
-                                    const std::function<void(const NearPair&)>& visit) const {
+void PeriodicNeighbors::findImages(std::int64_t sphere, double margin, Periods& first, Periods& last) const {
   const Sphere& own = wrapped_[sphere];
-  const auto along = [&](const Periods& n) {
-    return Vec3(n[0] * period_[0], n[1] * period_[1], n[2] * period_[2]);
-  };
-  // Images j = 0 .. n, moved by lo + j periods, come near the bounds of the others.
-  Periods lo{0, 0, 0}, hi{0, 0, 0};
+  first = last = {0, 0, 0};
   for (int k = 0; k < 3; ++k)
     if (period_[k] > 0.0) {
       const double reach = own.radius + margin + tolerance::culling;
-      const double first = std::ceil((bounds_.lo[k] - reach - own.center[k]) / period_[k]);
-      const double last = std::floor((bounds_.hi[k] + reach - own.center[k]) / period_[k]);
-      requireBelow(mostImages, last - first, own, period_[k]);
-      lo[k] = static_cast<std::int32_t>(first);
-      hi[k] = static_cast<std::int32_t>(last);
+      const double lowest = std::ceil((bounds_.lo[k] - reach - own.center[k]) / period_[k]);
+      const double highest = std::floor((bounds_.hi[k] + reach - own.center[k]) / period_[k]);
+      requireBelow(mostImages, highest - lowest, own, period_[k]);
+      first[k] = static_cast<std::int32_t>(lowest);
+      last[k] = static_cast<std::int32_t>(highest);
     }
-  for (int z = lo[2]; z <= hi[2]; ++z)
-    for (int y = lo[1]; y <= hi[1]; ++y)
-      for (int x = lo[0]; x <= hi[0]; ++x) {
-        const Vec3 image = own.center + along({x, y, z});
-        // The grid computes distances from the position of the image, with different rounding than from the
-        // other sphere.
-        grid_.forEachNear({image, own.radius}, margin + tolerance::culling, [&](int other) {
-          // The image of `sphere` moved by (x, y, z) meets `other`; equivalently, `other` moved by (-x, -y,
-          // -z) meets `sphere`.
-          Periods n{-x, -y, -z};
-          for (int k = 0; k < 3; ++k) n[k] += moved_[sphere][k] - moved_[other][k];
-          Periods inGrid{x, y, z};
-          NearPair pair{sphere, other, {}, 0.0};
-          if (other == sphere) {
-            if (n <= Periods{0, 0, 0})
-              return;  // the sphere itself, or the mirror image of a pair visited anyway
-          } else if (other < sphere) {
-            if (onlyLater) return;
-            std::swap(pair.first, pair.second);
-            for (std::int32_t& k : n) k = -k;
-            for (std::int32_t& k : inGrid) k = -k;
-          }
-          const Sphere &a = wrapped_[pair.first], &b = wrapped_[pair.second];
-          pair.apart = (a.center - b.center + along(inGrid)).norm() - (a.radius + b.radius);
-          if (!(pair.apart < margin)) return;
-          pair.shift = along(n);
-          visit(pair);
-        });
-      }
+}
+
+bool PeriodicNeighbors::join(std::int64_t sphere, std::int64_t other, Periods moved, NearPair& pair) const {
+  // The image of `sphere` moved by `moved` meets `other`; equivalently, `other` moved by the opposite meets
+  // `sphere`.
+  Periods n;
+  for (int k = 0; k < 3; ++k) n[k] = moved_[sphere][k] - moved_[other][k] - moved[k];
+  pair.first = sphere;
+  pair.second = other;
+  if (other == sphere) {
+    if (n <= Periods{0, 0, 0}) return false;
+  } else if (other < sphere) {
+    std::swap(pair.first, pair.second);
+    for (std::int32_t& k : n) k = -k;
+    for (std::int32_t& k : moved) k = -k;
+  }
+  const Sphere &a = wrapped_[pair.first], &b = wrapped_[pair.second];
+  pair.apart = (a.center - b.center + along(moved)).norm() - (a.radius + b.radius);
+  pair.shift = along(n);
+  return true;
 }
 
 }  // namespace packmesh

@@ -30,30 +30,30 @@ CellSurroundings::CellSurroundings(const Physics& physics, const std::vector<Bod
       clearance_(physics.clearance),
       neighbors_(spheresAround(physics, cells, reach_, beyond_), physics.container->period()) {}
 
-template <class Visit>
-void CellSurroundings::forEachNear(std::int64_t cell, double further, const Visit& visit) const {
-  neighbors_.forEachNear(cell, clearance_ + further, false, [&](const NearPair& pair) {
+template <class Wanted, class Visit>
+void CellSurroundings::forEachNear(std::int64_t cell, double further, const Wanted& wanted,
+                                   const Visit& visit) const {
+  neighbors_.forEachNear(cell, clearance_ + further, wanted, [&](const NearPair& pair) {
     if (pair.apart + (beyond_[pair.first] + beyond_[pair.second]) < clearance_ + further) visit(pair);
   });
 }
 
 bool CellSurroundings::isNear(std::int64_t cell, const std::vector<char>& marked) const {
   bool near = false;
-  forEachNear(cell, 0.0, [&](const NearPair& pair) {
-    near = near || marked[pair.first == cell ? pair.second : pair.first];
-  });
+  const auto isMarked = [&](std::int64_t other) { return !near && marked[other]; };
+  forEachNear(cell, 0.0, isMarked, [&](const NearPair&) { near = true; });
   return near;
 }
 
 std::vector<NearPair> CellSurroundings::pairsOf(const std::vector<std::int64_t>& wanted,
                                                 double further) const {
   std::vector<NearPair> pairs;
-  for (const std::int64_t cell : wanted)
-    forEachNear(cell, further, [&](const NearPair& pair) {
-      const std::int64_t other = pair.first == cell ? pair.second : pair.first;
-      if (other < cell && std::binary_search(wanted.begin(), wanted.end(), other)) return;  // already visited
-      pairs.push_back(pair);
-    });
+  for (const std::int64_t cell : wanted) {
+    const auto notYet = [&](std::int64_t other) {
+      return other >= cell || !std::binary_search(wanted.begin(), wanted.end(), other);
+    };
+    forEachNear(cell, further, notYet, [&](const NearPair& pair) { pairs.push_back(pair); });
+  }
   std::sort(pairs.begin(), pairs.end(), [](const NearPair& a, const NearPair& b) {
     return std::tie(a.first, a.second, a.shift[0], a.shift[1], a.shift[2]) <
            std::tie(b.first, b.second, b.shift[0], b.shift[1], b.shift[2]);

@@ -35,9 +35,9 @@ class CellSurroundings {
   const PeriodicNeighbors& neighbors() const { return neighbors_; }
 
  private:
-  /// Calls visit(pair) for pairs within the clearance, or within `further` of that.
-  template <class Visit>
-  void forEachNear(std::int64_t cell, double further, const Visit& visit) const;
+  /// Calls visit(pair) for pairs with wanted(other) within the clearance, or within `further` of that.
+  template <class Wanted, class Visit>
+  void forEachNear(std::int64_t cell, double further, const Wanted& wanted, const Visit& visit) const;
 
   const std::vector<Body>& cells_;
   std::vector<double> reach_;

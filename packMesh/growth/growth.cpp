@@ -17,11 +17,6 @@
 namespace packmesh {
 namespace {
 
-/// Steps rarely use all their bounds at once. Planes are only requested within this fraction of the maximum
-/// displacement; more planes have no benefit (25³ at 0.45: 1344, 581, 354, 253 planes per cell and 1, 0, 0,
-/// 12 violating pairs for 1, 0.6, 0.4, 0.3).
-constexpr double expectedShare = 0.4;
-
 /// Triangles larger than this [fraction of the cube root of the volume] are large because the surface is flat
 /// there, and need no padding for their size.
 constexpr double largestFacet = 0.1;
@@ -312,15 +307,16 @@ double Growth::farthest(double barrier, const SpeciesLengths& lengths) const {
 /// Largest expected displacement of points in one iteration without growth [µm].
 double Growth::largestMotion(double barrier) const {
   double largest = 0.0;
-  for (const SpeciesLengths& l : lengths_) largest = std::max(largest, expectedShare * farthest(barrier, l));
+  for (const SpeciesLengths& l : lengths_)
+    largest = std::max(largest, planeFunction_.expectedShare() * farthest(barrier, l));
   return largest;
 }
 
 /// Expected displacement of the points of a cell in one iteration, by which planes are padded [µm].
 double Growth::reachOf(const Body& cell, double barrier) const {
   const SpeciesLengths& l = lengths_[cell.species];
-  return expectedShare * farthest(barrier, l) + std::max(0.0, barrier - cell.scale) * l.radius +
-         paddingAt(barrier, l);
+  return planeFunction_.expectedShare() * farthest(barrier, l) +
+         std::max(0.0, barrier - cell.scale) * l.radius + paddingAt(barrier, l);
 }
 
 GrowthBounds Growth::boundsOf(const Body& cell, double barrier) const {

@@ -41,6 +41,10 @@ class PlaneFunction {
   /// Whether several threads may request planes at the same time.
   virtual bool isConcurrent() const { return false; }
 
+  /// Steps rarely use all their bounds at once. Planes are requested only within this fraction of the largest
+  /// displacement; overlaps after steps that went further are removed by step halving.
+  virtual double expectedShare() const { return 0.4; }
+
   /// Number of iterations for which data about the surroundings can be reused.
   virtual std::int64_t lifetime() const { return 1; }
 

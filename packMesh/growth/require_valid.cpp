@@ -31,7 +31,7 @@ void requireApart(const TetrahedraInput& input) {
   const PeriodicNeighbors neighbors(std::move(spheres), input.period);
   const auto name = [&](std::int64_t object) { return nameOf(input, static_cast<int>(object)); };
   for (std::size_t i = 0; i < input.objects.size(); ++i)
-    neighbors.forEachNear(static_cast<std::int64_t>(i), 0.0, true, [&](const NearPair& pair) {
+    neighbors.forEachLater(static_cast<std::int64_t>(i), 0.0, [&](const NearPair& pair) {
       const PlacedMesh &a = input.objects[pair.first], &b = input.objects[pair.second];
       Placement moved = b.placement;
       moved.translation += pair.shift;
